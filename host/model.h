@@ -1,0 +1,156 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/*
+ * model.h — what is believed about a beam: geometry, parameters, channels, effects. Plain data; no numerics.
+ * The YAML form is beamfit-model/1 (docs/formats.md); model_yaml.c is the only file that knows it.
+ */
+#ifndef BEAMFIT_MODEL_H
+#define BEAMFIT_MODEL_H
+
+#include <stdbool.h>
+#include "beam_effect.h"
+#include "error.h"
+
+enum { MODEL_NAME = 64 };
+
+enum model_support { SUPPORT_CLAMPED_FREE, SUPPORT_CLAMPED_CLAMPED, SUPPORT_PINNED_PINNED, SUPPORT_FREE_FREE };
+
+/* One unknown or known number. */
+struct parameter {
+    char name[MODEL_NAME]; /* "EI_beam_Nm2"; an effect's parameter has its catalogue name */
+    char unit[24];
+    double value;
+    double prior;          /* relative standard deviation of a prior around prior_value; 0: no prior */
+    double prior_value;    /* the value the file gave when the prior was stated; kept through fits */
+    double sd;             /* one standard error of the last fit; 0: none */
+    double min, max;       /* bounds, −INFINITY/INFINITY when absent */
+    bool fixed;
+    bool logarithmic;      /* positive: estimated as its logarithm */
+};
+
+/* A named piece of the span. Several pieces may share a name, and then share EI, ρ and cDI. */
+struct region {
+    char name[MODEL_NAME];
+    double from_m, to_m;
+};
+
+/* EI, ρ, cDI of one region name. */
+struct material {
+    char name[MODEL_NAME]; /* region name */
+    struct parameter EI, rho, cDI;
+};
+
+enum input_kind { INPUT_POINT_FORCE, INPUT_PATCH_MOMENT };
+enum output_kind { OUTPUT_DISPLACEMENT, OUTPUT_VELOCITY, OUTPUT_ACCELERATION, OUTPUT_PATCH_STRAIN };
+
+struct model_input {
+    char name[MODEL_NAME];  /* column of the record */
+    enum input_kind kind;
+    double at_m;            /* INPUT_POINT_FORCE */
+    double from_m, to_m;    /* INPUT_PATCH_MOMENT: the patch (default: region 'patch') */
+    bool level_per_record;  /* `level: per_record`: an unknown factor for each record */
+};
+
+struct model_output {
+    char name[MODEL_NAME];
+    enum output_kind kind;
+    double at_m;            /* all but OUTPUT_PATCH_STRAIN */
+    double from_m, to_m;    /* OUTPUT_PATCH_STRAIN: the patch (default: region 'patch') */
+};
+
+/* A parameter's value in one record (BEAM_PARAMETER_PER_RECORD). */
+struct per_record_value {
+    char record[256];       /* base name of the record's file */
+    int parameter;          /* index into parameters[] */
+    double value, sd;
+};
+
+/* An effect in use. */
+struct model_effect {
+    const struct beam_effect *effect;
+    struct parameter parameters[BEAM_EFFECT_PARAMETERS];
+    char channel[MODEL_NAME]; /* the channel a measurement-chain effect sits on; "" = the effect's default channels */
+    size_t n_per_record;
+    struct per_record_value *per_record;
+};
+
+/* What the last fit left behind (the file's `fit:` block). */
+struct fit_channel {
+    char name[MODEL_NAME];
+    double nrmse, noise_ratio;
+};
+struct fit_record {
+    char *file;
+    char sha256[65];
+    bool held_out;          /* a --check record: compared, never fitted */
+    size_t n_channels;
+    struct fit_channel *channels;
+};
+struct fit_info {
+    bool present;
+    char parent_sha256[65]; /* of the model file the fit started from; "" none */
+    char version[32];       /* of the program */
+    double nrmse, noise_ratio, check_nrmse, check_noise_ratio; /* 0: none */
+    bool converged;
+    size_t n_records;
+    struct fit_record *records;
+};
+
+struct model {
+    char *path;             /* as read; NULL when made in memory */
+    char sha256[65];        /* of the file */
+    double length_m;
+    enum model_support support;
+    size_t n_regions;       /* in order of x, covering [0, length] without gap or overlap */
+    struct region *regions;
+    size_t n_materials;
+    struct material *materials;
+    struct parameter gamma, Ks, KB; /* N·s/m², V, N·m/V; a parameter that the file lacks is fixed at 0 */
+    size_t n_inputs;
+    struct model_input *inputs;
+    size_t n_outputs;
+    struct model_output *outputs;
+    size_t n_effects;
+    struct model_effect *effects;
+    struct fit_info fit;
+    void *document;         /* owned by model_yaml.c: the file's text with comments, for saving */
+};
+
+enum bf_status model_read(const char *path, struct model *out, struct bf_error *err);
+/* Keeps comments, order and unknown keys of the document the model was read from. Atomic (temporary file, rename). */
+enum bf_status model_write(const char *path, struct model *model, struct bf_error *err);
+enum bf_status model_copy(const struct model *from, struct model *out, struct bf_error *err);
+void model_free(struct model *model);
+/* Checks everything that can be checked without data: ranges, places, names. */
+enum bf_status model_check(const struct model *model, struct bf_error *err);
+/* First patch of the model: the region(s) named "patch", else the first patch channel; false when there is none. */
+bool model_patch(const struct model *model, double *from_m, double *to_m);
+const struct material *model_material(const struct model *model, const char *region);
+struct beam_place model_place(const struct model *model);
+/* Adds an effect with neutral-near start values (parameters[].start of the catalogue). channel "" = default. */
+enum bf_status model_add_effect(struct model *model, const char *id, const char *channel, struct bf_error *err);
+enum bf_status model_drop_effect(struct model *model, const char *id, struct bf_error *err);
+const struct beam_effect *effect_by_id(const char *id); /* NULL when unknown */
+
+/*
+ * The parameters as one vector: materials (EI, rho, cDI of each, in order), gamma, Ks, KB, then each effect's.
+ * A per-record parameter appears once per record name. Order is stable for a given model and list of records.
+ */
+enum parameter_role { ROLE_EI, ROLE_RHO, ROLE_CDI, ROLE_GAMMA, ROLE_KS, ROLE_KB, ROLE_EFFECT };
+struct parameter_ref {
+    enum parameter_role role;
+    size_t owner;          /* material index or effect index */
+    int slot;              /* parameter index inside the effect */
+    int record;            /* index into the record list for a per-record parameter, else −1 */
+    char label[MODEL_NAME + 64]; /* unique for people and JSON: the bare name where unique, "effect.name" where not,
+                                    "name@record" for a per-record one */
+    const struct parameter *info; /* name, unit, bounds, prior, fixed; its value is overridden for per-record ones */
+    double value;
+};
+/* Caller frees *out with free(). */
+size_t model_parameters(const struct model *model, const char *const record_names[], size_t n_records,
+                        struct parameter_ref **out);
+/* Writes values (and standard errors, sd may be NULL) back; refs as returned for the same model. */
+void model_set_parameters(struct model *model, const struct parameter_ref refs[], size_t n, const double value[],
+                          const double sd[], const char *const record_names[]);
+
+#endif
