@@ -74,8 +74,8 @@ static void unpack_vectors(size_t n, const double imaginary[], const double pack
             continue;
         }
         for (size_t i = 0; i < n; i++) {
-            out[i + j * n] = re[i] + I * re[n + i];
-            out[i + (j + 1) * n] = re[i] - I * re[n + i];
+            out[i + j * n] = CMPLX(re[i], re[n + i]);
+            out[i + (j + 1) * n] = CMPLX(re[i], -re[n + i]);
         }
         j++;
     }
@@ -95,7 +95,7 @@ enum bf_status dense_general_eigen(size_t n, const double A[], double complex va
                                    left ? order : 1, vr, right ? order : 1);
     if (info == 0) {
         for (size_t i = 0; i < n; i++)
-            values[i] = re[i] + I * im[i];
+            values[i] = CMPLX(re[i], im[i]);
         if (left)
             unpack_vectors(n, im, vl, left);
         if (right)
