@@ -1,0 +1,79 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/*
+ * plot.h — pictures, drawn by gnuplot as a program. Only plot_gnuplot.c runs it.
+ *
+ * Every picture is STEM.png and STEM.pdf in `directory` (made when missing), with STEM.gp (the script) and STEM-*.dat (the
+ * data) left beside it, so that a person can change and redraw it: `cd DIR && gnuplot STEM.gp`. A stem is reduced to letters,
+ * digits, '.', '_' and '-'. Text is shown as it is (no gnuplot markup). When gnuplot is missing the data and the script
+ * are there, and the status is BF_USAGE with a text that names the package.
+ */
+#ifndef BEAMFIT_PLOT_H
+#define BEAMFIT_PLOT_H
+
+#include <stdbool.h>
+#include "error.h"
+
+/* The seed paper's four panels of one channel: (a) measured, (b) model, (c) amplitude spectra, (d) a short interval. */
+struct plot_panels {
+    const char *directory, *stem;
+    const char *title;    /* NULL: none */
+    const char *quantity; /* "piezo_V": the unit is read from the name's last part */
+    size_t n;
+    double t0_s, dt_s;
+    const double *measured, *model; /* [n] */
+    double from_Hz, to_Hz;          /* of panel (c); to_Hz 0: the Nyquist frequency */
+    double detail_from_s,
+        detail_to_s;         /* of panel (d), on the record's time axis; equal: chosen at the largest motion */
+    const double *noise_psd; /* [n_noise] one-sided, from 0 to Nyquist, drawn as floor in (c); NULL: none */
+    size_t n_noise;
+};
+enum bf_status plot_panels(const struct plot_panels *panels, struct bf_error *err);
+
+/* Residual in time with ±2σ of the noise, its spectrum over the floor, its autocorrelation, its correlation with the
+ * input, and the share of the misfit per band. Parts that are absent (NULL) leave their panel out. */
+struct plot_residual {
+    const char *directory, *stem, *title, *quantity;
+    size_t n;
+    double t0_s, dt_s;
+    const double *residual;  /* [n] */
+    double noise_rms;        /* 0: unknown */
+    const double *noise_psd; /* [n_noise] */
+    size_t n_noise;
+    const double *autocorrelation; /* [n_autocorrelation], lag 0 first */
+    size_t n_autocorrelation;
+    double autocorrelation_bound;
+    const double *input_correlation; /* [2 n_lags + 1] */
+    size_t n_lags;
+    double input_bound;
+    const char *input_name;
+    const double *edge_Hz, *share; /* [n_bands + 1], [n_bands] */
+    size_t n_bands;
+};
+enum bf_status plot_residual(const struct plot_residual *residual, struct bf_error *err);
+
+/* Error against model version. */
+struct plot_history {
+    const char *directory, *stem, *title;
+    size_t n;                 /* models, oldest first */
+    const char *const *label; /* [n] */
+    const double *fitted;     /* [n] nrmse on fitted records; NAN: none */
+    const double *held_out;   /* [n] nrmse on held-out records; NAN: none */
+    double noise_floor;       /* nrmse of pure noise, drawn as a line; 0 or NAN: none */
+};
+enum bf_status plot_history(const struct plot_history *history, struct bf_error *err);
+
+/* Lines with points over logarithmic axes. Points that are not positive and finite are left out. */
+struct plot_line {
+    const char *legend;
+    size_t n;
+    const double *x, *y; /* [n] */
+};
+struct plot_convergence {
+    const char *directory, *stem, *title, *x_label, *y_label;
+    size_t n_lines;
+    const struct plot_line *lines;
+    bool linear_x, linear_y; /* false: logarithmic */
+};
+enum bf_status plot_convergence(const struct plot_convergence *plot, struct bf_error *err);
+
+#endif
