@@ -44,8 +44,16 @@ enum {
 enum beam_parameter_flag {
     BEAM_PARAMETER_POSITION = 1,   /* a coordinate x (m): held in a fit unless the user frees it; see `at` */
     BEAM_PARAMETER_PER_RECORD = 2, /* one unknown per record (a hum's phase) */
-    BEAM_PARAMETER_LOG = 4         /* positive, estimated as its logarithm */
+    BEAM_PARAMETER_LOG = 4,        /* positive, estimated as its logarithm */
+    BEAM_PARAMETER_INNER = 8,      /* no influence while the others are neutral (place, time constant, threshold, phase): */
+                                   /* its `neutral` only stands in; scanned on a grid before a search */
+    BEAM_PARAMETER_HELD = 16       /* held in a fit unless the user frees it; every POSITION is held too */
 };
+
+/*
+ * Of a BEAM_PARAMETER_POSITION the numbers neutral, minimum, maximum and start are fractions of the beam's length
+ * (start 1: the free end), because an effect does not know the beam; its value p[] is in metres.
+ */
 
 struct beam_parameter_info {
     const char *name;    /* catalogue name, ends in its unit: "mass_kg" */

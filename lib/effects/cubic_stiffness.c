@@ -1,0 +1,60 @@
+/* SPDX-License-Identifier: MIT */
+#include "beam_effect.h"
+
+static int law_place(const beam_real p[], const struct beam_place *place, struct beam_law_place *out)
+{
+    if (beam_less(p[1], BEAM_K(0.0)) || beam_less(place->length_m, p[1]))
+        return -1;
+    out->points = BEAM_LAW_AT_POINT;
+    out->at_m = p[1];
+    out->at_parameter = 2;
+    return 0;
+}
+
+static int law(const beam_real p[], const struct beam_law_input *in, struct beam_law_output *out)
+{
+    const beam_real w = in->w[0];
+    out->f[0] = p[0] * w * w * w; /* k₃ y(a)³ */
+    out->f_w[0][0] = BEAM_K(3.0) * p[0] * w * w;
+    out->f_p[0][0] = w * w * w;
+    return 0;
+}
+
+const struct beam_effect BEAM_NAME(effect_cubic_stiffness) = {
+    .id = "cubic_stiffness",
+    .family = BEAM_FAMILY_NONLINEAR,
+    .title = "a restoring force that grows with the cube of the deflection at one point",
+    .form = "k₃ y(a)³ φ(a)",
+    .source = "Nayfeh and Mook, Nonlinear Oscillations: the Duffing spring",
+    .looks_like = "Frequency depends on level: for k₃ > 0 mode 1 is higher in large motion and sinks to its linear "
+                  "value as the decay "
+                  "goes on, the shift going with amplitude squared. Third harmonics appear and fall by the cube when "
+                  "the level is halved. "
+                  "Damping does not change.",
+    .confused_with =
+        "point_spring and axial_load at one single level: repeat at a quarter of the level, where a cubic spring has "
+        "lost "
+        "15/16 of its shift. patch_softening: frequency follows amplitude itself, not its square. stop_contact: "
+        "abrupt above a threshold, with even harmonics. large_rotation: acts in all modes and needs tip motion near "
+        "ℓ/5.",
+    .target_cost = "one law point: one unknown in the Newton solve, about 5 multiply-adds an iteration",
+    .n_parameters = 2,
+    .parameters = {{.name = "coefficient_Npm3",
+                    .unit = "N/m³",
+                    .what = "force per cube of deflection (negative softens)",
+                    .neutral = 0.0,
+                    .minimum = -1e12,
+                    .maximum = 1e12,
+                    .start = 1e5,
+                    .flags = 0},
+                   {.name = "at_m",
+                    .unit = "m",
+                    .what = "its distance from the clamp",
+                    .neutral = 1.0,
+                    .minimum = 0.0,
+                    .maximum = 1.0,
+                    .start = 1.0,
+                    .flags = BEAM_PARAMETER_POSITION | BEAM_PARAMETER_INNER}},
+    .law_place = law_place,
+    .law = law,
+};

@@ -1,0 +1,52 @@
+/* SPDX-License-Identifier: MIT */
+#include "beam_effect.h"
+
+static int terms(const beam_real p[], const struct beam_place *place, struct beam_term out[BEAM_EFFECT_TERMS])
+{
+    if (beam_less(p[1], BEAM_K(0.0)) || beam_less(place->length_m, p[1]))
+        return -1;
+    out[0].place.kind = BEAM_AT_POINT;
+    out[0].place.at_m = p[1];
+    out[0].place.at_parameter = 2;
+    out[0].value.damping = p[0]; /* d y_t(a) φ(a) */
+    out[0].by_parameter[0].damping = BEAM_K(1.0);
+    return 0;
+}
+
+const struct beam_effect BEAM_NAME(effect_point_damper) = {
+    .id = "point_damper",
+    .family = BEAM_FAMILY_DAMPING,
+    .title = "a viscous damper to ground at one point (eddy current, sensor cable)",
+    .form = "d y_t(a) φ(a)",
+    .source = "Inman, Engineering Vibration, chapter on distributed-parameter systems: lumped elements in the modal "
+              "equations",
+    .looks_like =
+        "Peaks broaden and decays shorten for the modes that move at a; modes with a node there keep their damping. "
+        "The damping ratio falls as 1/frequency. Frequencies stay put while d is small, and decays stay "
+        "exponential at every level.",
+    .confused_with = "γ of the baseline: a damper at the free end of a uniform beam damps all modes alike, as γ does; "
+                     "only its place "
+                     "separates them, so use three modes or more, or repeat in still air without the cable. "
+                     "quadratic_drag: repeat at a "
+                     "quarter of the level; a linear damper keeps its decay rate.",
+    .target_cost = "none per step: a rank-one addition to C before factoring",
+    .n_parameters = 2,
+    .parameters = {{.name = "damping_Nspm",
+                    .unit = "N·s/m",
+                    .what = "damping to ground",
+                    .neutral = 0.0,
+                    .minimum = 0.0,
+                    .maximum = 1e3,
+                    .start = 1e-3,
+                    .flags = 0},
+                   {.name = "at_m",
+                    .unit = "m",
+                    .what = "its distance from the clamp",
+                    .neutral = 1.0,
+                    .minimum = 0.0,
+                    .maximum = 1.0,
+                    .start = 1.0,
+                    .flags = BEAM_PARAMETER_POSITION | BEAM_PARAMETER_INNER}},
+    .terms = terms,
+    .n_terms = 1,
+};

@@ -1,0 +1,61 @@
+/* SPDX-License-Identifier: MIT */
+#include "beam_effect.h"
+
+/* A stiffer clamp than this is rigid: below 1e-6 in every frequency of a laboratory beam (EI/ℓ of order 1 N·m). */
+#define COMPLIANCE_FLOOR BEAM_K(1e-7)
+
+static int terms(const beam_real p[], const struct beam_place *place, struct beam_term out[BEAM_EFFECT_TERMS])
+{
+    (void)place;
+    beam_real c = p[0];
+    if (beam_less(c, COMPLIANCE_FLOOR))
+        c = COMPLIANCE_FLOOR; /* the slope at the floor stands for the slope at 0, so that a search can leave it */
+    out[0].place.kind = BEAM_AT_ROOT;
+    out[0].value.stiffness = BEAM_K(1.0) / c; /* (y'(0) + τ y'_t(0)) / c · φ'(0) */
+    out[0].value.damping = p[1] / c;
+    out[0].by_parameter[0].stiffness = -BEAM_K(1.0) / (c * c);
+    out[0].by_parameter[0].damping = -p[1] / (c * c);
+    out[0].by_parameter[1].damping = BEAM_K(1.0) / c;
+    return 0;
+}
+
+const struct beam_effect BEAM_NAME(effect_root_compliance) = {
+    .id = "root_compliance",
+    .family = BEAM_FAMILY_STRUCTURE,
+    .title = "a clamp that turns a little under the root moment",
+    .form = "(y'(0) + τ y'_t(0))/c · φ'(0), with y'(0) free",
+    .source =
+        "Blevins, Formulas for Natural Frequency and Mode Shape: beam with a torsion spring at its root; the loss as "
+        "a rotational Kelvin–Voigt element",
+    .looks_like =
+        "Every frequency falls by nearly the same share, 2 c EI/ℓ while c is small, so EI fitted from "
+        "frequencies comes out too low. Against the motion of the tip, strain near the clamp shrinks and deflection "
+        "near it grows. A lossy "
+        "clamp (τ) adds damping that grows with frequency. Nothing depends on amplitude while the screws hold.",
+    .confused_with =
+        "tip_mass and low EI or high ρ: hold ρ at the weighed value and add a tip sensor beside the one near the "
+        "clamp, or re-tighten the clamp and compare. cDI and viscoelastic: damping from the clamp follows the root "
+        "moment, "
+        "and changes when the clamp is re-tightened.",
+    .target_cost = "none per step: the basis holds one shape with y'(0) ≠ 0; numbers in K and C before factoring",
+    .n_parameters = 2,
+    .parameters = {{.name = "compliance_radpNm",
+                    .unit = "rad/(N·m)",
+                    .what = "rotation of the clamp per root moment",
+                    .neutral = 0.0,
+                    .minimum = 0.0,
+                    .maximum = 10.0,
+                    .start = 2e-3,
+                    .flags = 0},
+                   {.name = "loss_s",
+                    .unit = "s",
+                    .what = "damping of the clamp over its stiffness",
+                    .neutral = 0.0,
+                    .minimum = 0.0,
+                    .maximum = 1.0,
+                    .start = 1e-3,
+                    .flags = BEAM_PARAMETER_INNER}},
+    .releases_root = 1,
+    .terms = terms,
+    .n_terms = 1,
+};

@@ -1,0 +1,39 @@
+/* SPDX-License-Identifier: MIT */
+#include "beam_effect.h"
+
+static int filter(const beam_real p[], struct beam_filter_output *out)
+{
+    out->value.b0 = BEAM_K(1.0); /* e^(−s d) */
+    out->value.a0 = BEAM_K(1.0);
+    out->value.delay_s = p[0];
+    out->by_parameter[0].delay_s = BEAM_K(1.0);
+    return 0;
+}
+
+const struct beam_effect BEAM_NAME(effect_sensor_delay) = {
+    .id = "sensor_delay",
+    .family = BEAM_FAMILY_MEASUREMENT,
+    .title = "outputs arrive late by a fixed time",
+    .form = "v(t) = w(t − d), every output channel",
+    .source = "Bendat and Piersol, Random Data: time delay and the phase of a frequency response",
+    .looks_like = "Phase between input and output lags in proportion to frequency, 360° × frequency × d, while "
+                  "amplitudes, frequencies and "
+                  "decay rates are right. The misfit grows with mode number and is largest just after the hit.",
+    .confused_with =
+        "sensor_lag: also loses amplitude at high modes. clock_error: its lag grows along the record, a delay's does "
+        "not. sensor_highpass: leads at low frequency. Record the input on two channels, or look at the phase above "
+        "the "
+        "highest mode.",
+    .target_cost = "a ring buffer per channel: 2 multiply-adds a step for the fraction of a sample",
+    .n_parameters = 1,
+    .parameters = {{.name = "delay_s",
+                    .unit = "s",
+                    .what = "time by which the outputs are late against the inputs",
+                    .neutral = 0.0,
+                    .minimum = 0.0,
+                    .maximum = 1.0,
+                    .start = 1e-4,
+                    .flags = 0}},
+    .channels = BEAM_CHANNELS_EVERY_OUTPUT,
+    .filter = filter,
+};
