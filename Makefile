@@ -2,74 +2,151 @@
 # beamfit — `make help` lists the targets.
 SHELL := /bin/bash
 .DEFAULT_GOAL := all
+VERSION := 0.1.0
 
-B      ?= build
-CC     ?= gcc
-OPT    ?= -O2 -g
-WARN   := -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wstrict-prototypes -Wmissing-prototypes
-CFLAGS ?=
-STD    := -std=c11 -D_GNU_SOURCE
-PKGS   := nlopt libserialport libfyaml jansson matio fftw3 lapacke openblas sndfile
-INC    := -Ilib -Ihost -I/usr/include/suitesparse -I/usr/include/arpack $(shell pkg-config --cflags $(PKGS) 2>/dev/null)
-LIBS   := $(shell pkg-config --libs $(PKGS) 2>/dev/null) -lcholmod -larpack -lbearssl -lpthread -lm
+# ---- What a caller may set ----
+B       ?= build
+CC      ?= gcc
+OPT     ?= -O2 -g
+CFLAGS  ?=
+WERROR  ?=
+PREFIX  ?= /usr/local
+DESTDIR ?=
+JOBS    ?= 2
+FUZZ_SECONDS ?= 20
+
+# ---- Flags ----
+WARN  := -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wstrict-prototypes -Wmissing-prototypes \
+         $(if $(WERROR),-Werror)
+STD   := -std=c11 -D_GNU_SOURCE -DBEAMFIT_VERSION='"$(VERSION)"'
+PKGS  := nlopt libserialport libfyaml jansson matio fftw3 lapacke openblas sndfile
+INC   := -Ilib -Ihost -I/usr/include/suitesparse -I/usr/include/arpack $(shell pkg-config --cflags $(PKGS) 2>/dev/null)
+LIBS  := $(shell pkg-config --libs $(PKGS) 2>/dev/null) -lcholmod -larpack -lbearssl -lpthread -lm
 ALLFLAGS = $(STD) $(OPT) $(WARN) $(INC) $(CFLAGS)
+# The library sees its own headers only; no contraction, so that every target rounds alike.
+LIBFLAGS = $(STD) $(OPT) $(WARN) -Ilib $(CFLAGS) -ffp-contract=off
+SANITIZE := -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer
 
-LIB_SRC  := $(wildcard lib/*.c) $(wildcard lib/effects/*.c)
-HOST_SRC := $(filter-out host/main.c,$(wildcard host/*.c)) $(wildcard host/cmd/*.c)
-GEN_SRC  := $(B)/gen/effects_table.c
+# ---- Sources: found, not listed ----
+LIB_SRC    := $(wildcard lib/*.c) $(wildcard lib/effects/*.c)
+HOST_SRC   := $(filter-out host/main.c,$(wildcard host/*.c)) $(wildcard host/cmd/*.c)
+UNIT_SRC   := $(wildcard tests/unit/test_*.c)
+SYSTEM_SRC := $(wildcard tests/system/test_*.c)
+GEN_SRC    := $(B)/gen/effects_table.c
 LIB_OBJ   = $(LIB_SRC:%.c=$(B)/double/%.o) $(B)/double/effects_table.o
 FLOAT_OBJ = $(LIB_SRC:%.c=$(B)/float/%.o) $(B)/float/effects_table.o
 CPLX_OBJ  = $(patsubst %.c,$(B)/complex/%.o,$(wildcard lib/effects/*.c)) $(B)/complex/effects_table.o
 HOST_OBJ  = $(HOST_SRC:%.c=$(B)/%.o)
+ARCHIVES  = $(B)/libhost.a $(B)/libbeam.a $(B)/libbeamf.a $(B)/libbeamc.a
 
-all: $(B)/beamfit ## build the program and the libraries
+all: $(B)/beamfit $(B)/libbeamf.a ## build the program and the libraries
 
+# ---- Objects ----
 $(B)/gen/effects_table.c: tools/effects_table.sh $(wildcard lib/effects/*.c)
 	@mkdir -p $(@D)
 	sh tools/effects_table.sh lib/effects > $@
 $(B)/double/effects_table.o: $(GEN_SRC)
 	@mkdir -p $(@D)
-	$(CC) $(ALLFLAGS) -ffp-contract=off -c $< -o $@
+	$(CC) $(LIBFLAGS) -c $< -o $@
 $(B)/float/effects_table.o: $(GEN_SRC)
 	@mkdir -p $(@D)
-	$(CC) $(ALLFLAGS) -ffp-contract=off -DBEAM_FLOAT -c $< -o $@
+	$(CC) $(LIBFLAGS) -DBEAM_FLOAT -c $< -o $@
 $(B)/complex/effects_table.o: $(GEN_SRC)
 	@mkdir -p $(@D)
-	$(CC) $(ALLFLAGS) -DBEAM_COMPLEX -c $< -o $@
+	$(CC) $(LIBFLAGS) -DBEAM_COMPLEX -c $< -o $@
 $(B)/double/%.o: %.c
 	@mkdir -p $(@D)
-	$(CC) $(ALLFLAGS) -ffp-contract=off -MMD -c $< -o $@
+	$(CC) $(LIBFLAGS) -MMD -MP -c $< -o $@
 $(B)/float/%.o: %.c
 	@mkdir -p $(@D)
-	$(CC) $(ALLFLAGS) -ffp-contract=off -DBEAM_FLOAT -MMD -c $< -o $@
+	$(CC) $(LIBFLAGS) -DBEAM_FLOAT -MMD -MP -c $< -o $@
 $(B)/complex/%.o: %.c
 	@mkdir -p $(@D)
-	$(CC) $(ALLFLAGS) -DBEAM_COMPLEX -MMD -c $< -o $@
-$(B)/%.o: %.c
+	$(CC) $(LIBFLAGS) -DBEAM_COMPLEX -MMD -MP -c $< -o $@
+$(B)/host/%.o: host/%.c
 	@mkdir -p $(@D)
-	$(CC) $(ALLFLAGS) -MMD -c $< -o $@
+	$(CC) $(ALLFLAGS) -MMD -MP -c $< -o $@
 
+# ---- Archives and program ----
 $(B)/libbeam.a: $(LIB_OBJ)
-	ar rcs $@ $^
+	rm -f $@; ar rcs $@ $^
 $(B)/libbeamf.a: $(FLOAT_OBJ)
-	ar rcs $@ $^
+	rm -f $@; ar rcs $@ $^
 $(B)/libbeamc.a: $(CPLX_OBJ)
-	ar rcs $@ $^
+	rm -f $@; ar rcs $@ $^
 $(B)/libhost.a: $(HOST_OBJ)
 	rm -f $@; ar rcs $@ $^
 $(B)/beamfit: $(B)/host/main.o $(B)/libhost.a $(B)/libbeam.a
 	$(CC) $(OPT) $(CFLAGS) $^ $(LIBS) -o $@
 
-# unit tests: tests/unit/test_x.c -> $(B)/tests/test_x
-TESTS := $(patsubst tests/unit/%.c,$(B)/tests/%,$(wildcard tests/unit/test_*.c))
-$(B)/tests/%: tests/unit/%.c $(B)/libhost.a $(B)/libbeam.a $(B)/libbeamf.a $(B)/libbeamc.a
+# ---- Tests: tests/unit/test_x.c -> $(B)/tests/test_x, tests/system/test_y.c -> $(B)/system/test_y ----
+UNIT_TESTS   := $(UNIT_SRC:tests/unit/%.c=$(B)/tests/%)
+SYSTEM_TESTS := $(SYSTEM_SRC:tests/system/%.c=$(B)/system/%)
+$(B)/tests/%: tests/unit/%.c $(ARCHIVES)
 	@mkdir -p $(@D)
-	$(CC) $(ALLFLAGS) -Itests -MMD $< $(B)/libhost.a $(B)/libbeam.a $(B)/libbeamf.a $(B)/libbeamc.a $(LIBS) -lcmocka -o $@
-unit: $(TESTS) ## build and run the unit tests
-	@for t in $(TESTS); do $$t || exit 1; done
+	$(CC) $(ALLFLAGS) -Itests -MMD -MP $< $(ARCHIVES) $(LIBS) -lcmocka -o $@
+$(B)/system/%.o: tests/system/%.c
+	@mkdir -p $(@D)
+	$(CC) $(STD) $(OPT) $(WARN) $(CFLAGS) -MMD -MP -c $< -o $@
+$(SYSTEM_TESTS): $(B)/system/%: $(B)/system/%.o $(B)/system/run_program.o
+	$(CC) $(OPT) $(CFLAGS) $^ -lcmocka -lm -o $@
+.SECONDARY: $(SYSTEM_TESTS:%=%.o)
+
+tests: all $(UNIT_TESTS) $(SYSTEM_TESTS)
+unit: $(UNIT_TESTS) ## build and run the unit tests of one build (no sanitizers)
+	tests/run $(B)
+
+test: ## everything: install what is missing, build twice (sanitizers, plain), run all tests
+	@tools/deps.sh build test
+	@$(MAKE) --no-print-directory test-both
+test-both:
+	+$(MAKE) --no-print-directory -j$(JOBS) B=$(B) tests
+	+$(MAKE) --no-print-directory -j$(JOBS) B=$(B)/san OPT="-O1 -g" CFLAGS="$(SANITIZE) $(CFLAGS)" tests
+	tests/run $(B)/san $(B)
+
+demo: ## install what is missing, build, fit the paper's two experiments, draw the pictures
+	@tools/deps.sh build
+	@$(MAKE) --no-print-directory -j$(JOBS) all
+	@tools/demo.sh $(B)/beamfit $(B)/demo
+
+deps: ## install every Debian package that is missing (apt-get; sudo when not root)
+	@tools/deps.sh build test check
+
+# ---- Checks ----
+lint: ## clang-format, clang-tidy, cppcheck and shell syntax over every source
+	+@STD='$(STD)' INC='$(INC)' JOBS='$(JOBS)' tools/lint.sh
+layers: ## who includes whom, which file sees which library, licence lines
+	@tools/layers.sh
+size: $(B)/libbeamf.a ## size and stack of the library per function; nm proves what it does not use
+	@tools/size.sh $(B)/size
+bench: all ## our fit beside a plain reference, and the instructions of one step
+	+@$(MAKE) --no-print-directory -f tests/bench/bench.mk B=$(B) run
+fuzz: ## feed hostile bytes to every reader for FUZZ_SECONDS each
+	+@CC=clang FUZZ_SECONDS=$(FUZZ_SECONDS) JOBS=$(JOBS) tools/fuzz.sh $(B)/fuzz
+
+# ---- Installation ----
+MAN1 := $(wildcard docs/man/*.1)
+install: all ## install program, libraries, headers, pkg-config file and man page under DESTDIR/PREFIX
+	install -d $(DESTDIR)$(PREFIX)/bin $(DESTDIR)$(PREFIX)/lib/pkgconfig $(DESTDIR)$(PREFIX)/include/beamfit \
+	    $(DESTDIR)$(PREFIX)/share/man/man1
+	install -m 755 $(B)/beamfit $(DESTDIR)$(PREFIX)/bin/
+	install -m 644 $(B)/libbeam.a $(B)/libbeamf.a $(DESTDIR)$(PREFIX)/lib/
+	install -m 644 lib/*.h $(DESTDIR)$(PREFIX)/include/beamfit/
+	sed -e 's|@PREFIX@|$(PREFIX)|; s|@VERSION@|$(VERSION)|' packaging/beamfit.pc.in \
+	    > $(DESTDIR)$(PREFIX)/lib/pkgconfig/beamfit.pc
+	$(if $(MAN1),install -m 644 $(MAN1) $(DESTDIR)$(PREFIX)/share/man/man1/)
+uninstall: ## remove what install put there
+	rm -f $(DESTDIR)$(PREFIX)/bin/beamfit $(DESTDIR)$(PREFIX)/lib/libbeam.a $(DESTDIR)$(PREFIX)/lib/libbeamf.a \
+	    $(DESTDIR)$(PREFIX)/lib/pkgconfig/beamfit.pc $(patsubst docs/man/%,$(DESTDIR)$(PREFIX)/share/man/man1/%,$(MAN1))
+	rm -rf $(DESTDIR)$(PREFIX)/include/beamfit
 
 clean: ## remove everything built
 	rm -rf build
 
--include $(shell find $(B) -name '*.d' 2>/dev/null)
-.PHONY: all unit clean
+help: ## this list
+	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 18
+
+DEPFILES = $(LIB_OBJ:.o=.d) $(FLOAT_OBJ:.o=.d) $(CPLX_OBJ:.o=.d) $(HOST_OBJ:.o=.d) $(B)/host/main.d \
+           $(UNIT_TESTS:%=%.d) $(SYSTEM_TESTS:%=%.d) $(B)/system/run_program.d
+-include $(wildcard $(DEPFILES))
+.PHONY: all tests unit test test-both demo deps lint layers size bench fuzz install uninstall clean help

@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 #include "error.h"
+#undef bf_fail
+#undef bf_fail_at
 
 /* One printable line: text quoted from a hostile file must not move the cursor or add lines. */
 static void make_one_line(char *text)

@@ -33,6 +33,11 @@ enum bf_status bf_fail(struct bf_error *err, enum bf_status status, const char *
 enum bf_status bf_fail_at(struct bf_error *err, const char *file, long line, const char *format, ...)
     __attribute__((format(printf, 4, 5)));
 
+#ifdef __clang_analyzer__ /* let clang's analyser see the status that they return */
+#define bf_fail(err, status, ...) ((bf_fail)(err, status, __VA_ARGS__), (status))
+#define bf_fail_at(err, file, line, ...) ((bf_fail_at)(err, file, line, __VA_ARGS__), BF_BAD_FILE)
+#endif
+
 /* A note for the person at the terminal, on standard error: "beamfit: warning: …" (never an error). */
 void bf_warn(const char *format, ...) __attribute__((format(printf, 1, 2)));
 
