@@ -1,0 +1,115 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "fine.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* Gauss–Legendre, 4 points: exact to degree 7; a product of two cubics has degree 6. */
+static const double gauss_x[4] = {-0.86113631159405257522, -0.33998104358485626480, 0.33998104358485626480,
+                                  0.86113631159405257522};
+static const double gauss_w[4] = {0.34785484513745385737, 0.65214515486254614263, 0.65214515486254614263,
+                                  0.34785484513745385737};
+
+static void boundary(enum model_support support, bool root_released, size_t *lead, size_t *trail)
+{
+    switch (support) {
+    case SUPPORT_CLAMPED_FREE:
+        *lead = 2, *trail = 0;
+        break;
+    case SUPPORT_CLAMPED_CLAMPED:
+        *lead = 2, *trail = 2;
+        break;
+    case SUPPORT_PINNED_PINNED:
+        *lead = 1, *trail = 1;
+        break;
+    case SUPPORT_FREE_FREE:
+        *lead = 0, *trail = 0;
+        break;
+    }
+    if (root_released && *lead == 2)
+        *lead = 1; /* φ(0) = 0 stays, φ'(0) is free */
+}
+
+enum bf_status fine_new(const struct model *model, size_t n_splines, bool root_released, struct fine_space *out,
+                        struct bf_error *err)
+{
+    double *edges = bf_alloc(model->n_regions + 1, sizeof *edges);
+    size_t n_edges = 0;
+    for (size_t r = 0; r + 1 < model->n_regions; r++)
+        edges[n_edges++] = model->regions[r].to_m;
+    *out = (struct fine_space){.length_m = model->length_m};
+    enum bf_status status = spline_new(model->length_m, edges, n_edges, n_splines, &out->spline, err);
+    free(edges);
+    if (status != BF_OK)
+        return status;
+    boundary(model->support, root_released, &out->lead, &out->trail);
+    out->n = out->spline.n - out->lead - out->trail;
+    return BF_OK;
+}
+
+void fine_free(struct fine_space *space)
+{
+    spline_free(&space->spline);
+    *space = (struct fine_space){0};
+}
+
+/* band += scale · v vᵀ for the four functions of v (those that were left out are skipped). */
+static void add_outer(const struct fine_space *space, size_t first, const double v[SPLINE_ORDER], double scale,
+                      double band[])
+{
+    for (size_t a = 0; a < SPLINE_ORDER; a++) {
+        size_t i = first + a;
+        if (i < space->lead || i - space->lead >= space->n)
+            continue;
+        for (size_t b = a; b < SPLINE_ORDER && first + b - space->lead < space->n; b++)
+            band[(i - space->lead) * FINE_BAND + (b - a)] += scale * v[a] * v[b];
+    }
+}
+
+void fine_add_form(const struct fine_space *space, int derivative, double from_m, double to_m, double scale,
+                   double band[])
+{
+    const double *t = space->spline.knots;
+    for (size_t i = 3; i < space->spline.n; i++) {
+        double h = t[i + 1] - t[i], middle = 0.5 * (t[i] + t[i + 1]);
+        if (!(h > 0.0) || middle < from_m || middle > to_m)
+            continue;
+        for (int q = 0; q < 4; q++) {
+            struct spline_values values;
+            spline_evaluate(&space->spline, middle + 0.5 * h * gauss_x[q], &values);
+            add_outer(space, values.first, values.d[derivative], scale * 0.5 * h * gauss_w[q], band);
+        }
+    }
+}
+
+void fine_add_point(const struct fine_space *space, int derivative, double at_m, double scale, double band[])
+{
+    struct spline_values values;
+    spline_evaluate(&space->spline, at_m, &values);
+    add_outer(space, values.first, values.d[derivative], scale, band);
+}
+
+void fine_add_functional(const struct fine_space *space, int derivative, double at_m, double scale, double g[])
+{
+    struct spline_values values;
+    spline_evaluate(&space->spline, at_m, &values);
+    for (size_t a = 0; a < SPLINE_ORDER; a++) {
+        size_t i = values.first + a;
+        if (i >= space->lead && i - space->lead < space->n)
+            g[i - space->lead] += scale * values.d[derivative][a];
+    }
+}
+
+void fine_multiply(const struct fine_space *space, const double band[], const double x[], double y[])
+{
+    size_t n = space->n;
+    memset(y, 0, n * sizeof *y);
+    for (size_t i = 0; i < n; i++) {
+        const double *row = band + i * FINE_BAND;
+        y[i] += row[0] * x[i];
+        for (size_t d = 1; d < FINE_BAND && i + d < n; d++) {
+            y[i] += row[d] * x[i + d];
+            y[i + d] += row[d] * x[i];
+        }
+    }
+}

@@ -1,0 +1,66 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "system.h"
+
+#include <stdint.h>
+#include <stdlib.h>
+
+struct parameter_map parameter_map_new(const struct model *model, const struct parameter_ref refs[], size_t n,
+                                       size_t n_records)
+{
+    size_t records = n_records > 0 ? n_records : 1;
+    struct parameter_map map = {.n = n, .n_records = records, .n_effects = model->n_effects};
+    map.EI = bf_alloc(model->n_materials, sizeof(size_t));
+    map.rho = bf_alloc(model->n_materials, sizeof(size_t));
+    map.cDI = bf_alloc(model->n_materials, sizeof(size_t));
+    size_t slots = records * model->n_effects * BEAM_EFFECT_PARAMETERS;
+    map.effect = bf_alloc(slots, sizeof(size_t));
+    for (size_t i = 0; i < slots; i++)
+        map.effect[i] = SIZE_MAX;
+    for (size_t i = 0; i < n; i++) {
+        switch (refs[i].role) {
+        case ROLE_EI:
+            map.EI[refs[i].owner] = i;
+            break;
+        case ROLE_RHO:
+            map.rho[refs[i].owner] = i;
+            break;
+        case ROLE_CDI:
+            map.cDI[refs[i].owner] = i;
+            break;
+        case ROLE_GAMMA:
+            map.gamma = i;
+            break;
+        case ROLE_KS:
+            map.Ks = i;
+            break;
+        case ROLE_KB:
+            map.KB = i;
+            break;
+        case ROLE_EFFECT:
+            for (size_t r = 0; r < records; r++)
+                if (refs[i].record < 0 || (size_t)refs[i].record == r)
+                    map.effect[(r * model->n_effects + refs[i].owner) * BEAM_EFFECT_PARAMETERS +
+                               (size_t)refs[i].slot] = i;
+            break;
+        }
+    }
+    return map;
+}
+
+void parameter_map_free(struct parameter_map *map)
+{
+    free(map->EI);
+    free(map->rho);
+    free(map->cDI);
+    free(map->effect);
+    *map = (struct parameter_map){0};
+}
+
+void parameter_map_effect(const struct parameter_map *map, size_t record, size_t effect, const double theta[],
+                          double p[BEAM_EFFECT_PARAMETERS])
+{
+    for (int s = 0; s < BEAM_EFFECT_PARAMETERS; s++) {
+        size_t i = parameter_map_slot(map, record, effect, s);
+        p[s] = i == SIZE_MAX ? 0.0 : theta[i];
+    }
+}

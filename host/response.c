@@ -1,0 +1,386 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "response.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "spectrum.h"
+
+/* e^(−σ T_padded): what is left of the response's start after one turn around the padded record. */
+static const double wrap = 1e-9;
+/* Poles beyond this multiple of the largest |s| enter as a power series in s/p ... */
+static const double far_ratio = 3.0;
+/* ... of this many terms: (1/3)^18 = 2.6e-9 of an already small contribution. */
+enum { FAR_TERMS = 18, CHUNK = 128 };
+
+enum bf_status response_grid_new(size_t n, double dt_s, enum intersample intersample, struct response_grid *out,
+                                 struct bf_error *err)
+{
+    if (n < 2 || !(dt_s > 0.0))
+        return bf_fail(err, BF_NUMERIC, "a prediction needs at least two samples and a positive sample interval");
+    size_t n_fft = fft_good_size(2 * n);
+    double sigma = -log(wrap) / ((double)n_fft * dt_s);
+    *out = (struct response_grid){.n = n, .n_fft = n_fft, .m = n_fft / 2 + 1, .dt_s = dt_s, .sigma = sigma,
+                                  .intersample = intersample};
+    out->s = bf_alloc(out->m, sizeof *out->s);
+    out->weight = bf_alloc(n, sizeof *out->weight);
+    for (size_t k = 0; k < out->m; k++)
+        out->s[k] = sigma + 2.0 * acos(-1.0) * (double)k / ((double)n_fft * dt_s) * I;
+    for (size_t k = 0; k < n; k++)
+        out->weight[k] = exp(-sigma * dt_s * (double)k);
+    return BF_OK;
+}
+
+void response_grid_free(struct response_grid *grid)
+{
+    free(grid->s);
+    free(grid->weight);
+    *grid = (struct response_grid){0};
+}
+
+enum bf_status response_transform(const struct response_grid *grid, const double x[], double complex U[],
+                                  struct bf_error *err)
+{
+    const struct fft *plan;
+    enum bf_status status = fft_get(grid->n_fft, &plan, err);
+    if (status != BF_OK)
+        return status;
+    double *padded = bf_alloc(grid->n_fft, sizeof *padded);
+    for (size_t k = 0; k < grid->n; k++)
+        padded[k] = x[k] * grid->weight[k];
+    fft_forward(plan, padded, U);
+    free(padded);
+    return BF_OK;
+}
+
+enum bf_status response_back(const struct response_grid *grid, const double complex Y[], double y[],
+                             struct bf_error *err)
+{
+    const struct fft *plan;
+    enum bf_status status = fft_get(grid->n_fft, &plan, err);
+    if (status != BF_OK)
+        return status;
+    double *padded = bf_alloc(grid->n_fft, sizeof *padded);
+    fft_inverse(plan, Y, padded);
+    for (size_t k = 0; k < grid->n; k++)
+        y[k] = padded[k] / grid->weight[k];
+    free(padded);
+    return BF_OK;
+}
+
+/* ---- One pole, one step ---- */
+
+/* φ1 = (e^a − 1)/a, φ2 = (e^a − 1 − a)/a² and their derivatives by a; power series where the formulas cancel. */
+static void phi_functions(double complex a, double complex phi[2], double complex d_phi[2])
+{
+    if (cabs(a) > 0.5) {
+        double complex e = cexp(a);
+        phi[0] = (e - 1.0) / a;
+        phi[1] = (phi[0] - 1.0) / a;
+        d_phi[0] = (e - phi[0]) / a;
+        d_phi[1] = (d_phi[0] - phi[1]) / a;
+        return;
+    }
+    phi[0] = phi[1] = d_phi[0] = d_phi[1] = 0.0;
+    double complex power = 1.0, previous = 0.0; /* a^j, j a^(j−1) */
+    double factorial = 1.0;                     /* j! */
+    for (int j = 0; j < 18; j++) {
+        double f1 = factorial * (double)(j + 1), f2 = f1 * (double)(j + 2);
+        phi[0] += power / f1;
+        phi[1] += power / f2;
+        d_phi[0] += previous / f1;
+        d_phi[1] += previous / f2;
+        previous = (double)(j + 1) * power;
+        power *= a;
+        factorial = f1;
+    }
+}
+
+struct pole_step pole_step(double complex p, double dt_s)
+{
+    double complex phi[2], d_phi[2];
+    phi_functions(p * dt_s, phi, d_phi);
+    struct pole_step step;
+    step.e = cexp(p * dt_s);
+    step.g1 = dt_s * phi[1];
+    step.g0 = dt_s * (phi[0] - phi[1]);
+    step.d_e = dt_s * step.e;
+    step.d_g1 = dt_s * dt_s * d_phi[1];
+    step.d_g0 = dt_s * dt_s * (d_phi[0] - d_phi[1]);
+    return step;
+}
+
+/* ---- Kernels ---- */
+
+/* Near poles: X = 1/(s − p) (or its held form) and dX/dp on the grid, conjugates as terms of their own. */
+struct term {
+    size_t pole;
+    bool conjugate;
+};
+
+struct response_kernel {
+    const struct system *system;
+    const struct response_grid *grid;
+    size_t n_terms, n_far;
+    struct term *terms;
+    size_t *far;
+    double *X; /* [n_terms][4][m]: Re X, Im X, Re dX/dp, Im dX/dp */
+};
+
+static void fill_band_limited(const struct response_grid *grid, double complex p, double X[])
+{
+    size_t m = grid->m;
+    for (size_t k = 0; k < m; k++) {
+        double re = creal(grid->s[k]) - creal(p), im = cimag(grid->s[k]) - cimag(p);
+        double size = re * re + im * im;
+        double x = re / size, y = -im / size;
+        X[k] = x;
+        X[m + k] = y;
+        X[2 * m + k] = x * x - y * y;
+        X[3 * m + k] = 2.0 * x * y;
+    }
+}
+
+/* q_{k+1} = e q_k + g0 u_k + g1 u_{k+1}: X(z) = (g0 + g1 z)/(z − e), z = e^(s dt). */
+static void fill_held(const struct response_grid *grid, double complex p, double X[])
+{
+    size_t m = grid->m;
+    struct pole_step step = pole_step(p, grid->dt_s);
+    if (grid->intersample == INTERSAMPLE_ZERO_ORDER_HOLD) {
+        step.g0 += step.g1;
+        step.d_g0 += step.d_g1;
+        step.g1 = step.d_g1 = 0.0;
+    }
+    for (size_t k = 0; k < m; k++) {
+        double complex z = cexp(grid->s[k] * grid->dt_s), d = 1.0 / (z - step.e);
+        double complex x = (step.g0 + step.g1 * z) * d;
+        double complex dx = (step.d_g0 + step.d_g1 * z + step.d_e * x) * d;
+        X[k] = creal(x);
+        X[m + k] = cimag(x);
+        X[2 * m + k] = creal(dx);
+        X[3 * m + k] = cimag(dx);
+    }
+}
+
+struct response_kernel *response_kernel_new(const struct system *system, const struct response_grid *grid)
+{
+    struct response_kernel *kernel = bf_alloc(1, sizeof *kernel);
+    *kernel = (struct response_kernel){.system = system, .grid = grid};
+    kernel->terms = bf_alloc(system->n_all, sizeof *kernel->terms);
+    kernel->far = bf_alloc(system->n_poles, sizeof *kernel->far);
+    double s_max = cabs(grid->s[grid->m - 1]);
+    for (size_t k = 0; k < system->n_poles; k++) {
+        if (grid->intersample == INTERSAMPLE_BAND_LIMITED && cabs(system->p[k]) > far_ratio * s_max) {
+            kernel->far[kernel->n_far++] = k;
+            continue;
+        }
+        kernel->terms[kernel->n_terms++] = (struct term){.pole = k};
+        if (k < system->n_pairs)
+            kernel->terms[kernel->n_terms++] = (struct term){.pole = k, .conjugate = true};
+    }
+    kernel->X = bf_alloc(kernel->n_terms * 4 * grid->m, sizeof *kernel->X);
+    for (size_t t = 0; t < kernel->n_terms; t++) {
+        double complex p = system->p[kernel->terms[t].pole];
+        double *X = kernel->X + t * 4 * grid->m;
+        if (grid->intersample == INTERSAMPLE_BAND_LIMITED)
+            fill_band_limited(grid, kernel->terms[t].conjugate ? conj(p) : p, X);
+        else
+            fill_held(grid, kernel->terms[t].conjugate ? conj(p) : p, X);
+    }
+    return kernel;
+}
+
+void response_kernel_free(struct response_kernel *kernel)
+{
+    if (kernel == NULL)
+        return;
+    free(kernel->terms);
+    free(kernel->far);
+    free(kernel->X);
+    free(kernel);
+}
+
+/* ---- Sums over poles ---- */
+
+/* Coefficients of every term: H += r X + q dX/dp, and a power series c of the far poles. */
+struct expansion {
+    double complex *r, *q; /* [n_terms] */
+    double c[FAR_TERMS];
+    double constant;       /* held inputs: what multiplies u directly */
+    bool derivative;
+};
+
+/* 1/(s − p) = −Σ s^j/p^(j+1);  1/(s − p)² = Σ (j + 1) s^j/p^(j+2). Conjugate pairs sum to twice the real part. */
+static void add_far(struct expansion *x, double complex p, double complex r, double complex q, double multiplicity)
+{
+    double complex inverse = 1.0 / p, power = inverse;
+    for (int j = 0; j < FAR_TERMS; j++) {
+        x->c[j] += multiplicity * creal(-r * power + q * (double)(j + 1) * power * inverse);
+        power *= inverse;
+    }
+}
+
+static void set_term(const struct response_kernel *kernel, struct expansion *x, size_t t, double complex r,
+                     double complex q)
+{
+    bool conjugate = kernel->terms[t].conjugate;
+    x->r[t] = conjugate ? conj(r) : r;
+    x->q[t] = conjugate ? conj(q) : q;
+}
+
+static double complex integer_power(double complex p, int order)
+{
+    double complex result = 1.0;
+    for (int i = 0; i < order; i++)
+        result *= p;
+    return result;
+}
+
+/* With a held input s^ν acts on the state: r p^ν, and the acceleration's direct term Σ r p. */
+static void held_order(int order, double complex p, double multiplicity, double complex *r, double complex *q,
+                       double complex dr, double complex dp, struct expansion *x)
+{
+    double complex power = integer_power(p, order), value = *r;
+    if (!x->derivative) {
+        *r = value * power;
+        if (order == 2)
+            x->constant += multiplicity * creal(value * p);
+        return;
+    }
+    double complex lower = order > 0 ? (double)order * integer_power(p, order - 1) : 0.0;
+    *r = dr * power + value * lower * dp;
+    *q = value * power * dp;
+    if (order == 2)
+        x->constant += multiplicity * creal(dr * p + value * dp);
+}
+
+/* Residues r_k = α_k β_k and q_k = r_k δp_k of pole k, or their derivative, into the expansion. */
+static void expand(const struct response_kernel *kernel, int order, const double complex alpha[],
+                   const double complex beta[], const double complex d_alpha[], const double complex d_beta[],
+                   const double complex d_p[], struct expansion *x)
+{
+    const struct system *s = kernel->system;
+    bool held = kernel->grid->intersample != INTERSAMPLE_BAND_LIMITED;
+    size_t t = 0, far = 0;
+    for (size_t k = 0; k < s->n_poles; k++) {
+        double multiplicity = k < s->n_pairs ? 2.0 : 1.0;
+        double complex value = alpha[k] * beta[k], r = value, q = 0.0, dr = 0.0, dp = 0.0;
+        if (x->derivative) {
+            dr = d_alpha[k] * beta[k] + alpha[k] * d_beta[k];
+            dp = d_p != NULL ? d_p[k] : 0.0;
+            r = held ? value : dr;
+            q = value * dp;
+        }
+        if (held)
+            held_order(order, s->p[k], multiplicity, &r, &q, dr, dp, x);
+        if (far < kernel->n_far && kernel->far[far] == k) {
+            add_far(x, s->p[k], r, q, multiplicity);
+            far++;
+            continue;
+        }
+        set_term(kernel, x, t++, r, q);
+        if (k < s->n_pairs)
+            set_term(kernel, x, t++, r, q);
+    }
+}
+
+/* One chunk of the grid: constant trip counts, so that the compiler uses vectors. */
+static void sum_chunk(const struct response_kernel *kernel, const struct expansion *x, size_t first, double re[CHUNK],
+                      double im[CHUNK])
+{
+    size_t m = kernel->grid->m;
+    for (size_t t = 0; t < kernel->n_terms; t++) {
+        const double *X = kernel->X + t * 4 * m + first;
+        const double *Y = X + m;
+        double rr = creal(x->r[t]), ri = cimag(x->r[t]);
+        for (size_t i = 0; i < CHUNK; i++) {
+            re[i] += rr * X[i] - ri * Y[i];
+            im[i] += rr * Y[i] + ri * X[i];
+        }
+        if (!x->derivative)
+            continue;
+        const double *dX = X + 2 * m, *dY = X + 3 * m;
+        double qr = creal(x->q[t]), qi = cimag(x->q[t]);
+        for (size_t i = 0; i < CHUNK; i++) {
+            re[i] += qr * dX[i] - qi * dY[i];
+            im[i] += qr * dY[i] + qi * dX[i];
+        }
+    }
+}
+
+static void add_series(const struct expansion *x, const double complex s[], size_t count, double re[], double im[])
+{
+    for (size_t i = 0; i < count; i++) {
+        double a = 0.0, b = 0.0, sr = creal(s[i]), si = cimag(s[i]);
+        for (int j = FAR_TERMS - 1; j >= 0; j--) {
+            double next = a * sr - b * si + x->c[j];
+            b = a * si + b * sr;
+            a = next;
+        }
+        re[i] += a;
+        im[i] += b;
+    }
+}
+
+static void times_power(int order, const double complex s[], size_t count, double re[], double im[])
+{
+    for (int o = 0; o < order; o++) {
+        for (size_t i = 0; i < count; i++) {
+            double sr = creal(s[i]), si = cimag(s[i]), a = re[i];
+            re[i] = a * sr - im[i] * si;
+            im[i] = a * si + im[i] * sr;
+        }
+    }
+}
+
+/* The last chunk is taken from the end of the grid and overlaps the one before: always CHUNK points. */
+static void sum_all(const struct response_kernel *kernel, int order, const struct expansion *x, double complex H[])
+{
+    const struct response_grid *grid = kernel->grid;
+    bool band_limited = grid->intersample == INTERSAMPLE_BAND_LIMITED;
+    size_t m = grid->m;
+    for (size_t first = 0; first < m; first += CHUNK) {
+        double re[CHUNK] = {0}, im[CHUNK] = {0};
+        size_t count = m - first < CHUNK ? m - first : CHUNK;
+        if (count == CHUNK) {
+            sum_chunk(kernel, x, first, re, im);
+        } else if (m >= CHUNK) {
+            double back_re[CHUNK] = {0}, back_im[CHUNK] = {0};
+            sum_chunk(kernel, x, m - CHUNK, back_re, back_im);
+            memcpy(re, back_re + CHUNK - count, count * sizeof *re);
+            memcpy(im, back_im + CHUNK - count, count * sizeof *im);
+        }
+        if (kernel->n_far > 0)
+            add_series(x, grid->s + first, count, re, im);
+        if (band_limited)
+            times_power(order, grid->s + first, count, re, im);
+        for (size_t i = 0; i < count; i++)
+            H[first + i] = re[i] + x->constant + im[i] * I;
+    }
+}
+
+static void run(const struct response_kernel *kernel, int order, const double complex alpha[],
+                const double complex beta[], const double complex d_alpha[], const double complex d_beta[],
+                const double complex d_p[], bool derivative, double complex H[])
+{
+    struct expansion x = {.derivative = derivative};
+    x.r = bf_alloc(2 * kernel->n_terms, sizeof *x.r);
+    x.q = x.r + kernel->n_terms;
+    expand(kernel, order, alpha, beta, d_alpha, d_beta, d_p, &x);
+    sum_all(kernel, order, &x, H);
+    free(x.r);
+}
+
+void response_value(const struct response_kernel *kernel, int order, const double complex alpha[],
+                    const double complex beta[], double complex H[])
+{
+    run(kernel, order, alpha, beta, NULL, NULL, NULL, false, H);
+}
+
+void response_derivative(const struct response_kernel *kernel, int order, const double complex alpha[],
+                         const double complex beta[], const double complex d_alpha[], const double complex d_beta[],
+                         const double complex d_p[], double complex H[])
+{
+    run(kernel, order, alpha, beta, d_alpha, d_beta, d_p, true, H);
+}

@@ -1,0 +1,40 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* system_work.h — what system.c (assembly) and poles.c (eigenvalues) share; for nobody else. */
+#ifndef BEAMFIT_SYSTEM_WORK_H
+#define BEAMFIT_SYSTEM_WORK_H
+
+#include "system.h"
+
+enum { BLOCK_DEPENDENCIES = BEAM_EFFECT_PARAMETERS + 1 };
+
+/* How a block enters at the current parameters: a(s) = s²m + sd + k + E τs/(1+τs), and da by each parameter. */
+struct block_use {
+    double value[COEFFICIENTS];
+    size_t n_dependencies;
+    struct {
+        size_t parameter;
+        double d[COEFFICIENTS];
+    } dependency[BLOCK_DEPENDENCIES];
+    size_t position;  /* the parameter that moves the block's place; SIZE_MAX: none */
+    const double *B;  /* [n × n] current matrix: the base's, or `own` */
+    double *own;      /* [n × n] moved place, or X of BLOCK_MODES */
+    double *B_at;     /* [n × n] dB/d(at_m) when position is not SIZE_MAX */
+};
+
+struct system_work {
+    struct block_use *use; /* [n_blocks] */
+};
+
+static inline double complex block_coefficient(const double c[COEFFICIENTS], double complex s)
+{
+    double complex a = (s * c[OF_MASS] + c[OF_DAMPING]) * s + c[OF_STIFFNESS];
+    if (c[OF_MEMORY] < 0.0 || c[OF_MEMORY] > 0.0)
+        a += c[OF_MEMORY] * s * c[OF_RELAXATION] / (1.0 + s * c[OF_RELAXATION]);
+    return a;
+}
+
+/* Poles and vectors of the assembled system; derivatives for the parameters with want[i]. */
+enum bf_status poles_compute(struct system *system, struct bf_error *err);
+enum bf_status poles_differentiate(struct system *system, const bool want[], struct bf_error *err);
+
+#endif
