@@ -1,0 +1,303 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "fit_problem.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include "dense.h"
+#include "progress.h"
+
+static const double onset_share = 0.01; /* of the input's peak */
+static const double unlimited = 14.0;   /* a logarithm moves this far (a factor of 1e6) where the file sets no bound */
+
+/* ---- Unknowns ---- */
+
+static double scale_of(const struct model *model, const struct parameter_ref *ref)
+{
+    const double value = fabs(ref->value);
+    if (ref->role != ROLE_EFFECT)
+        return value > 0.0 ? value : 1.0;
+    const struct beam_parameter_info *info = &model->effects[ref->owner].effect->parameters[ref->slot];
+    if (info->flags & BEAM_PARAMETER_POSITION)
+        return 0.1 * model->length_m;
+    const double start = isfinite(info->start) ? fabs(info->start) : 0.0;
+    const double scale = fmax(value, start);
+    return scale > 0.0 ? scale : 1.0;
+}
+
+static void set_prior(struct unknown *u, const struct parameter *info)
+{
+    u->prior = 0.0;
+    if (!(info->prior > 0.0))
+        return;
+    const double center = info->prior_value;
+    if (u->logarithmic) {
+        u->prior = info->prior;
+        u->prior_x = log(center > 0.0 ? center : info->value);
+    } else {
+        u->prior = info->prior * (fabs(center) > 0.0 ? fabs(center) / u->scale : 1.0);
+        u->prior_x = center / u->scale;
+    }
+}
+
+static void set_bounds(struct fit_problem *p, size_t i, double value)
+{
+    const struct unknown *u = &p->unknowns[i];
+    const struct parameter *info = p->refs[u->ref].info;
+    if (!u->logarithmic) {
+        p->lower[i] = info->min / u->scale;
+        p->upper[i] = info->max / u->scale;
+        return;
+    }
+    p->lower[i] = fmax(info->min > 0.0 ? log(info->min) : -INFINITY, log(value) - unlimited);
+    p->upper[i] = fmin(info->max > 0.0 ? log(info->max) : INFINITY, log(value) + unlimited);
+}
+
+static void find_unknowns(struct fit_problem *p, const struct model *model)
+{
+    for (size_t r = 0; r < p->n_refs; r++) {
+        const struct parameter_ref *ref = &p->refs[r];
+        p->theta[r] = ref->value;
+        p->want[r] = !ref->info->fixed;
+        if (ref->info->fixed)
+            continue;
+        struct unknown *u = &p->unknowns[p->n_unknowns];
+        *u = (struct unknown){
+            .ref = r, .logarithmic = ref->info->logarithmic && ref->value > 0.0, .scale = scale_of(model, ref)};
+        set_prior(u, ref->info);
+        set_bounds(p, p->n_unknowns, ref->value);
+        p->n_unknowns++;
+    }
+}
+
+/* ---- Records ---- */
+
+/* When the excitation begins, in seconds after the first sample; 0 for a free decay (its rows begin there). */
+static double onset_of(const struct model *model, const struct record *record)
+{
+    const char *kind = record_meta(record, "excitation");
+    if (kind && strcmp(kind, "free_decay") == 0)
+        return 0.0;
+    size_t first = record->n;
+    for (size_t i = 0; i < model->n_inputs; i++) {
+        const double *u = record_column(record, model->inputs[i].name);
+        double peak = 0.0;
+        for (size_t k = 0; u && k < record->n; k++)
+            peak = fmax(peak, fabs(u[k]));
+        for (size_t k = 0; u && peak > 0.0 && k < first; k++)
+            if (fabs(u[k]) > onset_share * peak)
+                first = k;
+    }
+    return first < record->n ? (double)first * record->dt_s : 0.0;
+}
+
+static bool level_unknown(const struct model *model, const struct record *record)
+{
+    const char *kind = record_meta(record, "excitation");
+    if (kind && strcmp(kind, "free_decay") == 0)
+        return false;
+    if (kind && strcmp(kind, "unknown_level") == 0)
+        return true;
+    for (size_t i = 0; i < model->n_inputs; i++)
+        if (model->inputs[i].level_per_record && record_column(record, model->inputs[i].name))
+            return true;
+    return false;
+}
+
+enum bf_status fit_problem_new(struct fit_problem *p, const struct model *model, struct predictor *predictor,
+                               const struct record records[], size_t n_records, const char *const names[],
+                               const struct parameter_ref refs[], size_t n_refs, const double sigma[],
+                               struct bf_error *err)
+{
+    *p = (struct fit_problem){.records = records,
+                              .n_records = n_records,
+                              .predictor = predictor,
+                              .n_refs = n_refs,
+                              .refs = refs,
+                              .names = names,
+                              .rebase_limit = 0.03};
+    p->unknowns = bf_alloc(n_refs, sizeof *p->unknowns);
+    p->lower = bf_alloc(n_refs, sizeof *p->lower), p->upper = bf_alloc(n_refs, sizeof *p->upper);
+    p->base = bf_alloc(n_refs, sizeof *p->base), p->theta = bf_alloc(n_refs, sizeof *p->theta);
+    p->want = bf_alloc(n_refs, sizeof *p->want);
+    p->level = bf_alloc(n_records, sizeof *p->level), p->onset_s = bf_alloc(n_records, sizeof *p->onset_s);
+    p->levels = bf_alloc(n_records, sizeof *p->levels);
+    find_unknowns(p, model);
+    for (size_t r = 0; r < n_records; r++) {
+        p->onset_s[r] = onset_of(model, &records[r]);
+        p->level[r] = level_unknown(model, &records[r]);
+        p->levels[r] = 1.0;
+    }
+    p->n_channels = predictor_channels(predictor, &p->channels);
+    if (p->n_channels == 0)
+        return bf_fail(err, BF_BAD_FILE, "no record has a column that the model names as an output");
+    p->sigma = bf_alloc(p->n_channels, sizeof *p->sigma);
+    memcpy(p->sigma, sigma, p->n_channels * sizeof *p->sigma);
+    return BF_OK;
+}
+
+void fit_problem_free(struct fit_problem *p)
+{
+    free(p->unknowns), free(p->lower), free(p->upper), free(p->base), free(p->theta), free(p->want);
+    free(p->level), free(p->onset_s), free(p->levels), free(p->sigma), free(p->weight), free(p->residual);
+    free(p->fitted), free(p->jacobian), free(p->coefficients);
+    *p = (struct fit_problem){0};
+}
+
+/* ---- x and θ ---- */
+
+void fit_problem_to_x(const struct fit_problem *p, const double theta[], double x[])
+{
+    for (size_t i = 0; i < p->n_unknowns; i++) {
+        const struct unknown *u = &p->unknowns[i];
+        x[i] = u->logarithmic ? log(theta[u->ref]) : theta[u->ref] / u->scale;
+    }
+}
+
+void fit_problem_to_theta(const struct fit_problem *p, const double x[], double theta[])
+{
+    for (size_t i = 0; i < p->n_unknowns; i++) {
+        const struct unknown *u = &p->unknowns[i];
+        theta[u->ref] = u->logarithmic ? exp(x[i]) : x[i] * u->scale;
+    }
+}
+
+double fit_problem_slope(const struct fit_problem *p, size_t i, const double x[])
+{
+    return p->unknowns[i].logarithmic ? exp(x[i]) : p->unknowns[i].scale;
+}
+
+/* ---- Stages ---- */
+
+/* Rows of one channel: the decay, and the floor that keeps model error from dominating early stages. */
+static void weigh_channel(struct fit_problem *p, size_t c)
+{
+    const struct predict_channel *channel = &p->channels[c];
+    double *w = p->weight + channel->row;
+    double square = 0.0, sum = 0.0;
+    for (size_t k = 0; k < channel->n; k++) {
+        const double t = (double)k * channel->dt_s - p->onset_s[channel->record];
+        w[k] = t > 0.0 && p->decay_ps > 0.0 ? exp(-p->decay_ps * t) : 1.0;
+        if (t >= 0.0) {
+            square += w[k] * w[k] * channel->measured[k] * channel->measured[k];
+            sum += w[k] * w[k];
+        }
+    }
+    const double rms = sum > 0.0 ? sqrt(square / sum) : 0.0;
+    double sigma = sqrt(p->sigma[c] * p->sigma[c] + p->floor * p->floor * rms * rms);
+    if (!(sigma > 0.0))
+        sigma = 1.0; /* a channel of zeros says nothing about scale */
+    for (size_t k = 0; k < channel->n; k++)
+        w[k] /= sigma;
+}
+
+double fit_problem_moved(const struct fit_problem *p, const double x[])
+{
+    double moved = 0.0;
+    for (size_t i = 0; i < p->n_unknowns; i++) {
+        const enum parameter_role role = p->refs[p->unknowns[i].ref].role;
+        if (role != ROLE_KS && role != ROLE_KB)
+            moved = fmax(moved, fabs(x[i] - p->base[i]));
+    }
+    return moved;
+}
+
+enum bf_status fit_problem_rebase(struct fit_problem *p, const double x[], struct bf_error *err)
+{
+    fit_problem_to_theta(p, x, p->theta);
+    memcpy(p->base, x, p->n_unknowns * sizeof *x);
+    return predictor_rebase(p->predictor, p->theta, err);
+}
+
+enum bf_status fit_problem_stage(struct fit_problem *p, double decay_ps, double floor, const double x[],
+                                 struct bf_error *err)
+{
+    static const double last_weight = 1e-3;
+    double latest = 0.0;
+    for (size_t r = 0; r < p->n_records; r++)
+        latest = fmax(latest, p->onset_s[r]);
+    p->decay_ps = decay_ps, p->floor = floor;
+    const double end = decay_ps > 0.0 ? latest - log(last_weight) / decay_ps : INFINITY;
+    enum bf_status status = predictor_window(p->predictor, end, err);
+    if (!status)
+        status = fit_problem_rebase(p, x, err);
+    if (status)
+        return status;
+    p->n_channels = predictor_channels(p->predictor, &p->channels);
+    p->n_rows = 0;
+    for (size_t c = 0; c < p->n_channels; c++)
+        p->n_rows += p->channels[c].n;
+    p->weight = bf_grow(p->weight, p->n_rows, sizeof *p->weight);
+    p->residual = bf_grow(p->residual, p->n_rows, sizeof *p->residual);
+    p->fitted = bf_grow(p->fitted, p->n_rows, sizeof *p->fitted);
+    p->jacobian = bf_grow(p->jacobian, p->n_rows * (p->n_unknowns ? p->n_unknowns : 1), sizeof *p->jacobian);
+    for (size_t c = 0; c < p->n_channels; c++)
+        weigh_channel(p, c);
+    return BF_OK;
+}
+
+/* ---- The optimiser's view ---- */
+
+static double prior_square(const struct fit_problem *p, const double x[])
+{
+    double sum = 0.0;
+    for (size_t i = 0; i < p->n_unknowns; i++)
+        if (p->unknowns[i].prior > 0.0)
+            sum += pow((x[i] - p->unknowns[i].prior_x) / p->unknowns[i].prior, 2.0);
+    return 0.5 * sum;
+}
+
+static enum bf_status view_value(void *context, const double x[], double *half_square, struct bf_error *err)
+{
+    struct fit_problem *p = context;
+    const enum bf_status status = fit_problem_evaluate(p, x, false, half_square, err);
+    *half_square += prior_square(p, x);
+    return status;
+}
+
+static enum bf_status view_derivative(void *context, const double x[], double *half_square, double gradient[],
+                                      double gram[], struct bf_error *err)
+{
+    struct fit_problem *p = context;
+    const size_t n = p->n_unknowns;
+    enum bf_status status = BF_OK;
+    if (fit_problem_moved(p, x) > p->rebase_limit)
+        status = fit_problem_rebase(p, x, err);
+    if (!status)
+        status = fit_problem_evaluate(p, x, true, half_square, err);
+    if (status)
+        return status;
+    *half_square += prior_square(p, x);
+    dense_gram(p->n_rows, n, p->jacobian, gram);
+    dense_gemv(true, p->n_rows, n, 1.0, p->jacobian, p->residual, 0.0, gradient);
+    for (size_t i = 0; i < n; i++) {
+        const struct unknown *u = &p->unknowns[i];
+        if (!(u->prior > 0.0))
+            continue;
+        gradient[i] += (x[i] - u->prior_x) / (u->prior * u->prior);
+        gram[i + i * n] += 1.0 / (u->prior * u->prior);
+    }
+    return BF_OK;
+}
+
+static bool view_interrupted(void *context)
+{
+    const struct fit_problem *p = context;
+    return p->stop || progress_interrupted();
+}
+
+struct least_squares fit_problem_view(struct fit_problem *p)
+{
+    return (struct least_squares){.n = p->n_unknowns,
+                                  .lower = p->lower,
+                                  .upper = p->upper,
+                                  .context = p,
+                                  .value = view_value,
+                                  .derivative = view_derivative,
+                                  .interrupted = view_interrupted};
+}
+
+double fit_problem_mean_square(const struct fit_problem *p)
+{
+    return p->n_rows ? dense_dot(p->n_rows, p->residual, p->residual) / (double)p->n_rows : 0.0;
+}
