@@ -2,7 +2,7 @@
 /* One evaluation of the weighted residual and its Jacobian, with the linear unknowns projected out. */
 #include "fit_problem.h"
 
-#include <math.h>
+#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 #include "dense.h"

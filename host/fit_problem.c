@@ -49,8 +49,8 @@ static void set_bounds(struct fit_problem *p, size_t i, double value)
         p->upper[i] = info->max / u->scale;
         return;
     }
-    p->lower[i] = fmax(info->min > 0.0 ? log(info->min) : -INFINITY, log(value) - unlimited);
-    p->upper[i] = fmin(info->max > 0.0 ? log(info->max) : INFINITY, log(value) + unlimited);
+    p->lower[i] = fmax(info->min > 0.0 ? log(info->min) : -HUGE_VAL, log(value) - unlimited);
+    p->upper[i] = fmin(info->max > 0.0 ? log(info->max) : HUGE_VAL, log(value) + unlimited);
 }
 
 static void find_unknowns(struct fit_problem *p, const struct model *model)
@@ -217,7 +217,7 @@ enum bf_status fit_problem_stage(struct fit_problem *p, double decay_ps, double 
     for (size_t r = 0; r < p->n_records; r++)
         latest = fmax(latest, p->onset_s[r]);
     p->decay_ps = decay_ps, p->floor = floor;
-    const double end = decay_ps > 0.0 ? latest - log(last_weight) / decay_ps : INFINITY;
+    const double end = decay_ps > 0.0 ? latest - log(last_weight) / decay_ps : HUGE_VAL;
     enum bf_status status = predictor_window(p->predictor, end, err);
     if (!status)
         status = fit_problem_rebase(p, x, err);

@@ -142,8 +142,8 @@ static double predicted_fall(size_t n, const double g[], const double H[], const
 static void room(const struct least_squares *problem, const double x[], double low[], double high[])
 {
     for (size_t i = 0; i < problem->n; i++) {
-        low[i] = problem->lower ? fmin(problem->lower[i] - x[i], 0.0) : -INFINITY;
-        high[i] = problem->upper ? fmax(problem->upper[i] - x[i], 0.0) : INFINITY;
+        low[i] = problem->lower ? fmin(problem->lower[i] - x[i], 0.0) : -HUGE_VAL;
+        high[i] = problem->upper ? fmax(problem->upper[i] - x[i], 0.0) : HUGE_VAL;
     }
 }
 
@@ -164,7 +164,7 @@ enum bf_status optimise_decrement(const struct least_squares *problem, const dou
                                 .radius = INFINITY,
                                 .rank = rank > 0.0 ? rank : default_rank};
     const enum bf_status status = bounded_step(&q, p, err);
-    *decrement = status ? NAN : predicted_fall(n, gradient, gram, p);
+    *decrement = status ? 0.0 : predicted_fall(n, gradient, gram, p);
     if (step)
         memcpy(step, p, n * sizeof *p);
     free(low), free(high), free(p);
