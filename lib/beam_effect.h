@@ -22,6 +22,7 @@
  *   drive     what happens to an input before it reaches the beam: hysteresis, saturation (with internal state)
  *   base      acceleration a_b(t) of the clamp: load −ρ(x) a_b on the relative motion; absolute sensors add a_b
  *   geometry  shifts of places and of the clock: patch position, input position, sample interval
+ *   axial_inertia  mass that large rotation sets in motion along the beam
  *
  * All functions are pure, reentrant, without malloc, and bounded. Parameters p[] stand in the order of `parameters`.
  * Derivatives are part of the contract: each slot returns d(result)/d(p_j); tests check them against complex steps.
@@ -45,9 +46,9 @@ enum beam_parameter_flag {
     BEAM_PARAMETER_POSITION = 1,   /* a coordinate x (m): held in a fit unless the user frees it; see `at` */
     BEAM_PARAMETER_PER_RECORD = 2, /* one unknown per record (a hum's phase) */
     BEAM_PARAMETER_LOG = 4,        /* positive, estimated as its logarithm */
-    BEAM_PARAMETER_INNER = 8,      /* no influence while the others are neutral (place, time constant, threshold, phase): */
-                                   /* its `neutral` only stands in; scanned on a grid before a search */
-    BEAM_PARAMETER_HELD = 16       /* held in a fit unless the user frees it; every POSITION is held too */
+    BEAM_PARAMETER_INNER = 8, /* no influence while the others are neutral (place, time constant, threshold, phase): */
+                              /* its `neutral` only stands in; scanned on a grid before a search */
+    BEAM_PARAMETER_HELD = 16  /* held in a fit unless the user frees it; every POSITION is held too */
 };
 
 /*
@@ -56,14 +57,14 @@ enum beam_parameter_flag {
  */
 
 struct beam_parameter_info {
-    const char *name;    /* catalogue name, ends in its unit: "mass_kg" */
-    const char *unit;    /* "kg"; "" when dimensionless */
-    const char *what;    /* one phrase for a person */
-    double neutral;      /* the effect is absent at this value; INFINITY is allowed (sensor_highpass tau_s) */
-    double minimum;      /* physical range, inclusive */
+    const char *name; /* catalogue name, ends in its unit: "mass_kg" */
+    const char *unit; /* "kg"; "" when dimensionless */
+    const char *what; /* one phrase for a person */
+    double neutral;   /* the effect is absent at this value; INFINITY is allowed (sensor_highpass tau_s) */
+    double minimum;   /* physical range, inclusive */
     double maximum;
-    double start;        /* a typical small value, from which a search starts */
-    unsigned flags;      /* enum beam_parameter_flag */
+    double start;   /* a typical small value, from which a search starts */
+    unsigned flags; /* enum beam_parameter_flag */
 };
 
 /* ---- Places: linear operators on the deflection y ---- */
@@ -77,14 +78,15 @@ enum beam_operator_kind {
     BEAM_AT_PATCH,            /* w = slope difference of the model's (first) patch, rad */
     BEAM_AT_ROOT,             /* w = y'(0), the rotation of a clamp that this effect releases, rad */
     /* forms over the whole span: bilinear, weight(x) inside the integral */
-    BEAM_OVER_DEFLECTION,     /* ∫ weight y φ dx   */
-    BEAM_OVER_SLOPE,          /* ∫ weight y' φ' dx */
-    BEAM_OVER_CURVATURE,      /* ∫ weight y″ φ″ dx */
+    BEAM_OVER_DEFLECTION, /* ∫ weight y φ dx   */
+    BEAM_OVER_SLOPE,      /* ∫ weight y' φ' dx */
+    BEAM_OVER_CURVATURE,  /* ∫ weight y″ φ″ dx */
     /* the form X with X M⁻¹ X = K: modal diagonal ω_j; hysteretic damping (model in mass and stiffness as they are) */
     BEAM_OVER_MODES
 };
 
-enum beam_weight { BEAM_WEIGHT_ONE = 0, BEAM_WEIGHT_RHO, BEAM_WEIGHT_EI, BEAM_WEIGHT_CDI };
+/* BEAM_WEIGHT_PATCH: 1 over the model's (first) patch, 0 elsewhere */
+enum beam_weight { BEAM_WEIGHT_ONE = 0, BEAM_WEIGHT_RHO, BEAM_WEIGHT_EI, BEAM_WEIGHT_CDI, BEAM_WEIGHT_PATCH };
 
 struct beam_operator {
     enum beam_operator_kind kind;
@@ -120,11 +122,11 @@ struct beam_term {
 
 enum beam_law_points {
     BEAM_LAW_NONE = 0,
-    BEAM_LAW_AT_POINT,     /* one point, coordinate w = y(at) */
-    BEAM_LAW_AT_PATCH,     /* one point, w = the patch's slope difference */
-    BEAM_LAW_AT_SPAN,      /* one point, w = y'(at + width/2) − y'(at − width/2) (crack) */
-    BEAM_LAW_OVER_DEFLECTION, /* quadrature points over the span, w = y */
-    BEAM_LAW_OVER_CURVATURE,  /* quadrature points over the span, w = y″ */
+    BEAM_LAW_AT_POINT,                /* one point, coordinate w = y(at) */
+    BEAM_LAW_AT_PATCH,                /* one point, w = the patch's slope difference */
+    BEAM_LAW_AT_SPAN,                 /* one point, w = y'(at + width/2) − y'(at − width/2) (crack) */
+    BEAM_LAW_OVER_DEFLECTION,         /* quadrature points over the span, w = y */
+    BEAM_LAW_OVER_CURVATURE,          /* quadrature points over the span, w = y″ */
     BEAM_LAW_OVER_SLOPE_AND_CURVATURE /* quadrature points over the span, w = (y', y″) */
 };
 
@@ -133,16 +135,17 @@ struct beam_law_place {
     enum beam_law_points points;
     enum beam_weight weight;
     beam_real at_m, width_m;
-    int at_parameter; /* 1 + index of the parameter that is at_m; 0: none */
+    int at_parameter;    /* 1 + index of the parameter that is at_m; 0: none, or at_m does not move with it here */
+    int width_parameter; /* 1 + index of the parameter that is width_m; 0: none */
 };
 
 /* State of one law point at the end of a step; *_old are values at its beginning. */
 struct beam_law_input {
-    beam_real w[BEAM_LAW_WIDTH];       /* coordinate */
-    beam_real v[BEAM_LAW_WIDTH];       /* its rate */
+    beam_real w[BEAM_LAW_WIDTH]; /* coordinate */
+    beam_real v[BEAM_LAW_WIDTH]; /* its rate */
     beam_real w_old[BEAM_LAW_WIDTH];
-    beam_real z[BEAM_LAW_STATES];      /* internal state, at the beginning of the step */
-    beam_real t_s;                     /* time at the end of the step, from the record's first sample */
+    beam_real z[BEAM_LAW_STATES]; /* internal state, at the beginning of the step */
+    beam_real t_s;                /* time at the end of the step, from the record's first sample */
     beam_real dt_s;
 };
 
@@ -154,7 +157,7 @@ struct beam_law_output {
     beam_real f_w_old[BEAM_LAW_WIDTH][BEAM_LAW_WIDTH];
     beam_real f_z[BEAM_LAW_WIDTH][BEAM_LAW_STATES];
     beam_real f_p[BEAM_LAW_WIDTH][BEAM_EFFECT_PARAMETERS];
-    beam_real z[BEAM_LAW_STATES];      /* internal state at the end of the step */
+    beam_real z[BEAM_LAW_STATES]; /* internal state at the end of the step */
     beam_real z_w[BEAM_LAW_STATES][BEAM_LAW_WIDTH];
     beam_real z_v[BEAM_LAW_STATES][BEAM_LAW_WIDTH];
     beam_real z_w_old[BEAM_LAW_STATES][BEAM_LAW_WIDTH];
@@ -175,15 +178,15 @@ struct beam_filter_output {
 };
 
 struct beam_sample_output {
-    beam_real y;                               /* the channel's new value */
-    beam_real y_v;                             /* d y/d v, v the incoming value */
-    beam_real y_u;                             /* d y/d u (feedthrough) */
+    beam_real y;   /* the channel's new value */
+    beam_real y_v; /* d y/d v, v the incoming value */
+    beam_real y_u; /* d y/d u (feedthrough) */
     beam_real y_p[BEAM_EFFECT_PARAMETERS];
 };
 
 struct beam_drive_output {
-    beam_real u;                               /* what reaches the beam */
-    beam_real u_u, u_u_old;                    /* by the commanded value at the end and beginning of the step */
+    beam_real u;            /* what reaches the beam */
+    beam_real u_u, u_u_old; /* by the commanded value at the end and beginning of the step */
     beam_real u_z[BEAM_DRIVE_STATES];
     beam_real u_p[BEAM_EFFECT_PARAMETERS];
     beam_real z[BEAM_DRIVE_STATES];
@@ -194,8 +197,8 @@ struct beam_drive_output {
 
 struct beam_geometry {
     beam_real patch_shift_m;
-    beam_real input_shift_m;     /* of a point force */
-    beam_real clock_relative;    /* the sample interval is (1 + this) times what the record says */
+    beam_real input_shift_m;  /* of a point force */
+    beam_real clock_relative; /* the sample interval is (1 + this) times what the record says */
     beam_real by_parameter[3][BEAM_EFFECT_PARAMETERS]; /* of the three above, in their order */
 };
 
@@ -204,8 +207,8 @@ enum beam_channels {
     BEAM_CHANNELS_NONE = 0,
     BEAM_CHANNELS_PATCH_OUTPUT, /* every patch_strain output */
     BEAM_CHANNELS_EVERY_OUTPUT,
-    BEAM_CHANNELS_PATCH_INPUT,  /* every patch_moment input */
-    BEAM_CHANNELS_POINT_INPUT   /* every point_force input */
+    BEAM_CHANNELS_PATCH_INPUT, /* every patch_moment input */
+    BEAM_CHANNELS_POINT_INPUT  /* every point_force input */
 };
 
 enum beam_family {
@@ -219,7 +222,7 @@ enum beam_family {
 /* ---- The effect ---- */
 
 struct beam_effect {
-    const char *id;            /* catalogue id: "tip_mass" */
+    const char *id; /* catalogue id: "tip_mass" */
     enum beam_family family;
     const char *title;         /* one line: "a mass at the free end" */
     const char *form;          /* the term in the weak form, UTF-8: "m y_tt(ℓ) φ(ℓ)" */
@@ -250,10 +253,15 @@ struct beam_effect {
                  struct beam_drive_output *out);
     int (*base)(const beam_real p[], beam_real t_s, struct beam_sample_output *out); /* y = a_b(t), m/s² */
     int (*geometry)(const beam_real p[], struct beam_geometry *out);
+    /*
+     * axial_inertia: y = κ of the kinetic energy ½ κ ∫ ρ u_t² dx with u(x) = −½ ∫₀ˣ y'² ds, the axial motion of an
+     * inextensible beam; in the weak form κ ⟨ρ u_tt, −∫₀ˣ y' φ' ds⟩. It is not local, so no law can carry it.
+     */
+    int (*axial_inertia)(const beam_real p[], struct beam_sample_output *out);
 };
 
 /* All effects of the build, in alphabetical order of id; generated by tools/effects_table.sh. */
-#define beam_effects BEAM_NAME(effects)
+#define beam_effects       BEAM_NAME(effects)
 #define beam_effects_count BEAM_NAME(effects_count)
 extern const struct beam_effect *const beam_effects[];
 extern const int beam_effects_count;

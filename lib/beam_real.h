@@ -22,45 +22,48 @@
 #if defined BEAM_FLOAT
 
 typedef float beam_real;
-#define BEAM_K(c) (c##F)
+#define BEAM_K(c)       (c##F)
 #define BEAM_NAME(name) beamf_##name
-#define beam_sqrt(x) sqrtf(x)
-#define beam_fabs(x) fabsf(x)
-#define beam_tanh(x) tanhf(x)
-#define beam_exp(x) expf(x)
-#define beam_sin(x) sinf(x)
-#define beam_cos(x) cosf(x)
+#define beam_sqrt(x)    sqrtf(x)
+#define beam_fabs(x)    fabsf(x)
+#define beam_tanh(x)    tanhf(x)
+#define beam_exp(x)     expf(x)
+#define beam_log(x)     logf(x)
+#define beam_sin(x)     sinf(x)
+#define beam_cos(x)     cosf(x)
 #define beam_less(a, b) ((a) < (b))
-#define beam_finite(x) (isfinite(x))
+#define beam_finite(x)  (isfinite(x))
 
 #elif defined BEAM_COMPLEX
 
 #include <complex.h>
 typedef double _Complex beam_real;
-#define BEAM_K(c) (c)
+#define BEAM_K(c)       (c)
 #define BEAM_NAME(name) beamc_##name
-#define beam_sqrt(x) csqrt(x)
-#define beam_fabs(x) (creal(x) < 0.0 ? -(x) : (x))
-#define beam_tanh(x) ctanh(x)
-#define beam_exp(x) cexp(x)
-#define beam_sin(x) csin(x)
-#define beam_cos(x) ccos(x)
+#define beam_sqrt(x)    csqrt(x)
+#define beam_fabs(x)    (creal(x) < 0.0 ? -(x) : (x))
+#define beam_tanh(x)    ctanh(x)
+#define beam_exp(x)     cexp(x)
+#define beam_log(x)     clog(x)
+#define beam_sin(x)     csin(x)
+#define beam_cos(x)     ccos(x)
 #define beam_less(a, b) (creal(a) < creal(b))
-#define beam_finite(x) (isfinite(creal(x)))
+#define beam_finite(x)  (isfinite(creal(x)))
 
 #else
 
 typedef double beam_real;
-#define BEAM_K(c) (c)
+#define BEAM_K(c)       (c)
 #define BEAM_NAME(name) beam_##name
-#define beam_sqrt(x) sqrt(x)
-#define beam_fabs(x) fabs(x)
-#define beam_tanh(x) tanh(x)
-#define beam_exp(x) exp(x)
-#define beam_sin(x) sin(x)
-#define beam_cos(x) cos(x)
+#define beam_sqrt(x)    sqrt(x)
+#define beam_fabs(x)    fabs(x)
+#define beam_tanh(x)    tanh(x)
+#define beam_exp(x)     exp(x)
+#define beam_log(x)     log(x)
+#define beam_sin(x)     sin(x)
+#define beam_cos(x)     cos(x)
 #define beam_less(a, b) ((a) < (b))
-#define beam_finite(x) (isfinite(x))
+#define beam_finite(x)  (isfinite(x))
 
 #endif
 

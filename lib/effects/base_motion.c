@@ -1,0 +1,59 @@
+/* SPDX-License-Identifier: MIT */
+#include "beam_effect.h"
+
+#define TWO_PI BEAM_K(6.283185307179586476925)
+
+static int base(const beam_real p[], beam_real t_s, struct beam_sample_output *out)
+{
+    const beam_real angle = TWO_PI * (p[2] * t_s) + p[1];
+    const beam_real s = beam_sin(angle), c = beam_cos(angle);
+    out->y = p[0] * s; /* a_b(t) = A sin(2π f t + φ) */
+    out->y_p[0] = s;
+    out->y_p[1] = p[0] * c;
+    out->y_p[2] = p[0] * c * TWO_PI * t_s;
+    return 0;
+}
+
+const struct beam_effect BEAM_NAME(effect_base_motion) = {
+    .id = "base_motion",
+    .family = BEAM_FAMILY_ENVIRONMENT,
+    .title = "the bench shakes the clamp at one frequency",
+    .form = "load −⟨ρ a_b, φ⟩, a_b = A sin(2π f t + φ₀); absolute sensors read relative + base motion",
+    .source = "Erturk and Inman, On mechanical modeling of cantilevered piezoelectric vibration energy harvesters, "
+              "Journal of Intelligent "
+              "Material Systems and Structures, 2008 (base excitation of a cantilever)",
+    .looks_like = "A line at the frequency of a machine nearby stands in every channel, before the hit and after the "
+                  "decay, of the same height at every "
+                  "level of excitation. Its heights in the channels follow the beam's response to a shaken clamp: "
+                  "large if a mode is near.",
+    .confused_with = "mains_hum: in the electrical channel only and not enlarged near a mode. A lightly damped mode: "
+                     "it decays. Record some seconds at rest; "
+                     "switch machines off; put a sensor on the clamp.",
+    .target_cost = "one sine per step (a rotation of two states) and one more input vector: 14 multiply-adds",
+    .n_parameters = 3,
+    .parameters = {{.name = "amplitude_mps2",
+                    .unit = "m/s²",
+                    .what = "amplitude of the clamp's acceleration",
+                    .neutral = 0.0,
+                    .minimum = 0.0,
+                    .maximum = 1e3,
+                    .start = 0.05,
+                    .flags = 0},
+                   {.name = "phase_rad",
+                    .unit = "rad",
+                    .what = "phase at the record's first sample",
+                    .neutral = 0.0,
+                    .minimum = -25.0,
+                    .maximum = 25.0,
+                    .start = 0.0,
+                    .flags = BEAM_PARAMETER_INNER | BEAM_PARAMETER_PER_RECORD},
+                   {.name = "frequency_Hz",
+                    .unit = "Hz",
+                    .what = "frequency of the shaking",
+                    .neutral = 25.0,
+                    .minimum = 0.01,
+                    .maximum = 1e5,
+                    .start = 25.0,
+                    .flags = BEAM_PARAMETER_INNER | BEAM_PARAMETER_LOG}},
+    .base = base,
+};
