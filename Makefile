@@ -6,7 +6,9 @@ VERSION := 0.1.0
 
 # ---- What a caller may set ----
 B       ?= build
-CC      ?= gcc
+ifeq ($(origin CC),default)
+CC      := gcc
+endif
 OPT     ?= -O2 -g
 CFLAGS  ?=
 WERROR  ?=
@@ -88,8 +90,9 @@ $(B)/tests/%: tests/unit/%.c $(ARCHIVES)
 $(B)/system/%.o: tests/system/%.c
 	@mkdir -p $(@D)
 	$(CC) $(STD) $(OPT) $(WARN) $(CFLAGS) -MMD -MP -c $< -o $@
-$(SYSTEM_TESTS): $(B)/system/%: $(B)/system/%.o $(B)/system/run_program.o
-	$(CC) $(OPT) $(CFLAGS) $^ -lcmocka -lm -o $@
+SYSTEM_COMMON := $(patsubst tests/system/%.c,$(B)/system/%.o,$(filter-out $(SYSTEM_SRC),$(wildcard tests/system/*.c)))
+$(SYSTEM_TESTS): $(B)/system/%: $(B)/system/%.o $(SYSTEM_COMMON)
+	$(CC) $(OPT) $(CFLAGS) $^ -lcmocka -ljansson -lm -o $@
 .SECONDARY: $(SYSTEM_TESTS:%=%.o)
 
 tests: all $(UNIT_TESTS) $(SYSTEM_TESTS)
@@ -147,6 +150,6 @@ help: ## this list
 	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 18
 
 DEPFILES = $(LIB_OBJ:.o=.d) $(FLOAT_OBJ:.o=.d) $(CPLX_OBJ:.o=.d) $(HOST_OBJ:.o=.d) $(B)/host/main.d \
-           $(UNIT_TESTS:%=%.d) $(SYSTEM_TESTS:%=%.d) $(B)/system/run_program.d
+           $(UNIT_TESTS:%=%.d) $(SYSTEM_TESTS:%=%.d) $(SYSTEM_COMMON:.o=.d)
 -include $(wildcard $(DEPFILES))
 .PHONY: all tests unit test test-both demo deps lint layers size bench fuzz install uninstall clean help
