@@ -32,6 +32,10 @@ struct predict_channel {
     const double *measured;       /* [n], the record's column */
 };
 
+/*
+ * y leaves the linear unknowns out: the whole prediction is y + Σ amplitude · column. The Jacobian holds
+ * d(y + Σ amplitude · column) at the amplitudes of the last predictor_set_nuisance() (0 before).
+ */
 struct prediction {
     size_t n_rows;                /* of the current window */
     size_t n_parameters;          /* of model_parameters(); fixed ones included (their columns are filled too) */
@@ -67,6 +71,9 @@ enum bf_status predictor_rebase(struct predictor *predictor, const double parame
  */
 enum bf_status predictor_run(struct predictor *predictor, const double parameters[], const bool want_jacobian[],
                              struct prediction *out, struct bf_error *err);
+
+/* amplitude[n_nuisance]: the linear unknowns as last solved; kept until changed or until the window or base moves. */
+void predictor_set_nuisance(struct predictor *predictor, const double amplitude[]);
 
 /* Independent copy for another thread (shares nothing mutable). */
 enum bf_status predictor_clone(const struct predictor *from, struct predictor **out, struct bf_error *err);

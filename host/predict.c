@@ -1,0 +1,404 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "predict_work.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* The reduced space holds the modes up to this multiple of the highest sampling frequency. */
+static const double modes_to_sampling = 2.0;
+enum { FEWEST_MODES = 8, MOST_MODES = 40 };
+
+int output_order(enum output_kind kind)
+{
+    switch (kind) {
+    case OUTPUT_VELOCITY:
+        return 1;
+    case OUTPUT_ACCELERATION:
+        return 2;
+    case OUTPUT_DISPLACEMENT:
+    case OUTPUT_PATCH_STRAIN:
+        break;
+    }
+    return 0;
+}
+
+double input_gain(const struct run *run, size_t input, size_t *parameter)
+{
+    bool patch = run->p->model.inputs[input].kind == INPUT_PATCH_MOMENT;
+    *parameter = patch ? run->p->map.KB : SIZE_MAX;
+    return patch ? run->theta[run->p->map.KB] : 1.0;
+}
+
+double output_gain(const struct run *run, size_t output, size_t *parameter)
+{
+    bool patch = run->p->model.outputs[output].kind == OUTPUT_PATCH_STRAIN;
+    *parameter = patch ? run->p->map.Ks : SIZE_MAX;
+    return patch ? run->theta[run->p->map.Ks] : 1.0;
+}
+
+/* ---- Binding records to the model ---- */
+
+static enum bf_status bind_record(struct predictor *p, size_t r, struct bf_error *err)
+{
+    const struct record *record = &p->records[r];
+    struct record_plan *plan = &p->plans[r];
+    const char *excitation = record_meta(record, "excitation");
+    const char *from = record_meta(record, "free_from_s");
+    *plan = (struct record_plan){.record = record, .first_channel = p->n_channels};
+    plan->free_decay = excitation != NULL && strcmp(excitation, "free_decay") == 0;
+    plan->input = bf_alloc(p->model.n_inputs, sizeof *plan->input);
+    plan->U = bf_alloc(p->model.n_inputs, sizeof *plan->U);
+    size_t n_inputs = 0;
+    for (size_t i = 0; i < p->model.n_inputs && !plan->free_decay; i++) {
+        plan->input[i] = record_column(record, p->model.inputs[i].name);
+        n_inputs += plan->input[i] != NULL;
+    }
+    if (n_inputs == 0 && !plan->free_decay)
+        return bf_fail_at(err, record->path, 1,
+                          "no column is an input of the model; rename one, add it to the model's inputs, or mark the "
+                          "record with the line '# excitation: free_decay' when the force was not recorded");
+    if (plan->free_decay && from != NULL) {
+        double offset = (strtod(from, NULL) - record->t0_s) / record->dt_s;
+        if (!(offset >= 0.0) || offset > (double)record->n - 2.0)
+            return bf_fail_at(err, record->path, 1, "free_from_s: %s is not a time inside the record", from);
+        plan->start = (size_t)ceil(offset - 1e-6);
+    }
+    for (size_t o = 0; o < p->model.n_outputs; o++) {
+        const double *measured = record_column(record, p->model.outputs[o].name);
+        if (measured == NULL)
+            continue;
+        p->channels = bf_grow(p->channels, p->n_channels + 1, sizeof *p->channels);
+        p->channels[p->n_channels++] =
+            (struct predict_channel){.record = r, .output = o, .dt_s = record->dt_s, .measured = measured + plan->start};
+        plan->n_channels++;
+    }
+    if (plan->n_channels == 0)
+        return bf_fail_at(err, record->path, 1,
+                          "no column is an output of the model; rename one or add it to the model's outputs");
+    return BF_OK;
+}
+
+/* An effect on a channel must find one. */
+static enum bf_status check_effects(const struct predictor *p, struct bf_error *err)
+{
+    for (size_t e = 0; e < p->model.n_effects; e++) {
+        const struct beam_effect *effect = p->model.effects[e].effect;
+        bool found = effect->channels == BEAM_CHANNELS_NONE && p->model.effects[e].channel[0] == '\0';
+        for (size_t o = 0; o < p->model.n_outputs; o++)
+            found = found || effect_on_output(&p->model, e, o);
+        for (size_t i = 0; i < p->model.n_inputs; i++)
+            found = found || effect_on_input(&p->model, e, i);
+        if (!found)
+            return bf_fail(err, BF_BAD_FILE, "effect %s acts on no channel of the model; name one with 'channel:'",
+                           effect->id);
+        if (effect->base != NULL || effect->geometry != NULL)
+            return bf_fail(err, BF_USAGE, "effect %s is known but cannot be simulated by this version; drop it",
+                           effect->id);
+    }
+    return BF_OK;
+}
+
+static void use_parameters(struct predictor *p, const double theta[])
+{
+    const char **names = bf_alloc(p->n_records, sizeof *names);
+    for (size_t r = 0; r < p->n_records; r++)
+        names[r] = p->records[r].path;
+    model_set_parameters(&p->model, p->refs, p->map.n, theta, NULL, names);
+    free(names);
+}
+
+enum bf_status predictor_new(const struct model *model, const struct record records[], size_t n_records,
+                             const struct predict_options *options, struct predictor **out, struct bf_error *err)
+{
+    struct predictor *p = bf_alloc(1, sizeof *p);
+    *p = (struct predictor){.records = records, .n_records = n_records, .t_end_s = INFINITY};
+    if (options != NULL)
+        p->options = *options;
+    p->plans = bf_alloc(n_records, sizeof *p->plans);
+    enum bf_status status = model_copy(model, &p->model, err);
+    for (size_t r = 0; status == BF_OK && r < n_records; r++)
+        status = bind_record(p, r, err);
+    if (status == BF_OK)
+        status = check_effects(p, err);
+    if (status == BF_OK) {
+        const char **names = bf_alloc(n_records, sizeof *names);
+        for (size_t r = 0; r < n_records; r++)
+            names[r] = records[r].path;
+        size_t n = model_parameters(&p->model, names, n_records, &p->refs);
+        free(names);
+        p->map = parameter_map_new(&p->model, p->refs, n, n_records);
+        double *theta = bf_alloc(n, sizeof *theta);
+        for (size_t i = 0; i < n; i++)
+            theta[i] = p->refs[i].value;
+        status = predictor_rebase(p, theta, err);
+        free(theta);
+    }
+    if (status == BF_OK)
+        status = predictor_window(p, INFINITY, err);
+    if (status != BF_OK) {
+        predictor_free(p);
+        return status;
+    }
+    *out = p;
+    return BF_OK;
+}
+
+/* ---- Freeing ---- */
+
+static void free_functionals(struct functional **list, size_t n)
+{
+    for (size_t i = 0; *list != NULL && i < n; i++) {
+        free((*list)[i].g);
+        free((*list)[i].alpha);
+        free((*list)[i].d_alpha);
+    }
+    free(*list);
+    *list = NULL;
+}
+
+static void free_kernels(struct predictor *p)
+{
+    for (size_t g = 0; p->kernels != NULL && g < p->n_grids; g++) {
+        response_kernel_free(p->kernels[g]);
+        p->kernels[g] = NULL;
+    }
+}
+
+static void free_grids(struct predictor *p)
+{
+    free_kernels(p);
+    free(p->kernels);
+    p->kernels = NULL;
+    for (size_t g = 0; g < p->n_grids; g++)
+        response_grid_free(&p->grids[g]);
+    free(p->grids);
+    p->grids = NULL;
+    p->n_grids = 0;
+}
+
+static void free_base(struct predictor *p)
+{
+    free_kernels(p);
+    laws_free(p);
+    free_functionals(&p->inputs, p->model.n_inputs);
+    free_functionals(&p->outputs, p->model.n_outputs);
+    system_free(p->system);
+    p->system = NULL;
+    reduced_free(&p->reduced);
+}
+
+void predictor_free(struct predictor *p)
+{
+    if (p == NULL)
+        return;
+    free_grids(p);
+    free_base(p);
+    for (size_t r = 0; r < p->n_records; r++) {
+        for (size_t i = 0; p->plans[r].U != NULL && i < p->model.n_inputs; i++)
+            free(p->plans[r].U[i]);
+        free(p->plans[r].U);
+        free(p->plans[r].input);
+    }
+    free(p->plans);
+    free(p->channels);
+    free(p->refs);
+    parameter_map_free(&p->map);
+    free(p->y);
+    free(p->jacobian);
+    free(p->nuisance);
+    free(p->amplitude);
+    model_free(&p->model);
+    free(p);
+}
+
+size_t predictor_channels(const struct predictor *p, const struct predict_channel **out)
+{
+    *out = p->channels;
+    return p->n_channels;
+}
+
+/* ---- Base and window ---- */
+
+static struct functional *new_functionals(size_t count, size_t n)
+{
+    struct functional *list = bf_alloc(count, sizeof *list);
+    for (size_t i = 0; i < count; i++)
+        list[i].g = bf_alloc(n, sizeof(double));
+    return list;
+}
+
+static void count_nuisance(struct predictor *p)
+{
+    p->n_nuisance = 0;
+    for (size_t r = 0; r < p->n_records; r++) {
+        p->plans[r].first_nuisance = p->n_nuisance;
+        if (p->plans[r].free_decay)
+            p->n_nuisance += decay_unknowns(p, r);
+    }
+    free(p->amplitude);
+    p->amplitude = bf_alloc(p->n_nuisance, sizeof(double));
+}
+
+enum bf_status predictor_rebase(struct predictor *p, const double parameters[], struct bf_error *err)
+{
+    double dt = INFINITY;
+    for (size_t r = 0; r < p->n_records; r++)
+        dt = fmin(dt, p->records[r].dt_s);
+    struct reduced_options options = {.n_splines = p->options.fine_splines,
+                                      .top_rad = modes_to_sampling * 2.0 * acos(-1.0) / dt,
+                                      .min_modes = FEWEST_MODES, .max_modes = MOST_MODES, .statics = true};
+    if (p->options.modes > 0)
+        options.min_modes = options.max_modes = p->options.modes;
+    free_base(p);
+    use_parameters(p, parameters);
+    enum bf_status status = reduced_new(&p->model, &options, &p->reduced, err);
+    if (status == BF_OK)
+        status = system_new(&p->model, &p->reduced, &p->map, &p->system, err);
+    if (status == BF_OK)
+        status = system_evaluate(p->system, parameters, NULL, err);
+    if (status != BF_OK)
+        return status;
+    p->inputs = new_functionals(p->model.n_inputs, p->reduced.n);
+    p->outputs = new_functionals(p->model.n_outputs, p->reduced.n);
+    for (size_t i = 0; i < p->model.n_inputs; i++)
+        reduced_input(&p->reduced, &p->model.inputs[i], p->inputs[i].g);
+    for (size_t o = 0; o < p->model.n_outputs; o++)
+        reduced_output(&p->reduced, &p->model.outputs[o], p->outputs[o].g);
+    count_nuisance(p);
+    return laws_new(p, err);
+}
+
+static enum bf_status find_grid(struct predictor *p, struct record_plan *plan, struct bf_error *err)
+{
+    for (size_t g = 0; g < p->n_grids; g++) {
+        const struct response_grid *grid = &p->grids[g];
+        if (grid->n == plan->n && fabs(grid->dt_s - plan->record->dt_s) < 1e-12 * grid->dt_s) {
+            plan->grid = g;
+            return BF_OK;
+        }
+    }
+    p->grids = bf_grow(p->grids, p->n_grids + 1, sizeof *p->grids);
+    plan->grid = p->n_grids;
+    enum bf_status status =
+        response_grid_new(plan->n, plan->record->dt_s, p->options.intersample, &p->grids[p->n_grids], err);
+    if (status == BF_OK)
+        p->n_grids++;
+    return status;
+}
+
+static enum bf_status window_record(struct predictor *p, size_t r, struct bf_error *err)
+{
+    struct record_plan *plan = &p->plans[r];
+    size_t available = plan->record->n - plan->start;
+    double wanted = ceil(p->t_end_s / plan->record->dt_s);
+    plan->n = wanted < (double)available ? (size_t)fmax(wanted, 2.0) : available;
+    enum bf_status status = find_grid(p, plan, err);
+    for (size_t i = 0; status == BF_OK && i < p->model.n_inputs; i++) {
+        if (plan->input[i] == NULL)
+            continue;
+        plan->U[i] = bf_grow(plan->U[i], p->grids[plan->grid].m, sizeof *plan->U[i]);
+        status = response_transform(&p->grids[plan->grid], plan->input[i] + plan->start, plan->U[i], err);
+    }
+    return status;
+}
+
+enum bf_status predictor_window(struct predictor *p, double t_end_s, struct bf_error *err)
+{
+    free_grids(p);
+    p->t_end_s = t_end_s;
+    p->n_rows = 0;
+    enum bf_status status = BF_OK;
+    for (size_t r = 0; status == BF_OK && r < p->n_records; r++) {
+        struct record_plan *plan = &p->plans[r];
+        status = window_record(p, r, err);
+        for (size_t c = 0; c < plan->n_channels; c++) {
+            struct predict_channel *channel = &p->channels[plan->first_channel + c];
+            channel->row = p->n_rows;
+            channel->n = plan->n;
+            p->n_rows += plan->n;
+        }
+    }
+    p->kernels = bf_alloc(p->n_grids, sizeof(struct response_kernel *));
+    p->y = bf_grow(p->y, p->n_rows, sizeof *p->y);
+    p->jacobian = bf_grow(p->jacobian, p->n_rows * p->map.n, sizeof *p->jacobian);
+    p->nuisance = bf_grow(p->nuisance, p->n_rows * p->n_nuisance, sizeof *p->nuisance);
+    return status;
+}
+
+void predictor_set_nuisance(struct predictor *p, const double amplitude[])
+{
+    memcpy(p->amplitude, amplitude, p->n_nuisance * sizeof *amplitude);
+}
+
+enum bf_status predictor_clone(const struct predictor *from, struct predictor **out, struct bf_error *err)
+{
+    enum bf_status status = predictor_new(&from->model, from->records, from->n_records, &from->options, out, err);
+    if (status == BF_OK && isfinite(from->t_end_s)) {
+        status = predictor_window(*out, from->t_end_s, err);
+        if (status != BF_OK)
+            predictor_free(*out);
+    }
+    return status;
+}
+
+/* ---- Run ---- */
+
+static void evaluate_functionals(const struct run *run, struct functional list[], size_t count)
+{
+    const struct system *s = run->p->system;
+    for (size_t i = 0; i < count; i++) {
+        struct functional *f = &list[i];
+        f->alpha = bf_grow(f->alpha, s->n_poles, sizeof *f->alpha);
+        system_functional(s, f->g, f->alpha);
+        if (run->want == NULL)
+            continue;
+        f->d_alpha = bf_grow(f->d_alpha, run->p->map.n * s->n_poles, sizeof *f->d_alpha);
+        for (size_t j = 0; j < run->p->map.n; j++)
+            if (run_structural(run, j))
+                system_functional_derivative(s, j, f->alpha, f->d_alpha + j * s->n_poles);
+    }
+}
+
+static enum bf_status finish_channels(const struct run *run, struct bf_error *err)
+{
+    enum bf_status status = BF_OK;
+    for (size_t c = 0; status == BF_OK && c < run->p->n_channels; c++)
+        status = channel_samples(run, &run->p->channels[c], err);
+    for (size_t i = 0; status == BF_OK && i < run->p->n_rows; i++)
+        if (!isfinite(run->p->y[i]))
+            status = bf_fail(err, BF_NUMERIC, "the model grows without bound at these parameters (negative damping or "
+                                              "an unstable effect)");
+    return status;
+}
+
+enum bf_status predictor_run(struct predictor *p, const double parameters[], const bool want_jacobian[],
+                             struct prediction *out, struct bf_error *err)
+{
+    *out = (struct prediction){.n_rows = p->n_rows, .n_parameters = p->map.n, .n_nuisance = p->n_nuisance, .y = p->y,
+                               .nuisance = p->nuisance};
+    struct run run = {.p = p, .theta = parameters, .want = want_jacobian, .out = out};
+    if (want_jacobian != NULL) {
+        out->jacobian = p->jacobian;
+        memset(p->jacobian, 0, p->n_rows * p->map.n * sizeof *p->jacobian);
+    }
+    memset(p->nuisance, 0, p->n_rows * p->n_nuisance * sizeof *p->nuisance);
+    free_kernels(p);
+    enum bf_status status = system_evaluate(p->system, parameters, want_jacobian, err);
+    if (status != BF_OK)
+        return status;
+    for (size_t g = 0; g < p->n_grids; g++)
+        p->kernels[g] = response_kernel_new(p->system, &p->grids[g]);
+    evaluate_functionals(&run, p->inputs, p->model.n_inputs);
+    evaluate_functionals(&run, p->outputs, p->model.n_outputs);
+    status = predict_linear(&run, err);
+    if (status == BF_OK && p->nonlinear)
+        status = predict_laws(&run, err);
+    for (size_t r = 0; status == BF_OK && r < p->n_records; r++)
+        if (p->plans[r].free_decay)
+            status = predict_decay(&run, r, err);
+    if (status == BF_OK)
+        status = finish_channels(&run, err);
+    return status;
+}
