@@ -81,12 +81,26 @@ $(B)/libhost.a: $(HOST_OBJ)
 $(B)/beamfit: $(B)/host/main.o $(B)/libhost.a $(B)/libbeam.a
 	$(CC) $(OPT) $(CFLAGS) $^ $(LIBS) -o $@
 
+# ---- The independent truth simulator: sees neither lib/ nor host/ ----
+TRUTH_SRC  := $(wildcard tests/truth/*.c)
+TRUTH_OBJ   = $(TRUTH_SRC:tests/truth/%.c=$(B)/truth/%.o)
+TRUTH_LIBS := -lsundials_cvode -lsundials_nvecserial -lsundials_sunmatrixdense -lsundials_sunlinsoldense \
+              -llapacke -lopenblas -lm
+$(B)/truth/%.o: tests/truth/%.c
+	@mkdir -p $(@D)
+	$(CC) $(STD) $(OPT) $(WARN) $(shell pkg-config --cflags lapacke openblas 2>/dev/null) $(CFLAGS) -MMD -MP -c $< -o $@
+$(B)/libtruth.a: $(filter-out $(B)/truth/main.o,$(TRUTH_OBJ))
+	rm -f $@; ar rcs $@ $^
+$(B)/beam_truth: $(B)/truth/main.o $(B)/libtruth.a
+	$(CC) $(OPT) $(CFLAGS) $^ $(TRUTH_LIBS) -o $@
+
 # ---- Tests: tests/unit/test_x.c -> $(B)/tests/test_x, tests/system/test_y.c -> $(B)/system/test_y ----
 UNIT_TESTS   := $(UNIT_SRC:tests/unit/%.c=$(B)/tests/%)
 SYSTEM_TESTS := $(SYSTEM_SRC:tests/system/%.c=$(B)/system/%)
-$(B)/tests/%: tests/unit/%.c $(ARCHIVES)
+$(B)/tests/%: tests/unit/%.c $(ARCHIVES) $(B)/libtruth.a
 	@mkdir -p $(@D)
-	$(CC) $(ALLFLAGS) -Itests -MMD -MP $< $(ARCHIVES) $(LIBS) -lcmocka -o $@
+	$(CC) $(ALLFLAGS) -Itests -Itests/truth -MMD -MP $< $(B)/libtruth.a $(ARCHIVES) \
+	    -Wl,--as-needed $(LIBS) $(TRUTH_LIBS) -lcmocka -o $@
 $(B)/system/%.o: tests/system/%.c
 	@mkdir -p $(@D)
 	$(CC) $(STD) $(OPT) $(WARN) $(CFLAGS) -MMD -MP -c $< -o $@
@@ -95,7 +109,7 @@ $(SYSTEM_TESTS): $(B)/system/%: $(B)/system/%.o $(SYSTEM_COMMON)
 	$(CC) $(OPT) $(CFLAGS) $^ -lcmocka -ljansson -lm -o $@
 .SECONDARY: $(SYSTEM_TESTS:%=%.o)
 
-tests: all $(UNIT_TESTS) $(SYSTEM_TESTS)
+tests: all $(B)/beam_truth $(UNIT_TESTS) $(SYSTEM_TESTS)
 unit: $(UNIT_TESTS) ## build and run the unit tests of one build (no sanitizers)
 	tests/run $(B)
 
@@ -150,6 +164,6 @@ help: ## this list
 	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 18
 
 DEPFILES = $(LIB_OBJ:.o=.d) $(FLOAT_OBJ:.o=.d) $(CPLX_OBJ:.o=.d) $(HOST_OBJ:.o=.d) $(B)/host/main.d \
-           $(UNIT_TESTS:%=%.d) $(SYSTEM_TESTS:%=%.d) $(SYSTEM_COMMON:.o=.d)
+           $(UNIT_TESTS:%=%.d) $(SYSTEM_TESTS:%=%.d) $(SYSTEM_COMMON:.o=.d) $(TRUTH_OBJ:.o=.d)
 -include $(wildcard $(DEPFILES))
 .PHONY: all tests unit test test-both demo deps lint layers size bench fuzz install uninstall clean help
