@@ -29,14 +29,15 @@ ALLFLAGS = $(STD) $(OPT) $(WARN) $(INC) $(CFLAGS)
 LIBFLAGS = $(STD) $(OPT) $(WARN) -Ilib $(CFLAGS) -ffp-contract=off
 SANITIZE := -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer
 
+say = $(if $(V),,@echo "  $1";) # V=1 prints whole commands
+
 # ---- Sources: found, not listed ----
 LIB_SRC    := $(wildcard lib/*.c) $(wildcard lib/effects/*.c)
 HOST_SRC   := $(filter-out host/main.c,$(wildcard host/*.c)) $(wildcard host/cmd/*.c)
 UNIT_SRC   := $(wildcard tests/unit/test_*.c)
 SYSTEM_SRC := $(wildcard tests/system/test_*.c)
-GEN_SRC    := $(B)/gen/effects_table.c
-LIB_OBJ   = $(LIB_SRC:%.c=$(B)/double/%.o) $(B)/double/effects_table.o
-FLOAT_OBJ = $(LIB_SRC:%.c=$(B)/float/%.o) $(B)/float/effects_table.o
+LIB_OBJ   = $(LIB_SRC:%.c=$(B)/double/%.o) $(B)/double/effects_table.o $(B)/double/galerkin_tables.o
+FLOAT_OBJ = $(LIB_SRC:%.c=$(B)/float/%.o) $(B)/float/effects_table.o $(B)/float/galerkin_tables.o
 CPLX_OBJ  = $(patsubst %.c,$(B)/complex/%.o,$(wildcard lib/effects/*.c)) $(B)/complex/effects_table.o
 HOST_OBJ  = $(HOST_SRC:%.c=$(B)/%.o)
 ARCHIVES  = $(B)/libhost.a $(B)/libbeam.a $(B)/libbeamf.a $(B)/libbeamc.a
@@ -46,40 +47,45 @@ all: $(B)/beamfit $(B)/libbeamf.a ## build the program and the libraries
 # ---- Objects ----
 $(B)/gen/effects_table.c: tools/effects_table.sh $(wildcard lib/effects/*.c)
 	@mkdir -p $(@D)
-	sh tools/effects_table.sh lib/effects > $@
-$(B)/double/effects_table.o: $(GEN_SRC)
+	$(call say,$@)sh tools/effects_table.sh lib/effects > $@
+# The generator runs here, whatever CC compiles for. Its default geometry is the paper's.
+HOSTCC ?= gcc
+$(B)/gen/galerkin_tables.c: tools/galerkin_tables.c
 	@mkdir -p $(@D)
-	$(CC) $(LIBFLAGS) -c $< -o $@
-$(B)/float/effects_table.o: $(GEN_SRC)
+	$(call say,$@)$(HOSTCC) $(STD) -O2 $(WARN) $< -lm -o $(@D)/galerkin_tables && $(@D)/galerkin_tables > $@.new && mv $@.new $@
+$(B)/double/%.o: $(B)/gen/%.c
 	@mkdir -p $(@D)
-	$(CC) $(LIBFLAGS) -DBEAM_FLOAT -c $< -o $@
-$(B)/complex/effects_table.o: $(GEN_SRC)
+	$(call say,$@)$(CC) $(LIBFLAGS) -MMD -MP -c $< -o $@
+$(B)/float/%.o: $(B)/gen/%.c
 	@mkdir -p $(@D)
-	$(CC) $(LIBFLAGS) -DBEAM_COMPLEX -c $< -o $@
+	$(call say,$@)$(CC) $(LIBFLAGS) -DBEAM_FLOAT -MMD -MP -c $< -o $@
+$(B)/complex/%.o: $(B)/gen/%.c
+	@mkdir -p $(@D)
+	$(call say,$@)$(CC) $(LIBFLAGS) -DBEAM_COMPLEX -MMD -MP -c $< -o $@
 $(B)/double/%.o: %.c
 	@mkdir -p $(@D)
-	$(CC) $(LIBFLAGS) -MMD -MP -c $< -o $@
+	$(call say,$@)$(CC) $(LIBFLAGS) -MMD -MP -c $< -o $@
 $(B)/float/%.o: %.c
 	@mkdir -p $(@D)
-	$(CC) $(LIBFLAGS) -DBEAM_FLOAT -MMD -MP -c $< -o $@
+	$(call say,$@)$(CC) $(LIBFLAGS) -DBEAM_FLOAT -MMD -MP -c $< -o $@
 $(B)/complex/%.o: %.c
 	@mkdir -p $(@D)
-	$(CC) $(LIBFLAGS) -DBEAM_COMPLEX -MMD -MP -c $< -o $@
+	$(call say,$@)$(CC) $(LIBFLAGS) -DBEAM_COMPLEX -MMD -MP -c $< -o $@
 $(B)/host/%.o: host/%.c
 	@mkdir -p $(@D)
-	$(CC) $(ALLFLAGS) -MMD -MP -c $< -o $@
+	$(call say,$@)$(CC) $(ALLFLAGS) -MMD -MP -c $< -o $@
 
 # ---- Archives and program ----
 $(B)/libbeam.a: $(LIB_OBJ)
-	rm -f $@; ar rcs $@ $^
+	$(call say,$@)rm -f $@; ar rcs $@ $^
 $(B)/libbeamf.a: $(FLOAT_OBJ)
-	rm -f $@; ar rcs $@ $^
+	$(call say,$@)rm -f $@; ar rcs $@ $^
 $(B)/libbeamc.a: $(CPLX_OBJ)
-	rm -f $@; ar rcs $@ $^
+	$(call say,$@)rm -f $@; ar rcs $@ $^
 $(B)/libhost.a: $(HOST_OBJ)
-	rm -f $@; ar rcs $@ $^
+	$(call say,$@)rm -f $@; ar rcs $@ $^
 $(B)/beamfit: $(B)/host/main.o $(B)/libhost.a $(B)/libbeam.a
-	$(CC) $(OPT) $(CFLAGS) $^ $(LIBS) -o $@
+	$(call say,$@)$(CC) $(OPT) $(CFLAGS) $^ $(LIBS) -o $@
 
 # ---- The independent truth simulator: sees neither lib/ nor host/ ----
 TRUTH_SRC  := $(wildcard tests/truth/*.c)
@@ -88,25 +94,28 @@ TRUTH_LIBS := -lsundials_cvode -lsundials_nvecserial -lsundials_sunmatrixdense -
               -llapacke -lopenblas -lm
 $(B)/truth/%.o: tests/truth/%.c
 	@mkdir -p $(@D)
-	$(CC) $(STD) $(OPT) $(WARN) $(shell pkg-config --cflags lapacke openblas 2>/dev/null) $(CFLAGS) -MMD -MP -c $< -o $@
+	$(call say,$@)$(CC) $(STD) $(OPT) $(WARN) $(shell pkg-config --cflags lapacke openblas 2>/dev/null) $(CFLAGS) -MMD -MP -c $< -o $@
 $(B)/libtruth.a: $(filter-out $(B)/truth/main.o,$(TRUTH_OBJ))
-	rm -f $@; ar rcs $@ $^
+	$(call say,$@)rm -f $@; ar rcs $@ $^
 $(B)/beam_truth: $(B)/truth/main.o $(B)/libtruth.a
-	$(CC) $(OPT) $(CFLAGS) $^ $(TRUTH_LIBS) -o $@
+	$(call say,$@)$(CC) $(OPT) $(CFLAGS) $^ $(TRUTH_LIBS) -o $@
 
 # ---- Tests: tests/unit/test_x.c -> $(B)/tests/test_x, tests/system/test_y.c -> $(B)/system/test_y ----
 UNIT_TESTS   := $(UNIT_SRC:tests/unit/%.c=$(B)/tests/%)
 SYSTEM_TESTS := $(SYSTEM_SRC:tests/system/%.c=$(B)/system/%)
 $(B)/tests/%: tests/unit/%.c $(ARCHIVES) $(B)/libtruth.a
 	@mkdir -p $(@D)
-	$(CC) $(ALLFLAGS) -Itests -Itests/truth -MMD -MP $< $(B)/libtruth.a $(ARCHIVES) \
+	$(call say,$@)$(CC) $(ALLFLAGS) -Itests -Itests/truth -MMD -MP $< $(filter %.o,$^) $(B)/libtruth.a $(ARCHIVES) \
 	    -Wl,--as-needed $(LIBS) $(TRUTH_LIBS) -lcmocka -o $@
 $(B)/system/%.o: tests/system/%.c
 	@mkdir -p $(@D)
-	$(CC) $(STD) $(OPT) $(WARN) $(CFLAGS) -MMD -MP -c $< -o $@
+	$(call say,$@)$(CC) $(STD) $(OPT) $(WARN) $(CFLAGS) -MMD -MP -c $< -o $@
+# tests of the effects run them in all three arithmetics at once
+SHADOWS := $(B)/double/tests/effects_shadow.o $(B)/float/tests/effects_shadow.o $(B)/complex/tests/effects_shadow.o
+$(filter $(B)/tests/test_effects%,$(UNIT_TESTS)): $(SHADOWS)
 SYSTEM_COMMON := $(patsubst tests/system/%.c,$(B)/system/%.o,$(filter-out $(SYSTEM_SRC),$(wildcard tests/system/*.c)))
 $(SYSTEM_TESTS): $(B)/system/%: $(B)/system/%.o $(SYSTEM_COMMON)
-	$(CC) $(OPT) $(CFLAGS) $^ -lcmocka -ljansson -lm -o $@
+	$(call say,$@)$(CC) $(OPT) $(CFLAGS) $^ -lcmocka -ljansson -lm -o $@
 .SECONDARY: $(SYSTEM_TESTS:%=%.o)
 
 tests: all $(B)/beam_truth $(UNIT_TESTS) $(SYSTEM_TESTS)
@@ -138,6 +147,9 @@ size: $(B)/libbeamf.a ## size and stack of the library per function; nm proves w
 	@tools/size.sh $(B)/size
 bench: all ## our fit beside a plain reference, and the instructions of one step
 	+@$(MAKE) --no-print-directory -f tests/bench/bench.mk B=$(B) run
+data: $(B)/beam_truth ## make data/paper again: simulated recordings with the paper's values
+	$(B)/beam_truth data/paper/b1tapih.txt data/paper/b1taoiv.txt -o data/paper
+	cd data && sha256sum paper/*.csv > SHA256SUMS
 fuzz: ## feed hostile bytes to every reader for FUZZ_SECONDS each
 	+@CC=clang FUZZ_SECONDS=$(FUZZ_SECONDS) JOBS=$(JOBS) tools/fuzz.sh $(B)/fuzz
 
@@ -163,7 +175,7 @@ clean: ## remove everything built
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 18
 
-DEPFILES = $(LIB_OBJ:.o=.d) $(FLOAT_OBJ:.o=.d) $(CPLX_OBJ:.o=.d) $(HOST_OBJ:.o=.d) $(B)/host/main.d \
+DEPFILES = $(SHADOWS:.o=.d) $(LIB_OBJ:.o=.d) $(FLOAT_OBJ:.o=.d) $(CPLX_OBJ:.o=.d) $(HOST_OBJ:.o=.d) $(B)/host/main.d \
            $(UNIT_TESTS:%=%.d) $(SYSTEM_TESTS:%=%.d) $(SYSTEM_COMMON:.o=.d) $(TRUTH_OBJ:.o=.d)
 -include $(wildcard $(DEPFILES))
-.PHONY: all tests unit test test-both demo deps lint layers size bench fuzz install uninstall clean help
+.PHONY: all tests unit test test-both demo deps lint layers size bench data fuzz install uninstall clean help
