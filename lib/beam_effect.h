@@ -135,7 +135,7 @@ struct beam_law_place {
     enum beam_law_points points;
     enum beam_weight weight;
     beam_real at_m, width_m;
-    int at_parameter;    /* 1 + index of the parameter that is at_m; 0: none, or at_m does not move with it here */
+    int at_parameter;    /* 1 + index of the parameter that is at_m; 0: none */
     int width_parameter; /* 1 + index of the parameter that is width_m; 0: none */
 };
 

@@ -4,19 +4,13 @@
 static int law_place(const beam_real p[], const struct beam_place *place, struct beam_law_place *out)
 {
     const beam_real at = p[1], half = BEAM_K(0.5) * p[2];
-    if (beam_less(at, BEAM_K(0.0)) || beam_less(place->length_m, at) || beam_less(place->length_m, p[2]))
+    if (beam_less(at, half) || beam_less(place->length_m, at + half)) /* the span must lie on the beam */
         return -1;
     out->points = BEAM_LAW_AT_SPAN;
+    out->at_m = at;
+    out->at_parameter = 2;
     out->width_m = p[2];
     out->width_parameter = 3;
-    if (beam_less(at, half)) { /* a crack nearer to an end than half its width is moved in */
-        out->at_m = half;
-    } else if (beam_less(place->length_m - half, at)) {
-        out->at_m = place->length_m - half;
-    } else {
-        out->at_m = at;
-        out->at_parameter = 2;
-    }
     return 0;
 }
 
@@ -61,8 +55,8 @@ const struct beam_effect BEAM_NAME(effect_bilinear_stiffness) = {
                     .unit = "m",
                     .what = "the crack's distance from the clamp",
                     .neutral = 0.25,
-                    .minimum = 0.0,
-                    .maximum = 1.0,
+                    .minimum = 0.02,
+                    .maximum = 0.98,
                     .start = 0.25,
                     .flags = BEAM_PARAMETER_POSITION | BEAM_PARAMETER_INNER},
                    {.name = "width_m",

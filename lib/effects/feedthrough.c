@@ -22,10 +22,10 @@ const struct beam_effect BEAM_NAME(effect_feedthrough) = {
                   "response does not fall off, and the "
                   "antiresonances move. It vanishes with the drive, and in hammer records.",
     .confused_with = "Too few modes in the computation: their static part looks like a leak; raise the number of modes "
-                     "first. KB: scales modes, not "
-                     "the level between them. Clamp the beam still (a block under the tip), or disconnect the patch "
-                     "from the drive cable, and drive: "
-                     "what remains leaks.",
+                     "first. patch_position: also moves "
+                     "antiresonances, but leaves nothing above the last mode. Hold the beam still (a block under the "
+                     "tip) and drive: what remains "
+                     "leaks.",
     .target_cost = "one multiply-add per step and channel",
     .n_parameters = 1,
     .parameters = {{.name = "gain",
