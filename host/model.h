@@ -64,6 +64,17 @@ struct per_record_value {
     double value, sd;
 };
 
+/*
+ * A direct quasi-static path from an input to an output near it: y += c · input (displacement; its derivatives for
+ * velocity and acceleration). What the modes above the model and local deformation do there (the 'upper residual' of
+ * modal testing, Ewins, Modal Testing); parameter "residual_<output>_<input>" (m/N, m/V, V/N …), free, 0 to begin with.
+ * Every acceleration output has one for each input, every patch_strain output one for each point force.
+ */
+struct model_residual {
+    size_t output, input;
+    struct parameter compliance;
+};
+
 /* An effect in use. */
 struct model_effect {
     const struct beam_effect *effect;
@@ -87,7 +98,9 @@ struct fit_record {
 };
 struct fit_info {
     bool present;
-    char parent_sha256[65]; /* of the model file the fit started from; "" none */
+    char parent_sha256[65]; /* of the model file this one was made from; "" none. Set by model_write() */
+    size_t n_ancestors;     /* parents of the parent, nearest first: a history may skip files that are gone */
+    char (*ancestors)[65];
     char version[32];       /* of the program */
     double nrmse, noise_ratio, check_nrmse, check_noise_ratio; /* 0: none */
     bool converged;
@@ -109,6 +122,8 @@ struct model {
     struct model_input *inputs;
     size_t n_outputs;
     struct model_output *outputs;
+    size_t n_residuals;     /* in order of outputs, then inputs */
+    struct model_residual *residuals;
     size_t n_effects;
     struct model_effect *effects;
     struct fit_info fit;
@@ -122,23 +137,33 @@ enum bf_status model_copy(const struct model *from, struct model *out, struct bf
 void model_free(struct model *model);
 /* Checks everything that can be checked without data: ranges, places, names. */
 enum bf_status model_check(const struct model *model, struct bf_error *err);
+/*
+ * Values that look wrong by a unit (mm, N·mm², g/m, …), one sentence each, at most `room`; returns how many.
+ * model_read() prints them as warnings.
+ */
+typedef char model_warning[320];
+size_t model_unit_warnings(const struct model *model, model_warning text[], size_t room);
 /* First patch of the model: the region(s) named "patch", else the first patch channel; false when there is none. */
 bool model_patch(const struct model *model, double *from_m, double *to_m);
 const struct material *model_material(const struct model *model, const char *region);
 struct beam_place model_place(const struct model *model);
 /* Adds an effect with neutral-near start values (parameters[].start of the catalogue). channel "" = default. */
 enum bf_status model_add_effect(struct model *model, const char *id, const char *channel, struct bf_error *err);
+/* The same without checking the result: set the effect's values first, then model_check(). */
+enum bf_status model_append_effect(struct model *model, const char *id, const char *channel, struct bf_error *err);
 enum bf_status model_drop_effect(struct model *model, const char *id, struct bf_error *err);
+/* Fills residuals[] for the model's channels, value 0, where the list is still empty. */
+void model_make_residuals(struct model *model);
 const struct beam_effect *effect_by_id(const char *id); /* NULL when unknown */
 
 /*
- * The parameters as one vector: materials (EI, rho, cDI of each, in order), gamma, Ks, KB, then each effect's.
+ * The parameters as one vector: materials (EI, rho, cDI of each, in order), gamma, Ks, KB, residuals, each effect's.
  * A per-record parameter appears once per record name. Order is stable for a given model and list of records.
  */
-enum parameter_role { ROLE_EI, ROLE_RHO, ROLE_CDI, ROLE_GAMMA, ROLE_KS, ROLE_KB, ROLE_EFFECT };
+enum parameter_role { ROLE_EI, ROLE_RHO, ROLE_CDI, ROLE_GAMMA, ROLE_KS, ROLE_KB, ROLE_RESIDUAL, ROLE_EFFECT };
 struct parameter_ref {
     enum parameter_role role;
-    size_t owner;          /* material index or effect index */
+    size_t owner;          /* material, residual or effect index */
     int slot;              /* parameter index inside the effect */
     int record;            /* index into the record list for a per-record parameter, else −1 */
     char label[MODEL_NAME + 64]; /* unique for people and JSON: the bare name where unique, "effect.name" where not,

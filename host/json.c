@@ -1,0 +1,112 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* json.c — the only file that sees jansson. struct json is json_t under another name. */
+#include "json.h"
+
+#include <jansson.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static json_t *inner(struct json *json)
+{
+    return (json_t *)(void *)json;
+}
+
+static struct json *outer(json_t *json)
+{
+    if (!json) {
+        (void)fputs("beamfit: memory is out\n", stderr);
+        exit(BF_NUMERIC);
+    }
+    return (struct json *)(void *)json;
+}
+
+struct json *json_new_object(void)
+{
+    return outer(json_object());
+}
+
+struct json *json_new_array(void)
+{
+    return outer(json_array());
+}
+
+/* Printable ASCII stays, every other byte becomes \xHH. */
+static json_t *escaped(const char *text)
+{
+    size_t n = strlen(text), used = 0;
+    char *copy = bf_alloc(4 * n + 1, 1);
+    for (size_t i = 0; i < n; i++) {
+        unsigned char c = (unsigned char)text[i];
+        used += (size_t)snprintf(copy + used, 5, c >= 0x20 && c < 0x7F ? "%c" : "\\x%02X", c);
+    }
+    json_t *json = json_string(copy);
+    free(copy);
+    return json;
+}
+
+static struct json *text_value(const char *text)
+{
+    json_t *json = json_string(text); /* NULL when it is not UTF-8 */
+    return outer(json ? json : escaped(text));
+}
+
+static struct json *number_value(double x)
+{
+    return outer(isfinite(x) ? json_real(x) : json_null());
+}
+
+struct json *json_put(struct json *object, const char *key, struct json *child)
+{
+    if (json_object_set_new(inner(object), key, inner(child)) == 0)
+        return child;
+    json_t *plain = escaped(key); /* the key is not UTF-8 */
+    (void)json_object_set(inner(object), json_string_value(plain), inner(child));
+    json_decref(plain);
+    return child;
+}
+
+struct json *json_push(struct json *array, struct json *child)
+{
+    (void)json_array_append_new(inner(array), inner(child));
+    return child;
+}
+
+void json_put_number(struct json *object, const char *key, double x)
+{
+    (void)json_put(object, key, number_value(x));
+}
+
+void json_put_text(struct json *object, const char *key, const char *text)
+{
+    (void)json_put(object, key, text_value(text));
+}
+
+void json_put_bool(struct json *object, const char *key, bool x)
+{
+    (void)json_put(object, key, outer(json_boolean(x)));
+}
+
+void json_push_number(struct json *array, double x)
+{
+    (void)json_push(array, number_value(x));
+}
+
+void json_push_text(struct json *array, const char *text)
+{
+    (void)json_push(array, text_value(text));
+}
+
+enum bf_status json_print_and_free(struct json *root, FILE *out, struct bf_error *err)
+{
+    int failed = json_dumpf(inner(root), out, JSON_INDENT(2) | JSON_REAL_PRECISION(17));
+    failed |= fputc('\n', out) == EOF || fflush(out) != 0;
+    json_decref(inner(root));
+    return failed ? bf_fail(err, BF_BAD_FILE, "the answer cannot be written; is the disk or pipe full or closed?")
+                  : BF_OK;
+}
+
+void json_discard(struct json *root)
+{
+    json_decref(inner(root));
+}

@@ -1,0 +1,322 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* model_yaml_print.c — a model as the text of a new file, and the pieces that editing inserts into an old one. */
+#include "model_yaml.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { SD_DIGITS = 6 }; /* of what is itself an estimate: standard errors, nrmse */
+
+void yaml_text_add(struct yaml_text *text, const char *s)
+{
+    size_t n = strlen(s);
+    if (text->n + n + 1 > text->room) {
+        text->room = 2 * (text->n + n) + 256;
+        text->s = bf_grow(text->s, text->room, 1);
+    }
+    memcpy(text->s + text->n, s, n + 1);
+    text->n += n;
+}
+
+void yaml_text_addf(struct yaml_text *text, const char *format, ...)
+{
+    char piece[512];
+    va_list args;
+    va_start(args, format);
+    (void)vsnprintf(piece, sizeof piece, format, args);
+    va_end(args);
+    yaml_text_add(text, piece);
+}
+
+void yaml_text_number(struct yaml_text *text, double x)
+{
+    char number[DECIMAL_TEXT];
+    decimal_print(number, x);
+    yaml_text_add(text, number);
+}
+
+static void add_rounded(struct yaml_text *text, double x)
+{
+    char number[DECIMAL_TEXT];
+    decimal_print_rounded(number, x, SD_DIGITS);
+    yaml_text_add(text, number);
+}
+
+static bool is_plain_word(const char *s)
+{
+    static const char *const reserved[] = {"true", "false", "null", "yes", "no", "on", "off", "y", "n", "~"};
+    double number;
+    size_t n = strlen(s);
+    const char *inside = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./+-";
+    if (n == 0 || strspn(s, inside) != n || strchr("-.+/", s[0]) || decimal_parse(s, &number))
+        return false;
+    for (size_t i = 0; i < sizeof reserved / sizeof *reserved; i++)
+        if (strcasecmp(s, reserved[i]) == 0)
+            return false;
+    return strspn(s, "0123456789_+-.eExabcdefABCDEF") != n; /* digests, dates, other number-like words */
+}
+
+void yaml_text_scalar(struct yaml_text *text, const char *s)
+{
+    if (is_plain_word(s)) {
+        yaml_text_add(text, s);
+        return;
+    }
+    yaml_text_add(text, "\"");
+    for (; *s; s++) {
+        if (*s == '"' || *s == '\\')
+            yaml_text_addf(text, "\\%c", *s);
+        else if ((unsigned char)*s < ' ' || *s == 0x7F)
+            yaml_text_addf(text, "\\x%02X", (unsigned)(unsigned char)*s);
+        else
+            yaml_text_addf(text, "%c", *s);
+    }
+    yaml_text_add(text, "\"");
+}
+
+/* ", key: number" */
+static void add_pair(struct yaml_text *text, const char *key, double x, bool rounded)
+{
+    yaml_text_addf(text, ", %s: ", key);
+    if (rounded)
+        add_rounded(text, x);
+    else
+        yaml_text_number(text, x);
+}
+
+static bool same(double a, double b)
+{
+    return !(a < b) && !(a > b);
+}
+
+void yaml_parameter_keys(const struct parameter *p, const struct parameter *absent, struct yaml_parameter_text *out)
+{
+    *out = (struct yaml_parameter_text){.key = {"value", "prior", "prior_value", "fixed", "min", "max", "sd"}};
+    decimal_print(out->text[0], p->value);
+    if (p->prior > 0.0)
+        decimal_print(out->text[1], p->prior);
+    if (p->prior > 0.0 && !same(p->prior_value, p->value))
+        decimal_print(out->text[2], p->prior_value);
+    if (p->fixed != absent->fixed)
+        (void)snprintf(out->text[3], DECIMAL_TEXT, "%s", p->fixed ? "true" : "false");
+    if (!same(p->min, absent->min))
+        decimal_print(out->text[4], p->min);
+    if (!same(p->max, absent->max))
+        decimal_print(out->text[5], p->max);
+    if (p->sd > 0.0)
+        decimal_print_rounded(out->text[6], p->sd, SD_DIGITS);
+}
+
+/* A free parameter of a material or of the model, as the reader makes it before it has seen the file. */
+static void print_parameter(struct yaml_text *text, const struct parameter *p, bool may_be_negative)
+{
+    struct parameter absent;
+    struct yaml_parameter_text keys;
+    model_parameter_init(&absent, p->name, p->unit, may_be_negative);
+    yaml_parameter_keys(p, &absent, &keys);
+    yaml_text_addf(text, "  %s: {value: %s", p->name, keys.text[0]);
+    for (int i = 1; i < YAML_PARAMETER_KEYS; i++)
+        if (keys.text[i][0])
+            yaml_text_addf(text, ", %s: %s", keys.key[i], keys.text[i]);
+    yaml_text_add(text, "}\n");
+}
+
+void model_print_per_record(struct yaml_text *text, const struct model_effect *effect, int slot)
+{
+    bool first = true;
+    yaml_text_add(text, "{");
+    for (size_t i = 0; i < effect->n_per_record; i++) {
+        const struct per_record_value *entry = &effect->per_record[i];
+        if (entry->parameter != slot)
+            continue;
+        yaml_text_add(text, first ? "" : ", ");
+        yaml_text_scalar(text, entry->record);
+        yaml_text_add(text, ": {value: ");
+        yaml_text_number(text, entry->value);
+        if (entry->sd > 0.0)
+            add_pair(text, "sd", entry->sd, true);
+        yaml_text_add(text, "}");
+        first = false;
+    }
+    yaml_text_add(text, "}");
+}
+
+bool model_has_per_record(const struct model_effect *effect, int slot)
+{
+    for (size_t i = 0; i < effect->n_per_record; i++)
+        if (effect->per_record[i].parameter == slot)
+            return true;
+    return false;
+}
+
+void model_print_effect(struct yaml_text *text, const struct model *model, const struct model_effect *effect)
+{
+    yaml_text_addf(text, "{kind: %s", effect->effect->id);
+    if (effect->channel[0]) {
+        yaml_text_add(text, ", channel: ");
+        yaml_text_scalar(text, effect->channel);
+    }
+    for (int i = 0; i < effect->effect->n_parameters; i++) {
+        struct parameter absent;
+        struct yaml_parameter_text keys;
+        bool per_record = model_has_per_record(effect, i), bare = !per_record && effect->parameters[i].fixed;
+        model_effect_parameter(model, effect->effect, i, &absent);
+        yaml_parameter_keys(&effect->parameters[i], &absent, &keys);
+        for (int k = 1; k < YAML_PARAMETER_KEYS; k++)
+            bare = bare && !keys.text[k][0];
+        yaml_text_addf(text, bare ? ", %s: %s" : ", %s: {value: %s", effect->parameters[i].name, keys.text[0]);
+        for (int k = 1; k < YAML_PARAMETER_KEYS; k++)
+            if (keys.text[k][0])
+                yaml_text_addf(text, ", %s: %s", keys.key[k], keys.text[k]);
+        if (per_record) {
+            yaml_text_add(text, ", per_record: ");
+            model_print_per_record(text, effect, i);
+        }
+        yaml_text_add(text, bare ? "" : "}");
+    }
+    yaml_text_add(text, "}");
+}
+
+/* ---- The fit block: one entry per line, or all in one pair of braces ---- */
+
+static void print_fit_record(struct yaml_text *text, const struct fit_record *record)
+{
+    yaml_text_add(text, "{file: ");
+    yaml_text_scalar(text, record->file);
+    if (record->sha256[0])
+        yaml_text_addf(text, ", sha256: \"%s\"", record->sha256);
+    if (record->held_out)
+        yaml_text_add(text, ", held_out: true");
+    yaml_text_add(text, ", channels: [");
+    for (size_t i = 0; i < record->n_channels; i++) {
+        yaml_text_add(text, i ? ", {name: " : "{name: ");
+        yaml_text_scalar(text, record->channels[i].name);
+        add_pair(text, "nrmse", record->channels[i].nrmse, true);
+        add_pair(text, "noise_ratio", record->channels[i].noise_ratio, true);
+        yaml_text_add(text, "}");
+    }
+    yaml_text_add(text, "]}");
+}
+
+void model_print_fit(struct yaml_text *text, const struct fit_info *fit, bool flow)
+{
+    const char *start = flow ? "{" : "\n  ", *next = flow ? ", " : "\n  ", *item = flow ? ", " : "\n    - ";
+    static const char *const keys[] = {"nrmse", "noise_ratio", "check_nrmse", "check_noise_ratio"};
+    const double numbers[] = {fit->nrmse, fit->noise_ratio, fit->check_nrmse, fit->check_noise_ratio};
+    yaml_text_addf(text, "%sparent_sha256: \"%s\"", start, fit->parent_sha256);
+    for (size_t i = 0; i < fit->n_ancestors; i++)
+        yaml_text_addf(text, "%s\"%s\"", i ? ", " : flow ? ", ancestors: [" : "\n  ancestors: [", fit->ancestors[i]);
+    yaml_text_add(text, fit->n_ancestors ? "]" : "");
+    if (fit->version[0]) {
+        yaml_text_addf(text, "%sversion: ", next);
+        yaml_text_scalar(text, fit->version);
+    }
+    if (fit->present) {
+        yaml_text_addf(text, "%sconverged: %s", next, fit->converged ? "true" : "false");
+        for (size_t i = 0; i < sizeof keys / sizeof *keys; i++) {
+            if (numbers[i] > 0.0) {
+                yaml_text_addf(text, "%s%s: ", next, keys[i]);
+                add_rounded(text, numbers[i]);
+            }
+        }
+        yaml_text_addf(text, "%srecords:%s", next, flow ? " [" : "");
+        for (size_t i = 0; i < fit->n_records; i++) {
+            yaml_text_add(text, flow && i == 0 ? "" : item);
+            print_fit_record(text, &fit->records[i]);
+        }
+        yaml_text_add(text, flow ? "]" : fit->n_records == 0 ? " []" : "");
+    }
+    yaml_text_add(text, flow ? "}" : "");
+}
+
+/* ---- The whole ---- */
+
+static void print_interval(struct yaml_text *text, double from_m, double to_m)
+{
+    yaml_text_add(text, "[");
+    yaml_text_number(text, from_m);
+    yaml_text_add(text, ", ");
+    yaml_text_number(text, to_m);
+    yaml_text_add(text, "]");
+}
+
+static void print_beam(struct yaml_text *text, const struct model *m)
+{
+    yaml_text_add(text, "beam:\n  length_m: ");
+    yaml_text_number(text, m->length_m);
+    yaml_text_addf(text, "\n  support: %s\n", model_support_name(m->support));
+    if (m->n_regions == 1 && strcmp(m->regions[0].name, "beam") == 0)
+        return;
+    yaml_text_add(text, "  regions:\n");
+    for (size_t i = 0; i < m->n_regions; i++) {
+        yaml_text_addf(text, "    - {name: %s, from_m: ", m->regions[i].name);
+        yaml_text_number(text, m->regions[i].from_m);
+        yaml_text_add(text, ", to_m: ");
+        yaml_text_number(text, m->regions[i].to_m);
+        yaml_text_add(text, "}\n");
+    }
+}
+
+static void print_channels(struct yaml_text *text, const struct model *m)
+{
+    yaml_text_add(text, m->n_inputs ? "inputs:\n" : "inputs: {}\n");
+    for (size_t i = 0; i < m->n_inputs; i++) {
+        const struct model_input *input = &m->inputs[i];
+        yaml_text_add(text, "  ");
+        yaml_text_scalar(text, input->name);
+        yaml_text_addf(text, ": {kind: %s", model_input_kind_name(input->kind));
+        if (input->kind == INPUT_POINT_FORCE) {
+            add_pair(text, "at_m", input->at_m, false);
+        } else {
+            yaml_text_add(text, ", patch_m: ");
+            print_interval(text, input->from_m, input->to_m);
+        }
+        yaml_text_add(text, input->level_per_record ? ", level: per_record}\n" : "}\n");
+    }
+    yaml_text_add(text, m->n_outputs ? "outputs:\n" : "outputs: {}\n");
+    for (size_t i = 0; i < m->n_outputs; i++) {
+        const struct model_output *output = &m->outputs[i];
+        yaml_text_add(text, "  ");
+        yaml_text_scalar(text, output->name);
+        yaml_text_addf(text, ": {kind: %s", model_output_kind_name(output->kind));
+        if (output->kind != OUTPUT_PATCH_STRAIN) {
+            add_pair(text, "at_m", output->at_m, false);
+        } else {
+            yaml_text_add(text, ", patch_m: ");
+            print_interval(text, output->from_m, output->to_m);
+        }
+        yaml_text_add(text, "}\n");
+    }
+}
+
+char *model_to_text(const struct model *m)
+{
+    struct yaml_text text = {0};
+    yaml_text_add(&text, "format: beamfit-model/1\n");
+    print_beam(&text, m);
+    yaml_text_add(&text, "parameters:\n");
+    for (size_t i = 0; i < m->n_materials; i++) {
+        print_parameter(&text, &m->materials[i].EI, false);
+        print_parameter(&text, &m->materials[i].rho, false);
+        print_parameter(&text, &m->materials[i].cDI, false);
+    }
+    const struct parameter *const shared[] = {&m->gamma, &m->Ks, &m->KB};
+    for (size_t i = 0; i < sizeof shared / sizeof *shared; i++)
+        if (!shared[i]->fixed || shared[i]->value < 0.0 || shared[i]->value > 0.0)
+            print_parameter(&text, shared[i], shared[i] != &m->gamma);
+    print_channels(&text, m);
+    yaml_text_add(&text, m->n_effects ? "effects:\n" : "effects: []\n");
+    for (size_t i = 0; i < m->n_effects; i++) {
+        yaml_text_add(&text, "  - ");
+        model_print_effect(&text, m, &m->effects[i]);
+        yaml_text_add(&text, "\n");
+    }
+    if (m->fit.present || m->fit.parent_sha256[0]) {
+        yaml_text_add(&text, "fit:");
+        model_print_fit(&text, &m->fit, false);
+        yaml_text_add(&text, "\n");
+    }
+    return text.s;
+}

@@ -1,0 +1,153 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* parameters.c — the parameters of a model as one vector, and back. */
+#include "model.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const struct per_record_value *find_value(const struct model_effect *effect, int slot, const char *record)
+{
+    for (size_t i = 0; i < effect->n_per_record; i++)
+        if (effect->per_record[i].parameter == slot && strcmp(effect->per_record[i].record, record) == 0)
+            return &effect->per_record[i];
+    return NULL;
+}
+
+/* How often a bare parameter name occurs among all effects, and how often with the same effect, up to (owner). */
+static void count_names(const struct model *model, size_t owner, int slot, int *by_name, int *by_effect, int *before)
+{
+    const struct model_effect *mine = &model->effects[owner];
+    *by_name = *by_effect = *before = 0;
+    for (size_t i = 0; i < model->n_effects; i++) {
+        const struct model_effect *effect = &model->effects[i];
+        for (int j = 0; j < effect->effect->n_parameters; j++)
+            *by_name += strcmp(effect->parameters[j].name, mine->parameters[slot].name) == 0;
+        *by_effect += effect->effect == mine->effect;
+        *before += effect->effect == mine->effect && i < owner;
+    }
+}
+
+static void make_label(const struct model *model, struct parameter_ref *ref, const char *record)
+{
+    int by_name, by_effect, before;
+    const struct model_effect *effect = &model->effects[ref->owner];
+    const char *name = ref->info->name, *id = effect->effect->id;
+    const char *at = record ? "@" : "", *where = record ? record : "";
+    count_names(model, ref->owner, ref->slot, &by_name, &by_effect, &before);
+    if (by_name == 1)
+        (void)snprintf(ref->label, sizeof ref->label, "%s%s%.60s", name, at, where);
+    else if (by_effect == 1)
+        (void)snprintf(ref->label, sizeof ref->label, "%.30s.%.30s%s%.60s", id, name, at, where);
+    else
+        (void)snprintf(ref->label, sizeof ref->label, "%.26s.%d.%.26s%s%.60s", id, before + 1, name, at, where);
+}
+
+static void add_shared(struct parameter_ref *ref, enum parameter_role role, size_t owner, const struct parameter *p)
+{
+    *ref = (struct parameter_ref){.role = role, .owner = owner, .record = -1, .info = p, .value = p->value};
+    (void)snprintf(ref->label, sizeof ref->label, "%s", p->name);
+}
+
+static size_t add_effect(const struct model *model, size_t owner, const char *const record_names[], size_t n_records,
+                         struct parameter_ref *refs)
+{
+    const struct model_effect *effect = &model->effects[owner];
+    size_t n = 0;
+    for (int j = 0; j < effect->effect->n_parameters; j++) {
+        bool per_record = (effect->effect->parameters[j].flags & BEAM_PARAMETER_PER_RECORD) != 0;
+        size_t copies = per_record ? n_records : 1;
+        for (size_t k = 0; k < copies; k++) {
+            struct parameter_ref *ref = &refs[n++];
+            const char *record = per_record ? record_names[k] : NULL;
+            const struct per_record_value *own = record ? find_value(effect, j, record) : NULL;
+            *ref = (struct parameter_ref){.role = ROLE_EFFECT,
+                                          .owner = owner,
+                                          .slot = j,
+                                          .record = record ? (int)k : -1,
+                                          .info = &effect->parameters[j],
+                                          .value = own ? own->value : effect->parameters[j].value};
+            make_label(model, ref, record);
+        }
+    }
+    return n;
+}
+
+size_t model_parameters(const struct model *model, const char *const record_names[], size_t n_records,
+                        struct parameter_ref **out)
+{
+    size_t most =
+        3 * model->n_materials + 3 + model->n_residuals + model->n_effects * BEAM_EFFECT_PARAMETERS * (n_records + 1);
+    struct parameter_ref *refs = bf_alloc(most, sizeof *refs);
+    size_t n = 0;
+    for (size_t i = 0; i < model->n_materials; i++) {
+        add_shared(&refs[n++], ROLE_EI, i, &model->materials[i].EI);
+        add_shared(&refs[n++], ROLE_RHO, i, &model->materials[i].rho);
+        add_shared(&refs[n++], ROLE_CDI, i, &model->materials[i].cDI);
+    }
+    add_shared(&refs[n++], ROLE_GAMMA, 0, &model->gamma);
+    add_shared(&refs[n++], ROLE_KS, 0, &model->Ks);
+    add_shared(&refs[n++], ROLE_KB, 0, &model->KB);
+    for (size_t i = 0; i < model->n_residuals; i++)
+        add_shared(&refs[n++], ROLE_RESIDUAL, i, &model->residuals[i].compliance);
+    for (size_t i = 0; i < model->n_effects; i++)
+        n += add_effect(model, i, record_names, n_records, refs + n);
+    *out = refs;
+    return n;
+}
+
+static struct parameter *target_of(struct model *model, const struct parameter_ref *ref)
+{
+    switch (ref->role) {
+    case ROLE_EI:
+        return &model->materials[ref->owner].EI;
+    case ROLE_RHO:
+        return &model->materials[ref->owner].rho;
+    case ROLE_CDI:
+        return &model->materials[ref->owner].cDI;
+    case ROLE_GAMMA:
+        return &model->gamma;
+    case ROLE_KS:
+        return &model->Ks;
+    case ROLE_KB:
+        return &model->KB;
+    case ROLE_RESIDUAL:
+        return &model->residuals[ref->owner].compliance;
+    case ROLE_EFFECT:
+        break;
+    }
+    return &model->effects[ref->owner].parameters[ref->slot];
+}
+
+static void set_per_record(struct model_effect *effect, int slot, const char *record, double value, double sd)
+{
+    size_t i = 0;
+    while (i < effect->n_per_record &&
+           (effect->per_record[i].parameter != slot || strcmp(effect->per_record[i].record, record) != 0))
+        i++;
+    if (i == effect->n_per_record) {
+        effect->per_record = bf_grow(effect->per_record, i + 1, sizeof *effect->per_record);
+        effect->per_record[i] = (struct per_record_value){.parameter = slot};
+        (void)snprintf(effect->per_record[i].record, sizeof effect->per_record[i].record, "%s", record);
+        effect->n_per_record++;
+    }
+    effect->per_record[i].value = value;
+    effect->per_record[i].sd = sd;
+}
+
+void model_set_parameters(struct model *model, const struct parameter_ref refs[], size_t n, const double value[],
+                          const double sd[], const char *const record_names[])
+{
+    for (size_t i = 0; i < n; i++) {
+        const struct parameter_ref *ref = &refs[i];
+        if (ref->record >= 0) {
+            set_per_record(&model->effects[ref->owner], ref->slot, record_names[ref->record], value[i],
+                           sd ? sd[i] : 0.0);
+            continue;
+        }
+        struct parameter *p = target_of(model, ref);
+        p->value = value[i];
+        if (sd)
+            p->sd = sd[i];
+    }
+}
