@@ -2,13 +2,12 @@
 /* One evaluation of the weighted residual and its Jacobian, with the linear unknowns projected out. */
 #include "fit_problem.h"
 
+#include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 #include "dense.h"
 
-/* Step of the central differences of free-decay columns, in x; their phase moves by up to 10³ rad per unit of x. */
-static const double nuisance_step = 1e-6;
 static const double dependent = 1e-10; /* columns that depend on others to this share are left out */
 
 /* The linear unknowns of one record: columns of its rows. */
@@ -121,41 +120,6 @@ static enum bf_status fit_record(struct fit_problem *p, const struct prediction 
     return status;
 }
 
-/* v[n_rows] = Σ c Φ(θ) over the free-decay columns. */
-static enum bf_status nuisance_sum(struct fit_problem *p, const double theta[], double v[], struct bf_error *err)
-{
-    struct prediction y;
-    const enum bf_status status = predictor_run(p->predictor, theta, NULL, &y, err);
-    p->runs++;
-    if (!status)
-        dense_gemv(false, y.n_rows, y.n_nuisance, 1.0, y.nuisance, p->coefficients, 0.0, v);
-    return status;
-}
-
-/* Adds w Σ c dΦ/dx to the Jacobian, by central differences: the predictor knows only the columns. */
-static enum bf_status add_nuisance_slopes(struct fit_problem *p, const double x[], struct bf_error *err)
-{
-    double *shifted = bf_alloc(p->n_unknowns, sizeof *shifted), *theta = bf_alloc(p->n_refs, sizeof *theta);
-    double *up = bf_alloc(p->n_rows, sizeof *up), *down = bf_alloc(p->n_rows, sizeof *down);
-    memcpy(theta, p->theta, p->n_refs * sizeof *theta);
-    enum bf_status status = BF_OK;
-    for (size_t i = 0; i < p->n_unknowns && !status; i++) {
-        memcpy(shifted, x, p->n_unknowns * sizeof *shifted);
-        shifted[i] = x[i] + nuisance_step;
-        fit_problem_to_theta(p, shifted, theta);
-        status = nuisance_sum(p, theta, up, err);
-        shifted[i] = x[i] - nuisance_step;
-        fit_problem_to_theta(p, shifted, theta);
-        if (!status)
-            status = nuisance_sum(p, theta, down, err);
-        double *J = p->jacobian + i * p->n_rows;
-        for (size_t k = 0; k < p->n_rows && !status; k++)
-            J[k] += p->weight[k] * (up[k] - down[k]) / (2.0 * nuisance_step);
-    }
-    free(shifted), free(theta), free(up), free(down);
-    return status;
-}
-
 static void weighted_jacobian(struct fit_problem *p, const struct prediction *y, const double x[])
 {
     for (size_t i = 0; i < p->n_unknowns; i++) {
@@ -195,40 +159,52 @@ static void weigh_residual(struct fit_problem *p)
     }
 }
 
+/* Runs the predictor and solves every record's linear unknowns. parts: [n_records]. */
+static enum bf_status run(struct fit_problem *p, bool with_jacobian, struct linear_part parts[], struct prediction *y,
+                          struct bf_error *err)
+{
+    enum bf_status status = predictor_run(p->predictor, p->theta, with_jacobian ? p->want : NULL, y, err);
+    p->runs++;
+    if (status)
+        return status;
+    if (y->n_rows != p->n_rows)
+        return bf_fail(err, BF_NUMERIC, "the prediction has %zu rows where %zu were asked for", y->n_rows, p->n_rows);
+    p->coefficients = bf_grow(p->coefficients, y->n_nuisance ? y->n_nuisance : 1, sizeof *p->coefficients);
+    p->n_nuisance = y->n_nuisance;
+    for (size_t k = 0; k < p->n_nuisance; k++)
+        p->coefficients[k] = 0.0;
+    for (size_t r = 0; r < p->n_records && !status; r++) {
+        linear_part_free(&parts[r]);
+        status = fit_record(p, y, r, &parts[r], err);
+    }
+    if (!status && p->n_nuisance > 0)
+        predictor_set_nuisance(p->predictor, p->coefficients);
+    return status;
+}
+
 enum bf_status fit_problem_evaluate(struct fit_problem *p, const double x[], bool with_jacobian, double *data_square,
                                     struct bf_error *err)
 {
     struct prediction y;
-    *data_square = INFINITY;
-    fit_problem_to_theta(p, x, p->theta);
-    enum bf_status status = predictor_run(p->predictor, p->theta, with_jacobian ? p->want : NULL, &y, err);
-    p->runs++;
-    if (status)
-        return status;
-    if (y.n_rows != p->n_rows)
-        return bf_fail(err, BF_NUMERIC, "the prediction has %zu rows where %zu were asked for", y.n_rows, p->n_rows);
-    if (y.n_nuisance != p->n_nuisance) {
-        p->coefficients = bf_grow(p->coefficients, y.n_nuisance ? y.n_nuisance : 1, sizeof *p->coefficients);
-        p->n_nuisance = y.n_nuisance;
-    }
     struct linear_part *parts = bf_alloc(p->n_records, sizeof *parts);
-    memset(parts, 0, p->n_records * sizeof *parts);
-    for (size_t k = 0; k < p->n_nuisance; k++)
-        p->coefficients[k] = 0.0;
-    for (size_t r = 0; r < p->n_records && !status; r++)
-        status = fit_record(p, &y, r, &parts[r], err);
-    weigh_residual(p);
+    *data_square = HUGE_VAL;
+    fit_problem_to_theta(p, x, p->theta);
+    enum bf_status status = BF_OK;
+    if (!with_jacobian || p->has_decay)
+        status = run(p, false, parts, &y, err);
+    if (!status && with_jacobian)
+        status = run(p, true, parts, &y, err); /* at the amplitudes of the run before */
+    if (!status) {
+        weigh_residual(p);
+        *data_square = 0.5 * dense_dot(p->n_rows, p->residual, p->residual);
+    }
     if (!status && with_jacobian) {
         weighted_jacobian(p, &y, x);
-        if (p->n_nuisance > 0)
-            status = add_nuisance_slopes(p, x, err);
-        for (size_t r = 0; r < p->n_records && !status; r++)
+        for (size_t r = 0; r < p->n_records; r++)
             project(p, &parts[r]);
     }
     for (size_t r = 0; r < p->n_records; r++)
         linear_part_free(&parts[r]);
     free(parts);
-    if (!status)
-        *data_square = 0.5 * dense_dot(p->n_rows, p->residual, p->residual);
     return status;
 }

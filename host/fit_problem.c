@@ -72,11 +72,16 @@ static void find_unknowns(struct fit_problem *p, const struct model *model)
 
 /* ---- Records ---- */
 
+static bool is_decay(const struct record *record)
+{
+    const char *kind = record_meta(record, "excitation");
+    return kind && strcmp(kind, "free_decay") == 0;
+}
+
 /* When the excitation begins, in seconds after the first sample; 0 for a free decay (its rows begin there). */
 static double onset_of(const struct model *model, const struct record *record)
 {
-    const char *kind = record_meta(record, "excitation");
-    if (kind && strcmp(kind, "free_decay") == 0)
+    if (is_decay(record))
         return 0.0;
     size_t first = record->n;
     for (size_t i = 0; i < model->n_inputs; i++) {
@@ -94,7 +99,7 @@ static double onset_of(const struct model *model, const struct record *record)
 static bool level_unknown(const struct model *model, const struct record *record)
 {
     const char *kind = record_meta(record, "excitation");
-    if (kind && strcmp(kind, "free_decay") == 0)
+    if (is_decay(record))
         return false;
     if (kind && strcmp(kind, "unknown_level") == 0)
         return true;
@@ -127,6 +132,7 @@ enum bf_status fit_problem_new(struct fit_problem *p, const struct model *model,
         p->onset_s[r] = onset_of(model, &records[r]);
         p->level[r] = level_unknown(model, &records[r]);
         p->levels[r] = 1.0;
+        p->has_decay = p->has_decay || is_decay(&records[r]);
     }
     p->n_channels = predictor_channels(predictor, &p->channels);
     if (p->n_channels == 0)

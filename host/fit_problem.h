@@ -34,6 +34,7 @@ struct fit_problem {
     double *lower, *upper; /* [n_unknowns] in x */
     bool *want;            /* [n_refs] */
     bool *level;           /* [n_records]: the force level is an unknown factor */
+    bool has_decay;        /* some record is a free decay */
     double *onset_s;       /* [n_records] since the first row of the record */
     size_t n_channels;
     double *sigma; /* [n_channels] noise, unit of the channel */

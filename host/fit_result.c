@@ -1,0 +1,203 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "fit_result.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include "intervals.h"
+
+static const double extent_linear = 10.0;    /* in θ/scale: what counts as 100 % for a parameter that may be 0 */
+static const double suspicious_gain = 100.0; /* a gain this many times off its start is a wrong unit */
+static const double close_to_bound = 1e-9;
+
+static void warn(struct fit_result *out, const char *format, ...) __attribute__((format(printf, 2, 3)));
+static void warn(struct fit_result *out, const char *format, ...)
+{
+    char text[512];
+    va_list args;
+    va_start(args, format);
+    vsnprintf(text, sizeof text, format, args);
+    va_end(args);
+    out->warnings = bf_grow(out->warnings, out->n_warnings + 1, sizeof *out->warnings);
+    out->warnings[out->n_warnings++] = bf_strdup(text);
+}
+
+/* ---- Covariance ---- */
+
+static void fit_noise_models(const struct fit_problem *p, struct interval_channel channels[])
+{
+    for (size_t c = 0; c < p->n_channels; c++) {
+        const struct predict_channel *channel = &p->channels[c];
+        double *r = bf_alloc(channel->n, sizeof *r);
+        for (size_t k = 0; k < channel->n; k++)
+            r[k] = channel->measured[k] - p->fitted[channel->row + k];
+        channels[c].row = channel->row;
+        channels[c].n = channel->n;
+        ar_fit(r, channel->n, &channels[c].noise);
+        free(r);
+    }
+}
+
+static enum bf_status covariance(const struct fit_problem *p, struct fit_result *out, double cov[],
+                                 struct bf_error *err)
+{
+    const size_t n = p->n_unknowns;
+    double *precision = bf_alloc(n, sizeof *precision), *extent = bf_alloc(n, sizeof *extent);
+    double *basis = bf_alloc(n * n, sizeof *basis);
+    struct interval_channel *channels = bf_alloc(p->n_channels, sizeof *channels);
+    for (size_t i = 0; i < n; i++) {
+        const struct unknown *u = &p->unknowns[i];
+        precision[i] = u->prior > 0.0 ? 1.0 / (u->prior * u->prior) : 0.0;
+        extent[i] = u->logarithmic ? 1.0 : extent_linear;
+    }
+    const double inflation = sqrt(fmax(1.0, fit_problem_mean_square(p)));
+    struct identifiability *id = &out->identifiability;
+    enum bf_status status = identifiability_compute(p->n_rows, n, p->jacobian, precision, extent, inflation, id, err);
+    if (!status) {
+        for (size_t j = 0; j < id->kept; j++) /* V is in x/extent and need not be orthonormal in x: any basis serves */
+            for (size_t i = 0; i < n; i++)
+                basis[i + j * n] = id->V[i + j * n] * extent[i];
+        fit_noise_models(p, channels);
+        status = intervals_covariance(p->n_rows, n, p->jacobian, p->weight, precision, p->n_channels, channels, basis,
+                                      id->kept, cov, err);
+    }
+    free(precision), free(extent), free(basis), free(channels);
+    return status;
+}
+
+/* ---- Parameters ---- */
+
+static void fill_parameter(const struct fit_problem *p, size_t ref, struct fit_parameter *out)
+{
+    const struct parameter_ref *r = &p->refs[ref];
+    *out = (struct fit_parameter){.start = r->value, .value = r->value, .sd = nan(""), .ci95 = {nan(""), nan("")}};
+    memcpy(out->label, r->label, sizeof out->label);
+    memcpy(out->unit, r->info->unit, sizeof out->unit);
+}
+
+static void fill_estimate(const struct fit_problem *p, size_t i, const double x[], double variance, bool determined,
+                          struct fit_parameter *out)
+{
+    const struct unknown *u = &p->unknowns[i];
+    const struct parameter *info = p->refs[u->ref].info;
+    const double s = sqrt(fmax(variance, 0.0)), slope = fit_problem_slope(p, i, x);
+    const double dof = fmax((double)p->n_rows - (double)p->n_unknowns - (double)p->n_nuisance, 1.0);
+    out->estimated = true;
+    out->identifiable = determined;
+    out->logarithmic = u->logarithmic;
+    out->value = p->theta[u->ref];
+    out->at_bound = x[i] <= p->lower[i] + close_to_bound * fmax(1.0, fabs(x[i])) ||
+                    x[i] >= p->upper[i] - close_to_bound * fmax(1.0, fabs(x[i]));
+    if (!determined)
+        return;
+    out->sd = s * fabs(slope);
+    intervals_95(out->value, u->logarithmic ? s : out->sd, u->logarithmic, dof, info->min, info->max, out->ci95);
+}
+
+/* ---- Warnings ---- */
+
+static void warn_about_parameter(const struct fit_problem *p, const struct model *model, size_t i,
+                                 struct fit_result *out)
+{
+    const struct unknown *u = &p->unknowns[i];
+    const struct parameter_ref *ref = &p->refs[u->ref];
+    const struct fit_parameter *f = &out->parameters[u->ref];
+    if (f->at_bound)
+        warn(out, "%s ended at a bound of its range (%.6g %s): widen min or max if the physics allows it", f->label,
+             f->value, f->unit);
+    if (ref->role == ROLE_KS || ref->role == ROLE_KB) {
+        const double ratio = fabs(f->value / f->start);
+        if (f->start != 0.0 && (ratio > suspicious_gain || ratio < 1.0 / suspicious_gain))
+            warn(out, "%s is %.3g times its start value: are the units of the record's columns right (mV, g, kN)?",
+                 f->label, ratio);
+    }
+    if (ref->role != ROLE_EFFECT || !f->identifiable)
+        return;
+    const struct beam_parameter_info *info = &model->effects[ref->owner].effect->parameters[ref->slot];
+    const bool amplitude =
+        info->neutral == 0.0 &&
+        !(info->flags & (BEAM_PARAMETER_POSITION | BEAM_PARAMETER_INNER | BEAM_PARAMETER_PER_RECORD));
+    if (amplitude && fabs(f->value) < 2.0 * f->sd)
+        warn(out, "%s is not significant: %.3g ± %.3g %s; the records do not ask for this effect", f->label, f->value,
+             f->sd, f->unit);
+}
+
+static void warn_about_levels(const struct fit_problem *p, const struct model *model, struct fit_result *out)
+{
+    for (size_t r = 0; r < p->n_records; r++) {
+        size_t inputs = 0;
+        for (size_t i = 0; i < model->n_inputs; i++)
+            inputs += record_column(&p->records[r], model->inputs[i].name) != NULL;
+        if (p->level[r] && inputs > 1)
+            warn(out, "%s: one unknown level was applied to all %zu inputs of the record", p->names[r], inputs);
+    }
+}
+
+static void warn_about_search(struct fit_result *out)
+{
+    if (out->interrupted)
+        warn(out, "interrupted: these are the best values so far, not an optimum");
+    else if (!out->converged)
+        warn(out,
+             "the search did not end at an optimum (%.2g standard errors away): standard errors and intervals are not "
+             "reliable; try --start search, better start values, or fewer free parameters",
+             out->distance);
+    if (out->noise_ratio > 1.1)
+        warn(out,
+             "the residual is %.3g times the noise: the model lacks something; the intervals hold for this model only",
+             out->noise_ratio);
+}
+
+static void fill_records(const struct fit_problem *p, struct fit_result *out)
+{
+    out->n_records = p->n_records;
+    out->names = bf_alloc(p->n_records, sizeof *out->names);
+    out->level = bf_alloc(p->n_records, sizeof *out->level);
+    for (size_t r = 0; r < p->n_records; r++) {
+        out->names[r] = bf_strdup(p->names[r]);
+        out->level[r] = p->levels[r];
+    }
+}
+
+enum bf_status fit_statistics(const struct fit_problem *p, const struct model *model, const double x[],
+                              struct fit_result *out, struct bf_error *err)
+{
+    const size_t n = p->n_unknowns;
+    double *cov = bf_alloc(n * n, sizeof *cov);
+    fill_records(p, out);
+    out->n_parameters = p->n_refs;
+    out->parameters = bf_alloc(p->n_refs, sizeof *out->parameters);
+    for (size_t r = 0; r < p->n_refs; r++)
+        fill_parameter(p, r, &out->parameters[r]);
+    const enum bf_status status = covariance(p, out, cov, err);
+    out->unknown = bf_alloc(n, sizeof *out->unknown);
+    for (size_t i = 0; i < n && !status; i++) {
+        out->unknown[i] = p->unknowns[i].ref;
+        fill_estimate(p, i, x, cov[i + i * n], out->identifiability.determined[i],
+                      &out->parameters[p->unknowns[i].ref]);
+    }
+    free(cov);
+    if (status)
+        return status;
+    warn_about_search(out);
+    for (size_t i = 0; i < n; i++)
+        warn_about_parameter(p, model, i, out);
+    warn_about_levels(p, model, out);
+    return BF_OK;
+}
+
+void fit_free(struct fit_result *result)
+{
+    for (size_t r = 0; r < result->n_records; r++)
+        free(result->names ? result->names[r] : NULL);
+    for (size_t k = 0; k < result->n_minima; k++)
+        free(result->minima[k].value);
+    for (size_t k = 0; k < result->n_warnings; k++)
+        free(result->warnings[k]);
+    identifiability_free(&result->identifiability);
+    free(result->parameters), free(result->names), free(result->level), free(result->channels), free(result->unknown);
+    free(result->minima), free(result->warnings);
+    *result = (struct fit_result){0};
+}

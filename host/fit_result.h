@@ -1,0 +1,16 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* fit_result.h — from the optimum to the answer: standard errors, identifiability, warnings; inside the fit stage only. */
+#ifndef BEAMFIT_FIT_RESULT_H
+#define BEAMFIT_FIT_RESULT_H
+
+#include "fit.h"
+#include "fit_problem.h"
+
+/*
+ * Fills parameters, names, levels, identifiability and warnings of *out from the problem as last evaluated (with its
+ * Jacobian, whole records, weights of the noise) at x.
+ */
+enum bf_status fit_statistics(const struct fit_problem *p, const struct model *model, const double x[],
+                              struct fit_result *out, struct bf_error *err);
+
+#endif

@@ -1,0 +1,236 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* The global stage: many starts at the cheapest window, the best few through the staircase. */
+#include "fit_stages.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include "progress.h"
+
+enum {
+    GRID_VALUES = 8,     /* per parameter, at most */
+    GRID_STARTS = 48,    /* per effect, at most */
+    RANDOM_VALUES = 600, /* evaluations of the controlled random search, at the cheapest window */
+    PROMISING = 4        /* starts that go through the whole staircase */
+};
+static const double box = 1.1;      /* half width in x of the random search: a factor of 3 */
+static const double tied_box = 2.0; /* … in standard deviations of a prior */
+
+/* ---- The list of minima ---- */
+
+static bool same_minimum(const struct minima *minima, size_t i, size_t n_unknowns, const double x[], double half_square)
+{
+    static const double near = 0.1; /* in x */
+    if (fabs(minima->half_square[i] - half_square) > fmax(1.0, 0.01 * half_square))
+        return false;
+    for (size_t j = 0; j < n_unknowns; j++)
+        if (fabs(minima->x[i * n_unknowns + j] - x[j]) > near)
+            return false;
+    return true;
+}
+
+static void minima_remove(struct minima *minima, size_t i, size_t n_unknowns)
+{
+    minima->n--;
+    for (; i < minima->n; i++) {
+        minima->half_square[i] = minima->half_square[i + 1];
+        memcpy(minima->x + i * n_unknowns, minima->x + (i + 1) * n_unknowns, n_unknowns * sizeof *minima->x);
+    }
+}
+
+void minima_add(struct minima *minima, size_t n_unknowns, const double x[], double half_square)
+{
+    for (size_t i = 0; i < minima->n; i++) {
+        if (!same_minimum(minima, i, n_unknowns, x, half_square))
+            continue;
+        if (minima->half_square[i] <= half_square)
+            return;
+        minima_remove(minima, i, n_unknowns);
+        break;
+    }
+    size_t at = 0;
+    while (at < minima->n && minima->half_square[at] <= half_square)
+        at++;
+    if (at >= minima->room)
+        return;
+    if (minima->n < minima->room)
+        minima->n++;
+    for (size_t i = minima->n - 1; i > at; i--) {
+        minima->half_square[i] = minima->half_square[i - 1];
+        memcpy(minima->x + i * n_unknowns, minima->x + (i - 1) * n_unknowns, n_unknowns * sizeof *x);
+    }
+    minima->half_square[at] = half_square;
+    memcpy(minima->x + at * n_unknowns, x, n_unknowns * sizeof *x);
+}
+
+void minima_free(struct minima *minima)
+{
+    free(minima->half_square), free(minima->x);
+    *minima = (struct minima){0};
+}
+
+static struct minima minima_new(size_t room, size_t n_unknowns)
+{
+    return (struct minima){
+        .room = room, .half_square = bf_alloc(room, sizeof(double)), .x = bf_alloc(room * n_unknowns, sizeof(double))};
+}
+
+/* ---- Starts ---- */
+
+struct search_state {
+    struct fit_problem *p;
+    const struct model *model;
+    const struct staircase *stairs;
+    const double *start;
+    struct minima *promising;
+    struct bf_error *err;
+};
+
+/* A few steps from x at the cheapest window; what comes out is a candidate. */
+static enum bf_status try_start(struct search_state *s, const double x[])
+{
+    const size_t n = s->p->n_unknowns;
+    double *moved = bf_alloc(n, sizeof *moved);
+    memcpy(moved, x, n * sizeof *x);
+    const struct optimise_options options = {.iterations = 8, .tolerance = 1e-2, .relative = 1e-2};
+    const struct least_squares view = fit_problem_view(s->p);
+    struct optimise_result result;
+    enum bf_status status = optimise_local(&view, &options, moved, &result, s->err);
+    if (!status)
+        minima_add(s->promising, n, moved, result.half_square);
+    free(moved);
+    return status == BF_NUMERIC ? BF_OK : status; /* a start without a value is no start */
+}
+
+static const struct beam_parameter_info *effect_info(const struct search_state *s, const struct unknown *u)
+{
+    const struct parameter_ref *ref = &s->p->refs[u->ref];
+    return &s->model->effects[ref->owner].effect->parameters[ref->slot];
+}
+
+/* Values of one effect parameter worth a start, in x. */
+static size_t grid_of(const struct search_state *s, size_t i, double grid[GRID_VALUES])
+{
+    static const double scales[] = {1.0, 0.1, 10.0};
+    const struct unknown *u = &s->p->unknowns[i];
+    const struct beam_parameter_info *info = effect_info(s, u);
+    const double x = s->start[i];
+    size_t n = 0;
+    if (info->flags & BEAM_PARAMETER_POSITION) {
+        for (int k = 1; k <= 6; k++)
+            grid[n++] = s->model->length_m * (double)k / 6.0 / u->scale;
+    } else if (strcmp(info->unit, "rad") == 0 && info->flags & BEAM_PARAMETER_PER_RECORD) {
+        for (int k = 0; k < 4; k++)
+            grid[n++] = x + 0.5 * M_PI * (double)k / u->scale;
+    } else {
+        for (size_t k = 0; k < sizeof scales / sizeof *scales; k++) {
+            if (u->logarithmic) {
+                grid[n++] = x + log(scales[k]);
+            } else {
+                const double size = isfinite(info->start) && info->start != 0.0 ? info->start / u->scale : x;
+                grid[n++] = size * scales[k];
+                if (s->p->lower[i] < 0.0)
+                    grid[n++] = -size * scales[k];
+            }
+        }
+    }
+    size_t kept = 0;
+    for (size_t k = 0; k < n; k++)
+        if (grid[k] >= s->p->lower[i] && grid[k] <= s->p->upper[i])
+            grid[kept++] = grid[k];
+    return kept;
+}
+
+/* The product of the grids of one effect's free parameters (per-record ones move together). */
+static enum bf_status scan_effect(struct search_state *s, size_t effect)
+{
+    const struct fit_problem *p = s->p;
+    double grid[BEAM_EFFECT_PARAMETERS][GRID_VALUES];
+    size_t count[BEAM_EFFECT_PARAMETERS] = {0}, total = 1;
+    for (size_t i = 0; i < p->n_unknowns; i++) {
+        const struct parameter_ref *ref = &p->refs[p->unknowns[i].ref];
+        if (ref->role == ROLE_EFFECT && ref->owner == effect && count[ref->slot] == 0)
+            count[ref->slot] = grid_of(s, i, grid[ref->slot]);
+    }
+    for (int slot = 0; slot < BEAM_EFFECT_PARAMETERS; slot++)
+        total *= count[slot] ? count[slot] : 1;
+    double *x = bf_alloc(p->n_unknowns, sizeof *x);
+    enum bf_status status = BF_OK;
+    const size_t stride = total > GRID_STARTS ? (total + GRID_STARTS - 1) / GRID_STARTS : 1;
+    for (size_t k = 0; k < total && !status && !progress_interrupted(); k += stride) {
+        memcpy(x, s->start, p->n_unknowns * sizeof *x);
+        for (size_t i = 0; i < p->n_unknowns; i++) {
+            const struct parameter_ref *ref = &p->refs[p->unknowns[i].ref];
+            if (ref->role != ROLE_EFFECT || ref->owner != effect || count[ref->slot] == 0)
+                continue;
+            size_t digit = k;
+            for (int slot = 0; slot < ref->slot; slot++)
+                digit /= count[slot] ? count[slot] : 1;
+            x[i] = grid[ref->slot][digit % count[ref->slot]];
+        }
+        status = try_start(s, x);
+    }
+    free(x);
+    return status;
+}
+
+/* NLopt over the structure's parameters and gains in a box around the start. */
+static enum bf_status scan_box(struct search_state *s)
+{
+    const size_t n = s->p->n_unknowns;
+    double *lower = bf_alloc(n, sizeof *lower), *upper = bf_alloc(n, sizeof *upper), *x = bf_alloc(n, sizeof *x);
+    double value;
+    for (size_t i = 0; i < n; i++) {
+        const struct unknown *u = &s->p->unknowns[i];
+        const double half = u->prior > 0.0 ? fmin(box, tied_box * u->prior) : box;
+        lower[i] = fmax(s->p->lower[i], s->start[i] - half);
+        upper[i] = fmin(s->p->upper[i], s->start[i] + half);
+        x[i] = s->start[i];
+    }
+    struct least_squares view = fit_problem_view(s->p);
+    view.lower = lower, view.upper = upper;
+    enum bf_status status = optimise_global(&view, OPTIMISE_CRS, RANDOM_VALUES, x, &value, s->err);
+    if (!status)
+        status = try_start(s, x);
+    free(lower), free(upper), free(x);
+    return status == BF_NUMERIC ? BF_OK : status;
+}
+
+static enum bf_status climb(struct search_state *s, struct progress *bar, struct minima *minima)
+{
+    const size_t n = s->p->n_unknowns;
+    double *x = bf_alloc(n, sizeof *x);
+    enum bf_status status = BF_OK;
+    for (size_t k = 0; k < s->promising->n && !status && !progress_interrupted(); k++) {
+        struct optimise_result result;
+        memcpy(x, s->promising->x + k * n, n * sizeof *x);
+        status = staircase_run(s->p, s->stairs, bar, x, &result, s->err);
+        if (!status)
+            minima_add(minima, n, x, result.half_square);
+        else if (status == BF_NUMERIC)
+            status = BF_OK;
+    }
+    free(x);
+    return status;
+}
+
+enum bf_status search_run(struct fit_problem *p, const struct model *model, const struct staircase *stairs,
+                          struct progress *bar, const double start[], struct minima *minima, struct bf_error *err)
+{
+    static const double floor = 0.02;
+    struct minima promising = minima_new(PROMISING, p->n_unknowns);
+    if (minima->room == 0)
+        *minima = minima_new(2 * PROMISING, p->n_unknowns);
+    struct search_state s = {p, model, stairs, start, &promising, err};
+    enum bf_status status = fit_problem_stage(p, stairs->first_ps, floor, start, err);
+    if (!status)
+        status = try_start(&s, start);
+    for (size_t e = 0; e < model->n_effects && !status; e++)
+        status = scan_effect(&s, e);
+    if (!status)
+        status = scan_box(&s);
+    if (!status)
+        status = climb(&s, bar, minima);
+    minima_free(&promising);
+    return status;
+}

@@ -1,0 +1,44 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* fit_stages.h — the order of a fit: staircase of windows, search, polish; inside the fit stage only. */
+#ifndef BEAMFIT_FIT_STAGES_H
+#define BEAMFIT_FIT_STAGES_H
+
+#include "fit_problem.h"
+
+struct progress;
+
+/*
+ * The ladder of windows e^(−s t): s falls from about 4.5 times the first frequency (a fifth of its period is seen) until
+ * the window is longer than the records, then 0. A window turns the maze of local minima of a time-domain fit into a
+ * homotopy: at large s only the first instants count, where no phase error can have grown.
+ */
+struct staircase {
+    double first_ps;  /* largest s */
+    double longest_s; /* longest record */
+};
+struct staircase staircase_for(const struct model *model, const struct record records[], size_t n_records);
+
+/* From x through every window down to the whole records with the weights of the noise. x[n_unknowns] in/out. */
+enum bf_status staircase_run(struct fit_problem *p, const struct staircase *stairs, struct progress *bar, double x[],
+                             struct optimise_result *out, struct bf_error *err);
+/* The last step alone: whole records, weights of the noise, rebased until the optimum stays where it is. */
+enum bf_status staircase_last(struct fit_problem *p, double x[], struct optimise_result *out, struct bf_error *err);
+
+/* Minima found by a search, best first; x of each is [n_unknowns]. */
+struct minima {
+    size_t n, room;
+    double *half_square;
+    double *x; /* [room][n_unknowns] */
+};
+/* Keeps the best `room` distinct ones: two are the same when ½χ² agrees to 1 % (or 1) and x to 0.1. */
+void minima_add(struct minima *minima, size_t n_unknowns, const double x[], double half_square);
+void minima_free(struct minima *minima);
+
+/*
+ * Global stage: scales, signs and places of effect parameters, and a controlled random search (NLopt) over what sets the
+ * frequencies, all at the cheapest window; the best few go through the staircase. minima holds all that came out.
+ */
+enum bf_status search_run(struct fit_problem *p, const struct model *model, const struct staircase *stairs,
+                          struct progress *bar, const double start[], struct minima *minima, struct bf_error *err);
+
+#endif
