@@ -12,6 +12,7 @@ struct parameter_map parameter_map_new(const struct model *model, const struct p
     map.EI = bf_alloc(model->n_materials, sizeof(size_t));
     map.rho = bf_alloc(model->n_materials, sizeof(size_t));
     map.cDI = bf_alloc(model->n_materials, sizeof(size_t));
+    map.residual = bf_alloc(model->n_residuals, sizeof(size_t));
     size_t slots = records * model->n_effects * BEAM_EFFECT_PARAMETERS;
     map.effect = bf_alloc(slots, sizeof(size_t));
     for (size_t i = 0; i < slots; i++)
@@ -36,6 +37,9 @@ struct parameter_map parameter_map_new(const struct model *model, const struct p
         case ROLE_KB:
             map.KB = i;
             break;
+        case ROLE_RESIDUAL:
+            map.residual[refs[i].owner] = i;
+            break;
         case ROLE_EFFECT:
             for (size_t r = 0; r < records; r++)
                 if (refs[i].record < 0 || (size_t)refs[i].record == r)
@@ -52,6 +56,7 @@ void parameter_map_free(struct parameter_map *map)
     free(map->EI);
     free(map->rho);
     free(map->cDI);
+    free(map->residual);
     free(map->effect);
     *map = (struct parameter_map){0};
 }

@@ -12,6 +12,8 @@
 static const double real_pole = 1e-9;
 /* Two poles closer than this (relative) are one semisimple pole: their vectors do not mix. */
 static const double same_pole = 1e-10;
+/* Modes slower than this part of the fastest are scaled as if they had it: rigid modes have no ω of their own. */
+static const double rigid_scale = 1e-6;
 
 /* ---- First-order form in scaled undamped modal coordinates: x̂ = Ωx, v, and memory states ξ̂ ---- */
 
@@ -79,7 +81,7 @@ static struct first_order first_order_new(const struct system *s)
     double *work = bf_alloc(2 * n * n, sizeof *work), *B = work + n * n;
     to_modal(s, s->C, work, B);
     for (size_t j = 0; j < n; j++) {
-        f.scale[j] = fmax(s->omega_rad[j], 1e-3 * s->omega_rad[n - 1] * 1e-3);
+        f.scale[j] = fmax(s->omega_rad[j], rigid_scale * s->omega_rad[n - 1]);
         f.A[j + (n + j) * d] = f.scale[j];
         f.A[(n + j) + j * d] = -s->omega_rad[j] * s->omega_rad[j] / f.scale[j];
         for (size_t i = 0; i < n; i++)
@@ -206,9 +208,9 @@ static void pole_products(const struct system *s, const double B[], double work[
         for (size_t j = 0; j < P; j++) {
             double rr = G[j + k * m], ii = G[(P + j) + (P + k) * m];
             double ri = G[j + (P + k) * m], ir = G[(P + j) + k * m];
-            Q[j + k * s->n_all] = (rr - ii) + (ri + ir) * I;
+            Q[j + k * s->n_all] = CMPLX(rr - ii, ri + ir);
             if (j < s->n_pairs)
-                Q[P + j + k * s->n_all] = (rr + ii) + (ri - ir) * I; /* conj(φ_j)ᵀ B φ_k */
+                Q[P + j + k * s->n_all] = CMPLX(rr + ii, ri - ir); /* conj(φ_j)ᵀ B φ_k */
         }
     }
 }
@@ -379,7 +381,7 @@ void system_functional(const struct system *s, const double g[], double complex 
             re += g[i] * creal(s->phi[i + k * s->n]);
             im += g[i] * cimag(s->phi[i + k * s->n]);
         }
-        alpha[k] = re + im * I;
+        alpha[k] = CMPLX(re, im);
     }
 }
 

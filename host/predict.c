@@ -100,11 +100,20 @@ static enum bf_status check_effects(const struct predictor *p, struct bf_error *
     return BF_OK;
 }
 
+/* Per-record values are kept under the base names of the files. Free with free(). */
+static const char **record_names(const struct record records[], size_t n)
+{
+    const char **names = bf_alloc(n, sizeof *names);
+    for (size_t r = 0; r < n; r++) {
+        const char *slash = strrchr(records[r].path, '/');
+        names[r] = slash != NULL ? slash + 1 : records[r].path;
+    }
+    return names;
+}
+
 static void use_parameters(struct predictor *p, const double theta[])
 {
-    const char **names = bf_alloc(p->n_records, sizeof *names);
-    for (size_t r = 0; r < p->n_records; r++)
-        names[r] = p->records[r].path;
+    const char **names = record_names(p->records, p->n_records);
     model_set_parameters(&p->model, p->refs, p->map.n, theta, NULL, names);
     free(names);
 }
@@ -123,9 +132,7 @@ enum bf_status predictor_new(const struct model *model, const struct record reco
     if (status == BF_OK)
         status = check_effects(p, err);
     if (status == BF_OK) {
-        const char **names = bf_alloc(n_records, sizeof *names);
-        for (size_t r = 0; r < n_records; r++)
-            names[r] = records[r].path;
+        const char **names = record_names(records, n_records);
         size_t n = model_parameters(&p->model, names, n_records, &p->refs);
         free(names);
         p->map = parameter_map_new(&p->model, p->refs, n, n_records);

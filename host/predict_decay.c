@@ -61,7 +61,7 @@ static enum bf_status make_decay(const struct run *run, const struct predict_cha
     out->shape = p->outputs[channel->output].alpha[pole] * F * output_gain(run, channel->output, &gain_parameter);
     for (int i = 0; i < output_order(p->model.outputs[channel->output].kind); i++)
         out->shape *= out->p;
-    out->amplitude = p->amplitude[nuisance] + p->amplitude[nuisance + 1] * I;
+    out->amplitude = CMPLX(p->amplitude[nuisance], p->amplitude[nuisance + 1]);
     out->column_re = p->nuisance + nuisance * p->n_rows + channel->row;
     out->column_im = out->column_re + p->n_rows;
     return status;
@@ -113,7 +113,7 @@ static void add_derivatives(const struct run *run, const struct predict_channel 
         double complex dp, change = relative_change(run, channel, pole, j, &dp);
         double *column = run_column(run, j, channel);
         for (size_t k = 0; k < channel->n; k++) {
-            double complex x = d->column_re[k] - d->column_im[k] * I; /* 2 shape e^(pt) */
+            double complex x = CMPLX(d->column_re[k], -d->column_im[k]); /* 2 shape e^(pt) */
             column[k] += creal(d->amplitude * x * (change + dp * (double)k * channel->dt_s));
         }
     }

@@ -15,7 +15,7 @@ struct pair {
 struct grid_work {
     size_t grid, m;
     struct pair *pairs;    /* [n_outputs][n_inputs] */
-    double complex *F, *Y, *Z, *sum;
+    double complex *F, *Y, *D, *Z, *sum; /* [m] filters, response, with gain and residuals, scratch */
 };
 
 static bool record_uses(const struct record_plan *plan, const struct predictor *p, size_t output, size_t input)
@@ -77,13 +77,11 @@ static void sum_inputs(const struct run *run, const struct grid_work *w, const s
     }
 }
 
-static enum bf_status put(const struct run *run, const struct grid_work *w, const struct predict_channel *channel,
-                          double scale, const double complex F[], const double complex Y[], double out[],
+static enum bf_status put(const struct run *run, const struct grid_work *w, double scale, const double complex F[], const double complex Y[], double out[],
                           struct bf_error *err)
 {
     for (size_t k = 0; k < w->m; k++)
         w->Z[k] = scale * (F[k] * Y[k]);
-    (void)channel;
     return response_back(&run->p->grids[w->grid], w->Z, out, err);
 }
 
@@ -101,16 +99,64 @@ static enum bf_status put_derivatives(const struct run *run, const struct grid_w
             continue;
         double *column = run_column(run, j, channel);
         if (j == gain_parameter) {
-            status = put(run, w, channel, 1.0, w->F, w->Y, column, err);
+            status = put(run, w, 1.0, w->F, w->Y, column, err);
         } else if (run_structural(run, j) || j == p->map.KB) {
             sum_inputs(run, w, plan, channel->output, j, w->sum);
-            status = put(run, w, channel, gain, w->F, w->sum, column, err);
+            status = put(run, w, gain, w->F, w->sum, column, err);
         } else if (channel_filter_derivative(run, channel->record, channel->output, j, p->grids[w->grid].s, w->m, dF)) {
-            status = put(run, w, channel, gain, dF, w->Y, column, err);
+            status = put(run, w, 1.0, dF, w->D, column, err);
         }
     }
     free(dF);
     return status;
+}
+
+/* Y += scale · s^ν U: the direct path of a residual; Ks and KB do not act on it. */
+static void residual_path(const struct run *run, const struct grid_work *w, const struct record_plan *plan,
+                          const struct model_residual *residual, double scale, double complex Y[])
+{
+    int order = output_order(run->p->model.outputs[residual->output].kind);
+    const double complex *s = run->p->grids[w->grid].s, *U = plan->U[residual->input];
+    for (size_t k = 0; k < w->m; k++) {
+        double complex power = scale;
+        for (int i = 0; i < order; i++)
+            power *= s[k];
+        Y[k] += power * U[k];
+    }
+}
+
+static bool residual_acts(const struct run *run, const struct predict_channel *channel, size_t i)
+{
+    const struct model_residual *residual = &run->p->model.residuals[i];
+    return residual->output == channel->output && run->p->plans[channel->record].input[residual->input] != NULL;
+}
+
+static enum bf_status residual_derivatives(const struct run *run, const struct grid_work *w,
+                                           const struct predict_channel *channel, struct bf_error *err)
+{
+    const struct predictor *p = run->p;
+    enum bf_status status = BF_OK;
+    for (size_t i = 0; status == BF_OK && i < p->model.n_residuals; i++) {
+        size_t parameter = p->map.residual[i];
+        if (!run_wants(run, parameter) || !residual_acts(run, channel, i))
+            continue;
+        memset(w->sum, 0, w->m * sizeof *w->sum);
+        residual_path(run, w, &p->plans[channel->record], &p->model.residuals[i], 1.0, w->sum);
+        status = put(run, w, 1.0, w->F, w->sum, run_column(run, parameter, channel), err);
+    }
+    return status;
+}
+
+/* Before the filters: D = Ks Y + Σ c s^ν U. */
+static void unfiltered(const struct run *run, const struct grid_work *w, const struct predict_channel *channel,
+                       double gain)
+{
+    for (size_t k = 0; k < w->m; k++)
+        w->D[k] = gain * w->Y[k];
+    for (size_t i = 0; i < run->p->model.n_residuals; i++)
+        if (residual_acts(run, channel, i))
+            residual_path(run, w, &run->p->plans[channel->record], &run->p->model.residuals[i],
+                          run->theta[run->p->map.residual[i]], w->D);
 }
 
 static enum bf_status channel_response(const struct run *run, const struct grid_work *w,
@@ -125,9 +171,12 @@ static enum bf_status channel_response(const struct run *run, const struct grid_
     if (status != BF_OK)
         return status;
     sum_inputs(run, w, &p->plans[channel->record], channel->output, SIZE_MAX, w->Y);
-    status = put(run, w, channel, gain, w->F, w->Y, run->out->y + channel->row, err);
+    unfiltered(run, w, channel, gain);
+    status = put(run, w, 1.0, w->F, w->D, run->out->y + channel->row, err);
     if (status == BF_OK && run->want != NULL)
         status = put_derivatives(run, w, channel, err);
+    if (status == BF_OK && run->want != NULL)
+        status = residual_derivatives(run, w, channel, err);
     return status;
 }
 
@@ -137,8 +186,8 @@ static enum bf_status grid_response(const struct run *run, size_t grid, struct b
     size_t n_pairs = p->model.n_outputs * p->model.n_inputs;
     struct grid_work w = {.grid = grid, .m = p->grids[grid].m};
     w.pairs = bf_alloc(n_pairs, sizeof *w.pairs);
-    w.F = bf_alloc(4 * w.m, sizeof *w.F);
-    w.Y = w.F + w.m, w.Z = w.Y + w.m, w.sum = w.Z + w.m;
+    w.F = bf_alloc(5 * w.m, sizeof *w.F);
+    w.Y = w.F + w.m, w.D = w.Y + w.m, w.Z = w.D + w.m, w.sum = w.Z + w.m;
     for (size_t o = 0; o < p->model.n_outputs; o++)
         for (size_t i = 0; i < p->model.n_inputs; i++)
             if (pair_needed(p, grid, o, i))

@@ -133,6 +133,8 @@ static double weight_of(const struct model *model, size_t material, enum beam_we
         return model->materials[material].EI.value;
     case BEAM_WEIGHT_CDI:
         return model->materials[material].cDI.value;
+    case BEAM_WEIGHT_PATCH:
+        return strcmp(model->materials[material].name, "patch") == 0 ? 1.0 : 0.0;
     case BEAM_WEIGHT_ONE:
         break;
     }

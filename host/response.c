@@ -12,21 +12,21 @@ static const double wrap = 1e-9;
 /* Poles beyond this multiple of the largest |s| enter as a power series in s/p ... */
 static const double far_ratio = 3.0;
 /* ... of this many terms: (1/3)^18 = 2.6e-9 of an already small contribution. */
-enum { FAR_TERMS = 18, CHUNK = 128 };
+enum { FAR_TERMS = 18, CHUNK = 128, SHORTEST = 2 * CHUNK };
 
 enum bf_status response_grid_new(size_t n, double dt_s, enum intersample intersample, struct response_grid *out,
                                  struct bf_error *err)
 {
     if (n < 2 || !(dt_s > 0.0))
         return bf_fail(err, BF_NUMERIC, "a prediction needs at least two samples and a positive sample interval");
-    size_t n_fft = fft_good_size(2 * n);
+    size_t n_fft = fft_good_size(2 * n > SHORTEST ? 2 * n : SHORTEST); /* m > CHUNK, see sum_all() */
     double sigma = -log(wrap) / ((double)n_fft * dt_s);
     *out = (struct response_grid){.n = n, .n_fft = n_fft, .m = n_fft / 2 + 1, .dt_s = dt_s, .sigma = sigma,
                                   .intersample = intersample};
     out->s = bf_alloc(out->m, sizeof *out->s);
     out->weight = bf_alloc(n, sizeof *out->weight);
     for (size_t k = 0; k < out->m; k++)
-        out->s[k] = sigma + 2.0 * acos(-1.0) * (double)k / ((double)n_fft * dt_s) * I;
+        out->s[k] = CMPLX(sigma, 2.0 * acos(-1.0) * (double)k / ((double)n_fft * dt_s));
     for (size_t k = 0; k < n; k++)
         out->weight[k] = exp(-sigma * dt_s * (double)k);
     return BF_OK;
@@ -345,7 +345,7 @@ static void sum_all(const struct response_kernel *kernel, int order, const struc
         size_t count = m - first < CHUNK ? m - first : CHUNK;
         if (count == CHUNK) {
             sum_chunk(kernel, x, first, re, im);
-        } else if (m >= CHUNK) {
+        } else {
             double back_re[CHUNK] = {0}, back_im[CHUNK] = {0};
             sum_chunk(kernel, x, m - CHUNK, back_re, back_im);
             memcpy(re, back_re + CHUNK - count, count * sizeof *re);
@@ -356,7 +356,7 @@ static void sum_all(const struct response_kernel *kernel, int order, const struc
         if (band_limited)
             times_power(order, grid->s + first, count, re, im);
         for (size_t i = 0; i < count; i++)
-            H[first + i] = re[i] + x->constant + im[i] * I;
+            H[first + i] = CMPLX(re[i] + x->constant, im[i]);
     }
 }
 

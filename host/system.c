@@ -81,9 +81,10 @@ static void read_coefficients(const struct beam_coefficients *c, double out[COEF
 }
 
 /* weight(x) of a form over one material: its value and the parameter it is. */
-static double form_weight(const struct parameter_map *map, const double theta[], enum beam_weight weight,
-                          size_t material, size_t *parameter)
+static double form_weight(const struct system *s, const double theta[], enum beam_weight weight, size_t material,
+                          size_t *parameter)
 {
+    const struct parameter_map *map = s->map;
     switch (weight) {
     case BEAM_WEIGHT_RHO:
         *parameter = map->rho[material];
@@ -94,6 +95,9 @@ static double form_weight(const struct parameter_map *map, const double theta[],
     case BEAM_WEIGHT_CDI:
         *parameter = map->cDI[material];
         break;
+    case BEAM_WEIGHT_PATCH:
+        *parameter = SIZE_MAX;
+        return strcmp(s->model->materials[material].name, "patch") == 0 ? 1.0 : 0.0;
     case BEAM_WEIGHT_ONE:
         *parameter = SIZE_MAX;
         return 1.0;
@@ -107,7 +111,7 @@ static void use_term(const struct system *s, const struct block *block, const st
     size_t weight_parameter = SIZE_MAX;
     double w = 1.0, c[COEFFICIENTS];
     if (block->kind == BLOCK_FORM)
-        w = form_weight(s->map, theta, term->place.weight, block->material, &weight_parameter);
+        w = form_weight(s, theta, term->place.weight, block->material, &weight_parameter);
     read_coefficients(&term->value, c);
     for (int k = 0; k < COEFFICIENTS; k++) {
         double scale = k == OF_RELAXATION ? 1.0 : w; /* τ is a time, not a force */

@@ -18,6 +18,7 @@ struct parameter_map {
     size_t n, n_records;
     size_t *EI, *rho, *cDI; /* [materials] */
     size_t gamma, Ks, KB;
+    size_t *residual;       /* [n_residuals] */
     size_t *effect;         /* [n_records][n_effects][BEAM_EFFECT_PARAMETERS]; record 0 for shared parameters */
     size_t n_effects;
 };

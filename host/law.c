@@ -1,0 +1,274 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "law.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Gauss–Legendre with three points on each of about this many elements of the span. */
+enum { SPAN_ELEMENTS = 10, GAUSS = 3 };
+static const double gauss_x[GAUSS] = {-0.77459666924148337704, 0.0, 0.77459666924148337704};
+static const double gauss_w[GAUSS] = {0.55555555555555555556, 0.88888888888888888889, 0.55555555555555555556};
+
+/* ---- Building ---- */
+
+static void depend_on(struct law *law, size_t parameter)
+{
+    for (size_t i = 0; i < law->n_dependencies; i++)
+        if (law->dependency[i] == parameter)
+            return;
+    if (parameter != SIZE_MAX && law->n_dependencies < LAW_DEPENDENCIES)
+        law->dependency[law->n_dependencies++] = parameter;
+}
+
+static size_t weight_parameter(const struct parameter_map *map, enum beam_weight weight, size_t material)
+{
+    switch (weight) {
+    case BEAM_WEIGHT_EI:
+        return map->EI[material];
+    case BEAM_WEIGHT_RHO:
+        return map->rho[material];
+    case BEAM_WEIGHT_CDI:
+        return map->cDI[material];
+    case BEAM_WEIGHT_ONE:
+    case BEAM_WEIGHT_PATCH:
+        break;
+    }
+    return SIZE_MAX;
+}
+
+static void new_point_law(struct law *law, const struct model *model, const struct reduced *reduced,
+                          const struct parameter_map *map, const struct beam_law_place *place)
+{
+    struct beam_operator at = {.at_m = place->at_m, .from_m = place->at_m - 0.5 * place->width_m,
+                               .to_m = place->at_m + 0.5 * place->width_m};
+    at.kind = place->points == BEAM_LAW_AT_POINT   ? BEAM_AT_POINT
+              : place->points == BEAM_LAW_AT_PATCH ? BEAM_AT_PATCH
+                                                   : BEAM_AT_SLOPE_DIFFERENCE;
+    law->d = law->width = law->n_points = 1;
+    law->g = bf_alloc(reduced->n, sizeof(double));
+    law->g_at = bf_alloc(reduced->n, sizeof(double));
+    law->g_width = bf_alloc(reduced->n, sizeof(double));
+    reduced_place(reduced, &at, model, law->g, law->g_at);
+    if (place->points == BEAM_LAW_AT_SPAN) { /* d/dwidth [y'(a + h/2) − y'(a − h/2)] = (y″(to) + y″(from))/2 */
+        double *from = bf_alloc(reduced->n, sizeof *from);
+        reduced_point(reduced, 2, at.to_m, law->g_width);
+        reduced_point(reduced, 2, at.from_m, from);
+        for (size_t i = 0; i < reduced->n; i++)
+            law->g_width[i] = 0.5 * (law->g_width[i] + from[i]);
+        free(from);
+    }
+    law->psi = bf_alloc(1, sizeof(double));
+    law->psi[0] = 1.0;
+    law->quadrature = bf_alloc(1, sizeof(double));
+    law->quadrature[0] = 1.0;
+    law->material = bf_alloc(1, sizeof(size_t));
+    if (place->at_parameter > 0)
+        law->at_parameter = parameter_map_slot(map, 0, law->effect_index, place->at_parameter - 1);
+    if (place->width_parameter > 0)
+        law->width_parameter = parameter_map_slot(map, 0, law->effect_index, place->width_parameter - 1);
+}
+
+static size_t region_material(const struct model *model, size_t region)
+{
+    for (size_t m = 0; m < model->n_materials; m++)
+        if (strcmp(model->materials[m].name, model->regions[region].name) == 0)
+            return m;
+    return 0;
+}
+
+static void add_span_point(struct law *law, const struct reduced *reduced, int derivative, double x, double weight,
+                           size_t material)
+{
+    size_t q = law->n_points++;
+    double *values = bf_alloc(reduced->n, sizeof *values);
+    for (size_t k = 0; k < law->width; k++) {
+        reduced_point(reduced, derivative + (int)k, x, values);
+        for (size_t j = 0; j < law->d; j++)
+            law->psi[(q * law->width + k) * law->d + j] = values[j];
+    }
+    free(values);
+    law->quadrature[q] = weight;
+    law->material[q] = material;
+}
+
+static void new_span_law(struct law *law, const struct model *model, const struct reduced *reduced,
+                         const struct parameter_map *map, enum beam_law_points points, double top_rad)
+{
+    int derivative = points == BEAM_LAW_OVER_DEFLECTION ? 0 : points == BEAM_LAW_OVER_CURVATURE ? 2 : 1;
+    law->width = points == BEAM_LAW_OVER_SLOPE_AND_CURVATURE ? 2 : 1;
+    while (law->d < reduced->n_modes && law->d < LAW_COORDINATES && reduced->frequency_rad[law->d] < top_rad)
+        law->d++;
+    size_t most = GAUSS * (SPAN_ELEMENTS + model->n_regions);
+    law->g = bf_alloc(law->d * reduced->n, sizeof(double));
+    for (size_t j = 0; j < law->d; j++)
+        law->g[j * reduced->n + j] = 1.0; /* amplitude of basis vector j */
+    law->psi = bf_alloc(most * law->width * law->d, sizeof(double));
+    law->quadrature = bf_alloc(most, sizeof(double));
+    law->material = bf_alloc(most, sizeof(size_t));
+    for (size_t r = 0; r < model->n_regions; r++) {
+        double from = model->regions[r].from_m, span = model->regions[r].to_m - from;
+        size_t elements = (size_t)ceil(span / model->length_m * SPAN_ELEMENTS), material = region_material(model, r);
+        double h = span / (double)elements;
+        for (size_t e = 0; e < elements; e++)
+            for (int i = 0; i < GAUSS; i++)
+                add_span_point(law, reduced, derivative, from + h * ((double)e + 0.5 + 0.5 * gauss_x[i]),
+                               0.5 * h * gauss_w[i], material);
+        depend_on(law, weight_parameter(map, law->weight, material));
+    }
+}
+
+enum bf_status law_new(const struct model *model, const struct reduced *reduced, const struct parameter_map *map,
+                       size_t effect_index, double top_rad, struct law *out, struct bf_error *err)
+{
+    const struct beam_effect *effect = model->effects[effect_index].effect;
+    *out = (struct law){.effect = effect, .effect_index = effect_index, .at_parameter = SIZE_MAX,
+                        .width_parameter = SIZE_MAX};
+    if (effect->law == NULL)
+        return BF_OK;
+    double p[BEAM_EFFECT_PARAMETERS] = {0};
+    for (int s = 0; s < effect->n_parameters; s++)
+        p[s] = model->effects[effect_index].parameters[s].value;
+    struct beam_place place = model_place(model);
+    struct beam_law_place where = {0};
+    if (effect->law_place(p, &place, &where) != 0)
+        return bf_fail(err, BF_NUMERIC, "effect %s: its place is outside the beam", effect->id);
+    out->weight = where.weight;
+    if (where.points >= BEAM_LAW_OVER_DEFLECTION)
+        new_span_law(out, model, reduced, map, where.points, top_rad);
+    else
+        new_point_law(out, model, reduced, map, &where);
+    for (int s = 0; s < effect->n_parameters; s++) {
+        size_t parameter = parameter_map_slot(map, 0, effect_index, s);
+        if (parameter != out->at_parameter && parameter != out->width_parameter)
+            depend_on(out, parameter);
+    }
+    return BF_OK;
+}
+
+void law_free(struct law *law)
+{
+    free(law->g);
+    free(law->g_at);
+    free(law->g_width);
+    free(law->psi);
+    free(law->quadrature);
+    free(law->material);
+    *law = (struct law){0};
+}
+
+/* ---- Evaluating ---- */
+
+static size_t dependency_index(const struct law *law, size_t parameter)
+{
+    for (size_t i = 0; i < law->n_dependencies; i++)
+        if (law->dependency[i] == parameter)
+            return i;
+    return SIZE_MAX;
+}
+
+static void add_tangents(const struct law *law, const double psi[], double w, const struct beam_law_output *o,
+                         struct law_force *out)
+{
+    size_t d = law->d;
+    for (size_t a = 0; a < law->width; a++) {
+        for (size_t b = 0; b < law->width; b++) {
+            double kw = w * o->f_w[a][b], kv = w * o->f_v[a][b], ko = w * o->f_w_old[a][b];
+            for (size_t i = 0; i < d; i++) {
+                double left = psi[a * d + i];
+                for (size_t j = 0; j < d; j++) {
+                    double both = left * psi[b * d + j];
+                    out->by_w[i * d + j] += kw * both;
+                    out->by_v[i * d + j] += kv * both;
+                    out->by_w_old[i * d + j] += ko * both;
+                }
+            }
+        }
+    }
+}
+
+static void add_derivatives(const struct law *law, const struct parameter_map *map, size_t q, const double psi[],
+                            double w, const struct beam_law_output *o, struct law_force *out)
+{
+    size_t d = law->d;
+    for (size_t a = 0; a < law->width; a++) {
+        for (int s = 0; s < law->effect->n_parameters; s++) {
+            size_t i = dependency_index(law, parameter_map_slot(map, 0, law->effect_index, s));
+            for (size_t j = 0; i != SIZE_MAX && j < d; j++)
+                out->by_parameter[i][j] += w * o->f_p[a][s] * psi[a * d + j];
+        }
+        size_t i = dependency_index(law, weight_parameter(map, law->weight, law->material[q]));
+        for (size_t j = 0; i != SIZE_MAX && j < d; j++)
+            out->by_parameter[i][j] += law->quadrature[q] * o->f[a] * psi[a * d + j];
+    }
+}
+
+static void copy_states(const struct law *law, const struct parameter_map *map, const struct beam_law_output *o,
+                        struct law_force *out)
+{
+    for (int k = 0; k < law->effect->n_law_states; k++) {
+        out->z[k] = o->z[k];
+        out->by_z[k] = o->f_z[0][k];
+        out->z_by_w[k] = o->z_w[k][0];
+        out->z_by_v[k] = o->z_v[k][0];
+        out->z_by_w_old[k] = o->z_w_old[k][0];
+        for (int l = 0; l < law->effect->n_law_states; l++)
+            out->z_by_z[k][l] = o->z_z[k][l];
+        for (int s = 0; s < law->effect->n_parameters; s++) {
+            size_t i = dependency_index(law, parameter_map_slot(map, 0, law->effect_index, s));
+            if (i != SIZE_MAX)
+                out->z_by_parameter[k][i] = o->z_p[k][s];
+        }
+    }
+}
+
+static double point_weight(const struct law *law, const struct parameter_map *map, const double theta[], size_t q)
+{
+    size_t parameter = weight_parameter(map, law->weight, law->material[q]);
+    return law->quadrature[q] * (parameter == SIZE_MAX ? 1.0 : theta[parameter]);
+}
+
+int law_evaluate(const struct law *law, const struct parameter_map *map, const double theta[],
+                 const struct law_motion *motion, bool tangents, bool derivatives, struct law_force *out)
+{
+    size_t d = law->d;
+    double p[BEAM_EFFECT_PARAMETERS];
+    parameter_map_effect(map, 0, law->effect_index, theta, p);
+    memset(out->f, 0, d * sizeof *out->f);
+    if (tangents || derivatives) {
+        memset(out->by_w, 0, d * d * sizeof *out->by_w);
+        memset(out->by_v, 0, d * d * sizeof *out->by_v);
+        memset(out->by_w_old, 0, d * d * sizeof *out->by_w_old);
+    }
+    if (derivatives)
+        memset(out->by_parameter, 0, sizeof out->by_parameter);
+    for (size_t q = 0; q < law->n_points; q++) {
+        struct beam_law_input in = {.t_s = motion->t_s, .dt_s = motion->dt_s};
+        struct beam_law_output o;
+        memset(&o, 0, sizeof o);
+        const double *psi = law->psi + q * law->width * d;
+        for (size_t a = 0; a < law->width; a++) {
+            for (size_t j = 0; j < d; j++) {
+                in.w[a] += psi[a * d + j] * motion->w[j];
+                in.v[a] += psi[a * d + j] * motion->v[j];
+                in.w_old[a] += psi[a * d + j] * motion->w_old[j];
+            }
+        }
+        for (int k = 0; k < law->effect->n_law_states; k++)
+            in.z[k] = motion->z[k];
+        if (law->effect->law(p, &in, &o) != 0)
+            return -1;
+        double w = point_weight(law, map, theta, q);
+        for (size_t a = 0; a < law->width; a++)
+            for (size_t j = 0; j < d; j++)
+                out->f[j] += w * o.f[a] * psi[a * d + j];
+        if (tangents || derivatives)
+            add_tangents(law, psi, w, &o, out);
+        if (derivatives)
+            add_derivatives(law, map, q, psi, w, &o, out);
+        if (law->effect->n_law_states > 0)
+            copy_states(law, map, &o, out);
+    }
+    return 0;
+}

@@ -1,0 +1,62 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/*
+ * law.h — one nonlinear effect on the reduced space: its contact coordinates and the force on each of them.
+ *
+ * A law at a point has one coordinate w = gᵀx. A law over the span is evaluated at Gauss points; its coordinates are
+ * the amplitudes of the modes in the band (the first columns of the reduced basis), so that the implicit equation of a
+ * step stays small. Forces stand on the left side of the weak form and belong to the coordinates by virtual work.
+ */
+#ifndef BEAMFIT_LAW_H
+#define BEAMFIT_LAW_H
+
+#include "reduced.h"
+#include "system.h"
+
+enum {
+    LAW_COORDINATES = 8,                              /* of one law, at most */
+    LAW_DEPENDENCIES = BEAM_EFFECT_PARAMETERS + 4     /* own parameters, and weights EI/ρ of up to 4 materials */
+};
+
+struct law {
+    const struct beam_effect *effect;
+    size_t effect_index;
+    size_t d;                 /* coordinates; 0: the effect has no law */
+    double *g;                /* [d][n] functionals of the coordinates */
+    double *g_at, *g_width;   /* [n] derivative of a point law's functional; NULL when its place is no parameter */
+    size_t at_parameter, width_parameter; /* in the parameter vector; SIZE_MAX: none */
+    size_t n_points, width;
+    double *psi;              /* [n_points][width][d] */
+    double *quadrature;       /* [n_points] */
+    size_t *material;         /* [n_points] */
+    enum beam_weight weight;
+    size_t n_dependencies;    /* parameters the force depends on at given coordinates */
+    size_t dependency[LAW_DEPENDENCIES];
+};
+
+/* Force, tangents and derivatives at one instant. Arrays have d (or d × d, row i by column j at [i·d + j]) entries. */
+struct law_force {
+    double f[LAW_COORDINATES];
+    double by_w[LAW_COORDINATES * LAW_COORDINATES], by_v[LAW_COORDINATES * LAW_COORDINATES];
+    double by_w_old[LAW_COORDINATES * LAW_COORDINATES];
+    double by_parameter[LAW_DEPENDENCIES][LAW_COORDINATES];
+    /* internal states: point laws only */
+    double by_z[BEAM_LAW_STATES], z[BEAM_LAW_STATES];
+    double z_by_w[BEAM_LAW_STATES], z_by_v[BEAM_LAW_STATES], z_by_w_old[BEAM_LAW_STATES];
+    double z_by_z[BEAM_LAW_STATES][BEAM_LAW_STATES], z_by_parameter[BEAM_LAW_STATES][LAW_DEPENDENCIES];
+};
+
+struct law_motion {
+    const double *w, *v, *w_old; /* [d] */
+    const double *z;             /* [BEAM_LAW_STATES] at the beginning of the step */
+    double t_s, dt_s;
+};
+
+enum bf_status law_new(const struct model *model, const struct reduced *reduced, const struct parameter_map *map,
+                       size_t effect_index, double top_rad, struct law *out, struct bf_error *err);
+void law_free(struct law *law);
+
+/* tangents: also by_w, by_v, by_w_old; derivatives: also by_parameter and the z_* members. 0, or −1 out of range. */
+int law_evaluate(const struct law *law, const struct parameter_map *map, const double theta[],
+                 const struct law_motion *motion, bool tangents, bool derivatives, struct law_force *out);
+
+#endif
