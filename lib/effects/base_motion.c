@@ -20,15 +20,12 @@ const struct beam_effect BEAM_NAME(effect_base_motion) = {
     .title = "the bench shakes the clamp at one frequency",
     .form = "load −⟨ρ a_b, φ⟩, a_b = A sin(2π f t + φ₀); absolute sensors read relative + base motion",
     .source = "Erturk and Inman, On mechanical modeling of cantilevered piezoelectric vibration energy harvesters, "
-              "Journal of Intelligent "
-              "Material Systems and Structures, 2008 (base excitation of a cantilever)",
-    .looks_like = "A line at the frequency of a machine nearby stands in every channel, before the hit and after the "
-                  "decay, of the same height at every "
-                  "level of excitation. Its heights in the channels follow the beam's response to a shaken clamp: "
-                  "large if a mode is near.",
-    .confused_with = "mains_hum: in the electrical channel only and not enlarged near a mode. A lightly damped mode: "
-                     "it decays. Record some seconds at rest; "
-                     "switch machines off; put a sensor on the clamp.",
+              "Journal of Intelligent Material Systems and Structures, 2008 (base excitation of a cantilever)",
+    .looks_like = "A line at the frequency of a machine nearby stands in every channel, before the hit and after "
+                  "the decay, of the same height at every level of excitation. Its heights in the channels follow "
+                  "the beam's response to a shaken clamp: large if a mode is near.",
+    .confused_with = "mains_hum: in the electrical channel only and not enlarged near a mode. A lightly damped "
+                     "mode: it decays. Record some seconds at rest; switch machines off; put a sensor on the clamp.",
     .target_cost = "one sine per step (a rotation of two states) and one more input vector: 14 multiply-adds",
     .n_parameters = 3,
     .parameters = {{.name = "amplitude_mps2",

@@ -14,13 +14,11 @@ const struct beam_effect BEAM_NAME(effect_clock_error) = {
     .title = "the recorder's clock runs fast or slow",
     .form = "sample interval (1 + e) × the stated one",
     .source = "Bendat and Piersol, Random Data: data acquisition; elementary change of the time unit",
-    .looks_like = "All frequencies and all decay rates are wrong by one and the same share. A mains line stands beside "
-                  "50 or 60 Hz by that share "
-                  "too, in every record from this recorder.",
-    .confused_with =
-        "EI, ρ, tip_mass, root_compliance: shift frequencies alike but not the mains line, nor decay rates in step; "
-        "with EI and ρ free this is not "
-        "identifiable from the beam alone. Record a quartz-made 100 Hz signal, or the mains against a counter.",
+    .looks_like = "All frequencies and all decay rates are wrong by one and the same share. A mains line stands "
+                  "beside 50 or 60 Hz by that share too, in every record from this recorder.",
+    .confused_with = "EI, ρ, tip_mass, root_compliance: shift frequencies alike but not the mains line, nor decay "
+                     "rates in step; with EI and ρ free this is not identifiable from the beam alone. Record a "
+                     "quartz-made 100 Hz signal, or the mains against a counter.",
     .target_cost = "none per step: the matrices are made for the true interval",
     .n_parameters = 1,
     .parameters = {{.name = "relative",

@@ -26,18 +26,15 @@ const struct beam_effect BEAM_NAME(effect_coulomb_friction) = {
     .family = BEAM_FAMILY_NONLINEAR,
     .title = "dry friction in the bond line of the patch",
     .form = "M₀ tanh(s_t/v₀) · (φ'(x₂) − φ'(x₁)), s = y'(x₂) − y'(x₁)",
-    .source = "Inman, Engineering Vibration, section on Coulomb friction; Andersson, Söderberg and Björklund, Friction "
-              "models for sliding "
-              "dry, boundary and mixed lubricated contacts, Tribology International, 2007 (the smooth tanh form)",
-    .looks_like =
-        "Small motion decays faster than large motion: the envelope falls in a straight line rather than an "
-        "exponential, and ends "
-        "abruptly. Damping ratio goes as 1/amplitude, frequency hardly changes. Odd harmonics under a steady drive.",
-    .confused_with = "quadratic_drag: the opposite trend, large motion decays faster. microslip: also softens, and at "
-                     "small motion sticks "
-                     "without loss. hysteretic_damping: the same at one level only. Record a quarter and four times "
-                     "the level, and watch the "
-                     "last tenth of the decay.",
+    .source = "Inman, Engineering Vibration, section on Coulomb friction; Andersson, Söderberg and Björklund, "
+              "Friction models for sliding dry, boundary and mixed lubricated contacts, Tribology International, "
+              "2007 (the smooth tanh form)",
+    .looks_like = "Small motion decays faster than large motion: the envelope falls in a straight line rather than "
+                  "an exponential, and ends abruptly. Damping ratio goes as 1/amplitude, frequency hardly changes. "
+                  "Odd harmonics under a steady drive.",
+    .confused_with = "quadratic_drag: the opposite trend, large motion decays faster. microslip: also softens, and "
+                     "at small motion sticks without loss. hysteretic_damping: the same at one level only. Record a "
+                     "quarter and four times the level, and watch the last tenth of the decay.",
     .target_cost = "one law point: one unknown in the Newton solve, one tanh an iteration",
     .n_parameters = 2,
     .parameters = {{.name = "moment_Nm",

@@ -27,16 +27,12 @@ const struct beam_effect BEAM_NAME(effect_cubic_stiffness) = {
     .form = "k₃ y(a)³ φ(a)",
     .source = "Nayfeh and Mook, Nonlinear Oscillations: the Duffing spring",
     .looks_like = "Frequency depends on level: for k₃ > 0 mode 1 is higher in large motion and sinks to its linear "
-                  "value as the decay "
-                  "goes on, the shift going with amplitude squared. Third harmonics appear and fall by the cube when "
-                  "the level is halved. "
-                  "Damping does not change.",
-    .confused_with =
-        "point_spring and axial_load at one single level: repeat at a quarter of the level, where a cubic spring has "
-        "lost "
-        "15/16 of its shift. patch_softening: frequency follows amplitude itself, not its square. stop_contact: "
-        "abrupt above a threshold, with even harmonics. large_rotation: acts in all modes and needs tip motion near "
-        "ℓ/5.",
+                  "value as the decay goes on, the shift going with amplitude squared. Third harmonics appear and "
+                  "fall by the cube when the level is halved. Damping does not change.",
+    .confused_with = "point_spring and axial_load at one single level: repeat at a quarter of the level, where a "
+                     "cubic spring has lost 15/16 of its shift. patch_softening: frequency follows amplitude "
+                     "itself, not its square. stop_contact: abrupt above a threshold, with even harmonics. "
+                     "large_rotation: acts in all modes and needs tip motion near ℓ/5.",
     .target_cost = "one law point: one unknown in the Newton solve, about 5 multiply-adds an iteration",
     .n_parameters = 2,
     .parameters = {{.name = "coefficient_Npm3",

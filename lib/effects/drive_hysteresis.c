@@ -123,19 +123,16 @@ const struct beam_effect BEAM_NAME(effect_drive_hysteresis) = {
     .family = BEAM_FAMILY_MEASUREMENT,
     .title = "the patch's moment lags its voltage (ferroelectric hysteresis)",
     .form = "u → u − a z, dz = du (1 − (β sgn(du z) + ζ) |z|)",
-    .source = "Wen, Method for random vibration of hysteretic systems, Journal of the Engineering Mechanics Division "
-              "ASCE, 1976; Low and Guo, "
-              "Modeling of a three-layer piezoelectric bimorph beam with hysteresis, Journal of Microelectromechanical "
-              "Systems, 1995",
-    .looks_like = "Driven response grows faster than the drive: small voltages lose the share a, large ones less. At "
-                  "middle levels it lags by a phase "
-                  "that does not depend on frequency, with odd harmonics of the drive in every channel. Hammer records "
-                  "are exact.",
-    .confused_with = "drive_saturation: grows slower than the drive, without lag. KB: the same at every level; record "
-                     "1 : 3 : 10. microslip, "
-                     "coulomb_friction: act in hammer records too. sensor_delay: its phase grows with frequency. Drive "
-                     "slowly, below mode 1, "
-                     "and plot deflection against voltage: a loop.",
+    .source = "Wen, Method for random vibration of hysteretic systems, Journal of the Engineering Mechanics "
+              "Division ASCE, 1976; Low and Guo, Modeling of a three-layer piezoelectric bimorph beam with "
+              "hysteresis, Journal of Microelectromechanical Systems, 1995",
+    .looks_like = "Driven response grows faster than the drive: small voltages lose the share a, large ones less. "
+                  "At middle levels it lags by a phase that does not depend on frequency, with odd harmonics of the "
+                  "drive in every channel. Hammer records are exact.",
+    .confused_with = "drive_saturation: grows slower than the drive, without lag. KB: the same at every level; "
+                     "record 1 : 3 : 10. microslip, coulomb_friction: act in hammer records too. sensor_delay: its "
+                     "phase grows with frequency. Drive slowly, below mode 1, and plot deflection against voltage: "
+                     "a loop.",
     .target_cost = "one state per patch input; one exponential a step, and one logarithm when z changes sign",
     .n_parameters = 3,
     .parameters = {{.name = "share",

@@ -25,16 +25,13 @@ const struct beam_effect BEAM_NAME(effect_drive_saturation) = {
     .family = BEAM_FAMILY_MEASUREMENT,
     .title = "the drive amplifier or the patch runs out of range",
     .form = "u → L tanh(u/L)",
-    .source = "Moheimani and Fleming, Piezoelectric Transducers for Vibration Control and Damping (amplifier range); "
-              "Bendat, Nonlinear "
-              "System Techniques and Applications (memoryless nonlinear systems)",
+    .source = "Moheimani and Fleming, Piezoelectric Transducers for Vibration Control and Damping (amplifier "
+              "range); Bendat, Nonlinear System Techniques and Applications (memoryless nonlinear systems)",
     .looks_like = "Large drives move the beam less than in proportion, in every channel by the same share; odd "
-                  "harmonics of the drive shake the "
-                  "modes they meet. Free decay and hammer records are exact.",
+                  "harmonics of the drive shake the modes they meet. Free decay and hammer records are exact.",
     .confused_with = "sensor_saturation: one channel only. drive_hysteresis: also delays the drive and matters at "
-                     "small levels. quadratic_drag, "
-                     "cubic_stiffness: remain with the hammer at the same motion. Record the amplifier's output "
-                     "voltage as the input.",
+                     "small levels. quadratic_drag, cubic_stiffness: remain with the hammer at the same motion. "
+                     "Record the amplifier's output voltage as the input.",
     .target_cost = "one tanh per step and patch input",
     .n_parameters = 1,
     .parameters = {{.name = "level_V",

@@ -19,18 +19,14 @@ const struct beam_effect BEAM_NAME(effect_electrical_coupling) = {
     .title = "the patch's charge, loaded by a resistor, stiffens and damps the beam",
     .form = "EI_patch + θ s RC/(1 + s RC)",
     .source = "Hagood and von Flotow, Damping of structural vibrations with piezoelectric materials and passive "
-              "electrical networks, "
-              "Journal of Sound and Vibration, 1991",
-    .looks_like =
-        "Modes above 1/(2πRC) see the patch with its charge kept (open circuit, stiffer), modes below with its charge "
-        "drained (short "
-        "circuit); a mode near it is damped. Frequencies change when the patch is shorted, or when another amplifier "
-        "is connected. Nothing depends on amplitude.",
+              "electrical networks, Journal of Sound and Vibration, 1991",
+    .looks_like = "Modes above 1/(2πRC) see the patch with its charge kept (open circuit, stiffer), modes below "
+                  "with its charge drained (short circuit); a mode near it is damped. Frequencies change when the "
+                  "patch is shorted, or when another amplifier is connected. Nothing depends on amplitude.",
     .confused_with = "viscoelastic: a memory of the whole beam, this one of the patch only: short the patch and tap "
-                     "again; what is electrical "
-                     "vanishes. EI_patch: the same when every mode lies far above or far below 1/(2πRC). "
-                     "sensor_highpass: the same RC seen in "
-                     "the sensor's own voltage; that leaves the beam's frequencies alone.",
+                     "again; what is electrical vanishes. EI_patch: the same when every mode lies far above or far "
+                     "below 1/(2πRC). sensor_highpass: the same RC seen in the sensor's own voltage; that leaves "
+                     "the beam's frequencies alone.",
     .target_cost = "10 internal states: about 10 × 10 more multiply-adds in the linear step, no Newton",
     .n_parameters = 2,
     .parameters = {{.name = "stiffening_Nm2",

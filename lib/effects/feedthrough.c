@@ -16,16 +16,13 @@ const struct beam_effect BEAM_NAME(effect_feedthrough) = {
     .title = "the drive voltage leaks into the sensor line",
     .form = "v = w + g u",
     .source = "Ott, Noise Reduction Techniques in Electronic Systems (capacitive coupling); Moheimani and Fleming, "
-              "Piezoelectric "
-              "Transducers for Vibration Control and Damping (feedthrough of collocated patches)",
+              "Piezoelectric Transducers for Vibration Control and Damping (feedthrough of collocated patches)",
     .looks_like = "A copy of the drive stands in the channel at once, flat over frequency: between the modes the "
-                  "response does not fall off, and the "
-                  "antiresonances move. It vanishes with the drive, and in hammer records.",
-    .confused_with = "Too few modes in the computation: their static part looks like a leak; raise the number of modes "
-                     "first. patch_position: also moves "
-                     "antiresonances, but leaves nothing above the last mode. Hold the beam still (a block under the "
-                     "tip) and drive: what remains "
-                     "leaks.",
+                  "response does not fall off, and the antiresonances move. It vanishes with the drive, and in "
+                  "hammer records.",
+    .confused_with = "Too few modes in the computation: their static part looks like a leak; raise the number of "
+                     "modes first. patch_position: also moves antiresonances, but leaves nothing above the last "
+                     "mode. Hold the beam still (a block under the tip) and drive: what remains leaks.",
     .target_cost = "one multiply-add per step and channel",
     .n_parameters = 1,
     .parameters = {{.name = "gain",

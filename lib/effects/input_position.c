@@ -15,13 +15,12 @@ const struct beam_effect BEAM_NAME(effect_input_position) = {
     .form = "the force at a + d, one d per record",
     .source = "Ewins, Modal Testing: Theory, Practice and Application (excitation point errors)",
     .looks_like = "In one record all channels share a wrong balance of modes: each is scaled by φ_n(a + d)/φ_n(a). "
-                  "Frequencies and decay "
-                  "rates agree with the other records. Near the clamp, where φ_n grows as x², a millimetre matters.",
-    .confused_with = "The hammer's gain: one factor for all modes; near the clamp all modes scale nearly alike, so the "
-                     "two are told apart only "
-                     "by high modes. tip_mass, low EI: change frequencies. patch_position: the same in every record. "
-                     "Strike again, farther "
-                     "from the clamp, with the mark under the tip.",
+                  "Frequencies and decay rates agree with the other records. Near the clamp, where φ_n grows as x², "
+                  "a millimetre matters.",
+    .confused_with = "The hammer's gain: one factor for all modes; near the clamp all modes scale nearly alike, so "
+                     "the two are told apart only by high modes. tip_mass, low EI: change frequencies. "
+                     "patch_position: the same in every record. Strike again, farther from the clamp, with the mark "
+                     "under the tip.",
     .target_cost = "none per step: another input vector",
     .n_parameters = 1,
     .parameters = {{.name = "shift_m",

@@ -36,21 +36,17 @@ const struct beam_effect BEAM_NAME(effect_large_rotation) = {
     .id = "large_rotation",
     .family = BEAM_FAMILY_NONLINEAR,
     .title = "the beam turns so far that its length matters (inextensible beam)",
-    .form = "κ EI (y' (y' y″)')' in strong form: ⟨κ EI y' y″², φ'⟩ + ⟨κ EI y'² y″, φ″⟩, and κ ⟨ρ u_tt, −∫₀ˣ y' φ' ds⟩, "
-            "u = −½ ∫₀ˣ y'² ds",
+    .form = "⟨κ EI y' y″², φ'⟩ + ⟨κ EI y'² y″, φ″⟩ + κ ⟨ρ u_tt, −∫₀ˣ y' φ' ds⟩, u = −½ ∫₀ˣ y'² ds",
     .source = "Crespo da Silva and Glynn, Nonlinear flexural-flexural-torsional dynamics of inextensional beams, "
-              "Journal of Structural "
-              "Mechanics, 1978; Nayfeh and Mook, Nonlinear Oscillations",
+              "Journal of Structural Mechanics, 1978; Nayfeh and Mook, Nonlinear Oscillations",
     .looks_like = "In mode 1 the frequency rises slightly, in mode 2 and above it falls, with amplitude squared and "
-                  "only when the tip moves by more "
-                  "than about ℓ/10. Third harmonics. κ = 1 is the theory without a free number: another value says it "
-                  "is something else.",
-    .confused_with =
-        "cubic_stiffness: hardens or softens all modes in the same sense; drive modes 1 and 2 apart at three levels. "
-        "patch_softening: "
-        "shift proportional to amplitude. Slow the tip to under ℓ/20: large rotation is gone, everything else remains.",
-    .target_cost =
-        "two coordinates per quadrature point: full Newton coupling over the 10 coordinates; the dearest of the laws",
+                  "only when the tip moves by more than about ℓ/10. Third harmonics. κ = 1 is the theory without a "
+                  "free number: another value says it is something else.",
+    .confused_with = "cubic_stiffness: hardens or softens all modes in the same sense; drive modes 1 and 2 apart at "
+                     "three levels. patch_softening: shift proportional to amplitude. Slow the tip to under ℓ/20: "
+                     "large rotation is gone, everything else remains.",
+    .target_cost = "two coordinates per quadrature point: full Newton coupling over the 10 coordinates; the dearest "
+                   "of the laws",
     .n_parameters = 1,
     .parameters = {{.name = "scale",
                     .unit = "",

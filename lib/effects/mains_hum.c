@@ -21,15 +21,13 @@ const struct beam_effect BEAM_NAME(effect_mains_hum) = {
     .family = BEAM_FAMILY_MEASUREMENT,
     .title = "the mains in the sensor line",
     .form = "v = w + A sin(2π f t + φ)",
-    .source =
-        "Ott, Noise Reduction Techniques in Electronic Systems: capacitive and magnetic coupling into a signal line",
-    .looks_like = "A needle at 50 or 60 Hz in the spectrum of one channel, present before the hit, of the same height "
-                  "at every level of "
-                  "excitation, and with another phase in each record. It does not decay.",
-    .confused_with =
-        "base_motion near 50 or 60 Hz (a machine's motor): that reaches every channel through the modes, hum only the "
-        "electrical one. A mode close to 50 Hz: it decays. Record some seconds with the beam at rest, on batteries if "
-        "possible.",
+    .source = "Ott, Noise Reduction Techniques in Electronic Systems: capacitive and magnetic coupling into a "
+              "signal line",
+    .looks_like = "A needle at 50 or 60 Hz in the spectrum of one channel, present before the hit, of the same "
+                  "height at every level of excitation, and with another phase in each record. It does not decay.",
+    .confused_with = "base_motion near 50 or 60 Hz (a machine's motor): that reaches every channel through the "
+                     "modes, hum only the electrical one. A mode close to 50 Hz: it decays. Record some seconds "
+                     "with the beam at rest, on batteries if possible.",
     .target_cost = "one sine per step and channel (a rotation of two states, 4 multiply-adds)",
     .n_parameters = 3,
     .parameters = {{.name = "amplitude",

@@ -40,18 +40,14 @@ const struct beam_effect BEAM_NAME(effect_microslip) = {
     .title = "part of the bond line sticks and slips",
     .form = "Jenkins element on s = y'(x₂) − y'(x₁): spring k in series with a slider that yields at M₀",
     .source = "Jenkins, Analysis of the stress-strain relationships in reactor grade graphite, British Journal of "
-              "Applied Physics, 1962; "
-              "Iwan, A distributed-element model for hysteresis and its steady-state dynamic response, Journal of "
-              "Applied Mechanics, 1966",
-    .looks_like = "Below a threshold nothing but a little extra stiffness. Above it frequencies of modes that bend the "
-                  "patch fall and damping rises, is "
-                  "largest at about twice the threshold and fades again in very large motion. Odd harmonics; the patch "
-                  "may rest with an offset.",
+              "Applied Physics, 1962; Iwan, A distributed-element model for hysteresis and its steady-state dynamic "
+              "response, Journal of Applied Mechanics, 1966",
+    .looks_like = "Below a threshold nothing but a little extra stiffness. Above it frequencies of modes that bend "
+                  "the patch fall and damping rises, is largest at about twice the threshold and fades again in "
+                  "very large motion. Odd harmonics; the patch may rest with an offset.",
     .confused_with = "coulomb_friction: slides at every level and adds no stiffness; record levels below the "
-                     "threshold. patch_softening: softens "
-                     "without damping. stop_contact: stiffens instead. Sweep the level over a factor of ten and plot "
-                     "frequency and damping "
-                     "of one mode against it.",
+                     "threshold. patch_softening: softens without damping. stop_contact: stiffens instead. Sweep "
+                     "the level over a factor of ten and plot frequency and damping of one mode against it.",
     .target_cost = "one law point with one state: one unknown in the Newton solve, about 6 operations an iteration",
     .n_parameters = 2,
     .parameters = {{.name = "stiffness_Nmprad",

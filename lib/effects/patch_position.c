@@ -15,15 +15,12 @@ const struct beam_effect BEAM_NAME(effect_patch_position) = {
     .form = "the patch on [x₁ + d, x₂ + d]",
     .source = "Banks, Smith and Wang, Smart Material Structures: Modeling, Estimation and Control (the patch as a "
               "piecewise change of ρ, EI and cDI and as moments at its edges)",
-    .looks_like = "The modes' heights in the patch channel are wrong in a pattern that follows their slope difference "
-                  "over the patch, "
-                  "while other sensors are right; frequencies move by a little, since the patch carries its stiffness "
-                  "and mass along. "
-                  "Nothing depends on amplitude.",
-    .confused_with =
-        "Ks and KB: one factor for all modes, a shift acts on each differently; two modes suffice. input_position: "
-        "changes all "
-        "channels, and only of that record. Measure the patch edges with a ruler: the shift must be credible.",
+    .looks_like = "The modes' heights in the patch channel are wrong in a pattern that follows their slope "
+                  "difference over the patch, while other sensors are right; frequencies move by a little, since "
+                  "the patch carries its stiffness and mass along. Nothing depends on amplitude.",
+    .confused_with = "Ks and KB: one factor for all modes, a shift acts on each differently; two modes suffice. "
+                     "input_position: changes all channels, and only of that record. Measure the patch edges with a "
+                     "ruler: the shift must be credible.",
     .target_cost = "none per step: the tables of the patch are made for the shifted place",
     .n_parameters = 1,
     .parameters = {{.name = "shift_m",

@@ -23,16 +23,14 @@ const struct beam_effect BEAM_NAME(effect_patch_softening) = {
     .family = BEAM_FAMILY_NONLINEAR,
     .title = "the patch and its glue soften in large strain",
     .form = "k₂ |s| s · (φ'(x₂) − φ'(x₁)), s = y'(x₂) − y'(x₁)",
-    .source = "Leadenham and Erturk, Unified nonlinear electroelastic dynamics of a bimorph piezoelectric cantilever, "
-              "Nonlinear "
-              "Dynamics, 2015 (quadratic softening of piezoelectric ceramics)",
+    .source = "Leadenham and Erturk, Unified nonlinear electroelastic dynamics of a bimorph piezoelectric "
+              "cantilever, Nonlinear Dynamics, 2015 (quadratic softening of piezoelectric ceramics)",
     .looks_like = "Frequencies of the modes that bend the patch fall in proportion to amplitude (k₂ < 0), half the "
-                  "level gives half the "
-                  "shift, with weak third harmonics. During a decay the period shortens steadily.",
-    .confused_with = "cubic_stiffness: shifts with amplitude squared, and mostly mode 1; record three levels, 1 : 2 : "
-                     "4. microslip: softens too but "
-                     "also damps, most at a middle level. drive_hysteresis: shows only when the patch drives; hit with "
-                     "a hammer instead.",
+                  "level gives half the shift, with weak third harmonics. During a decay the period shortens "
+                  "steadily.",
+    .confused_with = "cubic_stiffness: shifts with amplitude squared, and mostly mode 1; record three levels, 1 : 2 "
+                     ": 4. microslip: softens too but also damps, most at a middle level. drive_hysteresis: shows "
+                     "only when the patch drives; hit with a hammer instead.",
     .target_cost = "one law point: one unknown in the Newton solve, about 4 multiply-adds an iteration",
     .n_parameters = 1,
     .parameters = {{.name = "coefficient_Nmprad2",

@@ -20,15 +20,13 @@ const struct beam_effect BEAM_NAME(effect_point_damper) = {
     .form = "d y_t(a) φ(a)",
     .source = "Inman, Engineering Vibration, chapter on distributed-parameter systems: lumped elements in the modal "
               "equations",
-    .looks_like =
-        "Peaks broaden and decays shorten for the modes that move at a; modes with a node there keep their damping. "
-        "The damping ratio falls as 1/frequency. Frequencies stay put while d is small, and decays stay "
-        "exponential at every level.",
-    .confused_with = "γ of the baseline: a damper at the free end of a uniform beam damps all modes alike, as γ does; "
-                     "only its place "
-                     "separates them, so use three modes or more, or repeat in still air without the cable. "
-                     "quadratic_drag: repeat at a "
-                     "quarter of the level; a linear damper keeps its decay rate.",
+    .looks_like = "Peaks broaden and decays shorten for the modes that move at a; modes with a node there keep "
+                  "their damping. The damping ratio falls as 1/frequency. Frequencies stay put while d is small, "
+                  "and decays stay exponential at every level.",
+    .confused_with = "γ of the baseline: a damper at the free end of a uniform beam damps all modes alike, as γ "
+                     "does; only its place separates them, so use three modes or more, or repeat in still air "
+                     "without the cable. quadratic_drag: repeat at a quarter of the level; a linear damper keeps "
+                     "its decay rate.",
     .target_cost = "none per step: a rank-one addition to C before factoring",
     .n_parameters = 2,
     .parameters = {{.name = "damping_Nspm",

@@ -18,15 +18,14 @@ const struct beam_effect BEAM_NAME(effect_point_mass) = {
     .family = BEAM_FAMILY_STRUCTURE,
     .title = "a point mass somewhere on the beam (sensor, cable clip, bolt)",
     .form = "m y_tt(a) φ(a)",
-    .source = "Blevins, Formulas for Natural Frequency and Mode Shape: beams with concentrated masses; Rao, Mechanical "
-              "Vibrations, Rayleigh's quotient",
-    .looks_like = "Mode n falls by the share ½ m φ_n(a)² / (modal mass): modes with a node near a stay where they are, "
-                  "modes with an antinode there fall most. The pattern of shifts over the modes tells the place. "
-                  "Nothing depends on amplitude.",
-    .confused_with =
-        "tip_mass: the same effect at a = ℓ, and the simpler name when both fit. rotary_inertia: both lower "
-        "high modes; it rises steadily with mode number, a point mass does not. root_compliance: measure "
-        "three modes or more, or move the suspected mass by a few centimetres and tap again.",
+    .source = "Blevins, Formulas for Natural Frequency and Mode Shape: beams with concentrated masses; Rao, "
+              "Mechanical Vibrations, Rayleigh's quotient",
+    .looks_like = "Mode n falls by the share ½ m φ_n(a)² / (modal mass): modes with a node near a stay where they "
+                  "are, modes with an antinode there fall most. The pattern of shifts over the modes tells the "
+                  "place. Nothing depends on amplitude.",
+    .confused_with = "tip_mass: the same effect at a = ℓ, and the simpler name when both fit. rotary_inertia: both "
+                     "lower high modes; it rises steadily with mode number, a point mass does not. root_compliance: "
+                     "measure three modes or more, or move the suspected mass by a few centimetres and tap again.",
     .target_cost = "none per step: a rank-one addition to M before it is factored",
     .n_parameters = 2,
     .parameters = {{.name = "mass_kg",

@@ -20,17 +20,14 @@ const struct beam_effect BEAM_NAME(effect_point_spring) = {
     .family = BEAM_FAMILY_STRUCTURE,
     .title = "a linear spring with damping to ground (cable, contactless probe, magnet)",
     .form = "(k y(a) + d y_t(a)) φ(a)",
-    .source = "Blevins, Formulas for Natural Frequency and Mode Shape: cantilever with an end spring; Rao, Mechanical "
-              "Vibrations, chapter on continuous systems",
-    .looks_like =
-        "Mode 1 rises (falls for an attracting magnet, k < 0), higher modes hardly move: the share of the shift falls "
-        "with the square of the frequency. Its damper broadens the peaks of the modes that move at a. "
-        "Nothing depends on amplitude.",
-    .confused_with =
-        "axial_load: both move mode 1 most; tension falls off only with the frequency itself, so fit modes 1 "
-        "to 3 together, or move or detach the cable. cubic_stiffness: repeat at a quarter of the level; a linear "
-        "spring "
-        "gives the same frequency. point_damper: the same with k = 0.",
+    .source = "Blevins, Formulas for Natural Frequency and Mode Shape: cantilever with an end spring; Rao, "
+              "Mechanical Vibrations, chapter on continuous systems",
+    .looks_like = "Mode 1 rises (falls for an attracting magnet, k < 0), higher modes hardly move: the share of the "
+                  "shift falls with the square of the frequency. Its damper broadens the peaks of the modes that "
+                  "move at a. Nothing depends on amplitude.",
+    .confused_with = "axial_load: both move mode 1 most; tension falls off only with the frequency itself, so fit "
+                     "modes 1 to 3 together, or move or detach the cable. cubic_stiffness: repeat at a quarter of "
+                     "the level; a linear spring gives the same frequency. point_damper: the same with k = 0.",
     .target_cost = "none per step: rank-one additions to K and C before factoring",
     .n_parameters = 3,
     .parameters = {{.name = "stiffness_Npm",

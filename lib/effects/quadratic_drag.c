@@ -25,17 +25,15 @@ const struct beam_effect BEAM_NAME(effect_quadratic_drag) = {
     .form = "⟨c |y_t| y_t, φ⟩",
     .source = "Baker, Woolam and Young, Air and internal damping of thin cantilever beams, International Journal of "
               "Mechanical Sciences, 1967; Inman, Engineering Vibration, section on velocity-squared damping",
-    .looks_like =
-        "Large motion decays faster than small motion: the logarithm of the envelope is steep after the hit and "
-        "straightens later. The peak of mode 1, which moves farthest, broadens with level; high modes and frequencies "
-        "hardly change. "
-        "Weak third harmonics of a steady drive.",
+    .looks_like = "Large motion decays faster than small motion: the logarithm of the envelope is steep after the "
+                  "hit and straightens later. The peak of mode 1, which moves farthest, broadens with level; high "
+                  "modes and frequencies hardly change. Weak third harmonics of a steady drive.",
     .confused_with = "γ: repeat at a quarter of the level; γ keeps its decay rate, drag loses three quarters of it. "
-                     "coulomb_friction: the opposite trend, relative damping grows as motion dies. sensor_saturation: "
-                     "clips the output "
-                     "but leaves the decay rate of the structure; look with a second sensor.",
-    .target_cost =
-        "one law point per quadrature point: full Newton coupling over the 10 coordinates; the dearest of the laws",
+                     "coulomb_friction: the opposite trend, relative damping grows as motion dies. "
+                     "sensor_saturation: clips the output but leaves the decay rate of the structure; look with a "
+                     "second sensor.",
+    .target_cost = "one law point per quadrature point: full Newton coupling over the 10 coordinates; the dearest "
+                   "of the laws",
     .n_parameters = 1,
     .parameters = {{.name = "coefficient_Ns2pm3",
                     .unit = "N·s²/m³",

@@ -17,13 +17,11 @@ const struct beam_effect BEAM_NAME(effect_sensor_delay) = {
     .form = "v(t) = w(t − d), every output channel",
     .source = "Bendat and Piersol, Random Data: time delay and the phase of a frequency response",
     .looks_like = "Phase between input and output lags in proportion to frequency, 360° × frequency × d, while "
-                  "amplitudes, frequencies and "
-                  "decay rates are right. The misfit grows with mode number and is largest just after the hit.",
-    .confused_with =
-        "sensor_lag: also loses amplitude at high modes. clock_error: its lag grows along the record, a delay's does "
-        "not. sensor_highpass: leads at low frequency. Record the input on two channels, or look at the phase above "
-        "the "
-        "highest mode.",
+                  "amplitudes, frequencies and decay rates are right. The misfit grows with mode number and is "
+                  "largest just after the hit.",
+    .confused_with = "sensor_lag: also loses amplitude at high modes. clock_error: its lag grows along the record, "
+                     "a delay's does not. sensor_highpass: leads at low frequency. Record the input on two "
+                     "channels, or look at the phase above the highest mode.",
     .target_cost = "a ring buffer per channel: 2 multiply-adds a step for the fraction of a sample",
     .n_parameters = 1,
     .parameters = {{.name = "delay_s",

@@ -17,13 +17,10 @@ const struct beam_effect BEAM_NAME(effect_sensor_lag) = {
     .form = "τ v_t + v = w",
     .source = "Doebelin, Measurement Systems: first-order instruments",
     .looks_like = "High modes are small and late in one channel: amplitude falls as 1/√(1 + ω²τ²), phase lags by "
-                  "atan(ωτ). Frequencies "
-                  "and decay rates are right; other channels are fine.",
-    .confused_with =
-        "sensor_delay: the same lag in phase at low frequency, but no loss of amplitude; the highest modes decide. "
-        "sensor_highpass: the other end of the spectrum. Lower gain Ks: equal for all modes. Compare with a second "
-        "sensor, or "
-        "feed the amplifier a known sweep.",
+                  "atan(ωτ). Frequencies and decay rates are right; other channels are fine.",
+    .confused_with = "sensor_delay: the same lag in phase at low frequency, but no loss of amplitude; the highest "
+                     "modes decide. sensor_highpass: the other end of the spectrum. Lower gain Ks: equal for all "
+                     "modes. Compare with a second sensor, or feed the amplifier a known sweep.",
     .target_cost = "one filter state per channel: 3 multiply-adds a step",
     .n_parameters = 1,
     .parameters = {{.name = "tau_s",

@@ -16,12 +16,10 @@ const struct beam_effect BEAM_NAME(effect_sensor_offset) = {
     .title = "a constant and a slow drift added to a channel",
     .form = "v = w + a + b t",
     .source = "Doebelin, Measurement Systems: zero drift",
-    .looks_like = "The channel does not return to zero after the motion has died, or wanders in a straight line; it is "
-                  "there before the "
-                  "hit. In the spectrum only the lowest lines rise.",
-    .confused_with =
-        "sensor_highpass: creeps back to zero after a pulse, an offset stays. thermal_drift: moves frequencies, not "
-        "the zero. Record some seconds at rest before the hit.",
+    .looks_like = "The channel does not return to zero after the motion has died, or wanders in a straight line; it "
+                  "is there before the hit. In the spectrum only the lowest lines rise.",
+    .confused_with = "sensor_highpass: creeps back to zero after a pulse, an offset stays. thermal_drift: moves "
+                     "frequencies, not the zero. Record some seconds at rest before the hit.",
     .target_cost = "2 additions per step and channel",
     .n_parameters = 2,
     .parameters = {{.name = "offset",

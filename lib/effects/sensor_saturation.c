@@ -24,15 +24,13 @@ const struct beam_effect BEAM_NAME(effect_sensor_saturation) = {
     .title = "the sensor or its amplifier runs out of range",
     .form = "v = L tanh(w/L)",
     .source = "Doebelin, Measurement Systems: linearity and range; the smooth clip as in Bendat, Nonlinear System "
-              "Techniques and "
-              "Applications (memoryless nonlinear systems)",
-    .looks_like = "Peaks of one channel are flattened on both sides as they approach a level; small motion is exact. "
-                  "Odd harmonics that no other "
-                  "channel shows. Frequencies, and decay rates late in the record, are those of the beam.",
-    .confused_with = "drive_saturation: every channel sees it. quadratic_drag: large motion also looks too small, but "
-                     "its later motion is then smaller too; "
-                     "a saturated sensor recovers. stop_contact: one-sided and rings. Halve the gain or the level, or "
-                     "look at a second sensor.",
+              "Techniques and Applications (memoryless nonlinear systems)",
+    .looks_like = "Peaks of one channel are flattened on both sides as they approach a level; small motion is "
+                  "exact. Odd harmonics that no other channel shows. Frequencies, and decay rates late in the "
+                  "record, are those of the beam.",
+    .confused_with = "drive_saturation: every channel sees it. quadratic_drag: large motion also looks too small, "
+                     "but its later motion is then smaller too; a saturated sensor recovers. stop_contact: "
+                     "one-sided and rings. Halve the gain or the level, or look at a second sensor.",
     .target_cost = "one tanh per step and channel",
     .n_parameters = 1,
     .parameters = {{.name = "level",

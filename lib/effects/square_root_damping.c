@@ -15,16 +15,14 @@ const struct beam_effect BEAM_NAME(effect_square_root_damping) = {
     .family = BEAM_FAMILY_DAMPING,
     .title = "damping that goes with the rate of slope (square-root damping)",
     .form = "⟨c y'_t, φ'⟩",
-    .source = "Chen and Russell, A mathematical model for linear elastic systems with structural damping, Quarterly of "
-              "Applied Mathematics, 1982; the weaker damping form of Banks, Wang, Inman and Slater",
-    .looks_like =
-        "The damping ratio is nearly the same in all modes, about c/(2 √(EI ρ)), where air damping falls and "
-        "Kelvin–Voigt damping rises with frequency. Frequencies stay put, decays stay exponential at every level.",
-    .confused_with =
-        "hysteretic_damping: the same damping ratio in every mode (correlation 0.999); no vibration test of one "
-        "beam separates them well, a second beam of other thickness does. γ with cDI together imitate it over two "
-        "modes: "
-        "measure four or more.",
+    .source = "Chen and Russell, A mathematical model for linear elastic systems with structural damping, Quarterly "
+              "of Applied Mathematics, 1982; the weaker damping form of Banks, Wang, Inman and Slater",
+    .looks_like = "The damping ratio is nearly the same in all modes, about c/(2 √(EI ρ)), where air damping falls "
+                  "and Kelvin–Voigt damping rises with frequency. Frequencies stay put, decays stay exponential at "
+                  "every level.",
+    .confused_with = "hysteretic_damping: the same damping ratio in every mode (correlation 0.999); no vibration "
+                     "test of one beam separates them well, a second beam of other thickness does. γ with cDI "
+                     "together imitate it over two modes: measure four or more.",
     .target_cost = "none per step: a 10 × 10 form added to C before factoring",
     .n_parameters = 1,
     .parameters = {{.name = "coefficient_Ns",

@@ -28,19 +28,15 @@ const struct beam_effect BEAM_NAME(effect_stop_contact) = {
     .family = BEAM_FAMILY_NONLINEAR,
     .title = "the beam touches a stop on one side",
     .form = "k (y(a) − g) φ(a) for y(a) > g, else 0",
-    .source = "Moon and Shaw, Chaotic vibrations of a beam with non-linear boundary conditions, International Journal "
-              "of Non-Linear "
-              "Mechanics, 1983; Shaw and Holmes, A periodically forced piecewise linear oscillator, Journal of Sound "
-              "and Vibration, 1983",
-    .looks_like =
-        "Small motion is perfectly linear. Above a sharp threshold one side of the motion is cut, each touch rings the "
-        "high modes (bursts "
-        "at the peaks of mode 1), even harmonics and a mean offset appear and the apparent frequency of mode 1 rises.",
-    .confused_with = "bilinear_stiffness: no threshold and softens. sensor_saturation: clips both sides of one channel "
-                     "without ringing the "
-                     "high modes; look at a second sensor. cubic_stiffness: symmetric, no even harmonics. Record below "
-                     "the threshold: "
-                     "the baseline must fit.",
+    .source = "Moon and Shaw, Chaotic vibrations of a beam with non-linear boundary conditions, International "
+              "Journal of Non-Linear Mechanics, 1983; Shaw and Holmes, A periodically forced piecewise linear "
+              "oscillator, Journal of Sound and Vibration, 1983",
+    .looks_like = "Small motion is perfectly linear. Above a sharp threshold one side of the motion is cut, each "
+                  "touch rings the high modes (bursts at the peaks of mode 1), even harmonics and a mean offset "
+                  "appear and the apparent frequency of mode 1 rises.",
+    .confused_with = "bilinear_stiffness: no threshold and softens. sensor_saturation: clips both sides of one "
+                     "channel without ringing the high modes; look at a second sensor. cubic_stiffness: symmetric, "
+                     "no even harmonics. Record below the threshold: the baseline must fit.",
     .target_cost = "one law point: one unknown in the Newton solve, 2 operations an iteration",
     .n_parameters = 3,
     .parameters = {{.name = "stiffness_Npm",

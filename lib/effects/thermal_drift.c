@@ -23,19 +23,15 @@ const struct beam_effect BEAM_NAME(effect_thermal_drift) = {
     .family = BEAM_FAMILY_ENVIRONMENT,
     .title = "the beam warms or cools and its stiffness drifts",
     .form = "EI(t) = EI (1 + r t) within a record",
-    .source = "Xia, Chen, Weng, Ni and Xu, Temperature effect on vibration properties of civil structures, Journal of "
-              "Civil Structural "
-              "Health Monitoring, 2012 (frequency follows √E, E falls with temperature)",
-    .looks_like = "All frequencies glide together by half the share r per second, at every level alike: the phase of "
-                  "the tail of a long record is off by a "
-                  "parabola in time, its beginning fits. No harmonics.",
+    .source = "Xia, Chen, Weng, Ni and Xu, Temperature effect on vibration properties of civil structures, Journal "
+              "of Civil Structural Health Monitoring, 2012 (frequency follows √E, E falls with temperature)",
+    .looks_like = "All frequencies glide together by half the share r per second, at every level alike: the phase "
+                  "of the tail of a long record is off by a parabola in time, its beginning fits. No harmonics.",
     .confused_with = "cubic_stiffness, large_rotation, patch_softening: glide with the decaying amplitude, not with "
-                     "the clock; compare a weak and a strong record, or "
-                     "drive steadily for a minute. clock_error: a wrong but constant frequency. sensor_offset: the "
-                     "zero moves, not the "
-                     "frequencies.",
-    .target_cost =
-        "a time-dependent stiffness: Newton coupling over the 10 coordinates, or refactoring every few seconds",
+                     "the clock; compare a weak and a strong record, or drive steadily for a minute. clock_error: a "
+                     "wrong but constant frequency. sensor_offset: the zero moves, not the frequencies.",
+    .target_cost = "a time-dependent stiffness: Newton coupling over the 10 coordinates, or refactoring every few "
+                   "seconds",
     .n_parameters = 1,
     .parameters = {{.name = "rate_ps",
                     .unit = "1/s",

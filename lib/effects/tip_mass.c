@@ -17,14 +17,14 @@ const struct beam_effect BEAM_NAME(effect_tip_mass) = {
     .form = "m y_tt(ℓ) φ(ℓ)",
     .source = "Blevins, Formulas for Natural Frequency and Mode Shape: cantilever with an end mass; Rao, Mechanical "
               "Vibrations, chapter on continuous systems",
-    .looks_like =
-        "Every frequency falls by nearly the same share, 2 m / (mass of the beam) while m is small, so the data "
-        "look like a beam of lower EI or higher ρ. A heavy mass lowers mode 1 most and turns the higher modes "
-        "into those of a beam propped at its end. Damping ratios fall slightly; nothing depends on amplitude.",
-    .confused_with =
-        "root_compliance: also lowers all modes by one share; weigh the beam and hold ρ, or add a second "
-        "sensor far from the clamp. point_mass: the same effect elsewhere; modes 2 to 4 with their nodes "
-        "find the place. Repeat the tap with a known 1 g mass at the tip: the further drop calibrates this one.",
+    .looks_like = "Every frequency falls by nearly the same share, 2 m / (mass of the beam) while m is small, so "
+                  "the data look like a beam of lower EI or higher ρ. A heavy mass lowers mode 1 most and turns the "
+                  "higher modes into those of a beam propped at its end. Damping ratios fall slightly; nothing "
+                  "depends on amplitude.",
+    .confused_with = "root_compliance: also lowers all modes by one share; weigh the beam and hold ρ, or add a "
+                     "second sensor far from the clamp. point_mass: the same effect elsewhere; modes 2 to 4 with "
+                     "their nodes find the place. Repeat the tap with a known 1 g mass at the tip: the further drop "
+                     "calibrates this one.",
     .target_cost = "none per step: a number in M before it is factored",
     .n_parameters = 1,
     .parameters = {{.name = "mass_kg",

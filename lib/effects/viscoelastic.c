@@ -17,18 +17,15 @@ const struct beam_effect BEAM_NAME(effect_viscoelastic) = {
     .family = BEAM_FAMILY_DAMPING,
     .title = "bending stiffness with a memory (one Maxwell branch)",
     .form = "⟨E₁ ξ, φ″⟩ with ξ_t = y″_t − ξ/τ",
-    .source =
-        "Christensen, Theory of Viscoelasticity; Banks and Inman, On damping mechanisms in beams, Journal of Applied "
-        "Mechanics, 1991 (time hysteresis)",
-    .looks_like =
-        "Damping peaks for modes near 1/(2πτ), with a loss factor up to E₁/(2 EI), and falls off on both sides. Modes "
-        "above it are stiffer than modes below by the share E₁/EI, so no single EI fits all frequencies. After a step "
-        "the "
-        "beam creeps with the time τ. Nothing depends on amplitude.",
-    .confused_with =
-        "cDI: the same when τ is far shorter than the period of the highest mode. hysteretic_damping and "
-        "square_root_damping: flat over frequency; measure modes a decade apart on either side of 1/(2πτ). A relative "
-        "frequency error of 3e-5 in the computation looks like it: refine the model first.",
+    .source = "Christensen, Theory of Viscoelasticity; Banks and Inman, On damping mechanisms in beams, Journal of "
+              "Applied Mechanics, 1991 (time hysteresis)",
+    .looks_like = "Damping peaks for modes near 1/(2πτ), with a loss factor up to E₁/(2 EI), and falls off on both "
+                  "sides. Modes above it are stiffer than modes below by the share E₁/EI, so no single EI fits all "
+                  "frequencies. After a step the beam creeps with the time τ. Nothing depends on amplitude.",
+    .confused_with = "cDI: the same when τ is far shorter than the period of the highest mode. hysteretic_damping "
+                     "and square_root_damping: flat over frequency; measure modes a decade apart on either side of "
+                     "1/(2πτ). A relative frequency error of 3e-5 in the computation looks like it: refine the "
+                     "model first.",
     .target_cost = "10 internal states: about 10 × 10 more multiply-adds in the linear step, no Newton",
     .n_parameters = 2,
     .parameters = {{.name = "strength_Nm2",
