@@ -77,6 +77,18 @@ static void make_round(const double t[], size_t n, struct number_digits most, do
     }
 }
 
+double time_axis_round_step(double dt, int significant)
+{
+    for (int digits = 1; digits < significant; digits++) {
+        double step = round_to_digits(dt, digits), rate = round_to_digits(1 / dt, digits);
+        if (step == dt)
+            return dt;
+        if (round_to_digits(1 / rate, significant) == dt)
+            return 1 / rate;
+    }
+    return dt;
+}
+
 static int compare_doubles(const void *a, const void *b)
 {
     double x = *(const double *)a, y = *(const double *)b;

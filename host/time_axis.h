@@ -22,4 +22,10 @@ void time_axis_note(struct number_digits *most, struct number_digits one);
 bool time_axis_fit(const double t[], size_t n, struct number_digits most, double *t0, double *dt, size_t *bad,
                    char why[256]);
 
+/*
+ * A step that was printed with `significant` digits: the roundest of it and of its rate that prints the same
+ * (9.76563e-4 s with 6 digits is 1/1024 s).
+ */
+double time_axis_round_step(double dt, int significant);
+
 #endif
