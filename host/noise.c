@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "noise.h"
 #include "noise_floor.h"
+#include "number.h"
 #include "residual.h"
 
 #include <math.h>
@@ -183,8 +184,9 @@ enum bf_status noise_of_channel(const struct model *model, const struct record *
         if (column != NULL && !is_constant(column, record->n))
             u[n_inputs++] = column;
     }
-    if (free_decay && free_from != NULL) {
-        const double samples = ceil((strtod(free_from, NULL) - record->t0_s) / record->dt_s);
+    double from_s = 0.0;
+    if (free_decay && free_from != NULL && number_parse(free_from, free_from + strlen(free_from), '.', &from_s)) {
+        const double samples = ceil((from_s - record->t0_s) / record->dt_s);
         from = samples > 0.0 && samples < (double)record->n ? (size_t)samples : 0;
     }
     return noise_estimate(z, record->n, record->dt_s, u, n_inputs, from, out, err);

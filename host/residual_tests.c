@@ -1,0 +1,166 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* residual_tests.c — whiteness, correlation with the input, and the distributions they need. */
+#include "residual.h"
+#include "spectrum.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Regularised upper incomplete gamma function Q(a, x): series below a + 1, continued fraction (Lentz) above. */
+static double gamma_upper(double a, double x)
+{
+    const double scale = exp(a * log(x) - x - lgamma(a));
+    if (x < a + 1.0) {
+        double term = 1.0 / a, sum = term;
+        for (int n = 1; n < 10000 && term > 1e-17 * sum; n++) {
+            term *= x / (a + n);
+            sum += term;
+        }
+        return fmax(0.0, 1.0 - scale * sum);
+    }
+    const double tiny = 1e-300;
+    double b = x + 1.0 - a, c = 1.0 / tiny, d = 1.0 / b, h = d;
+    for (int n = 1; n < 10000; n++) {
+        const double an = n * (a - n);
+        b += 2.0;
+        d = 1.0 / (fabs(an * d + b) > tiny ? an * d + b : tiny);
+        c = fabs(b + an / c) > tiny ? b + an / c : tiny;
+        h *= d * c;
+        if (fabs(d * c - 1.0) < 1e-15)
+            break;
+    }
+    return scale * h;
+}
+
+double chi_square_tail(double x, double dof)
+{
+    if (!(x > 0.0) || !(dof > 0.0))
+        return 1.0;
+    return isfinite(x) ? gamma_upper(0.5 * dof, 0.5 * x) : 0.0;
+}
+
+double normal_two_sided(double alpha)
+{
+    double low = 0.0, high = 40.0;
+    for (int i = 0; i < 100; i++) {
+        const double q = 0.5 * (low + high);
+        if (erfc(q / sqrt(2.0)) > alpha)
+            low = q;
+        else
+            high = q;
+    }
+    return 0.5 * (low + high);
+}
+
+/* Upper tail of Kolmogorov's distribution for n points, with Stephens' (1970) correction. */
+static double kolmogorov_tail(double distance, double n)
+{
+    const double root = sqrt(n), lambda = distance * (root + 0.12 + 0.11 / root);
+    double sum = 0.0, sign = 2.0;
+    if (lambda < 0.2)
+        return 1.0;
+    for (int k = 1; k <= 100; k++, sign = -sign)
+        sum += sign * exp(-2.0 * k * k * lambda * lambda);
+    return fmin(1.0, fmax(0.0, sum));
+}
+
+enum bf_status residual_autocorrelation(const double *r, size_t n, size_t n_lags, double *rho, struct bf_error *err)
+{
+    enum bf_status status = correlate(r, r, n, n_lags, rho, err);
+    if (status != BF_OK)
+        return status;
+    const double zero = rho[0];
+    for (size_t k = 0; k < n_lags; k++)
+        rho[k] = zero > 0.0 ? rho[k] / zero : 0.0;
+    return BF_OK;
+}
+
+/* Bartlett: distance of the cumulative periodogram from the diagonal, over the bins between 0 and Nyquist. */
+static enum bf_status cumulative_periodogram(const double *r, size_t n, struct whiteness *out, struct bf_error *err)
+{
+    const struct fft *plan;
+    enum bf_status status = fft_get(n, &plan, err);
+    if (status != BF_OK)
+        return status;
+    const size_t m = (n - 1) / 2;
+    double complex *R = bf_alloc(n / 2 + 1, sizeof *R);
+    double total = 0.0, sum = 0.0, distance = 0.0;
+    fft_forward(plan, r, R);
+    for (size_t k = 1; k <= m; k++)
+        total += creal(R[k] * conj(R[k]));
+    for (size_t k = 1; k < m; k++) { /* the m-th point is 1 by construction */
+        sum += creal(R[k] * conj(R[k]));
+        const double u = sum / total;
+        distance =
+            fmax(distance, fmax(fabs(u - (double)k / (double)(m - 1)), fabs(u - (double)(k - 1) / (double)(m - 1))));
+    }
+    out->periodogram_ks = distance;
+    out->periodogram_p = kolmogorov_tail(distance, (double)(m - 1));
+    free(R);
+    return BF_OK;
+}
+
+enum bf_status residual_whiteness(const double *r, size_t n, struct whiteness *out, struct bf_error *err)
+{
+    *out = (struct whiteness){.ljung_box_p = 1.0, .periodogram_p = 1.0, .p_value = 1.0, .correlation_bound = 1.0};
+    if (n < 20 || !(root_mean_square(r, n) > 0.0))
+        return BF_OK;
+    double rho[26];
+    out->lags = n / 5 < 25 ? n / 5 : 25;
+    out->correlation_bound = normal_two_sided(0.05) / sqrt((double)n);
+    enum bf_status status = residual_autocorrelation(r, n, out->lags + 1, rho, err);
+    if (status == BF_OK)
+        status = cumulative_periodogram(r, n, out, err);
+    if (status != BF_OK)
+        return status;
+    for (size_t k = 1; k <= out->lags; k++)
+        out->ljung_box += (double)n * ((double)n + 2.0) * rho[k] * rho[k] / (double)(n - k);
+    out->ljung_box_p = chi_square_tail(out->ljung_box, (double)out->lags);
+    out->p_value = fmin(1.0, 2.0 * fmin(out->ljung_box_p, out->periodogram_p));
+    return BF_OK;
+}
+
+enum bf_status residual_input_correlation(const double *u, const double *r, size_t n, size_t n_lags,
+                                          struct input_correlation *out, struct bf_error *err)
+{
+    *out = (struct input_correlation){.n_lags = n_lags, .p_value = 1.0};
+    if (n < 4 || n_lags >= n / 2)
+        return bf_fail(err, BF_NUMERIC, "%zu lags need a record of more than %zu samples", n_lags, 2 * n_lags);
+    const double lags = 2.0 * (double)n_lags + 1.0;
+    out->rho = bf_alloc(2 * n_lags + 1, sizeof *out->rho);
+    out->bound_lag = normal_two_sided(0.01) / sqrt((double)n);
+    out->bound_all = normal_two_sided(1.0 - pow(0.99, 1.0 / lags)) / sqrt((double)n);
+    struct ar_model colour;
+    ar_fit(r, n, &colour);
+    double *wu = bf_alloc(n, sizeof *wu), *wr = bf_alloc(n, sizeof *wr), *c = bf_alloc(n_lags + 1, sizeof *c);
+    ar_whiten(&colour, u, n, wu);
+    ar_whiten(&colour, r, n, wr);
+    const double size = root_mean_square(wu, n) * root_mean_square(wr, n) * (double)n;
+    enum bf_status status = size > 0.0 ? correlate(wr, wu, n, n_lags + 1, c, err) : BF_OK; /* Σ r_t u_{t+k}: lag −k */
+    for (size_t k = 0; k <= n_lags && size > 0.0 && status == BF_OK; k++)
+        out->rho[n_lags - k] = c[k] / size;
+    if (size > 0.0 && status == BF_OK)
+        status = correlate(wu, wr, n, n_lags + 1, c, err);
+    for (size_t k = 0; k <= n_lags && size > 0.0 && status == BF_OK; k++)
+        out->rho[n_lags + k] = c[k] / size;
+    for (size_t i = 0; i < 2 * n_lags + 1; i++)
+        if (fabs(out->rho[i]) > out->largest) {
+            out->largest = fabs(out->rho[i]);
+            out->largest_lag = (long)i - (long)n_lags;
+        }
+    const double one = erfc(out->largest * sqrt(0.5 * (double)n));
+    out->p_value = one < 1.0 ? -expm1(lags * log1p(-one)) : 1.0;
+    free(wu);
+    free(wr);
+    free(c);
+    if (status != BF_OK)
+        input_correlation_free(out);
+    return status;
+}
+
+void input_correlation_free(struct input_correlation *correlation)
+{
+    free(correlation->rho);
+    *correlation = (struct input_correlation){0};
+}
