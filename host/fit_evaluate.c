@@ -182,29 +182,43 @@ static enum bf_status run(struct fit_problem *p, bool with_jacobian, struct line
     return status;
 }
 
-enum bf_status fit_problem_evaluate(struct fit_problem *p, const double x[], bool with_jacobian, double *data_square,
-                                    struct bf_error *err)
+static enum bf_status evaluate(struct fit_problem *p, const double x[], bool with_jacobian, struct linear_part parts[],
+                               struct bf_error *err)
 {
     struct prediction y;
-    struct linear_part *parts = bf_alloc(p->n_records, sizeof *parts);
-    *data_square = HUGE_VAL;
-    fit_problem_to_theta(p, x, p->theta);
     enum bf_status status = BF_OK;
     if (!with_jacobian || p->has_decay)
         status = run(p, false, parts, &y, err);
     if (!status && with_jacobian)
         status = run(p, true, parts, &y, err); /* at the amplitudes of the run before */
-    if (!status) {
-        weigh_residual(p);
-        *data_square = 0.5 * dense_dot(p->n_rows, p->residual, p->residual);
-    }
-    if (!status && with_jacobian) {
-        weighted_jacobian(p, &y, x);
-        for (size_t r = 0; r < p->n_records; r++)
-            project(p, &parts[r]);
-    }
+    if (status)
+        return status;
+    weigh_residual(p);
+    if (!with_jacobian)
+        return BF_OK;
+    weighted_jacobian(p, &y, x);
     for (size_t r = 0; r < p->n_records; r++)
-        linear_part_free(&parts[r]);
-    free(parts);
+        project(p, &parts[r]);
+    memcpy(p->at, x, p->n_unknowns * sizeof *x);
+    p->at_valid = true;
+    return BF_OK;
+}
+
+enum bf_status fit_problem_evaluate(struct fit_problem *p, const double x[], bool with_jacobian, double *data_square,
+                                    struct bf_error *err)
+{
+    *data_square = HUGE_VAL;
+    enum bf_status status = BF_OK;
+    if (!p->at_valid || memcmp(p->at, x, p->n_unknowns * sizeof *x) != 0) {
+        struct linear_part *parts = bf_alloc(p->n_records, sizeof *parts);
+        p->at_valid = false;
+        fit_problem_to_theta(p, x, p->theta);
+        status = evaluate(p, x, with_jacobian, parts, err);
+        for (size_t r = 0; r < p->n_records; r++)
+            linear_part_free(&parts[r]);
+        free(parts);
+    }
+    if (!status)
+        *data_square = 0.5 * dense_dot(p->n_rows, p->residual, p->residual);
     return status;
 }

@@ -12,9 +12,12 @@ static const double unlimited = 14.0;   /* a logarithm moves this far (a factor 
 
 /* ---- Unknowns ---- */
 
+/* 0: to be told by the data. */
 static double scale_of(const struct model *model, const struct parameter_ref *ref)
 {
     const double value = fabs(ref->value);
+    if (ref->role == ROLE_RESIDUAL)
+        return 0.0;
     if (ref->role != ROLE_EFFECT)
         return value > 0.0 ? value : 1.0;
     const struct beam_parameter_info *info = &model->effects[ref->owner].effect->parameters[ref->slot];
@@ -64,10 +67,57 @@ static void find_unknowns(struct fit_problem *p, const struct model *model)
         struct unknown *u = &p->unknowns[p->n_unknowns];
         *u = (struct unknown){
             .ref = r, .logarithmic = ref->info->logarithmic && ref->value > 0.0, .scale = scale_of(model, ref)};
-        set_prior(u, ref->info);
-        set_bounds(p, p->n_unknowns, ref->value);
         p->n_unknowns++;
     }
+}
+
+/* ‖z‖/‖dŷ/dθ‖ over the channels that θ moves, each channel in units of its own rms; 0 when it moves none. */
+static double scale_by_data(const struct fit_problem *p, const double column[])
+{
+    double moved = 0.0, channels = 0.0;
+    for (size_t c = 0; c < p->n_channels; c++) {
+        const struct predict_channel *channel = &p->channels[c];
+        const double size = dense_norm(channel->n, channel->measured);
+        const double slope = dense_norm(channel->n, column + channel->row);
+        if (!(slope > 0.0) || !(size > 0.0))
+            continue;
+        moved += slope * slope / (size * size);
+        channels += 1.0;
+    }
+    return moved > 0.0 ? sqrt(channels / moved) : 0.0;
+}
+
+/* Scales that the data tell, from the first samples after the excitation; then priors and bounds in x. */
+static enum bf_status settle_unknowns(struct fit_problem *p, struct bf_error *err)
+{
+    enum { SAMPLES = 256 };
+    bool open = false;
+    double end = 0.0;
+    for (size_t i = 0; i < p->n_unknowns; i++)
+        open = open || p->unknowns[i].scale == 0.0;
+    for (size_t r = 0; r < p->n_records; r++)
+        end = fmax(end, p->onset_s[r] + SAMPLES * p->records[r].dt_s);
+    struct prediction y = {0};
+    enum bf_status status = open ? predictor_window(p->predictor, end, err) : BF_OK;
+    if (!status && open)
+        status = predictor_run(p->predictor, p->theta, p->want, &y, err);
+    if (status)
+        return status;
+    p->n_channels = predictor_channels(p->predictor, &p->channels);
+    size_t kept = 0;
+    for (size_t i = 0; i < p->n_unknowns; i++) {
+        struct unknown u = p->unknowns[i];
+        if (u.scale == 0.0)
+            u.scale = scale_by_data(p, y.jacobian + u.ref * y.n_rows);
+        p->want[u.ref] = u.scale > 0.0;
+        if (u.scale == 0.0)
+            continue;
+        set_prior(&u, p->refs[u.ref].info);
+        p->unknowns[kept] = u;
+        set_bounds(p, kept++, p->theta[u.ref]);
+    }
+    p->n_unknowns = kept;
+    return BF_OK;
 }
 
 /* ---- Records ---- */
@@ -124,6 +174,7 @@ enum bf_status fit_problem_new(struct fit_problem *p, const struct model *model,
     p->unknowns = bf_alloc(n_refs, sizeof *p->unknowns);
     p->lower = bf_alloc(n_refs, sizeof *p->lower), p->upper = bf_alloc(n_refs, sizeof *p->upper);
     p->base = bf_alloc(n_refs, sizeof *p->base), p->theta = bf_alloc(n_refs, sizeof *p->theta);
+    p->at = bf_alloc(n_refs, sizeof *p->at);
     p->want = bf_alloc(n_refs, sizeof *p->want);
     p->level = bf_alloc(n_records, sizeof *p->level), p->onset_s = bf_alloc(n_records, sizeof *p->onset_s);
     p->levels = bf_alloc(n_records, sizeof *p->levels);
@@ -139,14 +190,14 @@ enum bf_status fit_problem_new(struct fit_problem *p, const struct model *model,
         return bf_fail(err, BF_BAD_FILE, "no record has a column that the model names as an output");
     p->sigma = bf_alloc(p->n_channels, sizeof *p->sigma);
     memcpy(p->sigma, sigma, p->n_channels * sizeof *p->sigma);
-    return BF_OK;
+    return settle_unknowns(p, err);
 }
 
 void fit_problem_free(struct fit_problem *p)
 {
     free(p->unknowns), free(p->lower), free(p->upper), free(p->base), free(p->theta), free(p->want);
     free(p->level), free(p->onset_s), free(p->levels), free(p->sigma), free(p->weight), free(p->residual);
-    free(p->fitted), free(p->jacobian), free(p->coefficients);
+    free(p->fitted), free(p->jacobian), free(p->coefficients), free(p->at);
     *p = (struct fit_problem){0};
 }
 
@@ -210,6 +261,7 @@ double fit_problem_moved(const struct fit_problem *p, const double x[])
 
 enum bf_status fit_problem_rebase(struct fit_problem *p, const double x[], struct bf_error *err)
 {
+    p->at_valid = false;
     fit_problem_to_theta(p, x, p->theta);
     memcpy(p->base, x, p->n_unknowns * sizeof *x);
     return predictor_rebase(p->predictor, p->theta, err);

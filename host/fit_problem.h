@@ -5,7 +5,8 @@
  *   r(x) = [ w (ŷ(θ(x)) − z) per sample ; (x − x0)/prior per parameter with a prior ]
  *   w    = e^(−s (t − onset)) / √(σ_c² + (floor · rms_c)²)
  *
- * x is ln θ for a logarithmic parameter and θ/scale for any other. Unknowns that enter linearly (initial states of a free
+ * x is ln θ for a logarithmic parameter and θ/scale for any other; a residual term's scale is what would make it as large
+ * as the signal, and one that no record shows is held. Unknowns that enter linearly (initial states of a free
  * decay, a record's unknown force level) are solved for at every x and projected out (variable projection, Golub &
  * Pereyra 1973, with Kaufman's Jacobian).
  */
@@ -53,8 +54,10 @@ struct fit_problem {
     double *levels;   /* [n_records] factor of the record; 1 where it is known */
     size_t n_nuisance;
     double *coefficients; /* [n_nuisance] */
-    size_t runs;          /* predictor evaluations so far */
-    bool stop;            /* set by the caller or by Ctrl-C */
+    double *at; /* [n_unknowns] x of the last evaluation with a Jacobian, while residual and Jacobian hold it */
+    bool at_valid;
+    size_t runs; /* predictor evaluations so far */
+    bool stop;   /* set by the caller or by Ctrl-C */
 };
 
 /* refs, names, records and predictor are borrowed; sigma[n_channels] is copied. start: θ[n_refs]. */

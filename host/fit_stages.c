@@ -59,6 +59,10 @@ enum bf_status staircase_last(struct fit_problem *p, double x[], struct optimise
             .iterations = 40, .tolerance = 1e-4, .relative = 1e-4 / (double)p->n_rows};
         const struct least_squares view = fit_problem_view(p);
         status = optimise_local(&view, &options, x, out, err);
+        if (getenv("FITDBG"))
+            fprintf(stderr, "last round %d v%d d%d end %d dec %g misfit %g moved %g\n", round, out->values,
+                    out->derivatives, out->end, out->decrement, sqrt(fit_problem_mean_square(p)),
+                    fit_problem_moved(p, x));
         values += out->values, derivatives += out->derivatives;
         if (status || out->end == OPTIMISE_INTERRUPTED || fit_problem_moved(p, x) < settled)
             break;
@@ -86,7 +90,7 @@ static enum bf_status one_stage(struct fit_problem *p, double decay_ps, double f
 enum bf_status staircase_run(struct fit_problem *p, const struct staircase *stairs, struct progress *bar, double x[],
                              struct optimise_result *out, struct bf_error *err)
 {
-    static const double step = 3.0, long_step = 10.0, floor = 0.02;
+    static const double floor = 0.02;
     double s = stairs->first_ps;
     enum bf_status status = BF_OK;
     const double span = log(fmax(s * stairs->longest_s, 2.0));
@@ -94,9 +98,14 @@ enum bf_status staircase_run(struct fit_problem *p, const struct staircase *stai
         status = one_stage(p, s, floor, x, out, err);
         if (status || out->end == OPTIMISE_INTERRUPTED)
             return status;
+        if (getenv("FITDBG"))
+            fprintf(stderr, "s %g rows %zu v%d d%d end %d misfit %g\n", s, p->n_rows, out->values, out->derivatives,
+                    out->end, sqrt(fit_problem_mean_square(p)));
         const double misfit = sqrt(fit_problem_mean_square(p));
         say(bar, 0.8 * (1.0 - log(fmax(s * stairs->longest_s, 1.0)) / span), p);
-        s /= misfit < 1.0 ? long_step : step;
+        s /= misfit < 0.5   ? 30.0
+             : misfit < 1.0 ? 10.0
+                            : 3.0; /* what is explained to below the floor can be stretched */
     }
     if (!status)
         status = staircase_last(p, x, out, err);
