@@ -26,7 +26,7 @@ const struct beam_effect BEAM_NAME(effect_base_motion) = {
                   "the beam's response to a shaken clamp: large if a mode is near.",
     .confused_with = "mains_hum: in the electrical channel only and not enlarged near a mode. A lightly damped "
                      "mode: it decays. Record some seconds at rest; switch machines off; put a sensor on the clamp.",
-    .target_cost = "one sine per step (a rotation of two states) and one more input vector: 14 multiply-adds",
+    .target_cost = "one sine and one cosine per step, and one more input: 20 multiply-adds",
     .n_parameters = 3,
     .parameters = {{.name = "amplitude_mps2",
                     .unit = "m/s²",

@@ -27,7 +27,8 @@ const struct beam_effect BEAM_NAME(effect_electrical_coupling) = {
                      "again; what is electrical vanishes. EI_patch: the same when every mode lies far above or far "
                      "below 1/(2πRC). sensor_highpass: the same RC seen in the sensor's own voltage; that leaves "
                      "the beam's frequencies alone.",
-    .target_cost = "10 internal states: about 10 × 10 more multiply-adds in the linear step, no Newton",
+    .target_cost = "up to 10 more states: 20 multiply-adds, and 10 for each input, output and law coordinate; no "
+                   "Newton",
     .n_parameters = 2,
     .parameters = {{.name = "stiffening_Nm2",
                     .unit = "N·m²",

@@ -28,7 +28,7 @@ const struct beam_effect BEAM_NAME(effect_mains_hum) = {
     .confused_with = "base_motion near 50 or 60 Hz (a machine's motor): that reaches every channel through the "
                      "modes, hum only the electrical one. A mode close to 50 Hz: it decays. Record some seconds "
                      "with the beam at rest, on batteries if possible.",
-    .target_cost = "one sine per step and channel (a rotation of two states, 4 multiply-adds)",
+    .target_cost = "one sine and one cosine per step and channel",
     .n_parameters = 3,
     .parameters = {{.name = "amplitude",
                     .unit = "channel unit",

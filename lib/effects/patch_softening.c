@@ -31,7 +31,8 @@ const struct beam_effect BEAM_NAME(effect_patch_softening) = {
     .confused_with = "cubic_stiffness: shifts with amplitude squared, and mostly mode 1; record three levels, 1 : 2 "
                      ": 4. microslip: softens too but also damps, most at a middle level. drive_hysteresis: shows "
                      "only when the patch drives; hit with a hammer instead.",
-    .target_cost = "one law point: one unknown in the Newton solve, about 4 multiply-adds an iteration",
+    .target_cost = "one law coordinate: about 60 multiply-adds a step and a Newton solve with one unknown, 4 "
+                   "multiply-adds an evaluation",
     .n_parameters = 1,
     .parameters = {{.name = "coefficient_Nmprad2",
                     .unit = "N·m/rad²",

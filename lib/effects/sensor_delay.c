@@ -22,7 +22,8 @@ const struct beam_effect BEAM_NAME(effect_sensor_delay) = {
     .confused_with = "sensor_lag: also loses amplitude at high modes. clock_error: its lag grows along the record, "
                      "a delay's does not. sensor_highpass: leads at low frequency. Record the input on two "
                      "channels, or look at the phase above the highest mode.",
-    .target_cost = "a ring buffer per channel: 2 multiply-adds a step for the fraction of a sample",
+    .target_cost = "a ring of samples per channel and the taps of the band-limited hold (at most 31 multiply-adds a "
+                   "step)",
     .n_parameters = 1,
     .parameters = {{.name = "delay_s",
                     .unit = "s",

@@ -29,7 +29,7 @@ const struct beam_effect BEAM_NAME(effect_sensor_highpass) = {
                      "damping or gain of mode 1: compare with a second sensor or with the frequency response "
                      "between two channels below 10 Hz. sensor_delay: a delay grows with frequency, the lead of a "
                      "leak falls.",
-    .target_cost = "one filter state per channel: 3 multiply-adds a step",
+    .target_cost = "one state per channel and the taps of the band-limited hold (at most 31 multiply-adds a step)",
     .n_parameters = 1,
     .parameters = {{.name = "tau_s",
                     .unit = "s",

@@ -21,7 +21,7 @@ const struct beam_effect BEAM_NAME(effect_sensor_lag) = {
     .confused_with = "sensor_delay: the same lag in phase at low frequency, but no loss of amplitude; the highest "
                      "modes decide. sensor_highpass: the other end of the spectrum. Lower gain Ks: equal for all "
                      "modes. Compare with a second sensor, or feed the amplifier a known sweep.",
-    .target_cost = "one filter state per channel: 3 multiply-adds a step",
+    .target_cost = "one state per channel and the taps of the band-limited hold (at most 31 multiply-adds a step)",
     .n_parameters = 1,
     .parameters = {{.name = "tau_s",
                     .unit = "s",

@@ -37,7 +37,8 @@ const struct beam_effect BEAM_NAME(effect_stop_contact) = {
     .confused_with = "bilinear_stiffness: no threshold and softens. sensor_saturation: clips both sides of one "
                      "channel without ringing the high modes; look at a second sensor. cubic_stiffness: symmetric, "
                      "no even harmonics. Record below the threshold: the baseline must fit.",
-    .target_cost = "one law point: one unknown in the Newton solve, 2 operations an iteration",
+    .target_cost = "one law coordinate: about 60 multiply-adds a step and a Newton solve with one unknown, 2 "
+                   "operations an evaluation",
     .n_parameters = 3,
     .parameters = {{.name = "stiffness_Npm",
                     .unit = "N/m",

@@ -26,7 +26,8 @@ const struct beam_effect BEAM_NAME(effect_viscoelastic) = {
                      "and square_root_damping: flat over frequency; measure modes a decade apart on either side of "
                      "1/(2πτ). A relative frequency error of 3e-5 in the computation looks like it: refine the "
                      "model first.",
-    .target_cost = "10 internal states: about 10 × 10 more multiply-adds in the linear step, no Newton",
+    .target_cost = "up to 10 more states: 20 multiply-adds, and 10 for each input, output and law coordinate; no "
+                   "Newton",
     .n_parameters = 2,
     .parameters = {{.name = "strength_Nm2",
                     .unit = "N·m²",
