@@ -18,8 +18,8 @@ const struct beam_effect BEAM_NAME(effect_axial_load) = {
     .source = "Bokaian, Natural frequencies of beams under tensile axial loads, Journal of Sound and Vibration, "
               "1990; Inman, Engineering Vibration, chapter on distributed-parameter systems",
     .looks_like = "Tension raises mode 1 most; the share of the shift falls as 1/frequency over the modes. "
-                  "Compression lowers mode 1 and, near the buckling load, lets it go to zero. Damping in absolute "
-                  "terms stays, nothing depends on amplitude.",
+                  "Compression lowers mode 1 and, near the buckling load, lets it go to zero. Decay rates stay, "
+                  "nothing depends on amplitude.",
     .confused_with = "point_spring at the free end: correlation 0.996 over five modes after a tap; its shift falls "
                      "with frequency squared, so measure modes 2 and 3 precisely, or hang the beam the other way up "
                      "(gravity changes sign), or detach the cable. Low EI: lowers all modes alike.",

@@ -32,7 +32,7 @@ const struct beam_effect BEAM_NAME(effect_cubic_stiffness) = {
     .confused_with = "point_spring and axial_load at one single level: repeat at a quarter of the level, where a "
                      "cubic spring has lost 15/16 of its shift. patch_softening: frequency follows amplitude "
                      "itself, not its square. stop_contact: abrupt above a threshold, with even harmonics. "
-                     "large_rotation: acts in all modes and needs tip motion near ℓ/5.",
+                     "large_rotation: acts in all modes and needs tip motion beyond ℓ/10.",
     .target_cost = "one law coordinate: about 60 multiply-adds a step and a Newton solve with one unknown, 5 "
                    "multiply-adds an evaluation",
     .n_parameters = 2,

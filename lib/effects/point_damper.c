@@ -15,7 +15,7 @@ static int terms(const beam_real p[], const struct beam_place *place, struct bea
 
 const struct beam_effect BEAM_NAME(effect_point_damper) = {
     .id = "point_damper",
-    .family = BEAM_FAMILY_DAMPING,
+    .family = BEAM_FAMILY_STRUCTURE,
     .title = "a viscous damper to ground at one point (eddy current, sensor cable)",
     .form = "d y_t(a) φ(a)",
     .source = "Inman, Engineering Vibration, chapter on distributed-parameter systems: lumped elements in the modal "

@@ -20,8 +20,8 @@ const struct beam_effect BEAM_NAME(effect_sensor_delay) = {
                   "amplitudes, frequencies and decay rates are right. The misfit grows with mode number and is "
                   "largest just after the hit.",
     .confused_with = "sensor_lag: also loses amplitude at high modes. clock_error: its lag grows along the record, "
-                     "a delay's does not. sensor_highpass: leads at low frequency. Record the input on two "
-                     "channels, or look at the phase above the highest mode.",
+                     "a delay's does not. sensor_highpass: leads at low frequency. Feed one signal to the input and "
+                     "to the output channel of the recorder and compare.",
     .target_cost = "a ring of samples per channel and the taps of the band-limited hold (at most 31 multiply-adds a "
                    "step)",
     .n_parameters = 1,
