@@ -37,6 +37,7 @@ struct import_file {
     char sha256[65];
     size_t n_channels;
     struct import_channel *channels;
+    bool has_names;  /* the file names its channels */
     double rate_Hz;  /* sampling rate that the file states for all channels; 0: none */
     char *rate_from; /* where it states it: "line 3", "variable 'Fs'" */
     size_t n_lines;

@@ -84,39 +84,50 @@ static bool is_missing(struct cell c)
     return false;
 }
 
-/* Cells of a row of numbers, 0 for any other line. An empty cell behind a last separator does not count. */
-static size_t count_numbers(struct cell line, struct dialect dialect)
+/* "1," is no number with a decimal comma. */
+static bool cell_number(struct cell c, char point, double *x)
+{
+    return (point == '.' || c.s == c.end || c.end[-1] != point) && number_parse(c.s, c.end, point, x);
+}
+
+/* Cells of a row of numbers, 0 for any other line; *trailing: the last one is empty. */
+static size_t count_numbers(struct cell line, struct dialect dialect, bool *trailing)
 {
     size_t cells = 0, numbers = 0;
     struct cell cell;
+    *trailing = false;
     while (next_cell(&line, dialect.separator, &cell)) {
         double x;
-        if (cell.s == cell.end && line.s > line.end && cells > 0)
-            break;
-        if (number_parse(cell.s, cell.end, dialect.point, &x))
+        if (cell_number(cell, dialect.point, &x))
             numbers++;
         else if (!is_missing(cell))
             return 0;
+        *trailing = cell.s == cell.end;
         if (++cells > MOST_CELLS)
             return 0;
     }
     return numbers > 0 ? cells : 0;
 }
 
-/* The longest run of equally long rows of numbers in the sample. */
+/*
+ * The longest run of equally long rows of numbers in the sample. An empty last cell stands behind a separator at the
+ * end of the line, or is a missing value, whichever fits.
+ */
 static void find_run(const struct table *t, struct dialect dialect, size_t *first, size_t *run, size_t *n_cells)
 {
-    size_t start = 0, previous = 0;
+    size_t start = 0, current = 0;
     *first = *run = *n_cells = 0;
     for (size_t i = 0; i < t->n_rows; i++) {
-        size_t cells = count_numbers(t->row[i], dialect);
-        if (cells != previous)
+        bool trailing;
+        size_t cells = count_numbers(t->row[i], dialect, &trailing);
+        if (cells == 0 || (cells != current && !(trailing && cells == current + 1))) {
             start = i;
-        previous = cells;
-        if (cells > 0 && i - start + 1 > *run) {
+            current = trailing && cells > 1 ? cells - 1 : cells;
+        }
+        if (current > 0 && i - start + 1 > *run) {
             *run = i - start + 1;
             *first = start;
-            *n_cells = cells;
+            *n_cells = current;
         }
     }
 }
@@ -189,6 +200,7 @@ static void name_channels(struct import_file *file, const struct table *t)
         for (size_t i = 0; i < n; i++)
             has_units &= looks_like_unit(names[i]);
     }
+    file->has_names = has_names;
     if (has_units) {
         struct cell *swap = names;
         names = units;
@@ -227,7 +239,7 @@ static enum bf_status fail_row(const struct table *t, struct cell line, long num
     size_t cells = 0;
     while (next_cell(&rest, t->dialect.separator, &cell)) {
         cells++;
-        if (!number_parse(cell.s, cell.end, t->dialect.point, &x) && !is_missing(cell))
+        if (!cell_number(cell, t->dialect.point, &x) && !is_missing(cell))
             return bf_fail_at(err, t->path, number, "column %zu: '%.*s' is not a number; remove the line, or repair it",
                               cells, cell.end - cell.s < SHOWN ? (int)(cell.end - cell.s) : SHOWN, cell.s);
     }
@@ -245,7 +257,7 @@ static enum bf_status read_row(struct import_file *file, const struct table *t, 
         double x;
         if (i == t->n_cells && cell.s == cell.end && rest.s > rest.end)
             break; /* behind the last separator */
-        if (!number_parse(cell.s, cell.end, t->dialect.point, &x)) {
+        if (!cell_number(cell, t->dialect.point, &x)) {
             if (!is_missing(cell))
                 return fail_row(t, line, number, err);
             x = NAN;

@@ -183,7 +183,7 @@ static size_t guess_time(const struct import_file *file, size_t *count)
     return found;
 }
 
-/* An unnamed first column that increases uniformly. */
+/* Does the first channel increase uniformly, and not by 1 as a counter of samples does? */
 static bool first_is_uniform(const struct import_file *file)
 {
     const struct import_channel *c = &file->channels[0];
@@ -194,7 +194,7 @@ static bool first_is_uniform(const struct import_file *file)
         if (!isfinite(c->x[k]))
             return false;
     return file->n_channels > 1 && c->n >= 3 && c->unusable == NULL &&
-           time_axis_fit(c->x, c->n, c->digits, &t0, &dt, &bad, why);
+           time_axis_fit(c->x, c->n, c->digits, &t0, &dt, &bad, why) && dt != 1;
 }
 
 /* Which channel holds the times of the record; IMPORT_NO_AXIS: none, the file or the user states a rate. */
@@ -224,7 +224,7 @@ static enum bf_status choose_time(const struct work *w, size_t *time, struct bf_
     }
     if (count == 1) {
         *time = guess;
-    } else if (!(file->rate_Hz > 0) && first_is_uniform(file)) {
+    } else if (!(file->rate_Hz > 0) && !file->has_names && first_is_uniform(file)) {
         *time = 0;
         bf_warn("%s: channel '%.*s' increases uniformly and is taken as time in %s (--time, --time-unit and --rate say "
                 "otherwise)",
@@ -289,7 +289,9 @@ static enum bf_status make_axis(struct work *w, size_t time, struct bf_error *er
         snprintf(axis->from, sizeof axis->from, "%.9g Hz as stated in the file (%.80s)", file->rate_Hz,
                  file->rate_from);
     } else {
-        return bf_fail(err, BF_USAGE, "%s has no time axis; give --time CHANNEL or --rate HZ (see --list)", file->path);
+        return bf_fail(err, BF_USAGE, "%s has no time axis; give --time CHANNEL or --rate HZ (see --list)%s%.*s%s",
+                       file->path, first_is_uniform(file) ? "; channel '" : "", first_is_uniform(file) ? SHOWN : 0,
+                       file->channels[0].name, first_is_uniform(file) ? "' increases uniformly" : "");
     }
     for (size_t i = 0; i < w->n_columns; i++) {
         const struct import_channel *c = &file->channels[w->columns[i].channel];
