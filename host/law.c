@@ -38,27 +38,57 @@ static size_t weight_parameter(const struct parameter_map *map, enum beam_weight
     return SIZE_MAX;
 }
 
-static void new_point_law(struct law *law, const struct model *model, const struct reduced *reduced,
-                          const struct parameter_map *map, const struct beam_law_place *place)
+/* The functional of a point law and its derivatives, at the place that p gives. */
+static void locate(struct law *law, const struct model *model, const struct reduced *reduced,
+                   const struct beam_law_place *place)
 {
-    struct beam_operator at = {.at_m = place->at_m, .from_m = place->at_m - 0.5 * place->width_m,
+    struct beam_operator at = {.at_m = place->at_m,
+                               .from_m = place->at_m - 0.5 * place->width_m,
                                .to_m = place->at_m + 0.5 * place->width_m};
     at.kind = place->points == BEAM_LAW_AT_POINT   ? BEAM_AT_POINT
               : place->points == BEAM_LAW_AT_PATCH ? BEAM_AT_PATCH
                                                    : BEAM_AT_SLOPE_DIFFERENCE;
+    reduced_place(reduced, &at, model, law->g, law->g_at);
+    if (place->points != BEAM_LAW_AT_SPAN)
+        return;
+    double *from = bf_alloc(reduced->n, sizeof *from); /* d/dwidth [y'(a + h/2) − y'(a − h/2)] = (y″(to) + y″(from))/2 */
+    reduced_point(reduced, 2, at.to_m, law->g_width);
+    reduced_point(reduced, 2, at.from_m, from);
+    for (size_t i = 0; i < reduced->n; i++)
+        law->g_width[i] = 0.5 * (law->g_width[i] + from[i]);
+    free(from);
+}
+
+static enum bf_status place_of(const struct law *law, const struct model *model, const double p[],
+                               struct beam_law_place *out, struct bf_error *err)
+{
+    struct beam_place place = model_place(model);
+    memset(out, 0, sizeof *out);
+    if (law->effect->law_place(p, &place, out) != 0)
+        return bf_fail(err, BF_NUMERIC, "effect %s: its place is outside the beam", law->effect->id);
+    return BF_OK;
+}
+
+enum bf_status law_move(struct law *law, const struct model *model, const struct reduced *reduced, const double p[],
+                        struct bf_error *err)
+{
+    struct beam_law_place place;
+    if (law->g_at == NULL)
+        return BF_OK;
+    enum bf_status status = place_of(law, model, p, &place, err);
+    if (status == BF_OK)
+        locate(law, model, reduced, &place);
+    return status;
+}
+
+static void new_point_law(struct law *law, const struct model *model, const struct reduced *reduced,
+                          const struct parameter_map *map, const struct beam_law_place *place)
+{
     law->d = law->width = law->n_points = 1;
     law->g = bf_alloc(reduced->n, sizeof(double));
     law->g_at = bf_alloc(reduced->n, sizeof(double));
     law->g_width = bf_alloc(reduced->n, sizeof(double));
-    reduced_place(reduced, &at, model, law->g, law->g_at);
-    if (place->points == BEAM_LAW_AT_SPAN) { /* d/dwidth [y'(a + h/2) − y'(a − h/2)] = (y″(to) + y″(from))/2 */
-        double *from = bf_alloc(reduced->n, sizeof *from);
-        reduced_point(reduced, 2, at.to_m, law->g_width);
-        reduced_point(reduced, 2, at.from_m, from);
-        for (size_t i = 0; i < reduced->n; i++)
-            law->g_width[i] = 0.5 * (law->g_width[i] + from[i]);
-        free(from);
-    }
+    locate(law, model, reduced, place);
     law->psi = bf_alloc(1, sizeof(double));
     law->psi[0] = 1.0;
     law->quadrature = bf_alloc(1, sizeof(double));
@@ -130,10 +160,10 @@ enum bf_status law_new(const struct model *model, const struct reduced *reduced,
     double p[BEAM_EFFECT_PARAMETERS] = {0};
     for (int s = 0; s < effect->n_parameters; s++)
         p[s] = model->effects[effect_index].parameters[s].value;
-    struct beam_place place = model_place(model);
-    struct beam_law_place where = {0};
-    if (effect->law_place(p, &place, &where) != 0)
-        return bf_fail(err, BF_NUMERIC, "effect %s: its place is outside the beam", effect->id);
+    struct beam_law_place where;
+    enum bf_status status = place_of(out, model, p, &where, err);
+    if (status != BF_OK)
+        return status;
     out->weight = where.weight;
     if (where.points >= BEAM_LAW_OVER_DEFLECTION)
         new_span_law(out, model, reduced, map, where.points, top_rad);

@@ -54,6 +54,9 @@ struct law_motion {
 enum bf_status law_new(const struct model *model, const struct reduced *reduced, const struct parameter_map *map,
                        size_t effect_index, double top_rad, struct law *out, struct bf_error *err);
 void law_free(struct law *law);
+/* A point law follows its place: g, g_at, g_width at the effect's parameters p. Nothing to do for a law over the span. */
+enum bf_status law_move(struct law *law, const struct model *model, const struct reduced *reduced, const double p[],
+                        struct bf_error *err);
 
 /* tangents: also by_w, by_v, by_w_old; derivatives: also by_parameter and the z_* members. 0, or −1 out of range. */
 int law_evaluate(const struct law *law, const struct parameter_map *map, const double theta[],

@@ -188,6 +188,7 @@ static void free_grids(struct predictor *p)
 static void free_base(struct predictor *p)
 {
     free_kernels(p);
+    free_functionals(&p->coordinates, p->n_coordinates);
     laws_free(p);
     free_functionals(&p->inputs, p->model.n_inputs);
     free_functionals(&p->outputs, p->model.n_outputs);
@@ -352,7 +353,7 @@ enum bf_status predictor_clone(const struct predictor *from, struct predictor **
 
 /* ---- Run ---- */
 
-static void evaluate_functionals(const struct run *run, struct functional list[], size_t count)
+void functionals_evaluate(const struct run *run, struct functional list[], size_t count)
 {
     const struct system *s = run->p->system;
     for (size_t i = 0; i < count; i++) {
@@ -397,8 +398,8 @@ enum bf_status predictor_run(struct predictor *p, const double parameters[], con
         return status;
     for (size_t g = 0; g < p->n_grids; g++)
         p->kernels[g] = response_kernel_new(p->system, &p->grids[g]);
-    evaluate_functionals(&run, p->inputs, p->model.n_inputs);
-    evaluate_functionals(&run, p->outputs, p->model.n_outputs);
+    functionals_evaluate(&run, p->inputs, p->model.n_inputs);
+    functionals_evaluate(&run, p->outputs, p->model.n_outputs);
     status = predict_linear(&run, err);
     if (status == BF_OK && p->nonlinear)
         status = predict_laws(&run, err);

@@ -87,7 +87,7 @@ static double complex relative_change(const struct run *run, const struct predic
     struct bf_error err;
     size_t gain_parameter;
     double gain = output_gain(run, channel->output, &gain_parameter);
-    *dp = run_structural(run, j) ? p->system->derivative[j].p[pole] : 0.0;
+    *dp = run_structural(run, j) && p->system->derivative[j].p != NULL ? p->system->derivative[j].p[pole] : 0.0;
     if (run_structural(run, j)) {
         change += c->d_alpha[j * p->system->n_poles + pole] / c->alpha[pole];
         change += output_order(p->model.outputs[channel->output].kind) * *dp / at;

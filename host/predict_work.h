@@ -4,6 +4,7 @@
 #define BEAMFIT_PREDICT_WORK_H
 
 #include <complex.h>
+#include "law.h"
 #include "predict.h"
 #include "response.h"
 #include "system.h"
@@ -44,6 +45,9 @@ struct predictor {
     struct response_kernel **kernels; /* [n_grids] at the current parameters */
     struct functional *inputs, *outputs; /* [n_inputs], [n_outputs] */
     struct law *laws;            /* [n_effects]: members zero for effects without a law */
+    size_t n_coordinates;
+    struct functional *coordinates; /* of all laws, in order of effects */
+    bool *moves;                 /* [n_parameters] moves the place of a law */
     size_t n_rows, n_nuisance;
     double *y, *jacobian, *nuisance, *amplitude;
     double t_end_s;
@@ -66,7 +70,8 @@ static inline bool run_wants(const struct run *run, size_t parameter)
 /* The system's derivative by this parameter is not zero and was asked for. */
 static inline bool run_structural(const struct run *run, size_t parameter)
 {
-    return run_wants(run, parameter) && run->p->system->derivative[parameter].Z != NULL;
+    return run_wants(run, parameter) &&
+           (run->p->system->derivative[parameter].Z != NULL || run->p->moves[parameter]);
 }
 
 static inline double *run_column(const struct run *run, size_t parameter, const struct predict_channel *channel)
@@ -74,6 +79,8 @@ static inline double *run_column(const struct run *run, size_t parameter, const 
     return run->out->jacobian + parameter * run->out->n_rows + channel->row;
 }
 
+/* α = gᵀφ of each and its derivatives, at the system as last evaluated. */
+void functionals_evaluate(const struct run *run, struct functional list[], size_t count);
 int output_order(enum output_kind kind); /* time derivatives of the deflection: 0, 1, 2 */
 double input_gain(const struct run *run, size_t input, size_t *parameter);   /* KB and where it stands; 1 and SIZE_MAX */
 double output_gain(const struct run *run, size_t output, size_t *parameter); /* Ks likewise */
