@@ -33,9 +33,9 @@ const struct beam_effect BEAM_NAME(effect_bilinear_stiffness) = {
     .source = "Shaw and Holmes, A periodically forced piecewise linear oscillator, Journal of Sound and Vibration, "
               "1983; Chondros, Dimarogonas and Yao, A continuous cracked beam vibration theory, Journal of Sound "
               "and Vibration, 1998",
-    .looks_like = "Frequencies of modes that bend the beam at a fall, at every level by the same share: the "
+    .looks_like = "Modes that bend the beam at the crack fall in frequency, at every level by the same share: the "
                   "response doubles when the drive doubles. Yet even harmonics (2f, 4f) stand beside each strong "
-                  "line, and the motion is one-sided. Modes flat at a stay.",
+                  "line, and the motion is one-sided. Modes that leave the beam straight there stay.",
     .confused_with = "stop_contact: harmonics only above a threshold, and stiffens. Low EI of one region: the same "
                      "shifts but no even harmonics; drive one mode with a pure sine and look at 2f at two levels. "
                      "feedthrough and sensor faults: harmonics in one channel only.",

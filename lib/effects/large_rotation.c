@@ -42,9 +42,9 @@ const struct beam_effect BEAM_NAME(effect_large_rotation) = {
     .looks_like = "In mode 1 the frequency rises slightly, in mode 2 and above it falls, with amplitude squared and "
                   "only when the tip moves by more than about ℓ/10. Third harmonics. κ = 1 is the theory without a "
                   "free number: another value says it is something else.",
-    .confused_with = "cubic_stiffness: hardens or softens all modes in the same sense; drive modes 1 and 2 apart at "
-                     "three levels. patch_softening: shift proportional to amplitude. Slow the tip to under ℓ/20: "
-                     "large rotation is gone, everything else remains.",
+    .confused_with = "cubic_stiffness: hardens or softens all modes in the same sense; drive mode 1 and mode 2 "
+                     "separately, at three levels. patch_softening: shift proportional to amplitude. Keep the swing "
+                     "of the tip under ℓ/20: large rotation is gone, everything else remains.",
     .target_cost = "law coordinates over the span (at most 8): about 60 multiply-adds each and a Newton solve with "
                    "as many unknowns; the dearest of the laws",
     .n_parameters = 1,

@@ -20,7 +20,7 @@ const struct beam_effect BEAM_NAME(effect_point_damper) = {
     .form = "d y_t(a) φ(a)",
     .source = "Inman, Engineering Vibration, chapter on distributed-parameter systems: lumped elements in the modal "
               "equations",
-    .looks_like = "Peaks broaden and decays shorten for the modes that move at a; modes with a node there keep "
+    .looks_like = "Peaks broaden and decays shorten for the modes that move at x = a; modes with a node there keep "
                   "their damping. The damping ratio falls as 1/frequency. Frequencies stay put while d is small, "
                   "and decays stay exponential at every level.",
     .confused_with = "γ of the baseline: a damper at the free end of a uniform beam damps all modes alike, as γ "

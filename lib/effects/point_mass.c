@@ -20,8 +20,8 @@ const struct beam_effect BEAM_NAME(effect_point_mass) = {
     .form = "m y_tt(a) φ(a)",
     .source = "Blevins, Formulas for Natural Frequency and Mode Shape: beams with concentrated masses; Rao, "
               "Mechanical Vibrations, Rayleigh's quotient",
-    .looks_like = "Mode n falls by the share ½ m φ_n(a)² / (modal mass): modes with a node near a stay where they "
-                  "are, modes with an antinode there fall most. The pattern of shifts over the modes tells the "
+    .looks_like = "Mode n falls by the share ½ m φ_n(a)² / (modal mass): modes with a node near x = a stay where "
+                  "they are, modes with an antinode there fall most. The pattern of shifts over the modes tells the "
                   "place. Nothing depends on amplitude.",
     .confused_with = "tip_mass: the same effect at a = ℓ, and the simpler name when both fit. rotary_inertia: both "
                      "lower high modes; it rises steadily with mode number, a point mass does not. root_compliance: "

@@ -24,7 +24,7 @@ const struct beam_effect BEAM_NAME(effect_point_spring) = {
               "Mechanical Vibrations, chapter on continuous systems",
     .looks_like = "Mode 1 rises (falls for an attracting magnet, k < 0), higher modes hardly move: the share of the "
                   "shift falls with the square of the frequency. Its damper broadens the peaks of the modes that "
-                  "move at a. Nothing depends on amplitude.",
+                  "move at x = a. Nothing depends on amplitude.",
     .confused_with = "axial_load: both move mode 1 most; tension falls off only with the frequency itself, so fit "
                      "modes 1 to 3 together, or move or detach the cable. cubic_stiffness: repeat at a quarter of "
                      "the level; a linear spring gives the same frequency. point_damper: the same with k = 0.",
