@@ -190,15 +190,19 @@ struct beam_place model_place(const struct model *model)
     return place;
 }
 
-static enum bf_status unknown_effect(const char *id, struct bf_error *err)
+const struct beam_effect *effect_find(const char *id, struct bf_error *err)
 {
+    const struct beam_effect *effect = effect_by_id(id);
+    if (effect)
+        return effect;
     const char **ids = bf_alloc((size_t)beam_effects_count, sizeof *ids);
     for (int i = 0; i < beam_effects_count; i++)
         ids[i] = beam_effects[i]->id;
     const char *closest = text_closest(id, ids, (size_t)beam_effects_count);
     free(ids);
-    return bf_fail(err, BF_USAGE, "unknown effect '%.60s'%s%s%s; `beamfit effects` lists them", id,
-                   closest ? ", did you mean '" : "", closest ? closest : "", closest ? "'?" : "");
+    (void)bf_fail(err, BF_USAGE, "unknown effect '%.60s'; `beamfit effects` lists them%s%s%s", id,
+                  closest ? "; did you mean '" : "", closest ? closest : "", closest ? "'?" : "");
+    return NULL;
 }
 
 /* Values and errors of the last fit do not describe a model that has gained or lost an effect. */
@@ -225,9 +229,9 @@ static void forget_fit(struct model *model)
 
 enum bf_status model_append_effect(struct model *model, const char *id, const char *channel, struct bf_error *err)
 {
-    const struct beam_effect *effect = effect_by_id(id);
+    const struct beam_effect *effect = effect_find(id, err);
     if (!effect)
-        return unknown_effect(id, err);
+        return BF_USAGE;
     if (strlen(channel) >= MODEL_NAME)
         return bf_fail(err, BF_USAGE, "channel name '%.60s…' is longer than %d bytes", channel, MODEL_NAME - 1);
     model->effects = bf_grow(model->effects, model->n_effects + 1, sizeof *model->effects);
@@ -256,8 +260,8 @@ enum bf_status model_add_effect(struct model *model, const char *id, const char 
 
 enum bf_status model_drop_effect(struct model *model, const char *id, struct bf_error *err)
 {
-    if (!effect_by_id(id))
-        return unknown_effect(id, err);
+    if (!effect_find(id, err))
+        return BF_USAGE;
     size_t kept = 0;
     for (size_t i = 0; i < model->n_effects; i++) {
         if (strcmp(model->effects[i].effect->id, id) == 0)

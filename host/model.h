@@ -19,12 +19,12 @@ struct parameter {
     char name[MODEL_NAME]; /* "EI_beam_Nm2"; an effect's parameter has its catalogue name */
     char unit[24];
     double value;
-    double prior;          /* relative standard deviation of a prior around prior_value; 0: no prior */
-    double prior_value;    /* the value the file gave when the prior was stated; kept through fits */
-    double sd;             /* one standard error of the last fit; 0: none */
-    double min, max;       /* bounds, −INFINITY/INFINITY when absent */
+    double prior;       /* relative standard deviation of a prior around prior_value; 0: no prior */
+    double prior_value; /* the value the file gave when the prior was stated; kept through fits */
+    double sd;          /* one standard error of the last fit; 0: none */
+    double min, max;    /* bounds, −INFINITY/INFINITY when absent */
     bool fixed;
-    bool logarithmic;      /* positive: estimated as its logarithm */
+    bool logarithmic; /* positive: estimated as its logarithm */
 };
 
 /* A named piece of the span. Several pieces may share a name, and then share EI, ρ and cDI. */
@@ -43,24 +43,24 @@ enum input_kind { INPUT_POINT_FORCE, INPUT_PATCH_MOMENT };
 enum output_kind { OUTPUT_DISPLACEMENT, OUTPUT_VELOCITY, OUTPUT_ACCELERATION, OUTPUT_PATCH_STRAIN };
 
 struct model_input {
-    char name[MODEL_NAME];  /* column of the record */
+    char name[MODEL_NAME]; /* column of the record */
     enum input_kind kind;
-    double at_m;            /* INPUT_POINT_FORCE */
-    double from_m, to_m;    /* INPUT_PATCH_MOMENT: the patch (default: region 'patch') */
-    bool level_per_record;  /* `level: per_record`: an unknown factor for each record */
+    double at_m;           /* INPUT_POINT_FORCE */
+    double from_m, to_m;   /* INPUT_PATCH_MOMENT: the patch (default: region 'patch') */
+    bool level_per_record; /* `level: per_record`: an unknown factor for each record */
 };
 
 struct model_output {
     char name[MODEL_NAME];
     enum output_kind kind;
-    double at_m;            /* all but OUTPUT_PATCH_STRAIN */
-    double from_m, to_m;    /* OUTPUT_PATCH_STRAIN: the patch (default: region 'patch') */
+    double at_m;         /* all but OUTPUT_PATCH_STRAIN */
+    double from_m, to_m; /* OUTPUT_PATCH_STRAIN: the patch (default: region 'patch') */
 };
 
 /* A parameter's value in one record (BEAM_PARAMETER_PER_RECORD). */
 struct per_record_value {
-    char record[256];       /* base name of the record's file */
-    int parameter;          /* index into parameters[] */
+    char record[256]; /* base name of the record's file */
+    int parameter;    /* index into parameters[] */
     double value, sd;
 };
 
@@ -92,7 +92,7 @@ struct fit_channel {
 struct fit_record {
     char *file;
     char sha256[65];
-    bool held_out;          /* a --check record: compared, never fitted */
+    bool held_out; /* a --check record: compared, never fitted */
     size_t n_channels;
     struct fit_channel *channels;
 };
@@ -101,7 +101,7 @@ struct fit_info {
     char parent_sha256[65]; /* of the model file this one was made from; "" none. Set by model_write() */
     size_t n_ancestors;     /* parents of the parent, nearest first: a history may skip files that are gone */
     char (*ancestors)[65];
-    char version[32];       /* of the program */
+    char version[32];                                          /* of the program */
     double nrmse, noise_ratio, check_nrmse, check_noise_ratio; /* 0: none */
     bool converged;
     size_t n_records;
@@ -109,11 +109,11 @@ struct fit_info {
 };
 
 struct model {
-    char *path;             /* as read; NULL when made in memory */
-    char sha256[65];        /* of the file */
+    char *path;      /* as read; NULL when made in memory */
+    char sha256[65]; /* of the file */
     double length_m;
     enum model_support support;
-    size_t n_regions;       /* in order of x, covering [0, length] without gap or overlap */
+    size_t n_regions; /* in order of x, covering [0, length] without gap or overlap */
     struct region *regions;
     size_t n_materials;
     struct material *materials;
@@ -122,15 +122,22 @@ struct model {
     struct model_input *inputs;
     size_t n_outputs;
     struct model_output *outputs;
-    size_t n_residuals;     /* in order of outputs, then inputs */
+    size_t n_residuals; /* in order of outputs, then inputs */
     struct model_residual *residuals;
     size_t n_effects;
     struct model_effect *effects;
     struct fit_info fit;
-    void *document;         /* owned by model_yaml.c: the file's text with comments, for saving */
+    void *document; /* owned by model_yaml.c: the file's text with comments, for saving */
 };
 
+/* As the file spells them; NULL outside the enumeration. */
+const char *model_support_name(enum model_support support);
+const char *model_input_kind_name(enum input_kind kind);
+const char *model_output_kind_name(enum output_kind kind);
+
 enum bf_status model_read(const char *path, struct model *out, struct bf_error *err);
+/* The same from memory, without warnings; `name` stands for the file in messages. */
+enum bf_status model_read_text(const char *name, const char *text, size_t n, struct model *out, struct bf_error *err);
 /* Keeps comments, order and unknown keys of the document the model was read from. Atomic (temporary file, rename). */
 enum bf_status model_write(const char *path, struct model *model, struct bf_error *err);
 enum bf_status model_copy(const struct model *from, struct model *out, struct bf_error *err);
@@ -155,6 +162,8 @@ enum bf_status model_drop_effect(struct model *model, const char *id, struct bf_
 /* Fills residuals[] for the model's channels, value 0, where the list is still empty. */
 void model_make_residuals(struct model *model);
 const struct beam_effect *effect_by_id(const char *id); /* NULL when unknown */
+/* The same with a message that proposes the closest id. */
+const struct beam_effect *effect_find(const char *id, struct bf_error *err);
 
 /*
  * The parameters as one vector: materials (EI, rho, cDI of each, in order), gamma, Ks, KB, residuals, each effect's.
@@ -163,10 +172,10 @@ const struct beam_effect *effect_by_id(const char *id); /* NULL when unknown */
 enum parameter_role { ROLE_EI, ROLE_RHO, ROLE_CDI, ROLE_GAMMA, ROLE_KS, ROLE_KB, ROLE_RESIDUAL, ROLE_EFFECT };
 struct parameter_ref {
     enum parameter_role role;
-    size_t owner;          /* material, residual or effect index */
-    int slot;              /* parameter index inside the effect */
-    int record;            /* index into the record list for a per-record parameter, else −1 */
-    char label[MODEL_NAME + 64]; /* unique for people and JSON: the bare name where unique, "effect.name" where not,
+    size_t owner;                 /* material, residual or effect index */
+    int slot;                     /* parameter index inside the effect */
+    int record;                   /* index into the record list for a per-record parameter, else −1 */
+    char label[MODEL_NAME + 64];  /* unique for people and JSON: the bare name where unique, "effect.name" where not,
                                     "name@record" for a per-record one */
     const struct parameter *info; /* name, unit, bounds, prior, fixed; its value is overridden for per-record ones */
     double value;

@@ -36,23 +36,28 @@ static enum bf_status read_bytes(const char *path, char **out, size_t *n, struct
     return BF_OK;
 }
 
-/* text[n] is followed by a zero byte. */
-static enum bf_status read_text(const char *path, const char *bytes, size_t n, struct model *out, struct bf_error *err)
+enum bf_status model_read_text(const char *name, const char *bytes, size_t n, struct model *out, struct bf_error *err)
 {
-    const char *text = bytes;
-    if (n >= 3 && memcmp(text, "\xEF\xBB\xBF", 3) == 0) { /* byte order mark of some editors */
-        text += 3;
-        n -= 3;
-    }
+    bool byte_order_mark = n >= 3 && memcmp(bytes, "\xEF\xBB\xBF", 3) == 0; /* of some editors */
+    const char *text = byte_order_mark ? bytes + 3 : bytes;
+    size_t n_text = byte_order_mark ? n - 3 : n;
     struct yaml_node *root;
-    enum bf_status status = yaml_parse(path, text, n, &root, err);
+    *out = (struct model){0};
+    enum bf_status status = yaml_parse(name, text, n_text, &root, err);
     if (status != BF_OK)
         return status;
-    status = model_from_yaml(path, root, out, err);
+    status = model_from_yaml(name, root, out, err);
     yaml_free(root);
-    if (status == BF_OK)
-        out->document = bf_strdup(text);
-    return status;
+    if (status != BF_OK) {
+        model_free(out);
+        return status;
+    }
+    char *document = bf_alloc(n_text + 1, 1);
+    memcpy(document, text, n_text);
+    out->document = document;
+    out->path = bf_strdup(name);
+    hash_sha256_hex(bytes, n, out->sha256);
+    return BF_OK;
 }
 
 enum bf_status model_read(const char *path, struct model *out, struct bf_error *err)
@@ -63,14 +68,10 @@ enum bf_status model_read(const char *path, struct model *out, struct bf_error *
     enum bf_status status = read_bytes(path, &bytes, &n, err);
     if (status != BF_OK)
         return status;
-    out->path = bf_strdup(path);
-    hash_sha256_hex(bytes, n, out->sha256);
-    status = read_text(path, bytes, n, out, err);
+    status = model_read_text(path, bytes, n, out, err);
     free(bytes);
-    if (status != BF_OK) {
-        model_free(out);
+    if (status != BF_OK)
         return status;
-    }
     model_warning warning[16];
     size_t n_warnings = model_unit_warnings(out, warning, sizeof warning / sizeof *warning);
     for (size_t i = 0; i < n_warnings; i++)
@@ -92,6 +93,7 @@ static void extend_lineage(struct model *model)
         fit->n_ancestors = n;
     }
     memcpy(fit->parent_sha256, model->sha256, sizeof fit->parent_sha256);
+    (void)snprintf(fit->version, sizeof fit->version, "%s", BEAMFIT_VERSION);
 }
 
 /* "-" is standard output. */

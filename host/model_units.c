@@ -61,7 +61,7 @@ static void check_stiffness_and_mass(const struct model *m, const struct materia
     const double specific_modulus = 2.6e7;                                               /* E/ρ, m²/s² */
     double thickness = sqrt(12.0 * beam->EI.value / beam->rho.value / specific_modulus); /* EI/ρA = (E/ρ) h²/12 */
     double slenderness = thickness / m->length_m;
-    if (!within(slenderness, 3e-4, 0.1))
+    if (!within(slenderness, 3e-4, 0.1) && w->n == 0)
         warn(w,
              "%s = %g N·m² with %s = %g kg/m is a metal beam %.3g mm thick and %.4g m long: is one of them in N·mm², "
              "g/m or kg/m³, or the length in mm?",
@@ -103,9 +103,9 @@ size_t model_unit_warnings(const struct model *model, model_warning text[], size
     const struct material *beam = main_material(model);
     if (!within(model->length_m, 0.005, 20.0))
         warn(&w, "length_m = %g m is far from a laboratory beam (0.005 … 20 m): is it in mm or cm?", model->length_m);
-    if (beam) {
+    if (beam)
         check_stiffness_and_mass(model, beam, &w);
+    if (beam && w.n == 0) /* else the first mode is not known either */
         check_damping(model, beam, &w);
-    }
     return w.n;
 }

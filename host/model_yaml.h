@@ -92,9 +92,6 @@ enum bf_status yaml_read_fit(const struct yaml_reader *r, const struct yaml_node
 
 /* ---- Names shared by reading and writing (model.c) ---- */
 
-const char *model_support_name(enum model_support support);
-const char *model_input_kind_name(enum input_kind kind);
-const char *model_output_kind_name(enum output_kind kind);
 /* Catalogue entry of an effect's parameter as a parameter with default value, bounds and flags. */
 void model_effect_parameter(const struct model *model, const struct beam_effect *effect, int slot,
                             struct parameter *out);

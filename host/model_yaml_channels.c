@@ -46,9 +46,9 @@ static enum bf_status read_kind(const struct yaml_reader *r, const struct yaml_n
         if (strcmp(kind->text, names[*out]) == 0)
             return BF_OK;
     const char *closest = kind->kind == YAML_SCALAR ? text_closest(kind->text, names, n) : NULL;
-    return yaml_fail(r, kind, "unknown kind%s%.40s%s of %s%s%s%s; it is one of %s", kind->text ? " '" : "",
-                     kind->text ? kind->text : "", kind->text ? "'" : "", what, closest ? ", did you mean '" : "",
-                     closest ? closest : "", closest ? "'?" : "", list);
+    return yaml_fail(r, kind, "unknown kind%s%.40s%s of %s; it is one of %s%s%s%s", kind->text ? " '" : "",
+                     kind->text ? kind->text : "", kind->text ? "'" : "", what, list, closest ? "; did you mean '" : "",
+                     closest ? closest : "", closest ? "'?" : "");
 }
 
 static enum bf_status read_input(const struct yaml_reader *r, const struct yaml_node *name,
@@ -217,15 +217,14 @@ static enum bf_status read_effect(const struct yaml_reader *r, const struct yaml
         return yaml_fail(r, node, "an effect has no kind; `beamfit effects` lists them");
     if ((status = yaml_expect(r, kind, YAML_SCALAR, "an effect's kind")) != BF_OK)
         return status;
+    struct bf_error unknown;
+    const struct beam_effect *entry = effect_find(kind->text, &unknown);
+    if (!entry)
+        return yaml_fail(r, kind, "%s", unknown.text);
     struct model *m = r->model;
     m->effects = bf_grow(m->effects, m->n_effects + 1, sizeof *m->effects);
     struct model_effect *effect = &m->effects[m->n_effects];
-    *effect = (struct model_effect){.effect = effect_by_id(kind->text)};
-    if (!effect->effect) {
-        struct bf_error unknown;
-        (void)model_append_effect(m, kind->text, "", &unknown);
-        return yaml_fail(r, kind, "%s", unknown.text);
-    }
+    *effect = (struct model_effect){.effect = entry};
     m->n_effects++; /* from here model_free() sees it */
     if (channel && (status = yaml_name(r, channel, "channel", sizeof effect->channel, effect->channel)) != BF_OK)
         return status;

@@ -165,6 +165,7 @@ static void make_materials(struct model *m)
         model_parameter_init(&material->rho, text, "kg/m", false);
         (void)snprintf(text, sizeof text, "cDI_%.32s_sNm2", name);
         model_parameter_init(&material->cDI, text, "N·m²·s", false);
+        material->cDI.fixed = true;
     }
     model_parameter_init(&m->gamma, "gamma_sNpm2", "N·s/m²", false);
     model_parameter_init(&m->Ks, "Ks_V", "V", true);
@@ -176,22 +177,26 @@ static enum bf_status read_one(const struct yaml_reader *r, const struct yaml_no
 {
     const struct yaml_node *node = yaml_get(parameters, p->name, NULL);
     if (!node)
-        return BF_OK; /* gamma, Ks, KB: fixed at 0 */
+        return BF_OK; /* fixed at 0 */
     p->fixed = false;
     enum bf_status status = yaml_parameter(r, node, false, p);
     p->logarithmic = p->value > 0.0 && (p->min >= 0.0 || isinf(p->min));
     return status;
 }
 
+/* EI and rho of every region; cDI of all regions or of none (then the beam has no internal damping). */
 static enum bf_status check_complete(const struct yaml_reader *r, const struct yaml_node *parameters)
 {
     char missing[600] = "";
     const char *first = NULL;
-    size_t n = 0;
-    for (size_t i = 0; i < r->model->n_materials; i++) {
+    size_t n = 0, n_materials = r->model->n_materials;
+    bool damped = false;
+    for (size_t i = 0; i < n_materials; i++)
+        damped = damped || yaml_get(parameters, r->model->materials[i].cDI.name, NULL);
+    for (size_t i = 0; i < n_materials; i++) {
         const struct material *material = &r->model->materials[i];
         const struct parameter *const needed[] = {&material->EI, &material->rho, &material->cDI};
-        for (size_t j = 0; j < sizeof needed / sizeof *needed; j++) {
+        for (size_t j = 0; j < (damped ? 3 : 2); j++) {
             if (yaml_get(parameters, needed[j]->name, NULL) || n > sizeof missing - 2 * MODEL_NAME)
                 continue;
             n += (size_t)snprintf(missing + n, sizeof missing - n, "%s%s", n ? ", " : "", needed[j]->name);
@@ -201,9 +206,8 @@ static enum bf_status check_complete(const struct yaml_reader *r, const struct y
     if (!first)
         return BF_OK;
     return yaml_fail(r, parameters,
-                     "parameters lacks %s (every region has its EI, rho and cDI); add `%s: {value: "
-                     "NUMBER}`%s",
-                     missing, first, strncmp(first, "cDI", 3) == 0 ? ", or {value: 0, fixed: true}" : "");
+                     "parameters lacks %s (every region has its EI, rho and cDI); add `%s: {value: NUMBER}`", missing,
+                     first);
 }
 
 static enum bf_status read_parameters(const struct yaml_reader *r, const struct yaml_node *parameters)

@@ -43,8 +43,8 @@ enum bf_status yaml_known_keys(const struct yaml_reader *r, const struct yaml_no
         char list[400] = "";
         for (size_t j = 0, n = 0; j < n_known && n < sizeof list - MODEL_NAME; j++)
             n += (size_t)snprintf(list + n, sizeof list - n, "%s%.60s", j ? ", " : "", known[j]);
-        return yaml_fail(r, key, "unknown key '%.60s' in %s%s%s%s; known are %s (and your own, as x_NAME)", key->text,
-                         what, closest ? ", did you mean '" : "", closest ? closest : "", closest ? "'?" : "", list);
+        return yaml_fail(r, key, "unknown key '%.60s' in %s; known are %s (and your own, as x_NAME)%s%s%s", key->text,
+                         what, list, closest ? "; did you mean '" : "", closest ? closest : "", closest ? "'?" : "");
     }
     return BF_OK;
 }

@@ -1,0 +1,205 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "commands.h"
+#include "decimal.h"
+#include "json.h"
+#include "model.h"
+#include "options.h"
+#include "text.h"
+
+static const char help[] =
+    "Usage: beamfit add MODEL ID [--at X] [--channel NAME] [NAME=VALUE...] -o NEW\n"
+    "\n"
+    "Adds a physical effect to a model. Its parameters start small, at the values of the catalogue, and are free in "
+    "the\n"
+    "next fit, except places, which are held. Comments and order of the file are kept; standard errors and the "
+    "results\n"
+    "of the last fit are left out, because they do not describe the new model.\n"
+    "\n"
+    "  NAME=VALUE          a parameter's value in SI units, NAME as in the catalogue (`beamfit effects ID`)\n"
+    "  --at X              where on the beam, metres from the clamp (the same as at_m=X)\n"
+    "  --channel NAME      the input or output on which a measurement effect sits (default: as the catalogue says)\n"
+    "  --fix NAME          hold this parameter in fits (again for more)\n"
+    "  --free NAME         let fits change this parameter, e.g. a place (again for more)\n"
+    "  -o, --output NEW    the file to write; - is standard output\n"
+    "  --json              {\"file\", \"effect\", \"parameters\": {NAME: {\"value\", \"unit\", \"fixed\"}}}\n"
+    "\n"
+    "Example:\n"
+    "  beamfit add fitted.yaml point_mass --at 0.44 mass_kg=0.0005 -o with_mass.yaml\n"
+    "\n"
+    "Exit status: 0 done; 2 usage, no such effect, or the model has it already; 3 bad model file or NEW not "
+    "writable.\n";
+
+enum { MOST_SETTINGS = 16 };
+
+struct arguments {
+    const char *model, *id, *output, *channel;
+    bool json;
+    size_t n_values, n_fixed;
+    struct {
+        const char *name;
+        size_t n_name;
+        double value;
+    } values[MOST_SETTINGS];
+    struct {
+        const char *name;
+        bool fixed;
+    } fixed[MOST_SETTINGS];
+};
+
+static enum bf_status take_value(struct arguments *a, const char *name, size_t n_name, const char *value,
+                                 struct bf_error *err)
+{
+    if (a->n_values == MOST_SETTINGS)
+        return bf_fail(err, BF_USAGE, "more than %d values", MOST_SETTINGS);
+    a->values[a->n_values].name = name;
+    a->values[a->n_values].n_name = n_name;
+    return options_number(name, value, &a->values[a->n_values++].value, err);
+}
+
+static enum bf_status take_option(struct arguments *a, int code, struct bf_error *err)
+{
+    switch (code) {
+    case 'a':
+        return take_value(a, "at_m", strlen("at_m"), optarg, err);
+    case 'c':
+        a->channel = optarg;
+        return BF_OK;
+    case 'o':
+        a->output = optarg;
+        return BF_OK;
+    case 'j':
+        a->json = true;
+        return BF_OK;
+    case 'x':
+    case 'f':
+        if (a->n_fixed == MOST_SETTINGS)
+            return bf_fail(err, BF_USAGE, "more than %d of --fix and --free", MOST_SETTINGS);
+        a->fixed[a->n_fixed].name = optarg;
+        a->fixed[a->n_fixed++].fixed = code == 'x';
+        return BF_OK;
+    default:
+        return BF_USAGE;
+    }
+}
+
+static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
+{
+    static const struct option options[] = {
+        {"at", required_argument, NULL, 'a'},
+        {"channel", required_argument, NULL, 'c'},
+        {"fix", required_argument, NULL, 'x'},
+        {"free", required_argument, NULL, 'f'},
+        {"output", required_argument, NULL, 'o'},
+        {"json", no_argument, NULL, 'j'},
+        {0},
+    };
+    int code;
+    while ((code = options_next(argc, argv, ":o:", options, err)) != -1)
+        if (take_option(a, code, err) != BF_OK)
+            return BF_USAGE;
+    if (argc - optind < 2)
+        return bf_fail(err, BF_USAGE, "give a model and an effect: beamfit add MODEL ID -o NEW");
+    a->model = argv[optind++];
+    a->id = argv[optind++];
+    for (; optind < argc; optind++) {
+        const char *equals = strchr(argv[optind], '=');
+        if (!equals)
+            return bf_fail(err, BF_USAGE, "'%.60s' is no NAME=VALUE; one effect is added at a time", argv[optind]);
+        if (take_value(a, argv[optind], (size_t)(equals - argv[optind]), equals + 1, err) != BF_OK)
+            return BF_USAGE;
+    }
+    if (!a->output)
+        return bf_fail(err, BF_USAGE, "say where to write the new model: -o NEW");
+    if (a->json && strcmp(a->output, "-") == 0)
+        return bf_fail(err, BF_USAGE, "--json and -o - both want standard output; give a file to -o");
+    return BF_OK;
+}
+
+static struct parameter *find_parameter(struct model_effect *effect, const char *name, size_t n, struct bf_error *err)
+{
+    char word[MODEL_NAME], list[BEAM_EFFECT_PARAMETERS * MODEL_NAME] = "";
+    const char *known[BEAM_EFFECT_PARAMETERS];
+    size_t used = 0, n_known = (size_t)effect->effect->n_parameters;
+    (void)snprintf(word, sizeof word, "%.*s", (int)(n < sizeof word ? n : sizeof word - 1), name);
+    for (size_t i = 0; i < n_known; i++) {
+        known[i] = effect->parameters[i].name;
+        if (strcmp(word, known[i]) == 0)
+            return &effect->parameters[i];
+        used += (size_t)snprintf(list + used, sizeof list - used, "%s%s", i ? ", " : "", known[i]);
+    }
+    const char *closest = text_closest(word, known, n_known);
+    (void)bf_fail(err, BF_USAGE, "effect '%s' has no parameter '%s'; it has %s%s%s%s", effect->effect->id, word, list,
+                  closest ? "; did you mean '" : "", closest ? closest : "", closest ? "'?" : "");
+    return NULL;
+}
+
+static enum bf_status set_parameters(const struct arguments *a, struct model_effect *effect, struct bf_error *err)
+{
+    for (size_t i = 0; i < a->n_values; i++) {
+        struct parameter *p = find_parameter(effect, a->values[i].name, a->values[i].n_name, err);
+        if (!p)
+            return BF_USAGE;
+        p->value = a->values[i].value;
+    }
+    for (size_t i = 0; i < a->n_fixed; i++) {
+        struct parameter *p = find_parameter(effect, a->fixed[i].name, strlen(a->fixed[i].name), err);
+        if (!p)
+            return BF_USAGE;
+        p->fixed = a->fixed[i].fixed;
+    }
+    return BF_OK;
+}
+
+static enum bf_status answer(const struct arguments *a, const struct model_effect *effect, struct bf_error *err)
+{
+    if (!a->json) {
+        (void)printf("%s: %s, %s\n", a->output, effect->effect->id, effect->effect->title);
+        for (int i = 0; i < effect->effect->n_parameters; i++) {
+            const struct parameter *p = &effect->parameters[i];
+            char value[DECIMAL_TEXT];
+            decimal_print(value, p->value);
+            (void)printf("  %s = %s%s%s%s\n", p->name, value, p->unit[0] ? " " : "", p->unit,
+                         p->fixed ? ", held" : ", free in the next fit");
+        }
+        return BF_OK;
+    }
+    struct json *root = json_new_object();
+    json_put_text(root, "file", a->output);
+    json_put_text(root, "effect", effect->effect->id);
+    struct json *parameters = json_put(root, "parameters", json_new_object());
+    for (int i = 0; i < effect->effect->n_parameters; i++) {
+        struct json *one = json_put(parameters, effect->parameters[i].name, json_new_object());
+        json_put_number(one, "value", effect->parameters[i].value);
+        json_put_text(one, "unit", effect->parameters[i].unit);
+        json_put_bool(one, "fixed", effect->parameters[i].fixed);
+    }
+    return json_print_and_free(root, stdout, err);
+}
+
+static enum bf_status run(int argc, char **argv, struct bf_error *err)
+{
+    struct arguments a = {.channel = ""};
+    struct model model;
+    if (parse(argc, argv, &a, err) != BF_OK || !effect_find(a.id, err))
+        return BF_USAGE;
+    enum bf_status status = model_read(a.model, &model, err);
+    if (status != BF_OK)
+        return status;
+    status = model_append_effect(&model, a.id, a.channel, err);
+    if (status == BF_OK)
+        status = set_parameters(&a, &model.effects[model.n_effects - 1], err);
+    if (status == BF_OK && model_check(&model, err) != BF_OK)
+        status = err->status = BF_USAGE;
+    if (status == BF_OK)
+        status = model_write(a.output, &model, err);
+    if (status == BF_OK && strcmp(a.output, "-") != 0)
+        status = answer(&a, &model.effects[model.n_effects - 1], err);
+    model_free(&model);
+    return status;
+}
+
+const struct command command_add = {"add", "add an effect to a model", help, run};

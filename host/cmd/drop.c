@@ -1,0 +1,75 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include <stdio.h>
+#include <string.h>
+
+#include "commands.h"
+#include "json.h"
+#include "model.h"
+#include "options.h"
+
+static const char help[] =
+    "Usage: beamfit drop MODEL ID -o NEW\n"
+    "\n"
+    "Takes an effect out of a model (every use of it). Comments and order of the rest of the file are kept; standard\n"
+    "errors and the results of the last fit are left out, because they do not describe the new model.\n"
+    "\n"
+    "  -o, --output NEW    the file to write; - is standard output\n"
+    "  --json              {\"file\", \"effect\", \"effects\": [the ids that remain]}\n"
+    "\n"
+    "Example:\n"
+    "  beamfit drop fitted.yaml mains_hum -o without_hum.yaml\n"
+    "\n"
+    "Exit status: 0 done; 2 usage, or the model has no such effect; 3 bad model file or NEW not writable.\n";
+
+static enum bf_status answer(const char *output, const char *id, const struct model *model, bool json,
+                             struct bf_error *err)
+{
+    if (!json) {
+        (void)printf("%s: without %s; %zu effect%s left\n", output, id, model->n_effects,
+                     model->n_effects == 1 ? "" : "s");
+        return BF_OK;
+    }
+    struct json *root = json_new_object();
+    json_put_text(root, "file", output);
+    json_put_text(root, "effect", id);
+    struct json *left = json_put(root, "effects", json_new_array());
+    for (size_t i = 0; i < model->n_effects; i++)
+        json_push_text(left, model->effects[i].effect->id);
+    return json_print_and_free(root, stdout, err);
+}
+
+static enum bf_status run(int argc, char **argv, struct bf_error *err)
+{
+    static const struct option options[] = {
+        {"output", required_argument, NULL, 'o'}, {"json", no_argument, NULL, 'j'}, {0}};
+    const char *output = NULL;
+    bool json = false;
+    int code;
+    while ((code = options_next(argc, argv, ":o:", options, err)) != -1) {
+        if (code == '?')
+            return BF_USAGE;
+        if (code == 'o')
+            output = optarg;
+        else
+            json = true;
+    }
+    if (argc - optind != 2 || !output)
+        return bf_fail(err, BF_USAGE, "give a model, an effect and an output: beamfit drop MODEL ID -o NEW");
+    bool to_stdout = strcmp(output, "-") == 0;
+    if (json && to_stdout)
+        return bf_fail(err, BF_USAGE, "--json and -o - both want standard output; give a file to -o");
+    const char *path = argv[optind], *id = argv[optind + 1];
+    struct model model;
+    enum bf_status status = model_read(path, &model, err);
+    if (status != BF_OK)
+        return status;
+    status = model_drop_effect(&model, id, err);
+    if (status == BF_OK)
+        status = model_write(output, &model, err);
+    if (status == BF_OK && !to_stdout)
+        status = answer(output, id, &model, json, err);
+    model_free(&model);
+    return status;
+}
+
+const struct command command_drop = {"drop", "take an effect out of a model", help, run};

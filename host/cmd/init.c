@@ -1,0 +1,358 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "atomic_file.h"
+#include "commands.h"
+#include "decimal.h"
+#include "json.h"
+#include "model.h"
+#include "options.h"
+#include "starting_model.h"
+#include "text.h"
+
+static const char help[] =
+    "Usage: beamfit init [options] [-o MODEL]\n"
+    "\n"
+    "Writes a commented model to start from: stiffness and mass from a ruler and a handbook, damping and gains as\n"
+    "start values for the fit. Without options it is a 300 × 20 × 2 mm aluminium cantilever to be edited.\n"
+    "\n"
+    "  --length M              free length, m                       --width M, --thickness M   cross-section, m\n"
+    "  --material NAME         aluminium (default), steel, stainless, brass, copper, titanium, glass, acrylic, abs,\n"
+    "                          carbon, fibreglass, spruce\n"
+    "  --E PA, --density D     Young's modulus in Pa and density in kg/m³, instead of the handbook's\n"
+    "  --mass KG               of the free length of the bare beam, weighed: better than any density\n"
+    "  --support NAME          clamped-free (default), clamped-clamped, pinned-pinned, free-free\n"
+    "  --patch FROM TO         a piezo patch from FROM to TO, m from the clamp\n"
+    "  --patch-thickness M     of one patch (default 0.00025)       --patch-width M   (default: the beam's)\n"
+    "  --patch-E PA, --patch-density D      (default 63e9 Pa, 7750 kg/m³)\n"
+    "  --patch-sides N         2: a pair on both faces (default), 1: on one face\n"
+    "  --input NAME=KIND[@X]   KIND point_force (N, at X m) or patch_moment (V); again for more\n"
+    "  --output NAME=KIND[@X]  KIND displacement, velocity, acceleration (at X m) or patch_strain (V)\n"
+    "                          NAME is the column of the record. Default: hammer_N, and piezo_V or accel_mps2\n"
+    "  -o FILE                 where to write the model (default: standard output)\n"
+    "  --force                 overwrite FILE when it exists\n"
+    "  --json                  {\"file\", \"parameters\": {NAME: value}}\n"
+    "\n"
+    "Example (the seed paper's beam):\n"
+    "  beamfit init --length 0.4573 --width 0.0203 --thickness 0.0016 --E 73e9 --patch 0.02535 0.08905 \\\n"
+    "               --patch-thickness 0.000254 --input hammer_N=point_force@0.0254 \\\n"
+    "               --output piezo_V=patch_strain -o beam.yaml\n"
+    "\n"
+    "Exit status: 0 done; 2 usage, or FILE exists; 3 FILE not writable.\n";
+
+enum { MOST_CHANNELS = 16 };
+
+enum option_code {
+    OPT_LENGTH = 256,
+    OPT_WIDTH,
+    OPT_THICKNESS,
+    OPT_E,
+    OPT_DENSITY,
+    OPT_MASS,
+    OPT_PATCH_THICKNESS,
+    OPT_PATCH_WIDTH,
+    OPT_PATCH_E,
+    OPT_PATCH_DENSITY,
+    OPT_LAST_NUMBER = OPT_PATCH_DENSITY,
+    OPT_MATERIAL,
+    OPT_SUPPORT,
+    OPT_PATCH,
+    OPT_PATCH_SIDES,
+    OPT_INPUT,
+    OPT_OUTPUT,
+    OPT_FORCE,
+    OPT_JSON
+};
+
+struct arguments {
+    double number[OPT_LAST_NUMBER + 1 - OPT_LENGTH]; /* 0: not given */
+    const struct handbook_material *material;
+    struct starting_beam beam;
+    struct model_input inputs[MOST_CHANNELS];
+    struct model_output outputs[MOST_CHANNELS];
+    const char *output;
+    bool force, json;
+};
+
+static const struct handbook_material *find_material(const char *name, struct bf_error *err)
+{
+    const char *names[64], *closest;
+    size_t n = 0;
+    for (; n < handbook_materials_count && n < sizeof names / sizeof *names; n++) {
+        names[n] = handbook_materials[n].name;
+        if (strcmp(names[n], name) == 0)
+            return &handbook_materials[n];
+    }
+    closest = strcmp(name, "aluminum") == 0 ? "aluminium" : text_closest(name, names, n);
+    (void)bf_fail(err, BF_USAGE, "unknown material '%.40s'; give --E and --density, or a name of the help text%s%s%s",
+                  name, closest ? "; did you mean '" : "", closest ? closest : "", closest ? "'?" : "");
+    return NULL;
+}
+
+/* NAME=KIND[@X]; *at_m is 0 when there is no @. */
+static enum bf_status split_channel(const char *text, char name[MODEL_NAME], char kind[MODEL_NAME], double *at_m,
+                                    bool *has_at, struct bf_error *err)
+{
+    const char *allowed = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.-";
+    const char *equals = strchr(text, '='), *at = strchr(text, '@');
+    size_t n_name = equals ? (size_t)(equals - text) : 0;
+    size_t n_kind = !equals ? 0 : at && at > equals ? (size_t)(at - equals) - 1 : strlen(equals + 1);
+    if (n_name == 0 || n_name >= MODEL_NAME || strspn(text, allowed) < n_name || n_kind == 0 || n_kind >= MODEL_NAME)
+        return bf_fail(err, BF_USAGE, "'%.60s' is no NAME=KIND@X, e.g. hammer_N=point_force@0.0254", text);
+    memcpy(name, text, n_name);
+    memcpy(kind, equals + 1, n_kind);
+    name[n_name] = kind[n_kind] = '\0';
+    *has_at = at != NULL;
+    *at_m = 0.0;
+    return at ? options_number("the place after '@'", at + 1, at_m, err) : BF_OK;
+}
+
+static enum bf_status check_at(const char *text, bool wanted, bool has_at, struct bf_error *err)
+{
+    if (wanted == has_at)
+        return BF_OK;
+    return bf_fail(err, BF_USAGE,
+                   wanted ? "'%.60s' needs a place, e.g. …@0.0254 (m from the clamp)"
+                          : "'%.60s' sits on the patch; leave out the place",
+                   text);
+}
+
+static enum bf_status take_input(struct arguments *a, const char *text, struct bf_error *err)
+{
+    char kind[MODEL_NAME];
+    bool has_at;
+    struct model_input *input = &a->inputs[a->beam.n_inputs];
+    if (a->beam.n_inputs == MOST_CHANNELS)
+        return bf_fail(err, BF_USAGE, "more than %d inputs", MOST_CHANNELS);
+    if (split_channel(text, input->name, kind, &input->at_m, &has_at, err) != BF_OK)
+        return BF_USAGE;
+    for (int i = 0; i <= INPUT_PATCH_MOMENT; i++) {
+        input->kind = (enum input_kind)i;
+        if (strcmp(kind, model_input_kind_name(input->kind)) == 0) {
+            a->beam.n_inputs++;
+            return check_at(text, input->kind == INPUT_POINT_FORCE, has_at, err);
+        }
+    }
+    return bf_fail(err, BF_USAGE, "unknown kind '%s' of input; it is point_force or patch_moment", kind);
+}
+
+static enum bf_status take_output(struct arguments *a, const char *text, struct bf_error *err)
+{
+    char kind[MODEL_NAME];
+    bool has_at;
+    struct model_output *output = &a->outputs[a->beam.n_outputs];
+    if (a->beam.n_outputs == MOST_CHANNELS)
+        return bf_fail(err, BF_USAGE, "more than %d outputs", MOST_CHANNELS);
+    if (split_channel(text, output->name, kind, &output->at_m, &has_at, err) != BF_OK)
+        return BF_USAGE;
+    for (int i = 0; i <= OUTPUT_PATCH_STRAIN; i++) {
+        output->kind = (enum output_kind)i;
+        if (strcmp(kind, model_output_kind_name(output->kind)) == 0) {
+            a->beam.n_outputs++;
+            return check_at(text, output->kind != OUTPUT_PATCH_STRAIN, has_at, err);
+        }
+    }
+    return bf_fail(err, BF_USAGE,
+                   "unknown kind '%s' of output; it is displacement, velocity, acceleration or patch_strain", kind);
+}
+
+static enum bf_status take_support(struct arguments *a, const char *name, struct bf_error *err)
+{
+    for (int i = 0; i <= SUPPORT_FREE_FREE; i++) {
+        a->beam.support = (enum model_support)i;
+        if (strcmp(name, model_support_name(a->beam.support)) == 0)
+            return BF_OK;
+    }
+    return bf_fail(err, BF_USAGE, "--support '%.40s'; give clamped-free, clamped-clamped, pinned-pinned or free-free",
+                   name);
+}
+
+/* "--patch FROM TO": the second number is the argument after the option's own; "FROM,TO" in one is as good. */
+static enum bf_status take_patch(struct arguments *a, int argc, char **argv, struct bf_error *err)
+{
+    char from[64];
+    const char *comma = strchr(optarg, ','), *to = comma ? comma + 1 : NULL;
+    if (!to && optind < argc)
+        to = argv[optind++];
+    if (!to)
+        return bf_fail(err, BF_USAGE, "--patch needs two places, FROM and TO, m from the clamp");
+    (void)snprintf(from, sizeof from, "%.*s", comma ? (int)(comma - optarg) : 60, optarg);
+    a->beam.has_patch = true;
+    enum bf_status status = options_number("--patch FROM", from, &a->beam.patch_from_m, err);
+    return status == BF_OK ? options_number("--patch TO", to, &a->beam.patch_to_m, err) : status;
+}
+
+static const struct option options[] = {
+    {"length", required_argument, NULL, OPT_LENGTH},
+    {"width", required_argument, NULL, OPT_WIDTH},
+    {"thickness", required_argument, NULL, OPT_THICKNESS},
+    {"E", required_argument, NULL, OPT_E},
+    {"density", required_argument, NULL, OPT_DENSITY},
+    {"mass", required_argument, NULL, OPT_MASS},
+    {"patch-thickness", required_argument, NULL, OPT_PATCH_THICKNESS},
+    {"patch-width", required_argument, NULL, OPT_PATCH_WIDTH},
+    {"patch-E", required_argument, NULL, OPT_PATCH_E},
+    {"patch-density", required_argument, NULL, OPT_PATCH_DENSITY},
+    {"material", required_argument, NULL, OPT_MATERIAL},
+    {"support", required_argument, NULL, OPT_SUPPORT},
+    {"patch", required_argument, NULL, OPT_PATCH},
+    {"patch-sides", required_argument, NULL, OPT_PATCH_SIDES},
+    {"input", required_argument, NULL, OPT_INPUT},
+    {"output", required_argument, NULL, OPT_OUTPUT},
+    {"force", no_argument, NULL, OPT_FORCE},
+    {"json", no_argument, NULL, OPT_JSON},
+    {0},
+};
+
+static enum bf_status take_option(struct arguments *a, int code, int argc, char **argv, struct bf_error *err)
+{
+    if (code >= OPT_LENGTH && code <= OPT_LAST_NUMBER) {
+        double *x = &a->number[code - OPT_LENGTH];
+        const char *name = options[code - OPT_LENGTH].name;
+        if (options_number(name, optarg, x, err) == BF_OK && !(*x > 0.0))
+            return bf_fail(err, BF_USAGE, "--%s %.40s; it must be above 0", name, optarg);
+        return err->status;
+    }
+    switch (code) {
+    case OPT_MATERIAL:
+        a->material = find_material(optarg, err);
+        return err->status;
+    case OPT_SUPPORT:
+        return take_support(a, optarg, err);
+    case OPT_PATCH:
+        return take_patch(a, argc, argv, err);
+    case OPT_PATCH_SIDES:
+        a->beam.patch_sides = strcmp(optarg, "1") == 0 ? 1 : 2;
+        return strcmp(optarg, "1") == 0 || strcmp(optarg, "2") == 0
+                   ? BF_OK
+                   : bf_fail(err, BF_USAGE, "--patch-sides '%.40s'; give 1 or 2", optarg);
+    case OPT_INPUT:
+        return take_input(a, optarg, err);
+    case OPT_OUTPUT:
+        if (strchr(optarg, '='))
+            return take_output(a, optarg, err);
+        a->output = optarg; /* as --output of the other commands */
+        return BF_OK;
+    case OPT_FORCE:
+        a->force = true;
+        return BF_OK;
+    case OPT_JSON:
+        a->json = true;
+        return BF_OK;
+    case 'o':
+        a->output = optarg;
+        return BF_OK;
+    default:
+        return BF_USAGE;
+    }
+}
+
+static double given_or(const struct arguments *a, enum option_code code, double fallback)
+{
+    double x = a->number[(int)code - OPT_LENGTH];
+    return x > 0.0 ? x : fallback;
+}
+
+static void fill_beam(struct arguments *a)
+{
+    struct starting_beam *b = &a->beam;
+    const struct handbook_material *material = a->material ? a->material : &handbook_materials[0];
+    b->length_m = given_or(a, OPT_LENGTH, 0.3);
+    b->beam = (struct layer){given_or(a, OPT_E, material->E_Pa), given_or(a, OPT_DENSITY, material->density_kgpm3),
+                             given_or(a, OPT_WIDTH, 0.02), given_or(a, OPT_THICKNESS, 0.002)};
+    b->patch = (struct layer){given_or(a, OPT_PATCH_E, 63e9), given_or(a, OPT_PATCH_DENSITY, 7750.0),
+                              given_or(a, OPT_PATCH_WIDTH, b->beam.width_m), given_or(a, OPT_PATCH_THICKNESS, 0.00025)};
+    b->beam_material = given_or(a, OPT_E, 0.0) > 0.0 ? "E as given" : material->name;
+    b->patch_material = "piezo";
+    b->mass_kg = given_or(a, OPT_MASS, 0.0);
+    if (b->n_inputs + b->n_outputs == 0) {
+        a->inputs[0] = (struct model_input){.name = "hammer_N", .kind = INPUT_POINT_FORCE, .at_m = 0.1 * b->length_m};
+        b->n_inputs = b->n_outputs = 1;
+        a->outputs[0] =
+            b->has_patch
+                ? (struct model_output){.name = "piezo_V", .kind = OUTPUT_PATCH_STRAIN}
+                : (struct model_output){.name = "accel_mps2", .kind = OUTPUT_ACCELERATION, .at_m = 0.9 * b->length_m};
+    }
+    b->inputs = a->inputs;
+    b->outputs = a->outputs;
+}
+
+static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
+{
+    int code;
+    a->beam.patch_sides = 2;
+    a->output = "-";
+    while ((code = options_next(argc, argv, ":o:", options, err)) != -1)
+        if (code == '?' || take_option(a, code, argc, argv, err) != BF_OK)
+            return BF_USAGE;
+    if (optind < argc)
+        return bf_fail(err, BF_USAGE, "'%.60s' is too much; name the file with -o", argv[optind]);
+    bool to_stdout = strcmp(a->output, "-") == 0;
+    if (a->json && to_stdout)
+        return bf_fail(err, BF_USAGE, "--json and the model both want standard output; give a file to -o");
+    if (!to_stdout && !a->force && access(a->output, F_OK) == 0)
+        return bf_fail(err, BF_USAGE, "%s exists; --force overwrites it", a->output);
+    fill_beam(a);
+    return BF_OK;
+}
+
+static enum bf_status write_file(const char *path, const char *text, struct bf_error *err)
+{
+    struct atomic_file out;
+    enum bf_status status = atomic_open(path, &out, err);
+    if (status != BF_OK)
+        return status;
+    (void)fputs(text, out.f);
+    return atomic_commit(&out, err);
+}
+
+static enum bf_status answer(const char *path, const struct model *model, bool json, struct bf_error *err)
+{
+    struct parameter_ref *refs;
+    size_t n = model_parameters(model, NULL, 0, &refs);
+    struct json *root = json ? json_new_object() : NULL, *parameters = NULL;
+    if (json) {
+        json_put_text(root, "file", path);
+        parameters = json_put(root, "parameters", json_new_object());
+        for (size_t i = 0; i < n; i++)
+            json_put_number(parameters, refs[i].label, refs[i].value);
+    } else {
+        (void)printf("%s: look through it, then `beamfit modes %s`\n", path, path);
+    }
+    free(refs);
+    return json ? json_print_and_free(root, stdout, err) : BF_OK;
+}
+
+static enum bf_status run(int argc, char **argv, struct bf_error *err)
+{
+    struct arguments a = {0};
+    struct model model;
+    err->status = BF_OK;
+    if (parse(argc, argv, &a, err) != BF_OK)
+        return BF_USAGE;
+    char *text = starting_model_text(&a.beam);
+    enum bf_status status = model_read_text("the new model", text, strlen(text), &model, err);
+    if (status != BF_OK) { /* the command line asks for an impossible beam */
+        free(text);
+        return err->status = BF_USAGE;
+    }
+    model_warning warning[8];
+    size_t n_warnings = model_unit_warnings(&model, warning, sizeof warning / sizeof *warning);
+    for (size_t i = 0; i < n_warnings; i++)
+        bf_warn("%s", warning[i]);
+    if (strcmp(a.output, "-") == 0) {
+        (void)fputs(text, stdout);
+    } else {
+        status = write_file(a.output, text, err);
+        if (status == BF_OK)
+            status = answer(a.output, &model, a.json, err);
+    }
+    free(text);
+    model_free(&model);
+    return status;
+}
+
+const struct command command_init = {"init", "write a commented model to start from", help, run};

@@ -1,0 +1,95 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* main.c — the table of commands; nothing else. */
+#include <errno.h>
+#include <getopt.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "cmd/commands.h"
+#include "text.h"
+
+static const struct command *const commands[] = {
+    &command_init,    &command_modes, &command_simulate, &command_fit,     &command_compare,
+    &command_effects, &command_add,   &command_drop,     &command_history, &command_import,
+};
+enum { COMMANDS = sizeof commands / sizeof *commands };
+
+static const struct command *find(const char *name)
+{
+    for (size_t i = 0; i < COMMANDS; i++)
+        if (strcmp(commands[i]->name, name) == 0)
+            return commands[i];
+    return NULL;
+}
+
+static void list(void)
+{
+    size_t width = 0;
+    (void)fputs("beamfit " BEAMFIT_VERSION ": the model of a vibrating beam, fitted to recordings.\n\n"
+                "Usage: beamfit COMMAND [arguments]\n\n",
+                stdout);
+    for (size_t i = 0; i < COMMANDS; i++)
+        width = strlen(commands[i]->name) > width ? strlen(commands[i]->name) : width;
+    for (size_t i = 0; i < COMMANDS; i++) {
+        (void)fputs("  ", stdout);
+        text_print_padded(stdout, commands[i]->name, width + 2);
+        text_print_wrapped(stdout, commands[i]->summary, width + 4, text_columns());
+    }
+    (void)fputs("\n`beamfit COMMAND --help` explains one; with --json a command answers in JSON.\n"
+                "Start with `beamfit init`.\n",
+                stdout);
+}
+
+static enum bf_status unknown(const char *name, struct bf_error *err)
+{
+    const char *names[COMMANDS];
+    for (size_t i = 0; i < COMMANDS; i++)
+        names[i] = commands[i]->name;
+    const char *closest = text_closest(name, names, COMMANDS);
+    return bf_fail(err, BF_USAGE, "unknown command '%.60s'; a bare `beamfit` lists them%s%s%s", name,
+                   closest ? "; did you mean '" : "", closest ? closest : "", closest ? "'?" : "");
+}
+
+static bool asks_for_help(int argc, char **argv)
+{
+    for (int i = 1; i < argc && strcmp(argv[i], "--") != 0; i++)
+        if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0)
+            return true;
+    return false;
+}
+
+static enum bf_status run(int argc, char **argv, struct bf_error *err)
+{
+    const char *name = argc > 1 ? argv[1] : "help";
+    if (strcmp(name, "--version") == 0) {
+        (void)puts("beamfit " BEAMFIT_VERSION);
+        return BF_OK;
+    }
+    bool help = strcmp(name, "help") == 0 || strcmp(name, "--help") == 0 || strcmp(name, "-h") == 0;
+    if (help && argc < 3) {
+        list();
+        return BF_OK;
+    }
+    const struct command *command = find(help ? argv[2] : name);
+    if (!command)
+        return unknown(help ? argv[2] : name, err);
+    if (help || asks_for_help(argc - 1, argv + 1)) {
+        (void)fputs(command->help, stdout);
+        return BF_OK;
+    }
+    optind = 1;
+    return command->run(argc - 1, argv + 1, err);
+}
+
+int main(int argc, char **argv)
+{
+    struct bf_error err = {BF_OK, ""};
+    enum bf_status status = run(argc, argv, &err);
+    if ((fflush(stdout) != 0 || ferror(stdout)) && (status == BF_OK || status == BF_NO))
+        status =
+            bf_fail(&err, BF_BAD_FILE, "standard output cannot be written (%s); is the disk full?", strerror(errno));
+    if (status != BF_OK && err.text[0])
+        (void)fprintf(stderr, "beamfit: %s\n", err.text);
+    return (int)status;
+}
