@@ -93,15 +93,21 @@ enum bf_status fit_errors(const struct model *model, const struct record records
 /* Root mean square over channels of nrmse and noise_ratio. */
 void fit_totals(const struct fit_channel_error channels[], size_t n, double *nrmse, double *noise_ratio);
 
-/* Writes values, standard errors and the `fit:` block into the model. check may be NULL. */
-void fit_into_model(const struct fit_result *result, const struct record records[], const struct record check[],
-                    size_t n_check, const struct fit_channel_error check_channels[], size_t n_check_channels,
-                    struct model *model);
+/* Records held out: what they are and the model's errors on them (n 0: none). */
+struct fit_check {
+    const struct record *records;
+    size_t n;
+    const struct fit_channel_error *channels;
+    size_t n_channels;
+};
 
-/* The answer as JSON (formats.md) and as text for a person. Held-out records may be absent (n_check 0). */
-struct json *fit_json(const struct fit_result *result, const struct record records[], const struct record check[],
-                      size_t n_check, const struct fit_channel_error check_channels[], size_t n_check_channels);
-void fit_print(FILE *out, const struct fit_result *result, const struct record records[], const struct record check[],
-               size_t n_check, const struct fit_channel_error check_channels[], size_t n_check_channels);
+/* Writes values, standard errors and the `fit:` block into the model; records are those of fit_run(). */
+void fit_into_model(const struct fit_result *result, const struct record records[], const struct fit_check *check,
+                    struct model *model);
+/* The answer for programs (docs/formats.md). */
+struct json *fit_json(const struct fit_result *result, const struct record records[], const struct fit_check *check);
+/* The answer for a person. */
+void fit_print(FILE *out, const struct fit_result *result, const struct record records[],
+               const struct fit_check *check);
 
 #endif

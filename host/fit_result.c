@@ -96,6 +96,23 @@ static void fill_estimate(const struct fit_problem *p, size_t i, const double x[
     intervals_95(out->value, u->logarithmic ? s : out->sd, u->logarithmic, dof, info->min, info->max, out->ci95);
 }
 
+/* Weights as relative changes, so that a common factor shows as equal weights: v dx → (dθ/θ), unit norm again. */
+static void relative_weights(const struct fit_problem *p, const double x[], struct fit_result *out)
+{
+    static const double present = 1e-6; /* |θ|/scale of a parameter that has a size to be relative to */
+    const size_t n = p->n_unknowns;
+    for (size_t k = 0; k < out->identifiability.n_null; k++) {
+        double *weight = out->identifiability.null[k].weight, square = 0.0;
+        for (size_t i = 0; i < n; i++) {
+            if (!p->unknowns[i].logarithmic)
+                weight[i] *= extent_linear / (fabs(x[i]) > present ? x[i] : 1.0);
+            square += weight[i] * weight[i];
+        }
+        for (size_t i = 0; i < n; i++)
+            weight[i] /= sqrt(square);
+    }
+}
+
 /* ---- Warnings ---- */
 
 static void warn_about_parameter(const struct fit_problem *p, const struct model *model, size_t i,
@@ -181,6 +198,7 @@ enum bf_status fit_statistics(const struct fit_problem *p, const struct model *m
     free(cov);
     if (status)
         return status;
+    relative_weights(p, x, out);
     warn_about_search(out);
     for (size_t i = 0; i < n; i++)
         warn_about_parameter(p, model, i, out);

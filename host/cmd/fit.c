@@ -1,0 +1,239 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include <stdlib.h>
+#include <string.h>
+
+#include "atomic_file.h"
+#include "commands.h"
+#include "fit.h"
+#include "options.h"
+#include "progress.h"
+
+static const char help[] =
+    "Usage: beamfit fit MODEL RECORD... -o FITTED [--check RECORD...] [options]\n"
+    "\n"
+    "Estimates the model's free parameters from recordings by weighted least squares, and says how well each is known\n"
+    "and what the records cannot determine. The start values are those of MODEL; they may be far off (handbook\n"
+    "values), because the search begins with short windows of the records and widens them.\n"
+    "\n"
+    "  -o, --output FITTED   the fitted model: MODEL with new values, standard errors and a 'fit:' block\n"
+    "  --check RECORD...     records that are held out: compared, never fitted (all names up to the next option)\n"
+    "  --start HOW           given: the values of MODEL (default); near: MODEL is nearly right, refine only;\n"
+    "                        search: always search for other minima too. With 'given' that search runs by itself\n"
+    "                        when the residual stays above 1.1 times the noise\n"
+    "  --global              the same as --start search\n"
+    "  --no-search           never search, even when the noise floor is missed\n"
+    "  --intersample HOW     what inputs do between samples: bl (band-limited, default), foh (linear), zoh (held)\n"
+    "  --force               FITTED may be MODEL itself\n"
+    "  --json                the answer as JSON on standard output, and nothing else\n"
+    "\n"
+    "Ctrl-C ends the search: the best values so far are reported and written, with converged: false.\n"
+    "\n"
+    "Example:\n"
+    "  beamfit fit model.yaml tap1.csv tap2.csv -o fitted.yaml --check tap3.csv\n"
+    "\n"
+    "Exit status: 0 done (see 'converged'); 2 usage; 3 bad model or record, or FITTED not writable; 4 the model "
+    "cannot\n"
+    "be evaluated at the start values.\n";
+
+struct names {
+    size_t n;
+    const char **list;
+};
+
+struct arguments {
+    const char *output;
+    struct names fitted, held_out; /* fitted.list[0] is the model */
+    bool force, json;
+    struct fit_options fit;
+};
+
+static void add_name(struct names *names, const char *name)
+{
+    names->list = bf_grow(names->list, names->n + 1, sizeof *names->list);
+    names->list[names->n++] = name;
+}
+
+static enum bf_status choose(const char *option, const char *text, const char *const choices[], size_t n, int *out,
+                             struct bf_error *err)
+{
+    for (size_t i = 0; i < n; i++) {
+        if (strcmp(text, choices[i]) == 0) {
+            *out = (int)i;
+            return BF_OK;
+        }
+    }
+    return bf_fail(err, BF_USAGE, "%s %s is unknown; beamfit fit --help lists what it can be", option, text);
+}
+
+static enum bf_status take_option(struct arguments *a, int code, struct bf_error *err)
+{
+    static const char *const starts[] = {"given", "near", "search"}; /* order of enum fit_start */
+    static const char *const holds[] = {"bl", "zoh", "foh"};         /* order of enum intersample */
+    int chosen = 0;
+    enum bf_status status = BF_OK;
+    switch (code) {
+    case 'o':
+        a->output = optarg;
+        break;
+    case 's':
+        status = choose("--start", optarg, starts, 3, &chosen, err);
+        a->fit.start = (enum fit_start)chosen;
+        break;
+    case 'g':
+        a->fit.start = FIT_SEARCH;
+        break;
+    case 'n':
+        a->fit.never_search = true;
+        break;
+    case 'i':
+        status = choose("--intersample", optarg, holds, 3, &chosen, err);
+        a->fit.predict.intersample = (enum intersample)chosen;
+        break;
+    case 'f':
+        a->force = true;
+        break;
+    case 'j':
+        a->json = true;
+        break;
+    default:
+        status = BF_USAGE;
+    }
+    return status;
+}
+
+/* Names are taken in order: those after --check, up to the next option, are held out. */
+static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
+{
+    static const struct option options[] = {
+        {"output", required_argument, NULL, 'o'},
+        {"check", no_argument, NULL, 'c'},
+        {"start", required_argument, NULL, 's'},
+        {"global", no_argument, NULL, 'g'},
+        {"no-search", no_argument, NULL, 'n'},
+        {"intersample", required_argument, NULL, 'i'},
+        {"force", no_argument, NULL, 'f'},
+        {"json", no_argument, NULL, 'j'},
+        {0},
+    };
+    bool checking = false;
+    int code;
+    while ((code = options_next(argc, argv, "-:o:", options, err)) != -1) {
+        if (code == 1) {
+            add_name(checking ? &a->held_out : &a->fitted, optarg);
+            continue;
+        }
+        checking = code == 'c';
+        if (code != 'c' && take_option(a, code, err) != BF_OK)
+            return BF_USAGE;
+    }
+    for (; optind < argc; optind++)
+        add_name(checking ? &a->held_out : &a->fitted, argv[optind]);
+    if (a->fitted.n < 2)
+        return bf_fail(err, BF_USAGE, "give a model and at least one record: beamfit fit MODEL RECORD... -o FITTED");
+    if (!a->output)
+        return bf_fail(err, BF_USAGE, "say where to write the fitted model: -o FITTED");
+    if (a->json && strcmp(a->output, "-") == 0)
+        return bf_fail(err, BF_USAGE, "--json and -o - both want standard output; give a file to -o");
+    return BF_OK;
+}
+
+/* Before the long work: may the answer be written where it is wanted? */
+static enum bf_status check_output(const struct arguments *a, struct bf_error *err)
+{
+    struct atomic_file out;
+    if (strcmp(a->output, "-") == 0)
+        return BF_OK;
+    char *model = realpath(a->fitted.list[0], NULL), *output = realpath(a->output, NULL);
+    const bool same = model && output && strcmp(model, output) == 0;
+    free(model), free(output);
+    if (same && !a->force)
+        return bf_fail(err, BF_USAGE, "%s is the model itself; choose another name, or say --force to replace it",
+                       a->output);
+    const enum bf_status status = atomic_open(a->output, &out, err);
+    if (status == BF_OK)
+        atomic_abort(&out);
+    return status;
+}
+
+static enum bf_status read_records(const struct names *names, size_t skip, struct record **out, size_t *n,
+                                   struct bf_error *err)
+{
+    *out = bf_alloc(names->n, sizeof **out);
+    for (size_t i = skip; i < names->n; i++) {
+        const enum bf_status status = record_read(names->list[i], &(*out)[*n], err);
+        if (status)
+            return status;
+        (*n)++;
+    }
+    return BF_OK;
+}
+
+/* What a command owns while it runs. */
+struct work {
+    struct model model;
+    struct record *fitted, *held_out;
+    size_t n_fitted, n_held_out;
+    struct fit_result result;
+    struct fit_channel_error *check;
+    size_t n_check;
+};
+
+static void work_free(struct work *w)
+{
+    for (size_t i = 0; i < w->n_fitted; i++)
+        record_free(&w->fitted[i]);
+    for (size_t i = 0; i < w->n_held_out; i++)
+        record_free(&w->held_out[i]);
+    free(w->fitted), free(w->held_out), free(w->check);
+    fit_free(&w->result);
+    model_free(&w->model);
+}
+
+static enum bf_status fit_and_answer(const struct arguments *a, struct work *w, struct bf_error *err)
+{
+    struct fit_check check = {.records = w->held_out, .n = w->n_held_out};
+    progress_catch_interrupts();
+    enum bf_status status = fit_run(&w->model, w->fitted, w->n_fitted, &a->fit, &w->result, err);
+    if (status)
+        return status;
+    fit_into_model(&w->result, w->fitted, &check, &w->model);
+    status = fit_errors(&w->model, w->held_out, w->n_held_out, &a->fit, &w->check, &w->n_check, err);
+    if (status)
+        return status;
+    check.channels = w->check, check.n_channels = w->n_check;
+    fit_into_model(&w->result, w->fitted, &check, &w->model);
+    status = model_write(a->output, &w->model, err);
+    if (status)
+        return status;
+    if (a->json)
+        return json_print_and_free(fit_json(&w->result, w->fitted, &check), stdout, err);
+    fit_print(strcmp(a->output, "-") == 0 ? stderr : stdout, &w->result, w->fitted, &check);
+    return BF_OK;
+}
+
+static enum bf_status run(int argc, char **argv, struct bf_error *err)
+{
+    struct arguments a = {0};
+    struct work w = {0};
+    enum bf_status status = parse(argc, argv, &a, err);
+    if (!status)
+        status = model_read(a.fitted.list[0], &w.model, err);
+    if (!status)
+        status = read_records(&a.fitted, 1, &w.fitted, &w.n_fitted, err);
+    if (!status)
+        status = read_records(&a.held_out, 0, &w.held_out, &w.n_held_out, err);
+    if (!status)
+        status = check_output(&a, err);
+    if (!status)
+        status = fit_and_answer(&a, &w, err);
+    work_free(&w);
+    free(a.fitted.list), free(a.held_out.list);
+    return status;
+}
+
+const struct command command_fit = {
+    .name = "fit",
+    .summary = "estimate a model's parameters from recordings; values, standard errors, what cannot be identified",
+    .help = help,
+    .run = run,
+};

@@ -1,0 +1,298 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* The answer of a fit: into the model file, as JSON, as text. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include "fit.h"
+
+/* ---- Into the model ---- */
+
+static void fill_fit_record(const struct record *record, size_t index, bool held_out,
+                            const struct fit_channel_error channels[], size_t n, struct fit_record *out)
+{
+    *out = (struct fit_record){.file = bf_strdup(record->path ? record->path : ""), .held_out = held_out};
+    memcpy(out->sha256, record->sha256, sizeof out->sha256);
+    out->channels = bf_alloc(n, sizeof *out->channels);
+    for (size_t c = 0; c < n; c++) {
+        if (channels[c].record != index)
+            continue;
+        struct fit_channel *channel = &out->channels[out->n_channels++];
+        memcpy(channel->name, channels[c].name, sizeof channel->name);
+        channel->nrmse = channels[c].nrmse;
+        channel->noise_ratio = channels[c].noise_ratio > 0.0 ? channels[c].noise_ratio : 0.0;
+    }
+}
+
+static void free_fit_records(struct fit_info *fit)
+{
+    for (size_t i = 0; i < fit->n_records; i++) {
+        free(fit->records[i].file);
+        free(fit->records[i].channels);
+    }
+    free(fit->records);
+}
+
+static double known(double x)
+{
+    return isfinite(x) ? x : 0.0; /* 0 stands for "not known" in struct fit_info */
+}
+
+void fit_into_model(const struct fit_result *result, const struct record records[], const struct fit_check *check,
+                    struct model *model)
+{
+    struct parameter_ref *refs;
+    const char *const *names = (const char *const *)result->names;
+    const size_t n = model_parameters(model, names, result->n_records, &refs);
+    double *value = bf_alloc(n, sizeof *value), *sd = bf_alloc(n, sizeof *sd);
+    for (size_t i = 0; i < n && i < result->n_parameters; i++) {
+        value[i] = result->parameters[i].value;
+        sd[i] = result->parameters[i].identifiable ? known(result->parameters[i].sd) : 0.0;
+    }
+    model_set_parameters(model, refs, n, value, sd, names);
+    struct fit_info *fit = &model->fit;
+    free_fit_records(fit);
+    fit->present = true;
+    fit->converged = result->converged;
+    fit->nrmse = known(result->nrmse), fit->noise_ratio = known(result->noise_ratio);
+    fit_totals(check->channels, check->n_channels, &fit->check_nrmse, &fit->check_noise_ratio);
+    fit->check_noise_ratio = known(fit->check_noise_ratio);
+    fit->n_records = result->n_records + check->n;
+    fit->records = bf_alloc(fit->n_records, sizeof *fit->records);
+    for (size_t r = 0; r < result->n_records; r++)
+        fill_fit_record(&records[r], r, false, result->channels, result->n_channels, &fit->records[r]);
+    for (size_t r = 0; r < check->n; r++)
+        fill_fit_record(&check->records[r], r, true, check->channels, check->n_channels,
+                        &fit->records[result->n_records + r]);
+    free(refs), free(value), free(sd);
+}
+
+/* ---- JSON ---- */
+
+static void put_records(struct json *parent, const struct record records[], size_t n,
+                        const struct fit_channel_error channels[], size_t n_channels)
+{
+    struct json *list = json_put(parent, "records", json_new_array());
+    for (size_t r = 0; r < n; r++) {
+        struct json *record = json_push(list, json_new_object());
+        json_put_text(record, "file", records[r].path ? records[r].path : "");
+        struct json *array = json_put(record, "channels", json_new_array());
+        for (size_t c = 0; c < n_channels; c++) {
+            if (channels[c].record != r)
+                continue;
+            struct json *channel = json_push(array, json_new_object());
+            json_put_text(channel, "name", channels[c].name);
+            json_put_number(channel, "nrmse", channels[c].nrmse);
+            json_put_number(channel, "noise_ratio", channels[c].noise_ratio);
+        }
+    }
+}
+
+static void put_parameters(struct json *root, const struct fit_result *result)
+{
+    struct json *all = json_put(root, "parameters", json_new_object());
+    for (size_t i = 0; i < result->n_parameters; i++) {
+        const struct fit_parameter *p = &result->parameters[i];
+        struct json *one = json_put(all, p->label, json_new_object());
+        json_put_number(one, "value", p->value);
+        json_put_number(one, "sd", p->sd);
+        struct json *ci = json_put(one, "ci95", json_new_array());
+        json_push_number(ci, p->ci95[0]);
+        json_push_number(ci, p->ci95[1]);
+        json_put_bool(one, "identifiable", p->identifiable);
+        json_put_bool(one, "held", !p->estimated);
+        json_put_text(one, "unit", p->unit);
+        json_put_number(one, "start", p->start);
+    }
+}
+
+static const char **unknown_labels(const struct fit_result *result)
+{
+    const char **labels = bf_alloc(result->identifiability.n, sizeof *labels);
+    for (size_t i = 0; i < result->identifiability.n; i++)
+        labels[i] = result->parameters[result->unknown[i]].label;
+    return labels;
+}
+
+static void put_null_directions(struct json *root, const struct fit_result *result)
+{
+    static const double smallest = 1e-3;
+    const struct identifiability *id = &result->identifiability;
+    const char **labels = unknown_labels(result);
+    struct json *list = json_put(root, "null_directions", json_new_array());
+    for (size_t k = 0; k < id->n_null; k++) {
+        struct json *one = json_push(list, json_new_object());
+        json_put_number(one, "ratio", id->null[k].ratio);
+        struct json *weights = json_put(one, "parameters", json_new_object());
+        for (size_t i = 0; i < id->n; i++)
+            if (fabs(id->null[k].weight[i]) >= smallest)
+                json_put_number(weights, labels[i], id->null[k].weight[i]);
+        json_put_bool(one, "fixed_by_prior", id->null[k].pinned);
+        char *text = identifiability_text(id->n, labels, &id->null[k]);
+        json_put_text(one, "text", text);
+        free(text);
+    }
+    free(labels);
+}
+
+static const char *intersample_text(enum intersample intersample)
+{
+    switch (intersample) {
+    case INTERSAMPLE_ZERO_ORDER_HOLD:
+        return "zero-order hold";
+    case INTERSAMPLE_FIRST_ORDER_HOLD:
+        return "first-order hold";
+    case INTERSAMPLE_BAND_LIMITED:
+        break;
+    }
+    return "band-limited";
+}
+
+static void put_minima(struct json *root, const struct fit_result *result)
+{
+    struct json *list = json_put(root, "other_minima", json_new_array());
+    for (size_t k = 0; k < result->n_minima; k++) {
+        struct json *one = json_push(list, json_new_object());
+        json_put_number(one, "noise_ratio", result->minima[k].noise_ratio);
+        struct json *values = json_put(one, "parameters", json_new_object());
+        for (size_t i = 0; i < result->n_parameters; i++)
+            if (result->parameters[i].estimated)
+                json_put_number(values, result->parameters[i].label, result->minima[k].value[i]);
+    }
+}
+
+struct json *fit_json(const struct fit_result *result, const struct record records[], const struct fit_check *check)
+{
+    struct json *root = json_new_object();
+    put_records(root, records, result->n_records, result->channels, result->n_channels);
+    json_put_number(root, "nrmse", result->nrmse);
+    json_put_number(root, "noise_ratio", result->noise_ratio);
+    put_parameters(root, result);
+    put_null_directions(root, result);
+    json_put_number(root, "seconds", result->seconds);
+    json_put_number(root, "evaluations", (double)result->evaluations);
+    json_put_bool(root, "converged", result->converged);
+    json_put_number(root, "distance_sd", result->distance);
+    json_put_bool(root, "interrupted", result->interrupted);
+    json_put_text(root, "intersample", intersample_text(result->intersample));
+    if (check->n > 0) {
+        struct json *held_out = json_put(root, "check", json_new_object());
+        double nrmse, noise_ratio;
+        fit_totals(check->channels, check->n_channels, &nrmse, &noise_ratio);
+        put_records(held_out, check->records, check->n, check->channels, check->n_channels);
+        json_put_number(held_out, "nrmse", nrmse);
+        json_put_number(held_out, "noise_ratio", noise_ratio);
+    }
+    put_minima(root, result);
+    struct json *warnings = json_put(root, "warnings", json_new_array());
+    for (size_t k = 0; k < result->n_warnings; k++)
+        json_push_text(warnings, result->warnings[k]);
+    return root;
+}
+
+/* ---- Text ---- */
+
+/* Left-justified in `width` columns; counts characters, not bytes (units hold '·' and '²'). */
+static void print_padded(FILE *out, const char *text, int width)
+{
+    int used = 0;
+    for (const char *c = text; *c; c++)
+        used += (*c & 0xC0) != 0x80;
+    fprintf(out, "%s%*s", text, used < width ? width - used : 1, "");
+}
+
+static int label_width(const struct fit_result *result)
+{
+    size_t width = strlen("parameter");
+    for (size_t i = 0; i < result->n_parameters; i++) {
+        const size_t length = strlen(result->parameters[i].label);
+        width = length > width ? length : width;
+    }
+    return (int)width + 2;
+}
+
+static void print_estimate(FILE *out, const struct fit_parameter *p, int width)
+{
+    print_padded(out, p->label, width);
+    print_padded(out, p->unit, 13);
+    fprintf(out, "%-13.6g ", p->value);
+    if (!p->estimated)
+        fprintf(out, "%-45s", "held");
+    else if (!p->identifiable)
+        fprintf(out, "%-45s", "not identifiable from these records");
+    else
+        fprintf(out, "± %-8.2g %7.3g %%   %-11.5g … %-11.5g ", p->sd, fabs(100.0 * p->sd / p->value), p->ci95[0],
+                p->ci95[1]);
+    fprintf(out, "%.6g%s\n", p->start, p->at_bound ? "  (at a bound)" : "");
+}
+
+static void print_channels(FILE *out, const char *title, const struct record records[],
+                           const struct fit_channel_error channels[], size_t n)
+{
+    double nrmse, noise_ratio;
+    fit_totals(channels, n, &nrmse, &noise_ratio);
+    fprintf(out, "\n%s\n", title);
+    for (size_t c = 0; c < n; c++) {
+        const char *path = records[channels[c].record].path ? records[channels[c].record].path : "";
+        fprintf(out, "  %-32s %-14s error %8.3f %%   ", path, channels[c].name, 100.0 * channels[c].nrmse);
+        if (isfinite(channels[c].noise_ratio))
+            fprintf(out, "%.3f × noise (%.3g)\n", channels[c].noise_ratio, channels[c].noise);
+        else
+            fprintf(out, "noise not seen\n");
+    }
+    fprintf(out, "  %-47s error %8.3f %%   ", "all (root mean square)", 100.0 * nrmse);
+    if (isfinite(noise_ratio))
+        fprintf(out, "%.3f × noise\n", noise_ratio);
+    else
+        fprintf(out, "\n");
+}
+
+static void print_null_directions(FILE *out, const struct fit_result *result)
+{
+    const struct identifiability *id = &result->identifiability;
+    const char **labels = unknown_labels(result);
+    if (id->n_null > 0)
+        fprintf(out, "\nWhat the records alone do not determine\n");
+    for (size_t k = 0; k < id->n_null; k++) {
+        char *text = identifiability_text(id->n, labels, &id->null[k]);
+        fprintf(out, "  - %s.\n", text);
+        free(text);
+    }
+    free(labels);
+}
+
+static void print_minima(FILE *out, const struct fit_result *result)
+{
+    if (result->n_minima > 0)
+        fprintf(out, "\nOther minima that the search found and left\n");
+    for (size_t k = 0; k < result->n_minima; k++) {
+        fprintf(out, "  %.3f × noise:", result->minima[k].noise_ratio);
+        for (size_t i = 0; i < result->n_parameters; i++)
+            if (result->parameters[i].estimated)
+                fprintf(out, " %s %.4g", result->parameters[i].label, result->minima[k].value[i]);
+        fprintf(out, "\n");
+    }
+}
+
+void fit_print(FILE *out, const struct fit_result *result, const struct record records[], const struct fit_check *check)
+{
+    const int width = label_width(result);
+    print_padded(out, "parameter", width);
+    fprintf(out, "%-13s%-14s%-45s%s\n", "unit", "value", "standard error         95 % interval", "start");
+    for (size_t i = 0; i < result->n_parameters; i++)
+        print_estimate(out, &result->parameters[i], width);
+    for (size_t r = 0; r < result->n_records; r++)
+        if (result->level[r] != 1.0)
+            fprintf(out, "force level of %s: %.6g\n", result->names[r], result->level[r]);
+    print_channels(out, "Fitted records", records, result->channels, result->n_channels);
+    if (check->n > 0)
+        print_channels(out, "Held-out records", check->records, check->channels, check->n_channels);
+    print_null_directions(out, result);
+    print_minima(out, result);
+    if (result->n_warnings > 0)
+        fprintf(out, "\nWarnings\n");
+    for (size_t k = 0; k < result->n_warnings; k++)
+        fprintf(out, "  - %s.\n", result->warnings[k]);
+    fprintf(out, "\n%s: %.2g standard errors from the optimum; %zu evaluations, %.2f s; inputs %s between samples.\n",
+            result->converged ? "Converged" : "NOT CONVERGED", result->distance, result->evaluations, result->seconds,
+            intersample_text(result->intersample));
+}
