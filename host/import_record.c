@@ -4,41 +4,14 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include "import.h"
-#include "time_axis.h"
+#include "import_work.h"
 
-enum { SHOWN = 60 }; /* characters of a name in a message */
-
-/* A column to be: channel and name (owned). */
-struct column {
-    size_t channel;
-    char *name;
-};
-
-/* The uniform axis of the record and where it is from. */
-struct axis {
-    size_t n;
-    double t0_s, dt_s;
-    size_t channel; /* that held the times, or IMPORT_NO_AXIS */
-    char from[160];
-};
-
-struct work {
-    const struct import_file *file;
-    const struct import_choice *choice;
-    size_t n_columns;
-    struct column *columns;
-    struct axis axis;
-    size_t first, last; /* samples kept, both included */
-};
-
-static long line_of(const struct import_file *file, size_t sample)
+long import_line_of(const struct import_file *file, size_t sample)
 {
     return sample < file->n_lines ? file->lines[sample] : 0;
 }
 
-/* By the name in the file, by the column's name to be, or "#3". IMPORT_NO_AXIS when there is none. */
-static size_t find_channel(const struct import_file *file, const char *name)
+size_t import_find_channel(const struct import_file *file, const char *name)
 {
     char *end;
     unsigned long number = name[0] == '#' ? strtoul(name + 1, &end, 10) : 0;
@@ -63,38 +36,38 @@ static size_t find_channel(const struct import_file *file, const char *name)
     return IMPORT_NO_AXIS;
 }
 
-static enum bf_status fail_no_channel(const struct import_file *file, const char *option, const char *name,
+enum bf_status import_fail_no_channel(const struct import_file *file, const char *option, const char *name,
                                       struct bf_error *err)
 {
     char list[400] = "";
-    for (size_t i = 0; i < file->n_channels && strlen(list) + SHOWN + 8 < sizeof list; i++)
-        snprintf(list + strlen(list), sizeof list - strlen(list), "%s%.*s", i > 0 ? ", " : "", SHOWN,
+    for (size_t i = 0; i < file->n_channels && strlen(list) + IMPORT_SHOWN + 8 < sizeof list; i++)
+        snprintf(list + strlen(list), sizeof list - strlen(list), "%s%.*s", i > 0 ? ", " : "", IMPORT_SHOWN,
                  file->channels[i].name);
-    return bf_fail(err, BF_USAGE, "%s %.*s: %s has no such channel; it has %s (see --list)", option, SHOWN, name,
+    return bf_fail(err, BF_USAGE, "%s %.*s: %s has no such channel; it has %s (see --list)", option, IMPORT_SHOWN, name,
                    file->path, list);
 }
 
-static enum bf_status add_column(struct work *w, size_t channel, const char *name, struct bf_error *err)
+static enum bf_status add_column(struct import_work *w, size_t channel, const char *name, struct bf_error *err)
 {
     const struct import_channel *c = &w->file->channels[channel];
     if (c->unusable != NULL)
-        return bf_fail(err, BF_USAGE, "channel '%.*s' of %s cannot become a column: %s", SHOWN, c->name, w->file->path,
-                       c->unusable);
+        return bf_fail(err, BF_USAGE, "channel '%.*s' of %s cannot become a column: %s", IMPORT_SHOWN, c->name,
+                       w->file->path, c->unusable);
     char *own = name != NULL ? bf_strdup(name) : import_column_name(c);
     for (size_t i = 0; i < w->n_columns; i++)
         if (strcmp(w->columns[i].name, own) == 0) {
-            bf_fail(err, BF_USAGE, "two channels would become column '%.*s'; rename one with --channel %.*s=NEW", SHOWN,
-                    own, SHOWN, c->name);
+            bf_fail(err, BF_USAGE, "two channels would become column '%.*s'; rename one with --channel %.*s=NEW",
+                    IMPORT_SHOWN, own, IMPORT_SHOWN, c->name);
             free(own);
             return err->status;
         }
     if (own[0] == '\0' || own[strcspn(own, ",\"'\n\r\t #")] != '\0' || strcmp(own, "time_s") == 0) {
-        bf_fail(err, BF_USAGE, "'%.*s' cannot be the name of a column; use letters, digits and '_'", SHOWN, own);
+        bf_fail(err, BF_USAGE, "'%.*s' cannot be the name of a column; use letters, digits and '_'", IMPORT_SHOWN, own);
         free(own);
         return err->status;
     }
     w->columns = bf_grow(w->columns, w->n_columns + 1, sizeof *w->columns);
-    w->columns[w->n_columns++] = (struct column){channel, own};
+    w->columns[w->n_columns++] = (struct import_column){channel, own};
     return BF_OK;
 }
 
@@ -112,7 +85,7 @@ static bool same_group(const struct import_file *file, size_t a, size_t b)
     return s->n == t->n && memcmp(s->x, t->x, s->n * sizeof *s->x) == 0;
 }
 
-static bool is_axis(const struct import_file *file, size_t channel)
+bool import_is_axis(const struct import_file *file, size_t channel)
 {
     for (size_t i = 0; i < file->n_channels; i++)
         if (file->channels[i].axis == channel)
@@ -121,24 +94,24 @@ static bool is_axis(const struct import_file *file, size_t channel)
 }
 
 /* Every channel that is neither time nor a lone number, when all fit together. */
-static enum bf_status take_all(struct work *w, size_t time, struct bf_error *err)
+static enum bf_status take_all(struct import_work *w, size_t time, struct bf_error *err)
 {
     const struct import_file *file = w->file;
     double factor;
     for (size_t i = 0; i < file->n_channels; i++) {
         const struct import_channel *c = &file->channels[i];
-        if (i == time || is_axis(file, i) || c->unusable != NULL || c->n < 2)
+        if (i == time || import_is_axis(file, i) || c->unusable != NULL || c->n < 2)
             continue;
         if (import_looks_like_time(c, &factor)) {
             bf_warn("%s: channel '%.*s' is left out, it looks like another time axis (--channel takes it)", file->path,
-                    SHOWN, c->name);
+                    IMPORT_SHOWN, c->name);
             continue;
         }
         if (w->n_columns > 0 && !same_group(file, w->columns[0].channel, i))
             return bf_fail(err, BF_USAGE,
                            "%s: channels '%.*s' and '%.*s' have different samples or time axes; choose those of one "
                            "with --channel (see --list)",
-                           file->path, SHOWN, file->channels[w->columns[0].channel].name, SHOWN, c->name);
+                           file->path, IMPORT_SHOWN, file->channels[w->columns[0].channel].name, IMPORT_SHOWN, c->name);
         if (add_column(w, i, NULL, err) != BF_OK)
             return err->status;
     }
@@ -150,166 +123,30 @@ static enum bf_status take_all(struct work *w, size_t time, struct bf_error *err
     return bf_fail_at(err, file->path, 0, "has no channel beside time with two samples or more; see --list");
 }
 
-static enum bf_status take_picks(struct work *w, struct bf_error *err)
+static enum bf_status take_picks(struct import_work *w, struct bf_error *err)
 {
     for (size_t i = 0; i < w->choice->n_picks; i++) {
         const struct import_pick *pick = &w->choice->picks[i];
-        size_t channel = find_channel(w->file, pick->from);
+        size_t channel = import_find_channel(w->file, pick->from);
         if (channel == IMPORT_NO_AXIS)
-            return fail_no_channel(w->file, "--channel", pick->from, err);
+            return import_fail_no_channel(w->file, "--channel", pick->from, err);
         if (w->n_columns > 0 && !same_group(w->file, w->columns[0].channel, channel))
             return bf_fail(err, BF_USAGE,
                            "channels '%.*s' and '%.*s' of %s have different samples or time axes; import them into two "
                            "records",
-                           SHOWN, w->file->channels[w->columns[0].channel].name, SHOWN, pick->from, w->file->path);
+                           IMPORT_SHOWN, w->file->channels[w->columns[0].channel].name, IMPORT_SHOWN, pick->from,
+                           w->file->path);
         if (add_column(w, channel, pick->to, err) != BF_OK)
             return err->status;
     }
     return BF_OK;
 }
 
-/* The channel that looks like time, if there is exactly one; *count says how many do. */
-static size_t guess_time(const struct import_file *file, size_t *count)
-{
-    size_t found = IMPORT_NO_AXIS;
-    double factor;
-    *count = 0;
-    for (size_t i = 0; i < file->n_channels; i++)
-        if (file->channels[i].n >= 2 && file->channels[i].unusable == NULL && !is_axis(file, i) &&
-            import_looks_like_time(&file->channels[i], &factor)) {
-            found = *count == 0 ? i : found;
-            ++*count;
-        }
-    return found;
-}
-
-/* Does the first channel increase uniformly, and not by 1 as a counter of samples does? */
-static bool first_is_uniform(const struct import_file *file)
-{
-    const struct import_channel *c = &file->channels[0];
-    double t0, dt;
-    size_t bad;
-    char why[256];
-    for (size_t k = 0; k < c->n; k++)
-        if (!isfinite(c->x[k]))
-            return false;
-    return file->n_channels > 1 && c->n >= 3 && c->unusable == NULL &&
-           time_axis_fit(c->x, c->n, c->digits, &t0, &dt, &bad, why) && dt != 1;
-}
-
-/* Which channel holds the times of the record; IMPORT_NO_AXIS: none, the file or the user states a rate. */
-static enum bf_status choose_time(const struct work *w, size_t *time, struct bf_error *err)
-{
-    const struct import_file *file = w->file;
-    size_t count, guess = guess_time(file, &count);
-    *time = IMPORT_NO_AXIS;
-    if (w->choice->time != NULL) {
-        *time = find_channel(file, w->choice->time);
-        return *time != IMPORT_NO_AXIS ? BF_OK : fail_no_channel(file, "--time", w->choice->time, err);
-    }
-    if (w->choice->rate_Hz > 0) {
-        *time = count == 1 ? guess : IMPORT_NO_AXIS; /* left out of the columns */
-        return BF_OK;
-    }
-    for (size_t i = 0; i < file->n_channels; i++)
-        if (file->channels[i].axis != IMPORT_NO_AXIS || file->channels[i].dt_s > 0)
-            return BF_OK; /* the file states an axis by itself */
-    if (count > 1) {
-        size_t other = guess + 1;
-        double factor;
-        while (!import_looks_like_time(&file->channels[other], &factor))
-            other++;
-        return bf_fail(err, BF_USAGE, "%s: '%.*s' and '%.*s' both look like time; choose one with --time", file->path,
-                       SHOWN, file->channels[guess].name, SHOWN, file->channels[other].name);
-    }
-    if (count == 1) {
-        *time = guess;
-    } else if (!(file->rate_Hz > 0) && !file->has_names && first_is_uniform(file)) {
-        *time = 0;
-        bf_warn("%s: channel '%.*s' increases uniformly and is taken as time in %s (--time, --time-unit and --rate say "
-                "otherwise)",
-                file->path, SHOWN, file->channels[0].name, w->choice->time_unit != NULL ? w->choice->time_unit : "s");
-    }
-    return BF_OK;
-}
-
-static enum bf_status axis_of_channel(struct work *w, size_t time, struct bf_error *err)
-{
-    const struct import_file *file = w->file;
-    const struct import_channel *c = &file->channels[time];
-    struct import_unit unit = {"s", "s", 1};
-    size_t bad;
-    char why[256];
-    if (c->unusable != NULL || c->n < 2)
-        return bf_fail(err, BF_USAGE, "--time: channel '%.*s' of %s has no two samples; see --list", SHOWN, c->name,
-                       file->path);
-    if (!import_looks_like_time(c, &unit.factor) && import_unit(c->unit, &unit) && strcmp(unit.SI, "s") != 0)
-        return bf_fail(err, BF_USAGE, "--time: channel '%.*s' of %s is in %s, not in a unit of time", SHOWN, c->name,
-                       file->path, c->unit);
-    if (w->choice->time_unit != NULL && (!import_unit(w->choice->time_unit, &unit) || strcmp(unit.SI, "s") != 0))
-        return bf_fail(err, BF_USAGE, "--time-unit %.*s: not a unit of time; give s, ms, us or min", SHOWN,
-                       w->choice->time_unit);
-    if (!time_axis_fit(c->x, c->n, c->digits, &w->axis.t0_s, &w->axis.dt_s, &bad, why))
-        return bf_fail_at(
-            err, file->path, line_of(file, bad),
-            "channel '%.*s', sample %zu: %s; when the samples are uniform give --rate HZ, else resample them", SHOWN,
-            c->name, bad + 1, why);
-    w->axis.t0_s *= unit.factor;
-    w->axis.dt_s = unit.factor < 1 ? w->axis.dt_s / round(1 / unit.factor) : w->axis.dt_s * unit.factor;
-    w->axis.n = c->n;
-    w->axis.channel = time;
-    snprintf(w->axis.from, sizeof w->axis.from, "channel '%.*s' in %s", SHOWN, c->name,
-             unit.factor == 1      ? "s"
-             : unit.factor == 1e-3 ? "ms"
-             : unit.factor == 1e-6 ? "us"
-             : unit.factor == 60   ? "min"
-                                   : "ns");
-    return BF_OK;
-}
-
-static enum bf_status make_axis(struct work *w, size_t time, struct bf_error *err)
-{
-    const struct import_file *file = w->file;
-    const struct import_channel *first = &file->channels[w->columns[0].channel];
-    struct axis *axis = &w->axis;
-    axis->n = first->n;
-    axis->channel = IMPORT_NO_AXIS;
-    if (w->choice->rate_Hz > 0) {
-        axis->dt_s = 1 / w->choice->rate_Hz;
-        snprintf(axis->from, sizeof axis->from, "--rate %.9g Hz", w->choice->rate_Hz);
-    } else if (time != IMPORT_NO_AXIS || first->axis != IMPORT_NO_AXIS) {
-        if (axis_of_channel(w, time != IMPORT_NO_AXIS ? time : first->axis, err) != BF_OK)
-            return err->status;
-    } else if (first->dt_s > 0) {
-        axis->t0_s = first->t0_s;
-        axis->dt_s = first->dt_s;
-        snprintf(axis->from, sizeof axis->from, "the file's start and step");
-    } else if (file->rate_Hz > 0) {
-        axis->dt_s = 1 / file->rate_Hz;
-        snprintf(axis->from, sizeof axis->from, "%.9g Hz as stated in the file (%.80s)", file->rate_Hz,
-                 file->rate_from);
-    } else {
-        return bf_fail(err, BF_USAGE, "%s has no time axis; give --time CHANNEL or --rate HZ (see --list)%s%.*s%s",
-                       file->path, first_is_uniform(file) ? "; channel '" : "", first_is_uniform(file) ? SHOWN : 0,
-                       file->channels[0].name, first_is_uniform(file) ? "' increases uniformly" : "");
-    }
-    for (size_t i = 0; i < w->n_columns; i++) {
-        const struct import_channel *c = &file->channels[w->columns[i].channel];
-        if (c->n != axis->n)
-            return bf_fail(err, BF_USAGE,
-                           "channel '%.*s' of %s has %zu samples, its time axis has %zu; choose another --time", SHOWN,
-                           c->name, file->path, c->n, axis->n);
-    }
-    if (axis->n < 2 || !(axis->dt_s > 0) || !isfinite(axis->dt_s) || !isfinite(axis->t0_s))
-        return bf_fail_at(err, file->path, 0, "the recording has no two samples with a positive time step");
-    return BF_OK;
-}
-
 /* --from and --to: samples within, with half a millionth of a step of mercy for rounding. */
-static enum bf_status cut(struct work *w, struct bf_error *err)
+static enum bf_status cut(struct import_work *w, struct bf_error *err)
 {
     const struct import_choice *choice = w->choice;
-    const struct axis *axis = &w->axis;
+    const struct import_axis *axis = &w->axis;
     double end_s = axis->t0_s + (double)(axis->n - 1) * axis->dt_s;
     double from = isnan(choice->from_s) ? 0 : ceil((choice->from_s - axis->t0_s) / axis->dt_s - 1e-6);
     double to = isnan(choice->to_s) ? (double)(axis->n - 1) : floor((choice->to_s - axis->t0_s) / axis->dt_s + 1e-6);
@@ -329,17 +166,17 @@ static enum bf_status cut(struct work *w, struct bf_error *err)
 }
 
 /* The scale of a column; NULL when the user gave none. */
-static const struct import_scale *scale_of(const struct work *w, const struct column *column)
+static const struct import_scale *scale_of(const struct import_work *w, const struct import_column *column)
 {
     for (size_t i = 0; i < w->choice->n_scales; i++) {
         const char *name = w->choice->scales[i].name;
-        if (strcmp(name, column->name) == 0 || find_channel(w->file, name) == column->channel)
+        if (strcmp(name, column->name) == 0 || import_find_channel(w->file, name) == column->channel)
             return &w->choice->scales[i];
     }
     return NULL;
 }
 
-static void warn_of_unit(const struct column *column, const struct import_channel *c)
+static void warn_of_unit(const struct import_column *column, const struct import_channel *c)
 {
     struct import_unit file, name;
     if (!import_unit(c->unit, &file) || !import_unit_of_name(column->name, &name) ||
@@ -353,7 +190,7 @@ static void warn_of_unit(const struct column *column, const struct import_channe
                 name.suffix);
 }
 
-static enum bf_status fill_column(const struct work *w, const struct column *column, struct record *out,
+static enum bf_status fill_column(const struct import_work *w, const struct import_column *column, struct record *out,
                                   struct bf_error *err)
 {
     const struct import_file *file = w->file;
@@ -367,9 +204,10 @@ static enum bf_status fill_column(const struct work *w, const struct column *col
         if (isfinite(x[k]))
             continue;
         free(x);
-        return bf_fail_at(err, file->path, line_of(file, w->first + k),
+        return bf_fail_at(err, file->path, import_line_of(file, w->first + k),
                           "channel '%.*s', sample %zu: %s; cut it off with --from or --to, or leave the channel out",
-                          SHOWN, c->name, w->first + k + 1, isnan(c->x[w->first + k]) ? "no number" : "too large");
+                          IMPORT_SHOWN, c->name, w->first + k + 1,
+                          isnan(c->x[w->first + k]) ? "no number" : "too large");
     }
     record_add_column(out, column->name, x);
     free(x);
@@ -380,24 +218,24 @@ static enum bf_status fill_column(const struct work *w, const struct column *col
                          : scale->unit != NULL                      ? scale->unit
                          : import_unit_of_name(column->name, &unit) ? unit.suffix
                                                                     : "";
-    snprintf(key, sizeof key, "channel_%.*s", SHOWN, column->name);
-    snprintf(text, sizeof text, "'%.*s'%s%.*s", SHOWN, c->name, c->about[0] != '\0' ? ", " : "", 120, c->about);
+    snprintf(key, sizeof key, "channel_%.*s", IMPORT_SHOWN, column->name);
+    snprintf(text, sizeof text, "'%.*s'%s%.*s", IMPORT_SHOWN, c->name, c->about[0] != '\0' ? ", " : "", 120, c->about);
     record_add_meta(out, key, text);
     if (stated[0] != '\0') {
-        snprintf(key, sizeof key, "unit_%.*s", SHOWN, column->name);
+        snprintf(key, sizeof key, "unit_%.*s", IMPORT_SHOWN, column->name);
         record_add_meta(out, key, stated);
     }
     if (scale != NULL) {
-        snprintf(key, sizeof key, "scale_%.*s", SHOWN, column->name);
-        snprintf(text, sizeof text, "%.12g%s%.*s", factor, c->unit[0] != '\0' ? " applied to values in " : "", SHOWN,
-                 c->unit);
+        snprintf(key, sizeof key, "scale_%.*s", IMPORT_SHOWN, column->name);
+        snprintf(text, sizeof text, "%.12g%s%.*s", factor, c->unit[0] != '\0' ? " applied to values in " : "",
+                 IMPORT_SHOWN, c->unit);
         record_add_meta(out, key, text);
     }
     return BF_OK;
 }
 
 /* Provenance first, then what beamfit acts on, then what the file said of itself. */
-static void fill_meta(const struct work *w, struct record *out)
+static void fill_meta(const struct import_work *w, struct record *out)
 {
     const struct import_file *file = w->file;
     const struct import_choice *choice = w->choice;
@@ -420,26 +258,26 @@ static void fill_meta(const struct work *w, struct record *out)
             record_add_meta(out, file->meta[i].key, file->meta[i].value);
 }
 
-static enum bf_status check_scales(const struct work *w, struct bf_error *err)
+static enum bf_status check_scales(const struct import_work *w, struct bf_error *err)
 {
     for (size_t i = 0; i < w->choice->n_scales; i++) {
         bool used = false;
         for (size_t k = 0; k < w->n_columns; k++)
             used |= scale_of(w, &w->columns[k]) == &w->choice->scales[i];
         if (!used)
-            return fail_no_channel(w->file, "--scale", w->choice->scales[i].name, err);
+            return import_fail_no_channel(w->file, "--scale", w->choice->scales[i].name, err);
     }
     return BF_OK;
 }
 
-static enum bf_status make_record(struct work *w, struct record *out, struct bf_error *err)
+static enum bf_status make_record(struct import_work *w, struct record *out, struct bf_error *err)
 {
     size_t time;
-    if (choose_time(w, &time, err) != BF_OK)
+    if (import_choose_time(w, &time, err) != BF_OK)
         return err->status;
     if ((w->choice->n_picks > 0 ? take_picks(w, err) : take_all(w, time, err)) != BF_OK)
         return err->status;
-    if (make_axis(w, time, err) != BF_OK || cut(w, err) != BF_OK || check_scales(w, err) != BF_OK)
+    if (import_make_axis(w, time, err) != BF_OK || cut(w, err) != BF_OK || check_scales(w, err) != BF_OK)
         return err->status;
     out->n = w->last - w->first + 1;
     out->dt_s = w->axis.dt_s;
@@ -454,7 +292,7 @@ static enum bf_status make_record(struct work *w, struct record *out, struct bf_
 enum bf_status import_record(const struct import_file *file, const struct import_choice *choice, struct record *out,
                              struct bf_error *err)
 {
-    struct work w = {.file = file, .choice = choice};
+    struct import_work w = {.file = file, .choice = choice};
     memset(out, 0, sizeof *out);
     enum bf_status status = make_record(&w, out, err);
     for (size_t i = 0; i < w.n_columns; i++)

@@ -13,198 +13,16 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 #include "import.h"
+#include "import_uff.h"
 #include "time_axis.h"
 
-enum { HEADER_LINES = 11, LONGEST_TEXT = 80 };
-
-/* The file as bytes with a place and a line in it. */
-struct cursor {
-    const char *path, *s, *end;
-    long line; /* of s; binary values count as no lines */
-};
-
-struct line {
-    const char *s, *end;
-};
-
-/* Record 8 to 11: what an axis is. */
-struct axis_text {
-    int kind; /* specific data type: 17 time, 18 frequency, 12 acceleration … */
-    struct line label, unit;
-};
-
-/* The header of one dataset 58. */
-struct header {
-    long line;
-    bool binary, big_endian, abscissa_single;
-    unsigned long bytes; /* as claimed */
-    struct line title;
-    int function, response_node, response_direction, data_type;
-    unsigned long n;
-    bool even;
-    double x0, dx;
-    struct axis_text abscissa, ordinate;
-};
-
-static bool take_line(struct cursor *c, struct line *out)
-{
-    if (c->s >= c->end)
-        return false;
-    const char *newline = memchr(c->s, '\n', (size_t)(c->end - c->s));
-    out->s = c->s;
-    out->end = newline != NULL ? newline : c->end;
-    c->s = newline != NULL ? newline + 1 : c->end;
-    c->line++;
-    if (out->end > out->s && out->end[-1] == '\r')
-        out->end--;
-    return true;
-}
-
-/* Columns [from, from + width) of a line, blanks trimmed. */
-static struct line field(struct line l, size_t from, size_t width)
-{
-    size_t n = (size_t)(l.end - l.s);
-    struct line out = {l.s + (from < n ? from : n), l.s + (from + width < n ? from + width : n)};
-    while (out.s < out.end && *out.s == ' ')
-        out.s++;
-    while (out.s < out.end && out.end[-1] == ' ')
-        out.end--;
-    return out;
-}
-
-/* Fortran writes 1.5D+00 and, with three digits of exponent, 1.5-100. */
-static bool fortran_number(const char *s, const char *end, double *x)
-{
-    char text[64];
-    size_t n = 0;
-    if (number_parse(s, end, '.', x))
-        return true;
-    for (; s < end && n < sizeof text - 2; s++) {
-        bool digit_before = n > 0 && (text[n - 1] == '.' || (text[n - 1] >= '0' && text[n - 1] <= '9'));
-        if ((*s == '+' || *s == '-') && digit_before)
-            text[n++] = 'e';
-        text[n++] = *s == 'd' || *s == 'D' ? 'e' : *s;
-    }
-    return s == end && number_parse(text, text + n, '.', x);
-}
-
-static bool take_word(struct line *l, struct line *out)
-{
-    while (l->s < l->end && (*l->s == ' ' || *l->s == '\t'))
-        l->s++;
-    out->s = l->s;
-    while (l->s < l->end && *l->s != ' ' && *l->s != '\t')
-        l->s++;
-    out->end = l->s;
-    return out->end > out->s;
-}
-
-static bool take_integer(struct line *l, long *out)
-{
-    struct line word;
-    double x;
-    if (!take_word(l, &word) || !number_parse(word.s, word.end, '.', &x) || x != floor(x) || fabs(x) > 2e9)
-        return false;
-    *out = (long)x;
-    return true;
-}
-
-static bool is_delimiter(struct line l)
-{
-    l = field(l, 0, LONGEST_TEXT);
-    return l.end - l.s == 2 && memcmp(l.s, "-1", 2) == 0;
-}
-
-static void read_axis_text(struct line l, struct axis_text *out)
-{
-    long kind;
-    struct line numbers = l;
-    out->kind = take_integer(&numbers, &kind) ? (int)kind : 0;
-    out->label = field(l, 26, 20);
-    out->unit = field(l, 47, 20);
-}
-
-static bool is_none(struct line l)
-{
-    return l.s == l.end || (l.end - l.s == 4 && strncasecmp(l.s, "NONE", 4) == 0);
-}
-
-/* Record 7: data type, number of values, spacing, first abscissa, step. */
-static enum bf_status read_shape(const struct cursor *c, struct line l, struct header *h, struct bf_error *err)
-{
-    long type, n, even;
-    struct line x0, dx;
-    if (!take_integer(&l, &type) || !take_integer(&l, &n) || !take_integer(&l, &even))
-        return bf_fail_at(err, c->path, c->line,
-                          "dataset 58, record 7: no three whole numbers (data type, values, spacing); export again");
-    if (type != 2 && type != 4 && type != 5 && type != 6)
-        return bf_fail_at(err, c->path, c->line,
-                          "dataset 58, record 7: data type %ld is none of 2, 4, 5, 6; export again", type);
-    if (n < 1 || (size_t)n > (size_t)(c->end - c->s))
-        return bf_fail_at(err, c->path, c->line,
-                          "dataset 58, record 7: %ld values, but only %td bytes follow; the file is "
-                          "cut off or damaged",
-                          n, c->end - c->s);
-    h->data_type = (int)type;
-    h->n = (unsigned long)n;
-    h->even = even != 0;
-    if (h->even && !(take_word(&l, &x0) && take_word(&l, &dx) && fortran_number(x0.s, x0.end, &h->x0) &&
-                     fortran_number(dx.s, dx.end, &h->dx) && isfinite(h->x0) && isfinite(h->dx)))
-        return bf_fail_at(err, c->path, c->line, "dataset 58, record 7: no abscissa start and step; export again");
-    return BF_OK;
-}
-
-/* c stands behind the line "58" or "58b …", given as first. */
-static enum bf_status read_header(struct cursor *c, struct line first, struct header *h, struct bf_error *err)
-{
-    struct line l[HEADER_LINES];
-    *h = (struct header){.line = c->line};
-    struct line word;
-    take_word(&first, &word);
-    h->binary = word.end[-1] == 'b' || word.end[-1] == 'B';
-    if (!h->binary && take_word(&first, &word) && word.end - word.s == 1 && (*word.s == 'b' || *word.s == 'B'))
-        h->binary = true; /* "58 b" */
-    if (h->binary) {
-        long order, format, lines, bytes;
-        if (!take_integer(&first, &order) || !take_integer(&first, &format) || !take_integer(&first, &lines) ||
-            !take_integer(&first, &bytes))
-            return bf_fail_at(err, c->path, c->line,
-                              "dataset 58b: no byte order, float format and sizes; export again");
-        if ((order != 1 && order != 2) || format != 2 || lines != HEADER_LINES)
-            return bf_fail_at(
-                err, c->path, c->line,
-                "dataset 58b: byte order %ld, float format %ld, %ld lines of text; only IEEE floats (2), order "
-                "1 or 2 and 11 lines can be read; export as text",
-                order, format, lines);
-        h->big_endian = order == 2;
-        h->bytes = bytes > 0 ? (unsigned long)bytes : 0;
-    }
-    for (int i = 0; i < HEADER_LINES; i++) {
-        if (!take_line(c, &l[i]) || is_delimiter(l[i]))
-            return bf_fail_at(err, c->path, c->line,
-                              "dataset 58: ends within its header; the file is cut off or damaged");
-        if (i == 6 && read_shape(c, l[i], h, err) != BF_OK)
-            return err->status;
-    }
-    h->title = field(l[0], 0, LONGEST_TEXT);
-    struct line function = l[5], node = field(l[5], 41, 10), direction = field(l[5], 51, 4);
-    long number;
-    h->function = take_integer(&function, &number) ? (int)number : 0;
-    h->response_node = take_integer(&node, &number) ? (int)number : 0;
-    h->response_direction = take_integer(&direction, &number) ? (int)number : 0;
-    read_axis_text(l[7], &h->abscissa);
-    read_axis_text(l[8], &h->ordinate);
-    return BF_OK;
-}
-
-static bool is_complex(const struct header *h)
+static bool is_complex(const struct uff_header *h)
 {
     return h->data_type >= 5;
 }
 
-static bool is_double(const struct header *h)
+static bool is_double(const struct uff_header *h)
 {
     return h->data_type == 4 || h->data_type == 6;
 }
@@ -229,7 +47,7 @@ static double read_float(const char *s, bool big_endian, size_t size)
 }
 
 /* Does the dataset end at s? "    -1", perhaps after line ends. */
-static bool ends_at(const struct cursor *c, const char *s)
+static bool ends_at(const struct uff_cursor *c, const char *s)
 {
     while (s < c->end && (*s == '\r' || *s == '\n' || *s == ' '))
         s++;
@@ -238,8 +56,8 @@ static bool ends_at(const struct cursor *c, const char *s)
 }
 
 /* columns[] of n values each: abscissa (uneven), then real, then imaginary part. */
-static enum bf_status read_binary(struct cursor *c, struct header *h, size_t n_columns, double *const columns[3],
-                                  struct bf_error *err)
+static enum bf_status read_binary(struct uff_cursor *c, struct uff_header *h, size_t n_columns,
+                                  double *const columns[3], struct bf_error *err)
 {
     size_t size = is_double(h) ? 8 : 4, left = (size_t)(c->end - c->s);
     size_t x_size = h->even ? 0 : size, row = n_columns * size;
@@ -271,43 +89,43 @@ static enum bf_status read_binary(struct cursor *c, struct header *h, size_t n_c
 }
 
 /* Field width i of a line of text: E13.5 for single precision and for every uneven abscissa, else E20.12. */
-static size_t width_of(const struct header *h, size_t i)
+static size_t width_of(const struct uff_header *h, size_t i)
 {
     bool abscissa = !h->even && i % (is_complex(h) ? 3 : 2) == 0;
     return is_double(h) && !abscissa ? 20 : 13;
 }
 
 /* The numbers of one line, as words or, where they touch, in their columns. Returns how many; `most` + 1: a bad one. */
-static size_t read_numbers(const struct header *h, struct line l, double x[], size_t most)
+static size_t read_numbers(const struct uff_header *h, struct uff_line l, double x[], size_t most)
 {
-    struct line word, rest = l;
+    struct uff_line word, rest = l;
     size_t n = 0;
     bool words = true;
-    while (words && n < most && take_word(&rest, &word))
-        words = fortran_number(word.s, word.end, &x[n++]) && word.end - word.s <= 25;
+    while (words && n < most && uff_take_word(&rest, &word))
+        words = uff_number(word.s, word.end, &x[n++]) && word.end - word.s <= 25;
     if (words)
-        return take_word(&rest, &word) ? most + 1 : n;
+        return uff_take_word(&rest, &word) ? most + 1 : n;
     n = 0;
     for (size_t from = 0; from < (size_t)(l.end - l.s) && n < most; n++) {
-        struct line f = field(l, from, width_of(h, n));
+        struct uff_line f = uff_field(l, from, width_of(h, n));
         from += width_of(h, n);
         if (f.s == f.end)
             break;
-        if (!fortran_number(f.s, f.end, &x[n]))
+        if (!uff_number(f.s, f.end, &x[n]))
             return most + 1;
     }
     return n;
 }
 
-static enum bf_status read_text(struct cursor *c, const struct header *h, size_t n_columns, double *const columns[3],
-                                struct bf_error *err)
+static enum bf_status read_text(struct uff_cursor *c, const struct uff_header *h, size_t n_columns,
+                                double *const columns[3], struct bf_error *err)
 {
     enum { MOST = 16 };
     double x[MOST + 1];
     size_t wanted = h->n * n_columns, got = 0;
-    struct line l;
+    struct uff_line l;
     while (got < wanted) {
-        if (!take_line(c, &l) || is_delimiter(l))
+        if (!uff_take_line(c, &l) || uff_is_delimiter(l))
             return bf_fail_at(err, c->path, c->line, "dataset 58 ends after %zu of %zu numbers; the file is cut off",
                               got, wanted);
         size_t n = read_numbers(h, l, x, MOST);
@@ -346,14 +164,14 @@ struct context {
     int units_code;
 };
 
-static void name_of(const struct header *h, char name[128])
+static void name_of(const struct uff_header *h, char name[128])
 {
     static const char *const directions[] = {"", "X",  "Y",  "Z",  "RX",  "RY",  "RZ",
                                              "", "-X", "-Y", "-Z", "-RX", "-RY", "-RZ"};
     const char *unit, *kind = kind_name(h->ordinate.kind, &unit);
     int d = h->response_direction;
     const char *direction = d >= 0 && d <= 6 ? directions[d] : d < 0 && d >= -6 ? directions[7 - d] : "";
-    if (kind == NULL && !is_none(h->ordinate.label))
+    if (kind == NULL && !uff_is_none(h->ordinate.label))
         snprintf(name, 128, "%.*s", (int)(h->ordinate.label.end - h->ordinate.label.s), h->ordinate.label.s);
     else
         snprintf(name, 128, "%s", kind != NULL ? kind : "channel");
@@ -362,7 +180,7 @@ static void name_of(const struct header *h, char name[128])
 }
 
 /* The factor from the abscissa's unit to seconds; 0 when the abscissa is not time. */
-static double time_factor(const struct header *h)
+static double time_factor(const struct uff_header *h)
 {
     char text[24] = "";
     struct import_unit unit;
@@ -370,7 +188,7 @@ static double time_factor(const struct header *h)
     size_t n = (size_t)(h->abscissa.unit.end - h->abscissa.unit.s);
     if (!is_time)
         return 0;
-    if (is_none(h->abscissa.unit))
+    if (uff_is_none(h->abscissa.unit))
         return 1;
     memcpy(text, h->abscissa.unit.s, n < sizeof text ? n : sizeof text - 1);
     if (!import_unit(text, &unit))
@@ -378,15 +196,15 @@ static double time_factor(const struct header *h)
     return strcmp(unit.SI, "s") == 0 ? unit.factor : 0;
 }
 
-static void describe(struct import_channel *ch, const struct header *h, const struct context *context)
+static void describe(struct import_channel *ch, const struct uff_header *h, const struct context *context)
 {
     const char *unit;
     kind_name(h->ordinate.kind, &unit);
-    if (!is_none(h->ordinate.unit))
+    if (!uff_is_none(h->ordinate.unit))
         import_set_text(&ch->unit, h->ordinate.unit.s, (size_t)(h->ordinate.unit.end - h->ordinate.unit.s));
     else if (context->units_code == 1)
         import_set_text(&ch->unit, unit, strlen(unit));
-    if (!is_none(h->title))
+    if (!uff_is_none(h->title))
         import_set_text(&ch->about, h->title.s, (size_t)(h->title.end - h->title.s));
     if (time_factor(h) > 0)
         return;
@@ -395,7 +213,7 @@ static void describe(struct import_channel *ch, const struct header *h, const st
 }
 
 /* The columns become channels, which then own the numbers. */
-static void add_channels(struct import_file *file, const struct header *h, const struct context *context,
+static void add_channels(struct import_file *file, const struct uff_header *h, const struct context *context,
                          double *columns[3])
 {
     char name[128 + 8];
@@ -429,11 +247,11 @@ static void add_channels(struct import_file *file, const struct header *h, const
     }
 }
 
-static enum bf_status read_58(struct import_file *file, struct cursor *c, struct line first,
+static enum bf_status read_58(struct import_file *file, struct uff_cursor *c, struct uff_line first,
                               const struct context *context, struct bf_error *err)
 {
-    struct header h;
-    if (read_header(c, first, &h, err) != BF_OK)
+    struct uff_header h;
+    if (uff_read_header(c, first, &h, err) != BF_OK)
         return err->status;
     size_t n_columns = (h.even ? 0u : 1u) + (is_complex(&h) ? 2u : 1u);
     double *columns[3] = {NULL, NULL, NULL};
@@ -451,17 +269,17 @@ static enum bf_status read_58(struct import_file *file, struct cursor *c, struct
 }
 
 /* Units (164) and title (151): the first line has what is wanted. */
-static void read_other(struct import_file *file, struct cursor *c, long number, struct context *context)
+static void read_other(struct import_file *file, struct uff_cursor *c, long number, struct context *context)
 {
-    struct cursor at = *c;
-    struct line l;
+    struct uff_cursor at = *c;
+    struct uff_line l;
     long code;
-    if ((number != 151 && number != 164) || !take_line(&at, &l) || is_delimiter(l))
+    if ((number != 151 && number != 164) || !uff_take_line(&at, &l) || uff_is_delimiter(l))
         return;
-    struct line text = field(l, number == 151 ? 0 : 10, number == 151 ? LONGEST_TEXT : 20);
+    struct uff_line text = uff_field(l, number == 151 ? 0 : 10, number == 151 ? UFF_WIDTH : 20);
     if (number == 164)
-        context->units_code = take_integer(&l, &code) ? (int)code : 0;
-    if (!is_none(text))
+        context->units_code = uff_take_integer(&l, &code) ? (int)code : 0;
+    if (!uff_is_none(text))
         import_add_meta(file, number == 151 ? "source_title" : "source_units", text.s, (size_t)(text.end - text.s));
 }
 
@@ -469,18 +287,18 @@ enum bf_status import_uff(struct import_file *file, const char *data, size_t n, 
                           struct bf_error *err)
 {
     (void)how;
-    struct cursor c = {file->path, data, data + n, 0};
+    struct uff_cursor c = {file->path, data, data + n, 0};
     struct context context = {0};
-    struct line l, word, rest;
-    while (take_line(&c, &l)) {
-        if (!is_delimiter(l))
+    struct uff_line l, word, rest;
+    while (uff_take_line(&c, &l)) {
+        if (!uff_is_delimiter(l))
             continue;
         do { /* a file may close one dataset and open the next with a single delimiter */
-            if (!take_line(&c, &l))
+            if (!uff_take_line(&c, &l))
                 return BF_OK;
-        } while (is_delimiter(l));
+        } while (uff_is_delimiter(l));
         rest = l;
-        if (!take_word(&rest, &word))
+        if (!uff_take_word(&rest, &word))
             continue;
         size_t digits = strspn(word.s, "0123456789");
         double number = 0;
@@ -491,7 +309,7 @@ enum bf_status import_uff(struct import_file *file, const char *data, size_t n, 
         } else {
             read_other(file, &c, number < 1e6 ? (long)number : 0, &context);
         }
-        while (take_line(&c, &l) && !is_delimiter(l))
+        while (uff_take_line(&c, &l) && !uff_is_delimiter(l))
             ;
     }
     return BF_OK;

@@ -79,6 +79,8 @@ static void make_round(const double t[], size_t n, struct number_digits most, do
 
 double time_axis_round_step(double dt, int significant)
 {
+    if (significant > 15)
+        significant = 15; /* a double has no more */
     for (int digits = 1; digits < significant; digits++) {
         double step = round_to_digits(dt, digits), rate = round_to_digits(1 / dt, digits);
         if (step == dt)
