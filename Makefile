@@ -145,8 +145,22 @@ layers: ## who includes whom, which file sees which library, licence lines
 	@tools/layers.sh
 size: $(B)/libbeamf.a ## size and stack of the library per function; nm proves what it does not use
 	@tools/size.sh $(B)/size
-bench: all ## our fit beside a plain reference, and the instructions of one step
-	+@$(MAKE) --no-print-directory -f tests/bench/bench.mk B=$(B) run
+BENCH := $(addprefix $(B)/bench/,reference_fit_24x16 reference_fit_40x64 simulate step_float step_double)
+bench: all $(B)/beam_truth $(BENCH) ## our fit beside a plain reference, and the instructions of one step
+	@tests/bench/run.sh $(B)
+$(B)/bench/reference_fit_%: tests/bench/reference_fit.c tests/bench/reference_model.c tests/bench/reference_model.h
+	@mkdir -p $(@D)
+	$(call say,$@)$(CC) $(ALLFLAGS) -DREFERENCE_MODES=$(word 1,$(subst x, ,$*)) -DREFERENCE_OVERSAMPLE=$(word 2,$(subst x, ,$*)) \
+	    $(filter %.c,$^) $(LIBS) -o $@
+$(B)/bench/simulate: tests/bench/simulate.c tests/bench/reference_model.c $(B)/libhost.a $(B)/libbeam.a
+	@mkdir -p $(@D)
+	$(call say,$@)$(CC) $(ALLFLAGS) $^ $(LIBS) -o $@
+$(B)/bench/step_double: tests/bench/step.c $(B)/libbeam.a
+	@mkdir -p $(@D)
+	$(call say,$@)$(CC) $(LIBFLAGS) $^ -lm -o $@
+$(B)/bench/step_float: tests/bench/step.c $(B)/libbeamf.a
+	@mkdir -p $(@D)
+	$(call say,$@)$(CC) $(LIBFLAGS) -DBEAM_FLOAT $^ -lm -o $@
 data: $(B)/beam_truth ## make data/paper again: simulated recordings with the paper's values
 	$(B)/beam_truth data/paper/b1tapih.txt data/paper/b1taoiv.txt -o data/paper
 	cd data && sha256sum paper/*.csv > SHA256SUMS
