@@ -132,31 +132,55 @@ static void find_run(const struct table *t, struct dialect dialect, size_t *firs
     }
 }
 
+/* How well a dialect explains the sample. */
+struct fit {
+    struct dialect dialect;
+    bool has_header; /* text with as many cells, two or more, stands above the run */
+    size_t first, run, n_cells;
+};
+
+static struct fit fit_of(const struct table *t, struct dialect dialect)
+{
+    struct fit fit = {.dialect = dialect};
+    find_run(t, dialect, &fit.first, &fit.run, &fit.n_cells);
+    if (fit.run < 2 || fit.n_cells < 2 || fit.first == 0)
+        return fit;
+    struct cell above = t->row[fit.first - 1], cell = {NULL, NULL};
+    size_t cells = 0;
+    while (next_cell(&above, dialect.separator, &cell))
+        cells++;
+    fit.has_header = cells == fit.n_cells || (cell.s == cell.end && cells == fit.n_cells + 1);
+    return fit;
+}
+
+static bool is_better(const struct fit *a, const struct fit *b)
+{
+    if (a->has_header != b->has_header)
+        return a->has_header;
+    return a->run != b->run ? a->run > b->run : a->n_cells > b->n_cells;
+}
+
 static void sniff(struct table *t, const struct import_reading *how)
 {
     static const struct dialect candidates[] = {{',', '.'},  {';', '.'}, {';', ','}, {'\t', '.'},
                                                 {'\t', ','}, {' ', '.'}, {' ', ','}};
-    size_t comma_cells = 0, comma_run = 0;
+    struct fit best = {.run = 0};
+    size_t decimal_run = 0; /* as one column with decimal commas */
     for (size_t i = 0; i < sizeof candidates / sizeof *candidates; i++) {
         struct dialect d = candidates[i];
-        size_t first, run, n_cells;
-        if (how->separator != '\0' && how->separator != d.separator)
+        if ((how->separator != '\0' && how->separator != d.separator) || (how->point != '\0' && how->point != d.point))
             continue;
-        if (how->point != '\0' && how->point != d.point)
-            continue;
-        find_run(t, d, &first, &run, &n_cells);
-        if (d.point == ',' && n_cells == 1) {
-            comma_cells = n_cells;
-            comma_run = run;
-        }
-        if (run < t->run || (run == t->run && n_cells <= t->n_cells))
-            continue;
-        t->dialect = d;
-        t->first = first;
-        t->run = run;
-        t->n_cells = n_cells;
+        struct fit fit = fit_of(t, d);
+        if (d.point == ',' && fit.n_cells == 1)
+            decimal_run = fit.run;
+        if (is_better(&fit, &best))
+            best = fit;
     }
-    if (t->dialect.separator == ',' && t->n_cells == 2 && comma_cells == 1 && comma_run == t->run)
+    t->dialect = best.dialect;
+    t->first = best.first;
+    t->run = best.run;
+    t->n_cells = best.n_cells;
+    if (best.dialect.separator == ',' && best.n_cells == 2 && !best.has_header && decimal_run == best.run)
         bf_warn("%s: '1,5' is read as the two numbers 1 and 5; if it is one and a half give --decimal ','", t->path);
 }
 

@@ -235,7 +235,8 @@ static bool continues(const struct reader *r, size_t first, size_t n)
         size_t length = strlen(before->name);
         double end_s = before->t0_s + (double)before->n * before->dt_s;
         if (before->dt_s <= 0 || before->dt_s != now->dt_s || fabs(now->t0_s - end_s) > 0.01 * now->dt_s ||
-            strncmp(before->name, now->name, length) != 0 || strcmp(before->unit, now->unit) != 0)
+            strncmp(before->name, now->name, length) != 0 || strchr("_", now->name[length]) == NULL ||
+            strcmp(before->unit, now->unit) != 0) /* a repeated name has a number behind '_' */
             return false;
     }
     return true;
@@ -247,7 +248,8 @@ static void join(struct reader *r, size_t first, size_t n)
     for (size_t i = 0; i < n; i++) {
         struct import_channel *before = &file->channels[r->last_first + i], *now = &file->channels[first + i];
         before->x = bf_grow(before->x, before->n + now->n, sizeof(double));
-        memcpy(before->x + before->n, now->x, now->n * sizeof(double));
+        if (now->n > 0)
+            memcpy(before->x + before->n, now->x, now->n * sizeof(double));
         before->n += now->n;
         free(now->name);
         free(now->unit);
@@ -256,7 +258,8 @@ static void join(struct reader *r, size_t first, size_t n)
     }
     file->n_channels = first;
     file->lines = bf_grow(file->lines, file->n_lines + r->segment->n_rows, sizeof *file->lines);
-    memcpy(file->lines + file->n_lines, r->segment->lines, r->segment->n_rows * sizeof *file->lines);
+    if (r->segment->n_rows > 0)
+        memcpy(file->lines + file->n_lines, r->segment->lines, r->segment->n_rows * sizeof *file->lines);
     file->n_lines += r->segment->n_rows;
 }
 

@@ -134,24 +134,30 @@ size_t import_split_unit(const char *text, size_t n, const char **unit, size_t *
     return n;
 }
 
-/* The first number behind text, and the unit behind it. */
-static double number_and_unit(const char *s, const char *end, char point, struct import_unit *unit, bool *has_unit)
+/* The letters at s as a unit. */
+static bool unit_at(const char *s, const char *end, struct import_unit *unit)
 {
     char word[12];
+    size_t n = 0;
+    while (s < end && (*s == ' ' || *s == '\t' || *s == '[' || *s == '(' || *s == ';' || *s == ','))
+        s++;
+    while (s < end && n < sizeof word - 1 && isalpha((unsigned char)*s))
+        word[n++] = *s++;
+    word[n] = '\0';
+    return import_unit(word, unit);
+}
+
+/* The first number in the text, and the unit behind it or, in brackets, before it. */
+static double number_and_unit(const char *text, const char *end, char point, struct import_unit *unit, bool *has_unit)
+{
     double x;
-    const char *after = NULL;
+    const char *s = text, *after = NULL;
     for (; s < end && after == NULL; s++)
         after = number_scan(s, end, point, &x);
     if (after == NULL)
         return 0;
-    while (after < end &&
-           (*after == ' ' || *after == '\t' || *after == '[' || *after == '(' || *after == ';' || *after == ','))
-        after++;
-    size_t n = 0;
-    while (after < end && n < sizeof word - 1 && isalpha((unsigned char)*after))
-        word[n++] = *after++;
-    word[n] = '\0';
-    *has_unit = import_unit(word, unit);
+    const char *bracket = memchr(text, '(', (size_t)(s - text));
+    *has_unit = unit_at(after, end, unit) || (bracket != NULL && unit_at(bracket, s, unit));
     return x;
 }
 
