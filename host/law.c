@@ -198,22 +198,25 @@ static size_t dependency_index(const struct law *law, size_t parameter)
     return SIZE_MAX;
 }
 
+/* T += k ψ_a ψ_bᵀ; most laws have most of their tangents zero. */
+static void add_outer(size_t d, double k, const double left[], const double right[], double T[])
+{
+    if (!(k < 0.0 || k > 0.0))
+        return;
+    for (size_t i = 0; i < d; i++)
+        for (size_t j = 0; j < d; j++)
+            T[i * d + j] += k * left[i] * right[j];
+}
+
 static void add_tangents(const struct law *law, const double psi[], double w, const struct beam_law_output *o,
                          struct law_force *out)
 {
     size_t d = law->d;
     for (size_t a = 0; a < law->width; a++) {
         for (size_t b = 0; b < law->width; b++) {
-            double kw = w * o->f_w[a][b], kv = w * o->f_v[a][b], ko = w * o->f_w_old[a][b];
-            for (size_t i = 0; i < d; i++) {
-                double left = psi[a * d + i];
-                for (size_t j = 0; j < d; j++) {
-                    double both = left * psi[b * d + j];
-                    out->by_w[i * d + j] += kw * both;
-                    out->by_v[i * d + j] += kv * both;
-                    out->by_w_old[i * d + j] += ko * both;
-                }
-            }
+            add_outer(d, w * o->f_w[a][b], psi + a * d, psi + b * d, out->by_w);
+            add_outer(d, w * o->f_v[a][b], psi + a * d, psi + b * d, out->by_v);
+            add_outer(d, w * o->f_w_old[a][b], psi + a * d, psi + b * d, out->by_w_old);
         }
     }
 }

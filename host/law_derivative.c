@@ -165,42 +165,45 @@ static void free_state(struct lanes *a, size_t k, double complex q_old, const do
 {
     const struct law_run *l = a->l;
     struct split next = {{0}, {0}}, force0 = {{0}, {0}}, force1 = {{0}, {0}};
-    double complex F0 = pole_force(l, k, f0), F1 = pole_force(l, k, f1);
     for (size_t c = 0; c < l->D; c++) {
         size_t row = c * l->n_dynamic + k;
-        add_scalar_times(&force0, f0[c], a->a_re[row], a->a_im[row]);
-        add_scalar_times(&force1, f1[c], a->a_re[row], a->a_im[row]);
-        double ar = creal(l->alpha[row]), ai = cimag(l->alpha[row]);
+        double x = f0[c], y = f1[c], ar = creal(l->alpha[row]), ai = cimag(l->alpha[row]);
+        const double *re = a->a_re[row], *im = a->a_im[row], *df = a->df[c];
         for (int i = 0; i < LANES; i++) {
-            force0.re[i] += ar * a->df[c][i];
-            force0.im[i] += ai * a->df[c][i];
+            force0.re[i] += x * re[i] + ar * df[i];
+            force0.im[i] += x * im[i] + ai * df[i];
+            force1.re[i] += y * re[i];
+            force1.im[i] += y * im[i];
         }
     }
     add_scalar_times(&next, l->step[k].e, a->q_re[k], a->q_im[k]);
     add_scalar_times(&next, q_old, a->e_re[k], a->e_im[k]);
-    add_scalar_times(&next, -F0, a->g0_re[k], a->g0_im[k]);
-    add_scalar_times(&next, -F1, a->g1_re[k], a->g1_im[k]);
+    add_scalar_times(&next, -pole_force(l, k, f0), a->g0_re[k], a->g0_im[k]);
+    add_scalar_times(&next, -pole_force(l, k, f1), a->g1_re[k], a->g1_im[k]);
     add_scalar_times(&next, -l->step[k].g0, force0.re, force0.im);
     add_scalar_times(&next, -l->step[k].g1, force1.re, force1.im);
     memcpy(a->q_re[k], next.re, sizeof next.re);
     memcpy(a->q_im[k], next.im, sizeof next.im);
 }
 
-/* δw and δv that do not depend on δf⁺, added from pole k. */
-static void add_free_motion(struct lanes *a, size_t k, double complex q_new)
+/* δw = Re(q δα + α δq) and δv = Re(pq δα + pα δq + αq δp) of pole k, without what depends on δf⁺. */
+static void add_free_motion(struct lanes *a, size_t k, double complex q)
 {
     const struct law_run *l = a->l;
+    double m = l->multiplicity[k];
     double complex p = l->run->p->system->p[l->pole[k]];
+    const double *dq_re = a->q_re[k], *dq_im = a->q_im[k], *dp_re = a->p_re[k], *dp_im = a->p_im[k];
     for (size_t c = 0; c < l->D; c++) {
         size_t row = c * l->n_dynamic + k;
-        struct split w = {{0}, {0}}, v = {{0}, {0}};
-        add_scalar_times(&w, q_new, a->a_re[row], a->a_im[row]);
-        add_scalar_times(&w, l->alpha[row], a->q_re[k], a->q_im[k]);
-        add_scalar_times(&v, p, w.re, w.im);
-        add_scalar_times(&v, l->alpha[row] * q_new, a->p_re[k], a->p_im[k]);
+        const double *da_re = a->a_re[row], *da_im = a->a_im[row];
+        double complex alpha = m * l->alpha[row], mq = m * q, pa = p * alpha, pq = p * mq, aq = alpha * q;
+        double a_re = creal(alpha), a_im = cimag(alpha), q_re = creal(mq), q_im = cimag(mq);
+        double pa_re = creal(pa), pa_im = cimag(pa), pq_re = creal(pq), pq_im = cimag(pq);
+        double aq_re = creal(aq), aq_im = cimag(aq);
         for (int i = 0; i < LANES; i++) {
-            a->w[c][i] += l->multiplicity[k] * w.re[i];
-            a->v[c][i] += l->multiplicity[k] * v.re[i];
+            a->w[c][i] += q_re * da_re[i] - q_im * da_im[i] + a_re * dq_re[i] - a_im * dq_im[i];
+            a->v[c][i] += pq_re * da_re[i] - pq_im * da_im[i] + pa_re * dq_re[i] - pa_im * dq_im[i] +
+                          aq_re * dp_re[i] - aq_im * dp_im[i];
         }
     }
 }

@@ -35,20 +35,22 @@ static void to_modal(const struct system *s, const double B[], double work[], do
     dense_gemm(true, false, s->n, s->n, s->n, 1.0, s->modes, work, 0.0, out);
 }
 
-/* Columns of memory states at `first`: ξ̂' = Ωv − ξ̂/τ, force −E B Ω⁻¹ ξ̂; one state when B = g gᵀ. */
-static void add_memory(struct first_order *f, const double B[], bool rank_one, double E, double tau, size_t first)
+/* n memory states at `first`: ξ̂' = Ωv − ξ̂/τ, force −B Ω⁻¹ ξ̂ (B holds E). */
+static void add_memory_form(struct first_order *f, const double B[], double tau, size_t first)
 {
     size_t n = f->n, d = f->dimension;
-    if (!rank_one) {
-        for (size_t j = 0; j < n; j++) {
-            f->A[(first + j) + (n + j) * d] = f->scale[j];
-            f->A[(first + j) + (first + j) * d] = -1.0 / tau;
-            for (size_t i = 0; i < n; i++)
-                f->A[(n + i) + (first + j) * d] = -E * B[i + j * n] / f->scale[j];
-        }
-        return;
+    for (size_t j = 0; j < n; j++) {
+        f->A[(first + j) + (n + j) * d] = f->scale[j];
+        f->A[(first + j) + (first + j) * d] = -1.0 / tau;
+        for (size_t i = 0; i < n; i++)
+            f->A[(n + i) + (first + j) * d] = -B[i + j * n] / f->scale[j];
     }
-    size_t largest = 0;
+}
+
+/* One memory state for B = g gᵀ: ξ' = gᵀv − ξ/τ, force −E g ξ. */
+static void add_memory_place(struct first_order *f, const double B[], double E, double tau, size_t first)
+{
+    size_t n = f->n, d = f->dimension, largest = 0;
     for (size_t i = 1; i < n; i++)
         if (B[i + i * n] > B[largest + largest * n])
             largest = i;
@@ -62,11 +64,38 @@ static void add_memory(struct first_order *f, const double B[], bool rank_one, d
     }
 }
 
+static bool same_term(const struct block *a, const struct block *b)
+{
+    return a->kind == b->kind && a->effect == b->effect && a->term == b->term;
+}
+
+/* A form has one block a material, all with one τ: they share the states of the first. */
 static size_t memory_states(const struct system *s, size_t block)
 {
+    const struct block *blocks = s->reduced->blocks;
     if (!has_memory(&s->work->use[block]))
         return 0;
-    return s->reduced->blocks[block].kind == BLOCK_PLACE ? 1 : s->n;
+    if (blocks[block].kind == BLOCK_PLACE)
+        return 1;
+    for (size_t b = 0; b < block; b++)
+        if (same_term(&blocks[b], &blocks[block]) && has_memory(&s->work->use[b]))
+            return 0;
+    return s->n;
+}
+
+/* Σ E B over the blocks of a term, in undamped modes. */
+static void memory_matrix(const struct system *s, size_t block, double work[], double out[])
+{
+    size_t size = s->n * s->n;
+    double *sum = bf_alloc(size, sizeof *sum);
+    for (size_t b = block; b < s->reduced->n_blocks; b++) {
+        const struct block_use *use = &s->work->use[b];
+        if (same_term(&s->reduced->blocks[b], &s->reduced->blocks[block]) && has_memory(use))
+            for (size_t i = 0; i < size; i++)
+                sum[i] += use->value[OF_MEMORY] * use->B[i];
+    }
+    to_modal(s, sum, work, out);
+    free(sum);
 }
 
 static struct first_order first_order_new(const struct system *s)
@@ -93,8 +122,13 @@ static struct first_order first_order_new(const struct system *s)
         if (states == 0)
             continue;
         const struct block_use *use = &s->work->use[b];
-        to_modal(s, use->B, work, B);
-        add_memory(&f, B, states == 1 && n > 1, use->value[OF_MEMORY], use->value[OF_RELAXATION], first);
+        if (s->reduced->blocks[b].kind == BLOCK_PLACE) {
+            to_modal(s, use->B, work, B);
+            add_memory_place(&f, B, use->value[OF_MEMORY], use->value[OF_RELAXATION], first);
+        } else {
+            memory_matrix(s, b, work, B);
+            add_memory_form(&f, B, use->value[OF_RELAXATION], first);
+        }
         first += states;
     }
     free(work);

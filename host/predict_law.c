@@ -10,9 +10,9 @@
 #include "spectrum.h"
 
 /* A pole with |p| h above this follows the force without dynamics of its own. */
-static const double far_step = 3.0;
+static const double far_step = 1.5;
 /* The step's equation is solved to this part of the largest force so far. */
-static const double step_tolerance = 1e-12;
+static const double step_tolerance = 1e-11;
 enum { PICARD_STEPS = 8, NEWTON_STEPS = 40, OVERSAMPLE_POINT = 8, OVERSAMPLE_SPAN = 4 };
 /* More unsolved steps than this part of a record are an error. */
 static const double most_failed = 1e-3;
@@ -289,7 +289,7 @@ struct stepper {
     double complex *q, *free_q; /* [n_dynamic] */
     double w[MOST_COORDINATES], v[MOST_COORDINATES], w_old[MOST_COORDINATES];
     double w_free[MOST_COORDINATES], v_free[MOST_COORDINATES];
-    double f[MOST_COORDINATES], law[MOST_COORDINATES], scale;
+    double f[MOST_COORDINATES], f_old[MOST_COORDINATES], law[MOST_COORDINATES], scale;
     double *z, *z_next;         /* [n_effects][BEAM_LAW_STATES] */
     double T_w[MOST_COORDINATES * MOST_COORDINATES], T_v[MOST_COORDINATES * MOST_COORDINATES];
 };
@@ -368,21 +368,47 @@ static enum bf_status newton_step(const struct law_run *l, struct stepper *s, st
     step_matrix(l, s, A);
     for (size_t c = 0; c < D; c++)
         b[c] = s->law[c] - s->f[c];
-    enum bf_status status = BF_OK;
-    if (D == 1)
-        b[0] /= A[0];
-    else
-        status = dense_solve(D, 1, A, b, err);
+    enum bf_status status = dense_solve(D, 1, A, b, err);
     for (size_t c = 0; c < D; c++)
         s->f[c] += b[c];
     return status;
 }
 
+/*
+ * One coordinate: g(f) = f − law(f) grows with f for every law that opposes motion (S_w, S_v ≤ 0), so its sign brackets
+ * the root; Newton inside the bracket, bisection where Newton leaves it (stiff friction, contact).
+ */
+static enum bf_status solve_scalar(struct law_run *l, struct stepper *s, size_t step, struct bf_error *err)
+{
+    double low = -INFINITY, high = INFINITY;
+    for (int i = 0; i < NEWTON_STEPS; i++) {
+        if (evaluate_laws(l, s, step, true, SIZE_MAX) != 0)
+            return bf_fail(err, BF_NUMERIC, "a nonlinear effect is outside its physical range");
+        double g = s->f[0] - s->law[0], size = residual_size(l, s);
+        if (!isfinite(size))
+            return bf_fail(err, BF_NUMERIC, "the motion grows without bound in a nonlinear effect");
+        if (size <= step_tolerance * s->scale || !(high - low > step_tolerance * s->scale))
+            return BF_OK;
+        if (g > 0.0)
+            high = fmin(high, s->f[0]);
+        else
+            low = fmax(low, s->f[0]);
+        double slope = 1.0 - s->T_w[0] * l->S_w[0] - s->T_v[0] * l->S_v[0], next = s->f[0] - g / slope;
+        if (!(next > low && next < high) && isfinite(low) && isfinite(high))
+            next = 0.5 * (low + high);
+        s->f[0] = next;
+    }
+    l->failed_steps++;
+    return BF_OK;
+}
+
 /* f = law(f): fixed-point steps while the law is weak, then Newton. */
 static enum bf_status solve_step(struct law_run *l, struct stepper *s, size_t step, struct bf_error *err)
 {
+    if (l->D == 1)
+        return solve_scalar(l, s, step, err);
     double previous = INFINITY;
-    bool newton = l->D <= 2;
+    bool newton = l->D == 2;
     for (int i = 0; i < PICARD_STEPS + NEWTON_STEPS; i++) {
         if (evaluate_laws(l, s, step, newton, SIZE_MAX) != 0)
             return bf_fail(err, BF_NUMERIC, "a nonlinear effect is outside its physical range");
@@ -424,6 +450,16 @@ static void free_motion(const struct law_run *l, struct stepper *s, size_t step)
             s->w_free[c] += creal(a);
             s->v_free[c] += creal(p * a);
         }
+    }
+}
+
+/* The forces of the step begin at the straight line through the last two. */
+static void extrapolate(const struct law_run *l, struct stepper *s)
+{
+    for (size_t c = 0; c < l->D; c++) {
+        double old = s->f[c];
+        s->f[c] = 2.0 * old - s->f_old[c];
+        s->f_old[c] = old;
     }
 }
 
@@ -475,6 +511,7 @@ static enum bf_status march(struct law_run *l, struct bf_error *err)
     enum bf_status status = BF_OK;
     for (size_t step = 0; status == BF_OK && step < l->N; step++) {
         free_motion(l, &s, step);
+        extrapolate(l, &s);
         status = solve_step(l, &s, step, err);
         if (status == BF_OK && l->run->want != NULL)
             status = store_tangents(l, &s, step, err);
