@@ -48,7 +48,7 @@ static enum bf_status check_beam(struct check *c)
                          region->name, region->from_m, edge);
         edge = region->to_m;
         if (!model_material(m, region->name))
-            return fault(c, where, "region '%s' has no material", region->name);
+            return fault(c, where, "region '%s' has no EI, rho and cDI; add them", region->name);
     }
     if (m->n_regions == 0 || fabs(edge - m->length_m) > 0.0)
         return fault(c, (struct model_where){"beam", "regions", 0, NULL},
@@ -61,7 +61,7 @@ static enum bf_status check_range(struct check *c, const struct parameter *p, st
                                   bool infinite_value)
 {
     if (isnan(p->value) || (isinf(p->value) && !infinite_value))
-        return fault(c, where, "%s is not a finite number", p->name);
+        return fault(c, where, "%s is not a finite number; write one", p->name);
     if (isnan(p->min) || isnan(p->max) || p->min > p->max)
         return fault(c, where, "%s: min %g is larger than max %g; exchange them", p->name, p->min, p->max);
     if (p->value < p->min || p->value > p->max)
@@ -145,7 +145,7 @@ static enum bf_status check_channels(struct check *c)
         if (status != BF_OK)
             return status;
         if (input->kind == INPUT_PATCH_MOMENT && m->KB.value == 0.0)
-            return fault(c, where, "a patch_moment input needs KB_NmpV under parameters (N·m per volt), not 0");
+            return fault(c, where, "a patch_moment input without KB_NmpV; add it to parameters (N·m per volt, not 0)");
     }
     for (size_t i = 0; i < m->n_outputs; i++) {
         const struct model_output *output = &m->outputs[i];
@@ -156,7 +156,7 @@ static enum bf_status check_channels(struct check *c)
         if (status != BF_OK)
             return status;
         if (output->kind == OUTPUT_PATCH_STRAIN && m->Ks.value == 0.0)
-            return fault(c, where, "a patch_strain output needs Ks_V under parameters (volt per radian), not 0");
+            return fault(c, where, "a patch_strain output without Ks_V; add it to parameters (volt per radian, not 0)");
         for (size_t j = 0; j < m->n_inputs; j++)
             if (strcmp(m->inputs[j].name, output->name) == 0)
                 return fault(c, where, "'%s' is an input and an output; a column of the record is one or the other",

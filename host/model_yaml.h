@@ -124,8 +124,8 @@ void model_print_effect(struct yaml_text *text, const struct model *model, const
 /* "{record: {value: …}, …}" of one parameter. */
 void model_print_per_record(struct yaml_text *text, const struct model_effect *effect, int slot);
 bool model_has_per_record(const struct model_effect *effect, int slot);
-/* What follows "fit:"; flow: in braces, as needed inside a flow mapping. */
-void model_print_fit(struct yaml_text *text, const struct fit_info *fit, bool flow);
+/* What follows "fit:": lines with so many blanks in front; indent < 0: in braces, as needed inside a flow mapping. */
+void model_print_fit(struct yaml_text *text, const struct fit_info *fit, long indent);
 /* The whole model as a new file; caller frees. */
 char *model_to_text(const struct model *model);
 

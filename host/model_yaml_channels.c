@@ -16,7 +16,7 @@ static enum bf_status read_at(const struct yaml_reader *r, const struct yaml_nod
 {
     const struct yaml_node *at = yaml_get(node, "at_m", NULL);
     if (!at)
-        return yaml_fail(r, node, "a %s needs at_m, its distance from the clamp in metres", kind);
+        return yaml_fail(r, node, "a %s has no at_m; add its distance from the clamp in metres", kind);
     return yaml_number(r, at, "at_m", at_m);
 }
 
@@ -41,7 +41,7 @@ static enum bf_status read_kind(const struct yaml_reader *r, const struct yaml_n
     for (size_t i = 0, used = 0; i < n; i++)
         used += (size_t)snprintf(list + used, sizeof list - used, "%s%s", i ? ", " : "", names[i]);
     if (!kind)
-        return yaml_fail(r, node, "%s has no kind; it is one of %s", what, list);
+        return yaml_fail(r, node, "%s has no kind; add one of %s", what, list);
     for (*out = 0; kind->kind == YAML_SCALAR && *out < n; ++*out)
         if (strcmp(kind->text, names[*out]) == 0)
             return BF_OK;
@@ -76,7 +76,8 @@ static enum bf_status read_input(const struct yaml_reader *r, const struct yaml_
     if (status == BF_OK && level) {
         input.level_per_record = level->kind == YAML_SCALAR && strcmp(level->text, "per_record") == 0;
         if (!input.level_per_record && !(level->kind == YAML_SCALAR && strcmp(level->text, "known") == 0))
-            return yaml_fail(r, level, "level of %s should be known or per_record", input.name);
+            return yaml_fail(r, level, "level of %s is something else than known or per_record; write one of them",
+                             input.name);
     }
     if (status != BF_OK)
         return status;
@@ -124,7 +125,7 @@ static enum bf_status read_channels(const struct yaml_reader *r, const struct ya
         return BF_OK;
     enum bf_status status = yaml_expect(r, node, YAML_MAPPING, what);
     if (status == BF_OK && node->n > MOST_CHANNELS)
-        return yaml_fail(r, node, "more than %d %s", MOST_CHANNELS, what);
+        return yaml_fail(r, node, "more than %d %s; keep those that records have", MOST_CHANNELS, what);
     for (size_t i = 0; i < node->n && status == BF_OK; i++)
         status = read(r, node->key[i], node->value[i]);
     return status;
@@ -150,7 +151,7 @@ static enum bf_status read_per_record(const struct yaml_reader *r, const struct 
         return BF_OK;
     enum bf_status status = yaml_expect(r, list, YAML_MAPPING, "per_record");
     if (status == BF_OK && list->n > MOST_RECORDS)
-        return yaml_fail(r, list, "more than %d records", MOST_RECORDS);
+        return yaml_fail(r, list, "more than %d records; delete some", MOST_RECORDS);
     for (size_t i = 0; i < list->n && status == BF_OK; i++) {
         static const char *const known[] = {"value", "sd"};
         struct per_record_value entry = {.parameter = slot};
@@ -169,7 +170,7 @@ static enum bf_status read_per_record(const struct yaml_reader *r, const struct 
         if (status == BF_OK && sd)
             status = yaml_number(r, sd, "sd", &entry.sd);
         if (status == BF_OK && !isfinite(entry.value))
-            status = yaml_fail(r, value, "%.60s is not a finite number", entry.record);
+            status = yaml_fail(r, value, "%.60s is infinite; write a finite number", entry.record);
         if (status != BF_OK)
             return status;
         effect->per_record = bf_grow(effect->per_record, effect->n_per_record + 1, sizeof *effect->per_record);
@@ -237,7 +238,7 @@ enum bf_status yaml_read_effects(const struct yaml_reader *r, const struct yaml_
         return BF_OK;
     enum bf_status status = yaml_expect(r, node, YAML_SEQUENCE, "effects");
     if (status == BF_OK && node->n > MOST_EFFECTS)
-        return yaml_fail(r, node, "more than %d effects", MOST_EFFECTS);
+        return yaml_fail(r, node, "more than %d effects; delete some", MOST_EFFECTS);
     for (size_t i = 0; i < node->n && status == BF_OK; i++)
         status = read_effect(r, node->value[i]);
     return status;
@@ -249,7 +250,7 @@ static enum bf_status read_sha256(const struct yaml_reader *r, const struct yaml
 {
     if (node->kind != YAML_SCALAR || (node->text[0] && strlen(node->text) != 64) ||
         strspn(node->text, "0123456789abcdef") != strlen(node->text))
-        return yaml_fail(r, node, "not a SHA-256 (64 digits 0-9a-f); delete the fit block, it is written by a fit");
+        return yaml_fail(r, node, "not a SHA-256 (64 digits 0-9a-f); delete the fit block, a fit writes it anew");
     memcpy(out, node->text, strlen(node->text) + 1);
     return BF_OK;
 }
@@ -272,7 +273,7 @@ static enum bf_status read_fit_channels(const struct yaml_reader *r, const struc
 {
     enum bf_status status = yaml_expect(r, list, YAML_SEQUENCE, "channels");
     if (status == BF_OK && list->n > MOST_CHANNELS)
-        return yaml_fail(r, list, "more than %d channels", MOST_CHANNELS);
+        return yaml_fail(r, list, "more than %d channels; delete the fit block, a fit writes it anew", MOST_CHANNELS);
     if (status != BF_OK)
         return status;
     record->channels = bf_alloc(list->n, sizeof *record->channels);
@@ -280,7 +281,8 @@ static enum bf_status read_fit_channels(const struct yaml_reader *r, const struc
         struct fit_channel *channel = &record->channels[record->n_channels++];
         const struct yaml_node *name = yaml_get(list->value[i], "name", NULL);
         if (!name)
-            return yaml_fail(r, list->value[i], "a channel of the fit block has no name");
+            return yaml_fail(r, list->value[i],
+                             "a channel of the fit block has no name; delete the block, a fit writes it anew");
         if ((status = yaml_name(r, name, "a channel's name", sizeof channel->name, channel->name)) == BF_OK &&
             (status = fit_number(r, list->value[i], "nrmse", &channel->nrmse)) == BF_OK)
             status = fit_number(r, list->value[i], "noise_ratio", &channel->noise_ratio);
@@ -293,7 +295,7 @@ static enum bf_status read_fit_record(const struct yaml_reader *r, const struct 
     const struct yaml_node *file = yaml_get(node, "file", NULL), *sha256 = yaml_get(node, "sha256", NULL);
     const struct yaml_node *channels = yaml_get(node, "channels", NULL);
     if (!file || file->kind != YAML_SCALAR)
-        return yaml_fail(r, node, "a record of the fit block has no file");
+        return yaml_fail(r, node, "a record of the fit block has no file; delete the block, a fit writes it anew");
     struct fit_record *record = &fit->records[fit->n_records++];
     record->file = bf_strdup(file->text);
     enum bf_status status = sha256 ? read_sha256(r, sha256, record->sha256) : BF_OK;
@@ -337,7 +339,7 @@ enum bf_status yaml_read_fit(const struct yaml_reader *r, const struct yaml_node
     if ((status = yaml_expect(r, records, YAML_SEQUENCE, "records")) != BF_OK)
         return status;
     if (records->n > MOST_RECORDS)
-        return yaml_fail(r, records, "more than %d records", MOST_RECORDS);
+        return yaml_fail(r, records, "more than %d records; delete some", MOST_RECORDS);
     fit->records = bf_alloc(records->n, sizeof *fit->records);
     for (size_t i = 0; i < records->n && status == BF_OK; i++)
         status = read_fit_record(r, records->value[i], fit);

@@ -344,13 +344,14 @@ static void edit_fit(struct editor *e)
 {
     struct yaml_text before = {0}, after = {0};
     const struct yaml_node *key = NULL, *node = yaml_get(e->root, "fit", &key);
-    model_print_fit(&before, &e->old->fit, true);
-    model_print_fit(&after, &e->new->fit, true);
+    model_print_fit(&before, &e->old->fit, -1);
+    model_print_fit(&after, &e->new->fit, -1);
     bool wanted = e->new->fit.present || e->new->fit.parent_sha256[0];
     if (strcmp(before.s, after.s) != 0 || wanted != (node != NULL)) {
         struct yaml_text block = {0};
         if (wanted)
-            model_print_fit(&block, &e->new->fit, e->root->flow || (node && node->flow));
+            model_print_fit(&block, &e->new->fit,
+                            e->root->flow || (node && node->flow) ? -1 : e->root->key[0]->column + 2);
         if (!node && wanted)
             append_section(e, "fit", block.s);
         else if (node && wanted)

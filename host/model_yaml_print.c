@@ -200,14 +200,18 @@ static void print_fit_record(struct yaml_text *text, const struct fit_record *re
     yaml_text_add(text, "]}");
 }
 
-void model_print_fit(struct yaml_text *text, const struct fit_info *fit, bool flow)
+void model_print_fit(struct yaml_text *text, const struct fit_info *fit, long indent)
 {
-    const char *start = flow ? "{" : "\n  ", *next = flow ? ", " : "\n  ", *item = flow ? ", " : "\n    - ";
+    bool flow = indent < 0;
+    char next[64], item[64];
     static const char *const keys[] = {"nrmse", "noise_ratio", "check_nrmse", "check_noise_ratio"};
     const double numbers[] = {fit->nrmse, fit->noise_ratio, fit->check_nrmse, fit->check_noise_ratio};
-    yaml_text_addf(text, "%sparent_sha256: \"%s\"", start, fit->parent_sha256);
+    int blanks = indent < 40 ? (int)indent : 40;
+    (void)snprintf(next, sizeof next, flow ? ", " : "\n%*s", flow ? 0 : blanks, "");
+    (void)snprintf(item, sizeof item, flow ? ", " : "\n%*s  - ", flow ? 0 : blanks, "");
+    yaml_text_addf(text, "%sparent_sha256: \"%s\"", flow ? "{" : next, fit->parent_sha256);
     for (size_t i = 0; i < fit->n_ancestors; i++)
-        yaml_text_addf(text, "%s\"%s\"", i ? ", " : flow ? ", ancestors: [" : "\n  ancestors: [", fit->ancestors[i]);
+        yaml_text_addf(text, "%s%s\"%s\"", i ? ", " : next, i ? "" : "ancestors: [", fit->ancestors[i]);
     yaml_text_add(text, fit->n_ancestors ? "]" : "");
     if (fit->version[0]) {
         yaml_text_addf(text, "%sversion: ", next);
@@ -315,7 +319,7 @@ char *model_to_text(const struct model *m)
     }
     if (m->fit.present || m->fit.parent_sha256[0]) {
         yaml_text_add(&text, "fit:");
-        model_print_fit(&text, &m->fit, false);
+        model_print_fit(&text, &m->fit, 2);
         yaml_text_add(&text, "\n");
     }
     return text.s;

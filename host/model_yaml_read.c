@@ -15,8 +15,8 @@ static enum bf_status region_name(const struct yaml_reader *r, const struct yaml
     enum bf_status status = yaml_name(r, node, "a region's name", 33, name);
     for (const char *c = name; status == BF_OK && *c; c++)
         if (!(*c == '_' || (*c >= '0' && *c <= '9') || (*c >= 'a' && *c <= 'z') || (*c >= 'A' && *c <= 'Z')))
-            return yaml_fail(r, node, "region name '%s': use letters, digits and _ only (it becomes EI_%s_Nm2)", name,
-                             "NAME");
+            return yaml_fail(r, node, "region name '%s' cannot be part of EI_NAME_Nm2; use letters, digits and _ only",
+                             name);
     return status;
 }
 
@@ -39,7 +39,8 @@ static enum bf_status read_region(const struct yaml_reader *r, const struct yaml
     const struct yaml_node *name = yaml_get(node, "name", NULL), *from = yaml_get(node, "from_m", NULL);
     const struct yaml_node *to = yaml_get(node, "to_m", NULL);
     if (!name || !from || !to)
-        return yaml_fail(r, node, "a region needs name, from_m and to_m, e.g. {name: patch, from_m: 0.02, to_m: 0.09}");
+        return yaml_fail(r, node,
+                         "a region has name, from_m and to_m; write e.g. {name: patch, from_m: 0.02, to_m: 0.09}");
     char text[MODEL_NAME];
     double from_m = 0.0, to_m = 0.0;
     if ((status = region_name(r, name, text)) != BF_OK || (status = yaml_number(r, from, "from_m", &from_m)) != BF_OK ||
@@ -123,7 +124,7 @@ static enum bf_status read_support(const struct yaml_reader *r, const struct yam
         }
     }
     const char *closest = node->kind == YAML_SCALAR ? text_closest(node->text, known, n) : NULL;
-    return yaml_fail(r, node, "support should be clamped-free, clamped-clamped, pinned-pinned or free-free%s%s%s",
+    return yaml_fail(r, node, "unknown support; write clamped-free, clamped-clamped, pinned-pinned or free-free%s%s%s",
                      closest ? "; did you mean '" : "", closest ? closest : "", closest ? "'?" : "");
 }
 
@@ -278,16 +279,17 @@ enum bf_status model_from_yaml(const char *path, const struct yaml_node *root, s
     const struct yaml_reader r = {path, err, model};
     enum bf_status status;
     if (root->kind != YAML_MAPPING)
-        return yaml_fail(&r, root, "not a model file: `beamfit init` writes one to start from");
+        return yaml_fail(&r, root, "not a model file; `beamfit init` writes one to start from");
     if ((status = check_format(&r, root)) != BF_OK ||
         (status = yaml_known_keys(&r, root, "the file", known, sizeof known / sizeof *known)) != BF_OK)
         return status;
     const struct yaml_node *beam = yaml_get(root, "beam", NULL), *parameters = yaml_get(root, "parameters", NULL);
-    if (!beam || !parameters)
-        return yaml_fail(&r, root, "no `%s:`; `beamfit init` writes a complete model to copy from",
-                         beam ? "parameters" : "beam");
+    if (!beam)
+        return yaml_fail(&r, root, "no `beam:`; `beamfit init` writes a complete model to copy from");
     if ((status = read_beam(&r, beam)) != BF_OK)
         return status;
+    if (!parameters)
+        return yaml_fail(&r, root, "no `parameters:`; `beamfit init` writes a complete model to copy from");
     make_materials(model);
     if ((status = read_parameters(&r, parameters)) != BF_OK ||
         (status = yaml_read_inputs(&r, yaml_get(root, "inputs", NULL))) != BF_OK ||

@@ -25,7 +25,7 @@ enum bf_status yaml_expect(const struct yaml_reader *r, const struct yaml_node *
     static const char *const found[] = {"a word", "a list", "a mapping"};
     if (node->kind == kind)
         return BF_OK;
-    return yaml_fail(r, node, "%s is %s and should be %s", what, yaml_is_nothing(node) ? "empty" : found[node->kind],
+    return yaml_fail(r, node, "%s is %s; write %s", what, yaml_is_nothing(node) ? "empty" : found[node->kind],
                      wanted[kind]);
 }
 
@@ -54,7 +54,7 @@ enum bf_status yaml_number(const struct yaml_reader *r, const struct yaml_node *
     if (node->kind == YAML_SCALAR && node->plain && decimal_parse(node->text, out))
         return BF_OK;
     if (node->kind != YAML_SCALAR)
-        return yaml_fail(r, node, "%s should be a number, not %s", what,
+        return yaml_fail(r, node, "%s is %s; write a number, e.g. 0.5", what,
                          node->kind == YAML_SEQUENCE ? "a list" : "a mapping");
     if (yaml_is_nothing(node))
         return yaml_fail(r, node, "%s has no value; write a number, e.g. 0.5", what);
@@ -73,7 +73,7 @@ enum bf_status yaml_bool(const struct yaml_reader *r, const struct yaml_node *no
             strcmp(node->text, "FALSE") == 0)
             return BF_OK;
     }
-    return yaml_fail(r, node, "%s should be true or false", what);
+    return yaml_fail(r, node, "%s is neither true nor false; write one of them", what);
 }
 
 enum bf_status yaml_name(const struct yaml_reader *r, const struct yaml_node *node, const char *what, size_t size,
@@ -141,7 +141,7 @@ enum bf_status yaml_parameter(const struct yaml_reader *r, const struct yaml_nod
         status = optional_number(r, node, "prior_value", what, &out->prior_value);
     const struct yaml_node *fixed = yaml_get(node, "fixed", NULL);
     if (status == BF_OK && fixed)
-        status = yaml_bool(r, fixed, what, &out->fixed);
+        status = yaml_bool(r, fixed, "fixed", &out->fixed);
     return status == BF_OK ? check_prior(r, node, out) : status;
 }
 
@@ -149,7 +149,7 @@ enum bf_status yaml_interval(const struct yaml_reader *r, const struct yaml_node
                              double *from_m, double *to_m)
 {
     if (node->kind != YAML_SEQUENCE || node->n != 2)
-        return yaml_fail(r, node, "%s should be two places in metres, e.g. [0.025, 0.089]", what);
+        return yaml_fail(r, node, "%s is no pair of places; write two in metres, e.g. [0.025, 0.089]", what);
     enum bf_status status = yaml_number(r, node->value[0], what, from_m);
     if (status == BF_OK)
         status = yaml_number(r, node->value[1], what, to_m);

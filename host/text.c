@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "text.h"
 
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/ioctl.h>
@@ -18,7 +19,7 @@ static size_t smaller(size_t a, size_t b)
     return a < b ? a : b;
 }
 
-/* Edit distance with transpositions of neighbours; letters that differ in case only cost nothing. */
+/* Edit distance with transpositions of neighbours; letters that differ in case only cost nothing. Rows of one table. */
 static size_t distance(const char *a, const char *b)
 {
     size_t n = strlen(a), m = strlen(b);
@@ -52,7 +53,8 @@ const char *text_closest(const char *word, const char *const known[], size_t n)
     size_t limit = length < 3 ? 1 : length < 6 ? 2 : length / 3 + 1;
     size_t best_distance = limit + 1;
     for (size_t i = 0; i < n; i++) {
-        size_t d = distance(word, known[i]);
+        bool abbreviated = length >= 4 && strncmp(word, known[i], length) == 0;
+        size_t d = abbreviated ? 1 : distance(word, known[i]);
         if (d < best_distance && d < strlen(known[i])) {
             best_distance = d;
             best = known[i];
