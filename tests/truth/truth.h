@@ -126,6 +126,7 @@ struct truth_spec {
     size_t elements; /* at least, over the span */
     size_t modes;
     size_t oversampling; /* of the integration; 0: ≥ 16 and ≥ 16 kHz */
+    bool linear_hold;    /* inputs are lines between fine samples instead of smooth: see docs/truth.md */
     double tolerance;    /* relative, of CVODE */
     bool force_ode;      /* CVODE for a linear beam too: to check one integrator by the other */
 };

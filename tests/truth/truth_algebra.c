@@ -92,6 +92,12 @@ void truth_multiply_add(size_t rows, size_t columns, const double *A, const doub
         cblas_dgemv(CblasRowMajor, CblasNoTrans, (int)rows, (int)columns, 1, A, (int)columns, x, 1, 1, y, 1);
 }
 
+void truth_multiply_add_transposed(size_t rows, size_t columns, const double *A, const double *x, double *y)
+{
+    if (rows > 0 && columns > 0)
+        cblas_dgemv(CblasRowMajor, CblasTrans, (int)rows, (int)columns, 1, A, (int)columns, x, 1, 1, y, 1);
+}
+
 int truth_solve_spd(size_t n, double *S, double *b)
 {
     return LAPACKE_dposv(LAPACK_ROW_MAJOR, 'U', (lapack_int)n, 1, S, (lapack_int)n, b, 1) == 0 ? 0 : -1;

@@ -116,6 +116,8 @@ int truth_diagonalise(size_t n, const double *A, double complex *lambda, double 
                       char message[TRUTH_MESSAGE]);
 /* y[rows] += A[rows × columns] x */
 void truth_multiply_add(size_t rows, size_t columns, const double *A, const double *x, double *y);
+/* y[columns] += Aᵀ x[rows] */
+void truth_multiply_add_transposed(size_t rows, size_t columns, const double *A, const double *x, double *y);
 /* Solves S x = b in place, S symmetric positive definite [n²], destroyed. */
 int truth_solve_spd(size_t n, double *S, double *b);
 
@@ -176,9 +178,11 @@ int truth_solve_linear(const struct truth_system *system, const struct truth_gri
                        double *const *y, char message[TRUTH_MESSAGE]);
 int truth_solve_ode(const struct truth_system *system, const struct truth_spec *spec, const struct truth_grid *grid,
                     double *const *u, double *const *y, char message[TRUTH_MESSAGE]);
-/* ẋ of laws and time-varying terms, added; delayed [laws]: w(t − d) of the delayed feedback. */
+/* ẋ of laws and time-varying terms, added; delayed [laws]: ẇ(t − d) of the delayed feedback; sliding [laws]. */
 void truth_laws_add(const struct truth_system *system, double t_s, const double *x, const double *delayed,
                     const int *sliding, double *xdot);
+/* J [n_states²] += ∂ẋ/∂x of the local laws. Drag, rotation and slow stiffness are left out: Newton does without. */
+void truth_laws_tangent(const struct truth_system *system, const double *x, const int *sliding, double *J);
 
 /* --- measurement ---------------------------------------------------------------------------------------------- */
 /* Sensor and line effects of one output on the fine grid, in the spec's order. drive: nominal voltage or NULL. */

@@ -47,16 +47,51 @@ static double dot(size_t n, const double *a, const double *b)
     return sum;
 }
 
+/* ∂force/∂w and ∂force/∂ẇ */
+static void law_tangent(const struct truth_law *law, double w, double rate, double *stiffness, double *damping)
+{
+    const double *p = law->p;
+    *stiffness = *damping = 0;
+    switch (law->kind) {
+    case TRUTH_CUBIC_STIFFNESS:
+        *stiffness = 3 * p[0] * w * w;
+        break;
+    case TRUTH_QUINTIC_SPRING:
+        *stiffness = 5 * p[0] * w * w * w * w;
+        break;
+    case TRUTH_PATCH_SOFTENING:
+        *stiffness = 2 * p[0] * fabs(w);
+        break;
+    case TRUTH_COULOMB_FRICTION: {
+        double c = cosh(fmin(fabs(rate / p[1]), 300));
+        *damping = p[0] / p[1] / (c * c);
+        break;
+    }
+    case TRUTH_BILINEAR_STIFFNESS:
+        *stiffness = w > 0 ? -p[0] : 0;
+        break;
+    case TRUTH_STOP_CONTACT:
+        *stiffness = w > p[1] ? p[0] : 0;
+        break;
+    case TRUTH_TIP_MAGNET: {
+        double r2 = w * w / (p[1] * p[1]);
+        *stiffness = -p[0] / p[1] * (1 - 3 * r2) / cube(1 + r2);
+        break;
+    }
+    default:
+        break;
+    }
+}
+
 /* ⟨c |ẏ| ẏ, φ⟩ */
 static void drag_add(const struct truth_system *s, const double *v, double *vdot)
 {
-    for (size_t k = 0; k < s->n_points; k++) {
-        const double *row = s->Y + k * s->n_modes;
-        double speed = dot(s->n_modes, row, v);
-        double force = s->drag * s->weight[k] * fabs(speed) * speed;
-        for (size_t j = 0; j < s->n_modes; j++)
-            vdot[j] -= row[j] * force;
-    }
+    double *force = truth_array(s->n_points);
+    truth_multiply_add(s->n_points, s->n_modes, s->Y, v, force);
+    for (size_t k = 0; k < s->n_points; k++)
+        force[k] *= -s->drag * s->weight[k] * fabs(force[k]);
+    truth_multiply_add_transposed(s->n_points, s->n_modes, s->Y, force, vdot);
+    free(force);
 }
 
 /* out_k = ∫₀^{x_k} f dx from two Gauss values an element: f is the line through them */
@@ -148,4 +183,25 @@ void truth_laws_add(const struct truth_system *s, double t_s, const double *x, c
     if (s->rotation != 0)
         rotation_add(s, q, v, vdot);
     free(q);
+}
+
+void truth_laws_tangent(const struct truth_system *s, const double *x, const int *sliding, double *J)
+{
+    size_t n = s->n_modes, N = s->n_states;
+    for (size_t k = 0; k < s->n_laws; k++) {
+        const struct truth_law *law = &s->law[k];
+        double w = 0, stiffness, damping;
+        for (size_t j = 0; j < n; j++)
+            w += law->row[j] * x[j] / s->scale[j];
+        law_tangent(law, w, dot(n, law->row, x + n), &stiffness, &damping);
+        for (size_t i = 0; i < n; i++)
+            for (size_t j = 0; j < n; j++) {
+                J[(n + i) * N + j] -= law->row[i] * stiffness * law->row[j] / s->scale[j];
+                J[(n + i) * N + n + j] -= law->row[i] * damping * law->row[j];
+            }
+        for (size_t j = 0; law->kind == TRUTH_MICROSLIP && j < n; j++) {
+            J[(n + j) * N + law->state] -= law->row[j];
+            J[law->state * N + n + j] += sliding[k] ? 0 : law->p[0] * law->row[j];
+        }
+    }
 }

@@ -16,6 +16,7 @@ struct run {
     double *const *u;
     double *input;                  /* [n_inputs] at the time asked for */
     double *delayed;                /* [n_laws] */
+    double *jacobian;               /* [n_states²] */
     double *history[TRUTH_EFFECTS]; /* rate of a delayed law on the fine grid, [grid.n] */
     size_t history_n;
     int sliding[TRUTH_EFFECTS]; /* +1, −1: the slider of a microslip law moves; 0: it sticks */
@@ -62,6 +63,24 @@ static void derivative(struct run *run, double t_s, const double *x, double *xdo
 static int right_side(realtype t_s, N_Vector x, N_Vector xdot, void *user)
 {
     derivative(user, t_s, N_VGetArrayPointer(x), N_VGetArrayPointer(xdot));
+    return 0;
+}
+
+/* SUNDIALS keeps columns; ours are rows. */
+static int jacobian(realtype t_s, N_Vector x, N_Vector xdot, SUNMatrix matrix, void *user, N_Vector a, N_Vector b,
+                    N_Vector c)
+{
+    (void)t_s, (void)xdot, (void)a, (void)b, (void)c;
+    const struct run *run = user;
+    const struct truth_system *s = run->system;
+    size_t N = s->n_states;
+    memcpy(run->jacobian, s->A, N * N * sizeof(double));
+    truth_laws_tangent(s, N_VGetArrayPointer(x), run->sliding, run->jacobian);
+    for (size_t j = 0; j < N; j++) {
+        double *column = SUNDenseMatrix_Column(matrix, (sunindextype)j);
+        for (size_t i = 0; i < N; i++)
+            column[i] = run->jacobian[i * N + j];
+    }
     return 0;
 }
 
@@ -167,6 +186,7 @@ static int solver_make(struct solver *solver, struct run *run, double t_s, doubl
     bad |= CVodeSVtolerances(solver->memory, tolerance, solver->tolerance);
     bad |= CVodeSetUserData(solver->memory, run);
     bad |= CVodeSetLinearSolver(solver->memory, solver->linear, solver->matrix);
+    bad |= CVodeSetJacFn(solver->memory, jacobian);
     bad |= CVodeSetMaxNumSteps(solver->memory, 1000000);
     bad |= CVodeSetMaxStep(solver->memory, longest_s);
     if (sliders)
@@ -223,6 +243,7 @@ int truth_solve_ode(const struct truth_system *s, const struct truth_spec *spec,
     bool sliders = false;
     run.input = truth_array(s->n_inputs);
     run.delayed = truth_array(TRUTH_EFFECTS);
+    run.jacobian = truth_array(s->n_states * s->n_states);
     for (size_t k = 0; k < s->n_laws; k++) {
         sliders = sliders || s->law[k].kind == TRUTH_MICROSLIP;
         if (s->law[k].kind == TRUTH_DELAYED_FEEDBACK)
@@ -236,6 +257,7 @@ int truth_solve_ode(const struct truth_system *s, const struct truth_spec *spec,
     solver_free(&solver);
     free(run.input);
     free(run.delayed);
+    free(run.jacobian);
     for (size_t k = 0; k < s->n_laws; k++)
         free(run.history[k]);
     return status;

@@ -39,6 +39,8 @@ static void fine_make(const struct truth_spec *spec, const struct truth_grid *gr
         for (size_t i = 0; i < spec->n_signals; i++)
             if (spec->signal[i].input == k)
                 truth_signal_add(&spec->signal[i], spec, grid, fine->nominal[k]);
+        for (size_t i = 1; spec->linear_hold && i < n; i += 2)
+            fine->nominal[k][i] = (fine->nominal[k][i - 1] + fine->nominal[k][i + 1]) / 2;
         fine->u[k] = truth_array(n);
         memcpy(fine->u[k], fine->nominal[k], n * sizeof(double));
         if (spec->input[k].kind == TRUTH_PATCH_MOMENT)

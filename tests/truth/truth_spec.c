@@ -194,7 +194,7 @@ static int read_number(struct truth_spec *spec, const struct words *words, char 
     struct truth_region *beam = &spec->region[0], *patch = &spec->region[1];
     double elements = (double)spec->elements, modes = (double)spec->modes, over = (double)spec->oversampling;
     double order = (double)spec->filter_order, causal = spec->filter_causal, bits = (double)spec->adc_bits;
-    double inputs = spec->adc_inputs, seed = (double)spec->seed, ode = spec->force_ode;
+    double inputs = spec->adc_inputs, hold = spec->linear_hold, seed = (double)spec->seed, ode = spec->force_ode;
     const struct {
         const char *key;
         double *first, *second;
@@ -225,6 +225,7 @@ static int read_number(struct truth_spec *spec, const struct words *words, char 
                 {"elements", &elements, NULL},
                 {"modes", &modes, NULL},
                 {"oversampling", &over, NULL},
+                {"linear_hold", &hold, NULL},
                 {"tolerance", &spec->tolerance, NULL},
                 {"force_ode", &ode, NULL}};
     for (size_t k = 0; k < sizeof keys / sizeof keys[0]; k++) {
@@ -246,6 +247,7 @@ static int read_number(struct truth_spec *spec, const struct words *words, char 
         spec->adc_bits = (unsigned)bits;
         spec->adc_inputs = inputs != 0;
         spec->seed = (uint64_t)seed;
+        spec->linear_hold = hold != 0;
         spec->force_ode = ode != 0;
         return 0;
     }
