@@ -277,8 +277,9 @@ static void read_other(struct import_file *file, struct uff_cursor *c, long numb
     if ((number != 151 && number != 164) || !uff_take_line(&at, &l) || uff_is_delimiter(l))
         return;
     struct uff_line text = uff_field(l, number == 151 ? 0 : 10, number == 151 ? UFF_WIDTH : 20);
+    struct uff_line code_field = uff_field(l, 0, 10); /* the description may touch it */
     if (number == 164)
-        context->units_code = uff_take_integer(&l, &code) ? (int)code : 0;
+        context->units_code = uff_take_integer(&code_field, &code) ? (int)code : 0;
     if (!uff_is_none(text))
         import_add_meta(file, number == 151 ? "source_title" : "source_units", text.s, (size_t)(text.end - text.s));
 }
