@@ -56,8 +56,8 @@ enum bf_status optimise_local(const struct least_squares *problem, const struct 
                               struct optimise_result *out, struct bf_error *err);
 
 /*
- * The predicted fall of ½‖r‖² of the best bounded Gauss–Newton step from x, given gradient[n] and gram[n × n], and the
- * step itself (NULL: not wanted). 0 at a stationary point of the bounded problem.
+ * The predicted fall of ½‖r‖² of the full Gauss–Newton step from x, given gradient[n] and gram[n × n], and the step
+ * itself (NULL: not wanted). Unknowns at a bound that the gradient presses against are held; 0 at a stationary point.
  */
 enum bf_status optimise_decrement(const struct least_squares *problem, const double x[], const double gradient[],
                                   const double gram[], double rank, double *decrement, double step[],

@@ -156,6 +156,10 @@ enum bf_status optimise_decrement(const struct least_squares *problem, const dou
     const size_t n = problem->n;
     double *low = bf_alloc(n, sizeof *low), *high = bf_alloc(n, sizeof *high), *p = bf_alloc(n, sizeof *p);
     room(problem, x, low, high);
+    for (size_t i = 0; i < n; i++) { /* a bound further off says nothing about stationarity here */
+        low[i] = low[i] < 0.0 ? -HUGE_VAL : 0.0;
+        high[i] = high[i] > 0.0 ? HUGE_VAL : 0.0;
+    }
     const struct quadratic q = {.n = n,
                                 .g = gradient,
                                 .H = gram,
@@ -176,7 +180,7 @@ enum bf_status optimise_decrement(const struct least_squares *problem, const dou
 struct search {
     const struct least_squares *problem;
     struct optimise_options options;
-    double *x, *trial, *gradient, *gram, *low, *high, *step, *full;
+    double *x, *trial, *gradient, *gram, *low, *high, *step;
     double radius;
     struct optimise_result *out;
 };
@@ -196,7 +200,7 @@ static enum bf_status linearise(struct search *s, struct bf_error *err)
         status = bf_fail(err, BF_NUMERIC, "the sum of squares is not finite");
     if (!status)
         status =
-            optimise_decrement(problem, s->x, s->gradient, s->gram, s->options.rank, &s->out->decrement, s->full, err);
+            optimise_decrement(problem, s->x, s->gradient, s->gram, s->options.rank, &s->out->decrement, NULL, err);
     return status;
 }
 
@@ -205,27 +209,35 @@ static bool small_enough(const struct search *s)
     return s->out->decrement <= s->options.tolerance || s->out->decrement <= s->options.relative * s->out->half_square;
 }
 
-/* One trial step. Returns true when x moved. */
+static enum bf_status choose_step(struct search *s, double *expected, struct bf_error *err)
+{
+    const size_t n = s->problem->n;
+    room(s->problem, s->x, s->low, s->high);
+    const struct quadratic q = {n, s->gradient, s->gram, s->low, s->high, s->radius, s->options.rank};
+    const enum bf_status status = bounded_step(&q, s->step, err);
+    *expected = status ? 0.0 : predicted_fall(n, s->gradient, s->gram, s->step);
+    return status;
+}
+
+/* One trial step; *moved when x went there. A step cut by many bounds may promise nothing: then a shorter one will. */
 static enum bf_status try_step(struct search *s, bool *moved, struct bf_error *err)
 {
     const struct least_squares *problem = s->problem;
     const size_t n = problem->n;
+    double expected, value = HUGE_VAL;
     *moved = false;
-    if (dense_norm(n, s->full) <= s->radius) {
-        memcpy(s->step, s->full, n * sizeof *s->step);
-    } else {
-        room(problem, s->x, s->low, s->high);
-        const struct quadratic q = {n, s->gradient, s->gram, s->low, s->high, s->radius, s->options.rank};
-        const enum bf_status status = bounded_step(&q, s->step, err);
-        if (status)
-            return status;
+    enum bf_status status = choose_step(s, &expected, err);
+    if (status)
+        return status;
+    const double length = dense_norm(n, s->step);
+    if (expected <= 0.0) {
+        s->radius = 0.25 * fmin(length, s->radius);
+        return BF_OK;
     }
     for (size_t i = 0; i < n; i++)
         s->trial[i] = s->x[i] + s->step[i];
-    const double expected = predicted_fall(n, s->gradient, s->gram, s->step), length = dense_norm(n, s->step);
-    double value = INFINITY;
     s->out->values++;
-    const enum bf_status status = problem->value(problem->context, s->trial, &value, err);
+    status = problem->value(problem->context, s->trial, &value, err);
     if (status && status != BF_NUMERIC)
         return status;
     const double ratio = status || !isfinite(value) ? -1.0 : (s->out->half_square - value) / expected;
@@ -281,10 +293,18 @@ enum bf_status optimise_local(const struct least_squares *problem, const struct 
     o.rank = o.rank > 0.0 ? o.rank : default_rank;
     if (n == 0)
         return problem->value(problem->context, x, &out->half_square, err);
-    double *work = bf_alloc(7 * n + n * n, sizeof *work);
-    struct search s = {
-        problem,      o,        x,  work, work + n, work + 7 * n, work + 2 * n, work + 3 * n, work + 4 * n,
-        work + 5 * n, o.radius, out};
+    double *work = bf_alloc(5 * n + n * n, sizeof *work);
+    struct search s = {.problem = problem,
+                       .options = o,
+                       .x = x,
+                       .trial = work,
+                       .gradient = work + n,
+                       .low = work + 2 * n,
+                       .high = work + 3 * n,
+                       .step = work + 4 * n,
+                       .gram = work + 5 * n,
+                       .radius = o.radius,
+                       .out = out};
     for (size_t i = 0; i < n && problem->lower && problem->upper; i++)
         x[i] = fmin(fmax(x[i], problem->lower[i]), problem->upper[i]);
     const enum bf_status status = descend(&s, err);
