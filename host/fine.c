@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "fine.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -30,12 +31,12 @@ static void boundary(enum model_support support, bool root_released, size_t *lea
         *lead = 1; /* φ(0) = 0 stays, φ'(0) is free */
 }
 
-enum bf_status fine_new(const struct model *model, size_t n_splines, bool root_released, struct fine_space *out,
-                        struct bf_error *err)
+enum bf_status fine_new(const struct model *model, size_t n_splines, bool root_released, bool knots_on_edges,
+                        struct fine_space *out, struct bf_error *err)
 {
     double *edges = bf_alloc(model->n_regions + 1, sizeof *edges);
     size_t n_edges = 0;
-    for (size_t r = 0; r + 1 < model->n_regions; r++)
+    for (size_t r = 0; knots_on_edges && r + 1 < model->n_regions; r++)
         edges[n_edges++] = model->regions[r].to_m;
     *out = (struct fine_space){.length_m = model->length_m};
     enum bf_status status = spline_new(model->length_m, edges, n_edges, n_splines, &out->spline, err);
@@ -71,8 +72,9 @@ void fine_add_form(const struct fine_space *space, int derivative, double from_m
 {
     const double *t = space->spline.knots;
     for (size_t i = 3; i < space->spline.n; i++) {
-        double h = t[i + 1] - t[i], middle = 0.5 * (t[i] + t[i + 1]);
-        if (!(h > 0.0) || middle < from_m || middle > to_m)
+        double from = fmax(t[i], from_m), to = fmin(t[i + 1], to_m); /* a region edge may lie inside an element */
+        double h = to - from, middle = 0.5 * (from + to);
+        if (!(h > 0.0))
             continue;
         for (int q = 0; q < 4; q++) {
             struct spline_values values;

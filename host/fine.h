@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
- * fine.h — the converged Galerkin space of the host: cubic splines with double knots on every region edge, essential
- * boundary conditions imposed by leaving basis functions out. Matrices are symmetric and banded (half bandwidth 3).
+ * fine.h — Galerkin spaces of cubic splines, by default with double knots on every region edge (y″ may jump there);
+ * essential boundary conditions are imposed by leaving basis functions out. Matrices are symmetric and banded (half bandwidth 3).
  */
 #ifndef BEAMFIT_FINE_H
 #define BEAMFIT_FINE_H
@@ -18,13 +18,16 @@ struct fine_space {
     double length_m;
 };
 
-/* root_released: y'(0) stays free although the support clamps it (effects with releases_root). */
-enum bf_status fine_new(const struct model *model, size_t n_splines, bool root_released, struct fine_space *out,
-                        struct bf_error *err);
+/*
+ * root_released: y'(0) stays free although the support clamps it (effects with releases_root). knots_on_edges: double
+ * knots on the region edges; without, equidistant knots and C² splines, the seed paper's uniform space.
+ */
+enum bf_status fine_new(const struct model *model, size_t n_splines, bool root_released, bool knots_on_edges,
+                        struct fine_space *out, struct bf_error *err);
 void fine_free(struct fine_space *space);
 
 /*
- * Adds scale · ∫ D^k φ_i D^k φ_j dx over [from_m, to_m] (ends must be knots: region edges or ends of the beam) to
+ * Adds scale · ∫ D^k φ_i D^k φ_j dx over [from_m, to_m] to
  * band[n][FINE_BAND], band[i][d] = A(i, i+d). k = derivative order 0, 1, 2. Exact Gauss quadrature.
  */
 void fine_add_form(const struct fine_space *space, int derivative, double from_m, double to_m, double scale,

@@ -256,7 +256,7 @@ enum bf_status predictor_rebase(struct predictor *p, const double parameters[], 
         dt = fmin(dt, p->records[r].dt_s);
     struct reduced_options options = {.n_splines = p->options.fine_splines,
                                       .top_rad = modes_to_sampling * 2.0 * acos(-1.0) / dt,
-                                      .min_modes = FEWEST_MODES, .max_modes = MOST_MODES, .statics = true};
+                                      .min_modes = FEWEST_MODES, .max_modes = MOST_MODES, .statics = 2};
     if (p->options.modes > 0)
         options.min_modes = options.max_modes = p->options.modes;
     free_base(p);

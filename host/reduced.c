@@ -198,6 +198,7 @@ struct basis {
     struct sparse_factor *factor;
     double *V, *work; /* V[N × capacity], work[N] */
     size_t n, limit;
+    int corrections;
 };
 
 static void multiply_mass(const void *context, const double x[], double y[])
@@ -256,7 +257,7 @@ static enum bf_status append_points(struct basis *b, const struct place_points *
 {
     double *g = bf_alloc(b->space->n, sizeof *g);
     fine_place(b->space, points, g);
-    enum bf_status status = basis_append_static(b, g, 1, err);
+    enum bf_status status = basis_append_static(b, g, b->corrections, err);
     free(g);
     return status;
 }
@@ -463,9 +464,9 @@ static enum bf_status build_basis(struct basis *b, const struct model *model, co
     free(K);
     if (status == BF_OK)
         status = append_modes(b, model, options, shift, out, err);
-    if (status == BF_OK && options->statics)
+    if (status == BF_OK && options->statics > 0)
         status = append_channels(b, model, err);
-    if (status == BF_OK && options->statics)
+    if (status == BF_OK && options->statics > 0)
         status = append_effects(b, model, err);
     return status;
 }
@@ -475,12 +476,12 @@ enum bf_status reduced_new(const struct model *model, const struct reduced_optio
 {
     *out = (struct reduced){0};
     enum bf_status status = fine_new(model, options->n_splines ? options->n_splines : DEFAULT_SPLINES,
-                                     root_released(model), &out->space, err);
+                                     root_released(model), !options->uniform, &out->space, err);
     if (status != BF_OK)
         return status;
     size_t N = out->space.n;
     size_t capacity = options->max_modes + 2 * (model->n_inputs + model->n_outputs + 3 * model->n_effects) + 4;
-    struct basis basis = {.space = &out->space, .limit = options->limit ? options->limit : capacity};
+    struct basis basis = {.space = &out->space, .corrections = options->statics - 1, .limit = options->limit ? options->limit : capacity};
     basis.M = bf_alloc(N * FINE_BAND, sizeof *basis.M);
     basis.V = bf_alloc(N * capacity, sizeof *basis.V);
     basis.work = bf_alloc(N, sizeof *basis.work);

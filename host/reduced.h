@@ -43,7 +43,8 @@ struct reduced_options {
     size_t n_splines; /* 0: 160 */
     double top_rad;   /* modes below this circular frequency are taken (at least min_modes) */
     size_t min_modes, max_modes;
-    bool statics;     /* static vectors and corrections beside the modes */
+    int statics;      /* 0: modes only; 1: static responses too; 2: and their first dynamic corrections */
+    bool uniform;     /* equidistant knots, not on the region edges */
     size_t limit;     /* dimension at most; 0: no limit */
 };
 

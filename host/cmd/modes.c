@@ -1,0 +1,282 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "commands.h"
+#include "json.h"
+#include "modes.h"
+#include "options.h"
+#include "plot.h"
+#include "record.h"
+
+static const char help[] =
+    "Usage: beamfit modes MODEL [-n COUNT] [--band HZ] [--shapes FILE] [--convergence] [--plot DIR] [--json]\n"
+    "\n"
+    "Natural frequencies, damping ratios and shapes of a model, linear effects included, from a converged spline model;\n"
+    "and the frequency errors of the 10-dimensional space that would go on the target (lowest modes and static\n"
+    "responses to inputs and outputs) and of the seed paper's 10 equidistant cubic splines.\n"
+    "\n"
+    "  -n, --count COUNT   modes to print (default 5, at most 24)\n"
+    "  --band HZ           modes up to this frequency must be right on the target (default: all it spans)\n"
+    "  --shapes FILE       mode shapes as CSV: x_m, then one column a mode, largest deflection 1\n"
+    "  --convergence       also the error of each mode against the number of splines, for equidistant knots and for\n"
+    "                      double knots on the region edges\n"
+    "  --plot DIR          shapes, and with --convergence the errors, as PNG and PDF in DIR\n"
+    "  --json              {\"modes\": [{\"frequency_Hz\", \"damping_ratio\", ...}], \"deployed\": {\"dimension\", \"basis\",\n"
+    "                      \"relative_error\": [one for each mode in band]}}\n"
+    "\n"
+    "Example:\n"
+    "  beamfit modes data/paper/b1tapih.yaml --convergence\n"
+    "\n"
+    "Exit status: 0 done; 2 usage; 3 bad model file or FILE not writable; 4 the model has no such modes.\n";
+
+enum { MOST_MODES = 24, SHAPE_POINTS = 201, SIZES = 6 };
+static const size_t size_of_space[SIZES] = {10, 20, 40, 80, 160, 320};
+
+struct arguments {
+    const char *model, *shapes, *plot;
+    size_t count;
+    double band_Hz;
+    bool json, convergence;
+};
+
+static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
+{
+    static const struct option options[] = {{"count", required_argument, NULL, 'n'},
+                                            {"band", required_argument, NULL, 'b'},
+                                            {"shapes", required_argument, NULL, 's'},
+                                            {"convergence", no_argument, NULL, 'c'},
+                                            {"plot", required_argument, NULL, 'p'},
+                                            {"json", no_argument, NULL, 'j'},
+                                            {NULL, 0, NULL, 0}};
+    int code;
+    double number;
+    while ((code = options_next(argc, argv, ":n:", options, err)) != -1) {
+        switch (code) {
+        case 'n':
+            if (options_number("--count", optarg, &number, err) != BF_OK)
+                return BF_USAGE;
+            if (!(number >= 1.0 && number <= MOST_MODES))
+                return bf_fail(err, BF_USAGE, "--count %s: between 1 and %d modes can be printed", optarg, MOST_MODES);
+            a->count = (size_t)number;
+            break;
+        case 'b':
+            if (options_number("--band", optarg, &a->band_Hz, err) != BF_OK)
+                return BF_USAGE;
+            break;
+        case 's':
+            a->shapes = optarg;
+            break;
+        case 'c':
+            a->convergence = true;
+            break;
+        case 'p':
+            a->plot = optarg;
+            break;
+        case 'j':
+            a->json = true;
+            break;
+        default:
+            return BF_USAGE;
+        }
+    }
+    if (optind + 1 != argc)
+        return bf_fail(err, BF_USAGE, "modes takes one model file; beamfit modes --help explains");
+    a->model = argv[optind];
+    return BF_OK;
+}
+
+/* ---- Shapes ---- */
+
+/* A record is uniform columns over a uniform axis; here the axis is x, so the file is written under its own header. */
+static enum bf_status write_shapes(const struct arguments *a, const struct modes *m, struct bf_error *err)
+{
+    struct record record = {.n = m->n_points, .t0_s = 0.0, .dt_s = 1.0};
+    char name[32];
+    record_add_meta(&record, "contents", "mode shapes; time_s is only the row number, x_m is the place");
+    record_add_column(&record, "x_m", m->x_m);
+    for (size_t k = 0; k < m->n; k++) {
+        (void)snprintf(name, sizeof name, "mode_%zu", k + 1);
+        record_add_column(&record, name, m->shape + k * m->n_points);
+    }
+    enum bf_status status = record_write(a->shapes, &record, 9, err);
+    record_free(&record);
+    return status;
+}
+
+static enum bf_status plot_shapes(const struct arguments *a, const struct modes *m, struct bf_error *err)
+{
+    size_t n = m->n < 5 ? m->n : 5;
+    char legend[5][48];
+    struct plot_line lines[5];
+    for (size_t k = 0; k < n; k++) {
+        (void)snprintf(legend[k], sizeof legend[k], "mode %zu, %.4g Hz", k + 1, m->mode[k].undamped_Hz);
+        lines[k] = (struct plot_line){legend[k], m->n_points, m->x_m, m->shape + k * m->n_points};
+    }
+    struct plot_convergence plot = {.directory = a->plot, .stem = "shapes", .title = "Mode shapes",
+                                    .x_label = "distance from the clamp (m)", .y_label = "deflection (largest 1)",
+                                    .n_lines = n, .lines = lines, .linear_x = true, .linear_y = true};
+    return plot_convergence(&plot, err);
+}
+
+/* ---- Convergence ---- */
+
+struct convergence {
+    double edges[SIZES][MOST_MODES], uniform[SIZES][MOST_MODES]; /* relative errors */
+};
+
+static enum bf_status converge(const struct model *model, size_t n, struct convergence *out, struct bf_error *err)
+{
+    double exact[MOST_MODES], f[MOST_MODES];
+    enum bf_status status = modes_frequencies(model, 4 * size_of_space[SIZES - 1] / 2, false, n, exact, err);
+    for (int i = 0; status == BF_OK && i < SIZES; i++) {
+        size_t possible = n + 2 < size_of_space[i] ? n : size_of_space[i] - 2;
+        for (int uniform = 0; status == BF_OK && uniform < 2; uniform++) {
+            double *error = uniform ? out->uniform[i] : out->edges[i];
+            status = modes_frequencies(model, size_of_space[i] - 1, uniform == 1, possible, f, err);
+            for (size_t k = 0; k < n; k++)
+                error[k] = k < possible ? fabs(f[k] / exact[k] - 1.0) : (double)NAN;
+        }
+    }
+    return status;
+}
+
+static void print_convergence(const struct convergence *c, size_t n)
+{
+    size_t shown = n < 5 ? n : 5;
+    for (int uniform = 1; uniform >= 0; uniform--) {
+        (void)printf("\nRelative frequency error, %s\n  splines", uniform ? "equidistant knots (C²; the seed paper's space)"
+                                                                          : "double knots on the region edges");
+        for (size_t k = 0; k < shown; k++)
+            (void)printf("    mode %zu", k + 1);
+        for (int i = 0; i < SIZES; i++) {
+            (void)printf("\n  %7zu", size_of_space[i]);
+            for (size_t k = 0; k < shown; k++)
+                (void)printf("  %8.1e", uniform ? c->uniform[i][k] : c->edges[i][k]);
+        }
+        (void)printf("\n");
+    }
+}
+
+static enum bf_status plot_errors(const struct arguments *a, const struct convergence *c, size_t n, struct bf_error *err)
+{
+    double x[SIZES], y[6][SIZES];
+    char legend[6][64];
+    struct plot_line lines[6];
+    size_t shown = n < 3 ? n : 3, count = 0;
+    for (int uniform = 1; uniform >= 0; uniform--) {
+        for (size_t k = 0; k < shown; k++, count++) {
+            (void)snprintf(legend[count], sizeof legend[count], "mode %zu, %s", k + 1,
+                           uniform ? "equidistant knots" : "knots on the edges");
+            for (int i = 0; i < SIZES; i++) {
+                x[i] = (double)size_of_space[i];
+                y[count][i] = uniform ? c->uniform[i][k] : c->edges[i][k];
+            }
+            lines[count] = (struct plot_line){legend[count], SIZES, x, y[count]};
+        }
+    }
+    struct plot_convergence plot = {.directory = a->plot, .stem = "convergence", .title = "Convergence of frequencies",
+                                    .x_label = "dimension of the spline space", .y_label = "relative frequency error",
+                                    .n_lines = count, .lines = lines};
+    return plot_convergence(&plot, err);
+}
+
+/* ---- Answers ---- */
+
+static void print_table(const struct modes *m)
+{
+    (void)printf("mode   frequency    damping ratio   error on the target   error of 10 equidistant splines\n");
+    for (size_t k = 0; k < m->n; k++) {
+        const struct mode *mode = &m->mode[k];
+        (void)printf("%4zu  %10.5f Hz   %.6f        ", k + 1, mode->undamped_Hz, mode->damping_ratio);
+        if (isnan(mode->deployed_error))
+            (void)printf("%12s", "-");
+        else
+            (void)printf("%+12.1e", mode->deployed_error);
+        if (isnan(mode->uniform_error))
+            (void)printf("          %12s\n", "-");
+        else
+            (void)printf("          %+11.4f %%\n", 100.0 * mode->uniform_error);
+    }
+    (void)printf("\nTarget space: dimension %zu, %zu modes and %zu static responses; modes in band: %zu.\n",
+                 m->deployed_modes + m->deployed_statics, m->deployed_modes, m->deployed_statics, m->in_band);
+    (void)printf("Doubling the splines moves these frequencies by %.1e at most.\n", m->convergence);
+}
+
+static struct json *make_json(const struct arguments *a, const struct modes *m, const struct convergence *c)
+{
+    struct json *root = json_new_object(), *list = json_put(root, "modes", json_new_array());
+    for (size_t k = 0; k < m->n; k++) {
+        struct json *one = json_push(list, json_new_object());
+        json_put_number(one, "frequency_Hz", m->mode[k].undamped_Hz);
+        json_put_number(one, "damped_pole_Hz", m->mode[k].frequency_Hz);
+        json_put_number(one, "damping_ratio", m->mode[k].damping_ratio);
+        json_put_number(one, "uniform_relative_error", m->mode[k].uniform_error);
+    }
+    struct json *deployed = json_put(root, "deployed", json_new_object());
+    json_put_number(deployed, "dimension", (double)(m->deployed_modes + m->deployed_statics));
+    json_put_text(deployed, "basis", "modes and static responses");
+    struct json *errors = json_put(deployed, "relative_error", json_new_array());
+    for (size_t k = 0; k < m->in_band; k++)
+        json_push_number(errors, m->mode[k].deployed_error);
+    json_put_number(root, "spline_doubling_relative_change", m->convergence);
+    if (a->convergence) {
+        struct json *rows = json_put(root, "convergence", json_new_array());
+        for (int i = 0; i < SIZES; i++) {
+            struct json *row = json_push(rows, json_new_object());
+            json_put_number(row, "splines", (double)size_of_space[i]);
+            struct json *edges = json_put(row, "knots_on_edges", json_new_array());
+            struct json *uniform = json_put(row, "equidistant", json_new_array());
+            for (size_t k = 0; k < m->n; k++) {
+                json_push_number(edges, c->edges[i][k]);
+                json_push_number(uniform, c->uniform[i][k]);
+            }
+        }
+    }
+    return root;
+}
+
+static enum bf_status answer(const struct arguments *a, const struct model *model, const struct modes *m,
+                             struct bf_error *err)
+{
+    struct convergence *c = bf_alloc(1, sizeof *c);
+    enum bf_status status = a->convergence ? converge(model, m->n, c, err) : BF_OK;
+    if (status == BF_OK && a->shapes != NULL)
+        status = write_shapes(a, m, err);
+    if (status == BF_OK && a->json) {
+        status = json_print_and_free(make_json(a, m, c), stdout, err);
+    } else if (status == BF_OK) {
+        print_table(m);
+        if (a->convergence)
+            print_convergence(c, m->n);
+    }
+    if (status == BF_OK && a->plot != NULL)
+        status = plot_shapes(a, m, err);
+    if (status == BF_OK && a->plot != NULL && a->convergence)
+        status = plot_errors(a, c, m->n, err);
+    free(c);
+    return status;
+}
+
+static enum bf_status run(int argc, char **argv, struct bf_error *err)
+{
+    struct arguments a = {.count = 5};
+    struct model model;
+    struct modes modes;
+    if (parse(argc, argv, &a, err) != BF_OK)
+        return BF_USAGE;
+    enum bf_status status = model_read(a.model, &model, err);
+    if (status != BF_OK)
+        return status;
+    status = modes_compute(&model, a.count, a.band_Hz, SHAPE_POINTS, &modes, err);
+    if (status == BF_OK) {
+        status = answer(&a, &model, &modes, err);
+        modes_free(&modes);
+    }
+    model_free(&model);
+    return status;
+}
+
+const struct command command_modes = {"modes", "natural frequencies, damping, shapes; errors on the target", help, run};

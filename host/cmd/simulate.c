@@ -1,0 +1,268 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "commands.h"
+#include "json.h"
+#include "options.h"
+#include "predict.h"
+
+static const char help[] =
+    "Usage: beamfit simulate MODEL --input RECORD -o OUT [options]\n"
+    "\n"
+    "Runs a model on the inputs of a record, from rest, and writes time, the inputs and every output of the model as a\n"
+    "record. Outputs that RECORD also holds are not used.\n"
+    "\n"
+    "  -i, --input RECORD    the record whose columns named like the model's inputs drive the model; inputs that it\n"
+    "                        does not hold are zero\n"
+    "  -o, --output OUT      the record to write (CSV, SI units as in the model)\n"
+    "  --intersample HOW     what inputs do between samples: bl (band-limited, default), foh (linear), zoh (held)\n"
+    "  --oversample N        steps a sample for nonlinear effects (default 8 for forces at a point, 4 over the span)\n"
+    "  --digits N            significant digits (default 9, at most 17)\n"
+    "  --json                {\"file\", \"samples\", \"dt_s\", \"intersample\", \"outputs\": [{\"name\", \"rms\",\n"
+    "                        \"step_error\"}]}; step_error: relative change when nonlinear steps are halved\n"
+    "\n"
+    "Example:\n"
+    "  beamfit simulate fitted.yaml --input tap1.csv -o predicted.csv\n"
+    "\n"
+    "Exit status: 0 done; 2 usage; 3 bad model or record, or OUT not writable; 4 the model cannot be simulated.\n";
+
+struct arguments {
+    const char *model, *input, *output;
+    struct predict_options predict;
+    int digits;
+    bool json;
+};
+
+static enum bf_status take_hold(const char *text, enum intersample *out, struct bf_error *err)
+{
+    static const char *const names[] = {"bl", "zoh", "foh"}; /* order of enum intersample */
+    for (int i = 0; i < 3; i++) {
+        if (strcmp(text, names[i]) == 0) {
+            *out = (enum intersample)i;
+            return BF_OK;
+        }
+    }
+    return bf_fail(err, BF_USAGE, "--intersample %s is unknown; it can be bl, foh or zoh", text);
+}
+
+static enum bf_status take_count(const char *option, const char *text, double most, int *out, struct bf_error *err)
+{
+    double number;
+    if (options_number(option, text, &number, err) != BF_OK)
+        return BF_USAGE;
+    if (!(number >= 1.0 && number <= most))
+        return bf_fail(err, BF_USAGE, "%s %s: between 1 and %g is possible", option, text, most);
+    *out = (int)number;
+    return BF_OK;
+}
+
+static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
+{
+    static const struct option options[] = {{"input", required_argument, NULL, 'i'},
+                                            {"output", required_argument, NULL, 'o'},
+                                            {"intersample", required_argument, NULL, 'h'},
+                                            {"oversample", required_argument, NULL, 'n'},
+                                            {"digits", required_argument, NULL, 'd'},
+                                            {"json", no_argument, NULL, 'j'},
+                                            {NULL, 0, NULL, 0}};
+    int code;
+    while ((code = options_next(argc, argv, ":i:o:", options, err)) != -1) {
+        enum bf_status status = BF_OK;
+        switch (code) {
+        case 'i':
+            a->input = optarg;
+            break;
+        case 'o':
+            a->output = optarg;
+            break;
+        case 'h':
+            status = take_hold(optarg, &a->predict.intersample, err);
+            break;
+        case 'n':
+            status = take_count("--oversample", optarg, 64.0, &a->predict.oversample, err);
+            break;
+        case 'd':
+            status = take_count("--digits", optarg, 17.0, &a->digits, err);
+            break;
+        case 'j':
+            a->json = true;
+            break;
+        default:
+            status = BF_USAGE;
+        }
+        if (status != BF_OK)
+            return status;
+    }
+    if (optind + 1 != argc || a->input == NULL || a->output == NULL)
+        return bf_fail(err, BF_USAGE, "say MODEL --input RECORD -o OUT; beamfit simulate --help explains");
+    a->model = argv[optind];
+    return BF_OK;
+}
+
+/* A record with the inputs of `from` and a column of zeros for every output, which the predictor binds to. */
+static void make_stage(const struct model *model, const struct record *from, struct record *out)
+{
+    double *zeros = bf_alloc(from->n, sizeof *zeros);
+    *out = (struct record){.path = bf_strdup(from->path), .n = from->n, .t0_s = from->t0_s, .dt_s = from->dt_s};
+    for (size_t i = 0; i < model->n_inputs; i++) {
+        const double *u = record_column(from, model->inputs[i].name);
+        if (u != NULL)
+            record_add_column(out, model->inputs[i].name, u);
+    }
+    for (size_t o = 0; o < model->n_outputs; o++)
+        record_add_column(out, model->outputs[o].name, zeros);
+    free(zeros);
+}
+
+/* y[n_outputs][n] at the model's parameters; *steps: what the nonlinear grid was. */
+static enum bf_status predict(const struct model *model, const struct record *stage, const struct predict_options *how,
+                              double y[], struct bf_error *err)
+{
+    struct predictor *predictor;
+    struct prediction prediction;
+    struct parameter_ref *refs;
+    const char *slash = strrchr(stage->path, '/'), *name = slash != NULL ? slash + 1 : stage->path;
+    enum bf_status status = predictor_new(model, stage, 1, how, &predictor, err);
+    if (status != BF_OK)
+        return status;
+    size_t n = model_parameters(model, &name, 1, &refs);
+    double *theta = bf_alloc(n, sizeof *theta);
+    for (size_t i = 0; i < n; i++)
+        theta[i] = refs[i].value;
+    status = predictor_run(predictor, theta, NULL, &prediction, err);
+    if (status == BF_OK)
+        memcpy(y, prediction.y, prediction.n_rows * sizeof *y);
+    free(theta);
+    free(refs);
+    predictor_free(predictor);
+    return status;
+}
+
+static double rms(size_t n, const double x[])
+{
+    double sum = 0.0;
+    for (size_t i = 0; i < n; i++)
+        sum += x[i] * x[i];
+    return sqrt(sum / (double)n);
+}
+
+static bool has_law(const struct model *model)
+{
+    for (size_t e = 0; e < model->n_effects; e++)
+        if (model->effects[e].effect->law != NULL)
+            return true;
+    return false;
+}
+
+/* Relative change of each output when the nonlinear step is halved. */
+static enum bf_status step_errors(const struct model *model, const struct record *stage,
+                                  const struct predict_options *how, const double y[], double error[],
+                                  struct bf_error *err)
+{
+    if (!has_law(model))
+        return BF_OK;
+    struct predict_options finer = *how;
+    double *z = bf_alloc(model->n_outputs * stage->n, sizeof *z);
+    finer.oversample = 2 * (how->oversample > 0 ? how->oversample : 8);
+    enum bf_status status = predict(model, stage, &finer, z, err);
+    for (size_t o = 0; status == BF_OK && o < model->n_outputs; o++) {
+        double *row = z + o * stage->n, scale = rms(stage->n, row);
+        for (size_t k = 0; k < stage->n; k++)
+            row[k] -= y[o * stage->n + k];
+        error[o] = scale > 0.0 ? rms(stage->n, row) / scale : 0.0;
+    }
+    free(z);
+    return status;
+}
+
+static enum bf_status answer(const struct arguments *a, const struct model *model, const struct record *stage,
+                             const double y[], const double error[], struct bf_error *err)
+{
+    static const char *const holds[] = {"band-limited", "zero-order hold", "first-order hold"};
+    if (!a->json) {
+        (void)printf("%s: %zu samples of %g s, inputs %s between samples\n", a->output, stage->n, stage->dt_s,
+                     holds[a->predict.intersample]);
+        for (size_t o = 0; o < model->n_outputs; o++) {
+            (void)printf("  %-16s rms %.4g", model->outputs[o].name, rms(stage->n, y + o * stage->n));
+            if (has_law(model))
+                (void)printf("   changes by %.1e when the nonlinear step is halved", error[o]);
+            (void)printf("\n");
+        }
+        return BF_OK;
+    }
+    struct json *root = json_new_object();
+    json_put_text(root, "file", a->output);
+    json_put_number(root, "samples", (double)stage->n);
+    json_put_number(root, "dt_s", stage->dt_s);
+    json_put_text(root, "intersample", holds[a->predict.intersample]);
+    struct json *list = json_put(root, "outputs", json_new_array());
+    for (size_t o = 0; o < model->n_outputs; o++) {
+        struct json *one = json_push(list, json_new_object());
+        json_put_text(one, "name", model->outputs[o].name);
+        json_put_number(one, "rms", rms(stage->n, y + o * stage->n));
+        json_put_number(one, "step_error", error[o]);
+    }
+    return json_print_and_free(root, stdout, err);
+}
+
+static enum bf_status write_result(const struct arguments *a, const struct model *model, const struct record *stage,
+                                   const double y[], struct bf_error *err)
+{
+    struct record out = {.path = bf_strdup(a->output), .n = stage->n, .t0_s = stage->t0_s, .dt_s = stage->dt_s};
+    record_add_meta(&out, "simulated_by", "beamfit simulate");
+    record_add_meta(&out, "model", a->model);
+    record_add_meta(&out, "input", a->input);
+    for (size_t i = 0; i < model->n_inputs; i++) {
+        const double *u = record_column(stage, model->inputs[i].name);
+        if (u != NULL)
+            record_add_column(&out, model->inputs[i].name, u);
+    }
+    for (size_t o = 0; o < model->n_outputs; o++)
+        record_add_column(&out, model->outputs[o].name, y + o * stage->n);
+    enum bf_status status = record_write(a->output, &out, a->digits, err);
+    record_free(&out);
+    return status;
+}
+
+static enum bf_status simulate(const struct arguments *a, const struct model *model, const struct record *input,
+                               struct bf_error *err)
+{
+    struct record stage;
+    make_stage(model, input, &stage);
+    double *y = bf_alloc(model->n_outputs * stage.n, sizeof *y), *error = bf_alloc(model->n_outputs, sizeof *error);
+    enum bf_status status = predict(model, &stage, &a->predict, y, err);
+    if (status == BF_OK)
+        status = step_errors(model, &stage, &a->predict, y, error, err);
+    if (status == BF_OK)
+        status = write_result(a, model, &stage, y, err);
+    if (status == BF_OK && strcmp(a->output, "-") != 0)
+        status = answer(a, model, &stage, y, error, err);
+    free(y);
+    free(error);
+    record_free(&stage);
+    return status;
+}
+
+static enum bf_status run(int argc, char **argv, struct bf_error *err)
+{
+    struct arguments a = {.digits = 9};
+    struct model model;
+    struct record input;
+    if (parse(argc, argv, &a, err) != BF_OK)
+        return BF_USAGE;
+    enum bf_status status = model_read(a.model, &model, err);
+    if (status != BF_OK)
+        return status;
+    status = record_read(a.input, &input, err);
+    if (status == BF_OK) {
+        status = simulate(&a, &model, &input, err);
+        record_free(&input);
+    }
+    model_free(&model);
+    return status;
+}
+
+const struct command command_simulate = {"simulate", "run a model on the inputs of a record", help, run};
