@@ -178,17 +178,30 @@ static double independent_averages(const double *w, size_t m, size_t hop, size_t
     return k / (1.0 + 2.0 * rho2 * (k - 1.0) / k);
 }
 
+/* square: [n_bins] Σ over segments of the squared periodogram of x. */
 static void accumulate(const struct cross_spectrum *s, const double complex *X, const double complex *Y, double scale,
-                       size_t m)
+                       size_t m, double *square)
 {
     for (size_t k = 0; k < s->n_bins; k++) {
-        const double a = scale * single_sided(k, m);
-        s->pxx[k] += a * creal(X[k] * conj(X[k]));
+        const double a = scale * single_sided(k, m), p = a * creal(X[k] * conj(X[k]));
+        s->pxx[k] += p;
+        square[k] += p * p;
         if (s->pxy != NULL) {
             s->pyy[k] += a * creal(Y[k] * conj(Y[k]));
             s->pxy[k] += a * conj(X[k]) * Y[k];
         }
     }
+}
+
+static double steadiness(const struct cross_spectrum *s, const double *square)
+{
+    double top = 0.0, bottom = 0.0;
+    for (size_t k = 0; k < s->n_bins; k++)
+        if (square[k] > 0.0) {
+            top += s->pxx[k] * (s->pxx[k] * s->pxx[k] / ((double)s->n_segments * square[k]));
+            bottom += s->pxx[k];
+        }
+    return bottom > 0.0 ? top / bottom : 0.0;
 }
 
 static size_t default_segment(size_t n)
@@ -222,6 +235,7 @@ enum bf_status spectrum_cross(const double *x, const double *y, size_t n, double
         out->pxy = bf_alloc(out->n_bins, sizeof *out->pxy);
     }
     double *w = bf_alloc(m, sizeof *w), *work = bf_alloc(m, sizeof *work), energy = 0.0;
+    double *square = bf_alloc(out->n_bins, sizeof *square);
     double complex *X = bf_alloc(out->n_bins, sizeof *X), *Y = bf_alloc(out->n_bins, sizeof *Y);
     window_fill(WINDOW_HANN, m, w);
     for (size_t i = 0; i < m; i++)
@@ -230,11 +244,13 @@ enum bf_status spectrum_cross(const double *x, const double *y, size_t n, double
         transform_segment(plan, x + s * hop, w, work, X);
         if (y != NULL)
             transform_segment(plan, y + s * hop, w, work, Y);
-        accumulate(out, X, Y, dt_s / (energy * (double)out->n_segments), m);
+        accumulate(out, X, Y, dt_s / (energy * (double)out->n_segments), m, square);
     }
+    out->steadiness = steadiness(out, square);
     out->averages = independent_averages(w, m, hop, out->n_segments);
     free(w);
     free(work);
+    free(square);
     free(X);
     free(Y);
     return BF_OK;

@@ -44,6 +44,8 @@ struct cross_spectrum {
     size_t n_bins; /* segment/2 + 1 */
     double df_Hz;
     size_t n_segments;
+    double steadiness; /* of x: (Σ P)²/(K Σ P²) over the K segments, averaged with P over bins: 1/K a single pulse or a
+                          sweep, 1/2 random noise, 1 a steady tone. Coherence means something well above 1/K only. */
     double averages;     /* equivalent number of independent segments, ≥ 1 (overlap accounted for) */
     double *pxx, *pyy;   /* one-sided power spectral densities, unit²/Hz */
     double complex *pxy; /* one-sided cross-spectral density, conj(X)·Y */

@@ -1,0 +1,190 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "commands.h"
+#include "compare.h"
+#include "options.h"
+
+static const char help[] =
+    "Usage: beamfit compare MODEL RECORD... [--check RECORD...] [options]\n"
+    "\n"
+    "Predicts the records with the model as it is and holds the prediction against what was measured. Nothing is\n"
+    "fitted, except what no model can know: the initial state of a free decay, and a level of excitation that the\n"
+    "record or the model calls unknown.\n"
+    "\n"
+    "Per record and channel: the error (norm of the misfit over norm of the signal), the noise of the channel as the\n"
+    "record itself shows it, the error in units of that noise (1: nothing is left to explain), whether the residual "
+    "is\n"
+    "white, whether it follows an input, and where the misfit is: by band and mode, in time, by size of the motion.\n"
+    "\n"
+    "  --check RECORD...    records that were held out of the fit; they get a total of their own\n"
+    "  --plot DIR           pictures, PNG and PDF, with gnuplot's script and data beside them: the four panels\n"
+    "                       (measured, model, spectra of both, a short interval) and a page on the residual\n"
+    "  --max-nrmse X        a question: is the error (root mean square over all channels, held-out ones too) at most\n"
+    "                       X? X is a fraction, 0.05 = 5 %; the exit status is the answer\n"
+    "  --intersample HOW    what inputs do between samples: bl (band-limited, default), foh (linear), zoh (held)\n"
+    "  --json               {\"records\": [{\"file\", \"channels\": [{\"name\", \"nrmse\", \"noise_ratio\", \"bands\": "
+    "[...], ...}]}],\n"
+    "                       \"nrmse\", \"noise_ratio\", \"check_nrmse\", \"check_noise_ratio\", ...}\n"
+    "\n"
+    "Example:\n"
+    "  beamfit compare fitted.yaml tap1.csv tap2.csv --check tap3.csv --plot pictures\n"
+    "\n"
+    "Exit status: 0 done (and the error is within --max-nrmse); 1 the error is larger than --max-nrmse; 2 usage, or\n"
+    "gnuplot is missing; 3 bad model or record, or DIR not writable; 4 the model cannot be evaluated.\n";
+
+struct names {
+    size_t n;
+    const char **list;
+};
+
+struct arguments {
+    struct names compared, held_out; /* compared.list[0] is the model */
+    const char *directory;           /* of --plot; NULL: none */
+    double most;                     /* of --max-nrmse; NAN: not asked */
+    bool json;
+    struct predict_options predict;
+};
+
+static void add_name(struct names *names, const char *name)
+{
+    names->list = bf_grow(names->list, names->n + 1, sizeof *names->list);
+    names->list[names->n++] = name;
+}
+
+static enum bf_status take_option(struct arguments *a, int code, struct bf_error *err)
+{
+    static const char *const holds[] = {"bl", "zoh", "foh"}; /* order of enum intersample */
+    switch (code) {
+    case 'p':
+        a->directory = optarg;
+        return BF_OK;
+    case 'j':
+        a->json = true;
+        return BF_OK;
+    case 'm':
+        if (options_number("--max-nrmse", optarg, &a->most, err) != BF_OK)
+            return err->status;
+        if (a->most < 0.0)
+            return bf_fail(err, BF_USAGE, "--max-nrmse %s: give a fraction that is not negative (0.05 is 5 %%)",
+                           optarg);
+        return BF_OK;
+    case 'i':
+        for (int i = 0; i < 3; i++)
+            if (strcmp(optarg, holds[i]) == 0) {
+                a->predict.intersample = (enum intersample)i;
+                return BF_OK;
+            }
+        return bf_fail(err, BF_USAGE, "--intersample %s is unknown; give bl, foh or zoh", optarg);
+    default:
+        return BF_USAGE;
+    }
+}
+
+/* Names are taken in order: those after --check, up to the next option, are held out. */
+static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
+{
+    static const struct option options[] = {
+        {"check", no_argument, NULL, 'c'},
+        {"plot", required_argument, NULL, 'p'},
+        {"max-nrmse", required_argument, NULL, 'm'},
+        {"intersample", required_argument, NULL, 'i'},
+        {"json", no_argument, NULL, 'j'},
+        {0},
+    };
+    bool checking = false;
+    int code;
+    while ((code = options_next(argc, argv, "-:", options, err)) != -1) {
+        if (code == 1) {
+            add_name(checking ? &a->held_out : &a->compared, optarg);
+            continue;
+        }
+        checking = code == 'c';
+        if (code != 'c' && take_option(a, code, err) != BF_OK)
+            return BF_USAGE;
+    }
+    for (; optind < argc; optind++)
+        add_name(checking ? &a->held_out : &a->compared, argv[optind]);
+    if (a->compared.n < 1 || a->compared.n + a->held_out.n < 2)
+        return bf_fail(err, BF_USAGE, "give a model and at least one record: beamfit compare MODEL RECORD...");
+    return BF_OK;
+}
+
+static enum bf_status read_records(const struct arguments *a, struct record *records, size_t *n, struct bf_error *err)
+{
+    const struct names *lists[2] = {&a->compared, &a->held_out};
+    for (int l = 0; l < 2; l++)
+        for (size_t i = l == 0 ? 1 : 0; i < lists[l]->n; i++, (*n)++)
+            if (record_read(lists[l]->list[i], &records[*n], err) != BF_OK)
+                return err->status;
+    return BF_OK;
+}
+
+/* Root mean square over every channel, held out or not. */
+static double whole_error(const struct comparison *all)
+{
+    double sum = 0.0;
+    for (size_t i = 0; i < all->n_channels; i++)
+        sum += all->channels[i].nrmse * all->channels[i].nrmse;
+    return all->n_channels > 0 ? sqrt(sum / (double)all->n_channels) : 0.0;
+}
+
+static enum bf_status answer(const struct arguments *a, const struct comparison *all, struct bf_error *err)
+{
+    for (size_t i = 0; i < all->n_channels; i++)
+        if (all->channels[i].warning[0] != '\0')
+            bf_warn("%s: %s", all->records[all->channels[i].record].path, all->channels[i].warning);
+    if (a->json) {
+        if (json_print_and_free(compare_json(all), stdout, err) != BF_OK)
+            return err->status;
+    } else {
+        compare_print(stdout, all);
+    }
+    if (a->directory != NULL && compare_plot(all, a->directory, err) != BF_OK)
+        return err->status;
+    if (a->directory != NULL && !a->json)
+        (void)fprintf(stdout, "\nPictures: %s\n", a->directory);
+    const double error = whole_error(all);
+    if (error > a->most)
+        return bf_fail(err, BF_NO, "the error is %.4g, more than --max-nrmse %.4g", error, a->most);
+    return BF_OK;
+}
+
+static enum bf_status run(int argc, char **argv, struct bf_error *err)
+{
+    struct arguments a = {.most = nan("")};
+    struct model model = {0};
+    struct comparison all = {0};
+    size_t n = 0;
+    enum bf_status status = parse(argc, argv, &a, err);
+    struct record *records = bf_alloc(a.compared.n + a.held_out.n, sizeof *records);
+    bool have_model = false;
+    if (status == BF_OK) {
+        status = model_read(a.compared.list[0], &model, err);
+        have_model = status == BF_OK;
+    }
+    if (status == BF_OK)
+        status = read_records(&a, records, &n, err);
+    if (status == BF_OK)
+        status = compare_run(&model, records, n, a.held_out.n, &a.predict, &all, err);
+    if (status == BF_OK)
+        status = answer(&a, &all, err);
+    compare_free(&all);
+    for (size_t i = 0; i < n; i++)
+        record_free(&records[i]);
+    free(records);
+    if (have_model)
+        model_free(&model);
+    free(a.compared.list);
+    free(a.held_out.list);
+    return status;
+}
+
+const struct command command_compare = {
+    .name = "compare",
+    .summary = "measured against model: errors, noise, where the misfit is, pictures",
+    .help = help,
+    .run = run,
+};

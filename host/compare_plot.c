@@ -1,0 +1,99 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* compare_plot.c — the pictures of a comparison. */
+#include "compare.h"
+#include "plot.h"
+
+#include <string.h>
+
+/* "train1-piezo_V": the record's name without directory and ".csv", and the channel. */
+static void name_picture(const struct comparison *all, const struct comparison_channel *c, char *stem, size_t size)
+{
+    const char *path = all->records[c->record].path != NULL ? all->records[c->record].path : "record";
+    const char *slash = strrchr(path, '/'), *name = slash != NULL ? slash + 1 : path, *dot = strrchr(name, '.');
+    const int length = dot != NULL && dot != name ? (int)(dot - name) : (int)strlen(name);
+    int copies = 0; /* records of one name from different directories get a number */
+    for (size_t r = 0; r < c->record; r++) {
+        const char *other = all->records[r].path != NULL ? all->records[r].path : "record";
+        const char *cut = strrchr(other, '/');
+        copies += strcmp(cut != NULL ? cut + 1 : other, name) == 0;
+    }
+    if (copies > 0)
+        (void)snprintf(stem, size, "%.60s_%d-%s", name, copies + 1, c->name);
+    else
+        (void)snprintf(stem, size, "%.*s-%s", length < 60 ? length : 60, name, c->name);
+}
+
+static void name_title(const struct comparison *all, const struct comparison_channel *c, char *title, size_t size)
+{
+    const char *path = all->records[c->record].path != NULL ? all->records[c->record].path : "record";
+    const char *slash = strrchr(path, '/');
+    (void)snprintf(title, size, "%.80s, %s: error %.3g %%", slash != NULL ? slash + 1 : path, c->name,
+                   100.0 * c->nrmse);
+    const size_t n = strlen(title);
+    if (c->noise.rms > 0.0 && n < size)
+        (void)snprintf(title + n, size - n, ", %.3g times the noise", c->noise_ratio);
+}
+
+static enum bf_status draw_residual(const struct comparison_channel *c, const char *directory, const char *stem,
+                                    const char *title, struct bf_error *err)
+{
+    double edge_Hz[64], share[64];
+    struct plot_residual page = {.directory = directory,
+                                 .stem = stem,
+                                 .title = title,
+                                 .quantity = c->name,
+                                 .n = c->n,
+                                 .t0_s = c->t0_s,
+                                 .dt_s = c->dt_s,
+                                 .residual = c->residual,
+                                 .noise_rms = c->noise.rms,
+                                 .noise_psd = c->noise.psd,
+                                 .n_noise = c->noise.n_bins,
+                                 .autocorrelation = c->autocorrelation,
+                                 .n_autocorrelation = c->n_autocorrelation,
+                                 .autocorrelation_bound = c->whiteness.correlation_bound};
+    for (size_t b = 0; b < c->n_bands && b < 63; b++) {
+        edge_Hz[b] = c->bands[b].from_Hz;
+        edge_Hz[b + 1] = c->bands[b].to_Hz;
+        share[b] = c->bands[b].share;
+        page.n_bands = b + 1;
+    }
+    page.edge_Hz = edge_Hz;
+    page.share = share;
+    if (c->n_inputs > 0) {
+        page.input_name = c->inputs[0].name;
+        page.input_correlation = c->inputs[0].correlation.rho;
+        page.n_lags = c->inputs[0].correlation.n_lags;
+        page.input_bound = c->inputs[0].correlation.bound_all;
+    }
+    return plot_residual(&page, err);
+}
+
+enum bf_status compare_plot(const struct comparison *all, const char *directory, struct bf_error *err)
+{
+    enum bf_status status = BF_OK;
+    for (size_t i = 0; i < all->n_channels && status == BF_OK; i++) {
+        const struct comparison_channel *c = &all->channels[i];
+        char stem[160], residual[180], title[240];
+        if (c->n < 16)
+            continue;
+        name_picture(all, c, stem, sizeof stem);
+        name_title(all, c, title, sizeof title);
+        const struct plot_panels panels = {.directory = directory,
+                                           .stem = stem,
+                                           .title = title,
+                                           .quantity = c->name,
+                                           .n = c->n,
+                                           .t0_s = c->t0_s,
+                                           .dt_s = c->dt_s,
+                                           .measured = c->measured,
+                                           .model = c->predicted,
+                                           .noise_psd = c->noise.psd,
+                                           .n_noise = c->noise.n_bins};
+        status = plot_panels(&panels, err);
+        (void)snprintf(residual, sizeof residual, "%s-residual", stem);
+        if (status == BF_OK)
+            status = draw_residual(c, directory, residual, title, err);
+    }
+    return status;
+}
