@@ -113,6 +113,8 @@ $(B)/system/%.o: tests/system/%.c
 # tests of the effects run them in all three arithmetics at once
 SHADOWS := $(B)/double/tests/effects_shadow.o $(B)/float/tests/effects_shadow.o $(B)/complex/tests/effects_shadow.o
 $(filter $(B)/tests/test_effects%,$(UNIT_TESTS)): $(SHADOWS)
+BEAM_SHADOWS := $(B)/double/tests/beam_case.o $(B)/float/tests/beam_shadow.o
+$(filter $(B)/tests/test_beam%,$(UNIT_TESTS)): $(BEAM_SHADOWS)
 SYSTEM_COMMON := $(patsubst tests/system/%.c,$(B)/system/%.o,$(filter-out $(SYSTEM_SRC),$(wildcard tests/system/*.c)))
 $(SYSTEM_TESTS): $(B)/system/%: $(B)/system/%.o $(SYSTEM_COMMON)
 	$(call say,$@)$(CC) $(OPT) $(CFLAGS) $^ -lcmocka -ljansson -lm -o $@
@@ -165,7 +167,7 @@ data: $(B)/beam_truth ## make data/paper again: simulated recordings with the pa
 	$(B)/beam_truth data/paper/b1tapih.txt data/paper/b1taoiv.txt -o data/paper
 	cd data && sha256sum paper/*.csv > SHA256SUMS
 fuzz: ## feed hostile bytes to every reader for FUZZ_SECONDS each
-	+@CC=clang FUZZ_SECONDS=$(FUZZ_SECONDS) JOBS=$(JOBS) tools/fuzz.sh $(B)/fuzz
+	+@FUZZ_SECONDS=$(FUZZ_SECONDS) JOBS=$(JOBS) tools/fuzz.sh $(B)/fuzz
 
 # ---- Installation ----
 MAN1 := $(wildcard docs/man/*.1)
@@ -189,7 +191,7 @@ clean: ## remove everything built
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 18
 
-DEPFILES = $(SHADOWS:.o=.d) $(LIB_OBJ:.o=.d) $(FLOAT_OBJ:.o=.d) $(CPLX_OBJ:.o=.d) $(HOST_OBJ:.o=.d) $(B)/host/main.d \
+DEPFILES = $(SHADOWS:.o=.d) $(BEAM_SHADOWS:.o=.d) $(LIB_OBJ:.o=.d) $(FLOAT_OBJ:.o=.d) $(CPLX_OBJ:.o=.d) $(HOST_OBJ:.o=.d) $(B)/host/main.d \
            $(UNIT_TESTS:%=%.d) $(SYSTEM_TESTS:%=%.d) $(SYSTEM_COMMON:.o=.d) $(TRUTH_OBJ:.o=.d)
 -include $(wildcard $(DEPFILES))
 .PHONY: all tests unit test test-both demo deps lint layers size bench data fuzz install uninstall clean help

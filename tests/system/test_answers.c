@@ -166,6 +166,7 @@ static void add_then_drop_is_where_we_were(void **state)
 static void every_effect_of_the_catalogue_can_be_added(void **state)
 {
     struct rig *rig = *state;
+    rig_model_with(rig, 14, "  KB_NmpV: {value: 0.01}\ninputs:\n  drive_V: {kind: patch_moment}");
     run_beamfit(rig->dir, (const char *[]){"effects", "--json", NULL}, &rig->outcome);
     assert_int_equal(rig->outcome.status, 0);
     json_t *root = json_loads(rig->outcome.out, 0, NULL);
