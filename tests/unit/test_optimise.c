@@ -1,0 +1,298 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* The optimiser on problems whose answers are known. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <cmocka.h>
+
+#include <math.h>
+#include <string.h>
+#include "optimise.h"
+
+#define assert_near(a, b, tolerance) assert_true(fabs((a) - (b)) <= (tolerance))
+
+enum { MOST = 8 };
+
+/* A residual of m rows and its Jacobian J[i + j·m]; false: no value at x. */
+struct problem {
+    size_t m, n;
+    bool (*residual)(const double x[], double r[], double J[]);
+    int calls, stop_after;
+};
+
+static enum bf_status value(void *context, const double x[], double *half_square, struct bf_error *err)
+{
+    struct problem *p = context;
+    double r[MOST], J[MOST * MOST];
+    p->calls++;
+    if (!p->residual(x, r, J))
+        return bf_fail(err, BF_NUMERIC, "no value here");
+    *half_square = 0.0;
+    for (size_t i = 0; i < p->m; i++)
+        *half_square += 0.5 * r[i] * r[i];
+    return BF_OK;
+}
+
+static enum bf_status derivative(void *context, const double x[], double *half_square, double gradient[], double gram[],
+                                 struct bf_error *err)
+{
+    struct problem *p = context;
+    double r[MOST], J[MOST * MOST];
+    const enum bf_status status = value(context, x, half_square, err);
+    if (status)
+        return status;
+    p->residual(x, r, J);
+    for (size_t a = 0; a < p->n; a++) {
+        gradient[a] = 0.0;
+        for (size_t i = 0; i < p->m; i++)
+            gradient[a] += J[i + a * p->m] * r[i];
+        for (size_t b = 0; b < p->n; b++) {
+            gram[a + b * p->n] = 0.0;
+            for (size_t i = 0; i < p->m; i++)
+                gram[a + b * p->n] += J[i + a * p->m] * J[i + b * p->m];
+        }
+    }
+    return BF_OK;
+}
+
+static bool interrupted(void *context)
+{
+    const struct problem *p = context;
+    return p->stop_after > 0 && p->calls >= p->stop_after;
+}
+
+static struct least_squares view(struct problem *p, const double *lower, const double *upper)
+{
+    return (struct least_squares){.n = p->n,
+                                  .lower = lower,
+                                  .upper = upper,
+                                  .context = p,
+                                  .value = value,
+                                  .derivative = derivative,
+                                  .interrupted = interrupted};
+}
+
+static bool rosenbrock(const double x[], double r[], double J[])
+{
+    r[0] = 10.0 * (x[1] - x[0] * x[0]), r[1] = 1.0 - x[0];
+    J[0] = -20.0 * x[0], J[1] = -1.0, J[2] = 10.0, J[3] = 0.0;
+    return true;
+}
+
+static void rosenbrock_is_solved(void **state)
+{
+    (void)state;
+    struct bf_error err;
+    struct problem p = {.m = 2, .n = 2, .residual = rosenbrock};
+    const struct least_squares problem = view(&p, NULL, NULL);
+    struct optimise_result result;
+    double x[2] = {-1.2, 1.0};
+    assert_int_equal(optimise_local(&problem, NULL, x, &result, &err), BF_OK);
+    assert_int_equal(result.end, OPTIMISE_CONVERGED);
+    assert_near(x[0], 1.0, 1e-3);
+    assert_near(x[1], 1.0, 2e-3);
+    assert_true(result.half_square <= 1e-6);
+}
+
+/* With x₀ ≤ 0.8 the minimum lies on the bound: r₁ = 0.2, x₁ = 0.64. */
+static void a_bound_is_kept_and_reached(void **state)
+{
+    (void)state;
+    struct bf_error err;
+    const double lower[2] = {-3.0, -3.0}, upper[2] = {0.8, 3.0};
+    struct problem p = {.m = 2, .n = 2, .residual = rosenbrock};
+    const struct least_squares problem = view(&p, lower, upper);
+    struct optimise_result result;
+    double x[2] = {-1.2, 1.0};
+    assert_int_equal(optimise_local(&problem, NULL, x, &result, &err), BF_OK);
+    assert_int_equal(result.end, OPTIMISE_CONVERGED);
+    assert_true(x[0] == 0.8);
+    assert_near(x[1], 0.64, 1e-3);
+    assert_near(result.half_square, 0.02, 1e-6);
+}
+
+/* r = x₀ + x₁ − 3: a line of minima; the nearest to the start is the start moved along (1, 1). */
+static bool sum_only(const double x[], double r[], double J[])
+{
+    r[0] = x[0] + x[1] - 3.0;
+    J[0] = J[1] = 1.0;
+    return true;
+}
+
+static void a_null_direction_is_not_moved(void **state)
+{
+    (void)state;
+    struct bf_error err;
+    struct problem p = {.m = 1, .n = 2, .residual = sum_only};
+    const struct least_squares problem = view(&p, NULL, NULL);
+    struct optimise_result result;
+    double x[2] = {5.0, -1.0};
+    assert_int_equal(optimise_local(&problem, NULL, x, &result, &err), BF_OK);
+    assert_near(x[0] + x[1], 3.0, 1e-3);
+    assert_near(x[0] - x[1], 6.0, 1e-9);
+}
+
+/* The full step is (100, −100). Cut to the bounds it would be (14, −1), far up the steep side of the valley. */
+static bool narrow_valley(const double x[], double r[], double J[])
+{
+    r[0] = 100.0 * (x[0] + x[1]), r[1] = 0.01 * (x[0] - x[1]) - 2.0;
+    J[0] = 100.0, J[1] = 0.01, J[2] = 100.0, J[3] = -0.01;
+    return true;
+}
+
+static void far_bounds_do_not_fake_convergence(void **state)
+{
+    (void)state;
+    struct bf_error err;
+    const double lower[2] = {-14.0, -1.0}, upper[2] = {14.0, 1.0};
+    struct problem p = {.m = 2, .n = 2, .residual = narrow_valley};
+    const struct least_squares problem = view(&p, lower, upper);
+    struct optimise_result result;
+    double x[2] = {0.0, 0.0};
+    assert_int_equal(optimise_local(&problem, NULL, x, &result, &err), BF_OK);
+    assert_near(x[0], 1.0, 1e-3);
+    assert_near(x[1], -1.0, 1e-3);
+}
+
+static void the_decrement_sees_the_distance(void **state)
+{
+    (void)state;
+    struct bf_error err;
+    const struct least_squares problem = {.n = 2};
+    const double x[2] = {0.0, 0.0}, gradient[2] = {2.0, 0.0}, gram[4] = {4.0, 0.0, 0.0, 1.0};
+    double decrement, step[2];
+    assert_int_equal(optimise_decrement(&problem, x, gradient, gram, 0.0, &decrement, step, &err), BF_OK);
+    assert_near(decrement, 0.5, 1e-14); /* ½ g²/H */
+    assert_near(step[0], -0.5, 1e-14);
+    const double bound[2] = {0.0, -1.0};
+    const struct least_squares held = {.n = 2, .lower = bound};
+    assert_int_equal(optimise_decrement(&held, x, gradient, gram, 0.0, &decrement, NULL, &err), BF_OK);
+    assert_true(decrement == 0.0); /* pressed against its bound */
+}
+
+/* log(x) has no value below 0: the first full step from 20 would land at −40. */
+static bool logarithm(const double x[], double r[], double J[])
+{
+    if (x[0] <= 0.0)
+        return false;
+    r[0] = log(x[0]);
+    J[0] = 1.0 / x[0];
+    return true;
+}
+
+static void a_step_without_a_value_is_shortened(void **state)
+{
+    (void)state;
+    struct bf_error err;
+    struct problem p = {.m = 1, .n = 1, .residual = logarithm};
+    const struct least_squares problem = view(&p, NULL, NULL);
+    const struct optimise_options options = {.radius = 100.0, .radius_max = 100.0};
+    struct optimise_result result;
+    double x[1] = {20.0};
+    assert_int_equal(optimise_local(&problem, &options, x, &result, &err), BF_OK);
+    assert_near(x[0], 1.0, 2e-3);
+    x[0] = -1.0;
+    assert_int_equal(optimise_local(&problem, &options, x, &result, &err), BF_NUMERIC);
+}
+
+static void an_interruption_keeps_the_best(void **state)
+{
+    (void)state;
+    struct bf_error err;
+    struct problem p = {.m = 2, .n = 2, .residual = rosenbrock, .stop_after = 6};
+    const struct least_squares problem = view(&p, NULL, NULL);
+    struct optimise_result result;
+    double x[2] = {-1.2, 1.0}, start, now;
+    assert_int_equal(value(&p, x, &start, &err), BF_OK);
+    p.calls = 0;
+    assert_int_equal(optimise_local(&problem, NULL, x, &result, &err), BF_OK);
+    assert_int_equal(result.end, OPTIMISE_INTERRUPTED);
+    assert_int_equal(value(&p, x, &now, &err), BF_OK);
+    assert_true(now < start);
+    assert_true(now == result.half_square);
+}
+
+static void the_polish_finds_what_is_left_and_nothing_at_the_optimum(void **state)
+{
+    (void)state;
+    struct bf_error err;
+    struct problem p = {.m = 2, .n = 2, .residual = rosenbrock};
+    const struct least_squares problem = view(&p, NULL, NULL);
+    double x[2] = {0.9, 0.8}, gain;
+    assert_int_equal(optimise_polish(&problem, 200, x, &gain, &err), BF_OK);
+    assert_true(gain > 1e-3);
+    assert_near(x[0], 1.0, 1e-2);
+    double at[2] = {1.0, 1.0};
+    assert_int_equal(optimise_polish(&problem, 200, at, &gain, &err), BF_OK);
+    assert_true(gain == 0.0);
+    assert_true(at[0] == 1.0 && at[1] == 1.0);
+}
+
+/* Local minima near every odd multiple of 1/6; the global one at x = 0.5. */
+static bool many_minima(const double x[], double r[], double J[])
+{
+    r[0] = sin(6.0 * M_PI * (x[0] - 0.5)), r[1] = 2.0 * (x[0] - 0.5);
+    J[0] = 6.0 * M_PI * cos(6.0 * M_PI * (x[0] - 0.5)), J[1] = 2.0;
+    return true;
+}
+
+static void every_global_search_leaves_the_local_minimum(void **state)
+{
+    (void)state;
+    struct bf_error err;
+    const double lower[1] = {-4.0}, upper[1] = {4.0};
+    struct problem p = {.m = 2, .n = 1, .residual = many_minima};
+    const struct least_squares problem = view(&p, lower, upper);
+    struct optimise_result result;
+    double x[1] = {2.0};
+    assert_int_equal(optimise_local(&problem, NULL, x, &result, &err), BF_OK);
+    assert_true(fabs(x[0] - 0.5) > 0.5); /* the local search is trapped: the problem is a real one */
+    const enum optimise_search searches[] = {OPTIMISE_CRS, OPTIMISE_DIRECT, OPTIMISE_MLSL};
+    for (size_t i = 0; i < 3; i++) {
+        double y[1] = {2.0}, half_square;
+        assert_int_equal(optimise_global(&problem, searches[i], 400, y, &half_square, &err), BF_OK);
+        assert_near(y[0], 0.5, 0.05);
+    }
+}
+
+static void a_search_without_a_box_is_refused(void **state)
+{
+    (void)state;
+    struct bf_error err;
+    struct problem p = {.m = 2, .n = 1, .residual = many_minima};
+    const struct least_squares problem = view(&p, NULL, NULL);
+    double x[1] = {0.0}, half_square;
+    assert_int_equal(optimise_global(&problem, OPTIMISE_CRS, 10, x, &half_square, &err), BF_USAGE);
+}
+
+static void no_unknowns_is_no_problem(void **state)
+{
+    (void)state;
+    struct bf_error err;
+    struct problem p = {.m = 1, .n = 0, .residual = sum_only};
+    const struct least_squares problem = view(&p, NULL, NULL);
+    struct optimise_result result;
+    double x[2] = {1.0, 1.0}, gain;
+    assert_int_equal(optimise_local(&problem, NULL, x, &result, &err), BF_OK);
+    assert_near(result.half_square, 0.5, 1e-15);
+    assert_int_equal(optimise_polish(&problem, 10, x, &gain, &err), BF_OK);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(rosenbrock_is_solved),
+        cmocka_unit_test(a_bound_is_kept_and_reached),
+        cmocka_unit_test(a_null_direction_is_not_moved),
+        cmocka_unit_test(far_bounds_do_not_fake_convergence),
+        cmocka_unit_test(the_decrement_sees_the_distance),
+        cmocka_unit_test(a_step_without_a_value_is_shortened),
+        cmocka_unit_test(an_interruption_keeps_the_best),
+        cmocka_unit_test(the_polish_finds_what_is_left_and_nothing_at_the_optimum),
+        cmocka_unit_test(every_global_search_leaves_the_local_minimum),
+        cmocka_unit_test(a_search_without_a_box_is_refused),
+        cmocka_unit_test(no_unknowns_is_no_problem),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
