@@ -58,11 +58,12 @@ static struct json *number_value(double x)
 
 struct json *json_put(struct json *object, const char *key, struct json *child)
 {
-    if (json_object_set_new(inner(object), key, inner(child)) == 0)
-        return child;
-    json_t *plain = escaped(key); /* the key is not UTF-8 */
-    (void)json_object_set(inner(object), json_string_value(plain), inner(child));
-    json_decref(plain);
+    if (json_object_set(inner(object), key, inner(child)) != 0) { /* the key is not UTF-8 */
+        json_t *plain = escaped(key);
+        (void)json_object_set(inner(object), json_string_value(plain), inner(child));
+        json_decref(plain);
+    }
+    json_decref(inner(child)); /* now the object's alone */
     return child;
 }
 
