@@ -35,7 +35,7 @@
 #define BEAM_PORTS 8 /* coordinates on which laws act: one per point law, 8 for a law over the span */
 #endif
 #ifndef BEAM_TAPS
-#define BEAM_TAPS 512 /* pool of filter taps of the band-limited hold: (2L − 1) × inputs × (outputs + 2 ports) */
+#define BEAM_TAPS 1280 /* pool of filter taps of the band-limited hold: (2L − 1) × inputs × (outputs + 2 ports) */
 #endif
 #ifndef BEAM_HISTORY
 #define BEAM_HISTORY 512 /* pool of remembered samples: 2L per input, delay + 2L per filter, latency per output */
@@ -59,7 +59,7 @@ enum {
     BEAM_STATES = 2 * BEAM_BLOCKS,
     BEAM_ALL_INPUTS = BEAM_INPUTS + 1,
     BEAM_ROWS = BEAM_OUTPUTS + 2 * BEAM_PORTS, /* outputs, then displacement and rate of each port */
-    BEAM_HALF_WIDTH = 16                       /* largest L of the band-limited hold */
+    BEAM_HALF_WIDTH = 24                       /* largest L of the band-limited hold */
 };
 
 /* ---- Errors: negative, grouped by who must act ---- */
@@ -216,7 +216,7 @@ enum beam_hold {
 struct beam_options {
     beam_real dt_s;       /* sample interval, > 0 */
     enum beam_hold hold;  /* 0: first order */
-    int half_width;       /* L of the band-limited hold, 4..BEAM_HALF_WIDTH; 0: 16 (error 3e-5; 12: 3e-4; 8: 4e-3) */
+    int half_width;       /* L of the band-limited hold, 4..BEAM_HALF_WIDTH; 0: 20; errors in docs/library.md */
     int law_evaluations;  /* of all laws in one step, at most; 0: 8 */
 };
 

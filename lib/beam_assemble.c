@@ -105,6 +105,7 @@ static void region_weights(const struct beam_parameters *p, enum beam_weight wei
         [BEAM_WEIGHT_RHO] = {p->rho_beam_kgpm, p->rho_patch_kgpm},
         [BEAM_WEIGHT_EI] = {p->EI_beam_Nm2, p->EI_patch_Nm2},
         [BEAM_WEIGHT_CDI] = {p->cDI_beam_sNm2, p->cDI_patch_sNm2},
+        [BEAM_WEIGHT_PATCH] = {BEAM_K(0.0), BEAM_K(1.0)},
     };
     for (int r = 0; r < BEAM_REGIONS; r++)
         out[r] = value[weight][r];

@@ -6,11 +6,11 @@
 
 enum { NODES = 6, PIECES = 8 };
 
-/* Modified Bessel function of order 0 by its power series; x ≤ 12. */
+/* Modified Bessel function of order 0 by its power series; x ≤ 20. */
 static beam_real bessel(beam_real x)
 {
     beam_real term = BEAM_K(1.0), sum = BEAM_K(1.0);
-    for (int k = 1; k < 40; k++) {
+    for (int k = 1; k < 60; k++) {
         term *= (BEAM_K(0.5) * x / (beam_real)k) * (BEAM_K(0.5) * x / (beam_real)k);
         sum += term;
     }
@@ -25,7 +25,7 @@ enum beam_status beam_kernel_make(enum beam_hold hold, int half_width, struct be
     out->peak = BEAM_K(1.0);
     if (hold == BEAM_HOLD_FIRST_ORDER || hold == BEAM_HOLD_ZERO_ORDER)
         return BEAM_OK;
-    const int width = half_width == 0 ? BEAM_HALF_WIDTH : half_width;
+    const int width = half_width == 0 ? 20 : half_width;
     if (hold != BEAM_HOLD_BAND_LIMITED || width < 4 || width > BEAM_HALF_WIDTH)
         return BEAM_ERROR_ARGUMENT;
     /* Kaiser 1974: attenuation for a transition from 0.4 to 0.6 of the sample rate over 2L samples */

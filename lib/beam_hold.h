@@ -22,7 +22,7 @@ struct beam_kernel {
 #define beam_kernel_response BEAM_NAME(kernel_response)
 #define beam_phi BEAM_NAME(phi)
 
-/* ARGUMENT when half_width is outside 4..BEAM_HALF_WIDTH (band limited; 0 means 16). */
+/* ARGUMENT when half_width is outside 4..BEAM_HALF_WIDTH (band limited; 0 means 20). */
 enum beam_status beam_kernel_make(enum beam_hold hold, int half_width, struct beam_kernel *out);
 
 /* κ(piece + r), piece an integer, r in [0, 1]: the limit from inside the piece. */

@@ -2,6 +2,13 @@
 /* The few implicit equations of the laws in one step. */
 #include "beam_plan.h"
 
+/* Residual of a solved law, relative to the largest force or to the coordinates it moves. */
+#ifdef BEAM_FLOAT
+#define TOLERANCE BEAM_K(2e-6)
+#else
+#define TOLERANCE BEAM_K(1e-11)
+#endif
+
 /* Residual, Jacobian and new internal states at forces g. */
 struct evaluation {
     beam_real residual[BEAM_PORTS];
@@ -76,7 +83,6 @@ static enum beam_status evaluate(const struct beam_law_system *system, const bea
 static int converged(const struct beam_law_system *system, const beam_real free[], const beam_real force[],
                      const beam_real residual[])
 {
-    const beam_real tolerance = BEAM_K(16.0) * BEAM_EPSILON;
     beam_real largest_force = BEAM_K(0.0), largest_residual = BEAM_K(0.0);
     for (int p = 0; p < system->n_ports; p++) {
         if (beam_less(largest_force, beam_fabs(force[p])))
@@ -84,7 +90,7 @@ static int converged(const struct beam_law_system *system, const beam_real free[
         if (beam_less(largest_residual, beam_fabs(residual[p])))
             largest_residual = beam_fabs(residual[p]);
     }
-    if (!beam_less(tolerance * largest_force, largest_residual))
+    if (!beam_less(TOLERANCE * largest_force, largest_residual))
         return 1;
     for (int row = 0; row < 2 * system->n_ports; row++) {
         beam_real error = BEAM_K(0.0), size = beam_fabs(free[row]);
@@ -92,7 +98,7 @@ static int converged(const struct beam_law_system *system, const beam_real free[
             error += beam_fabs(system->compliance[row][q] * residual[q]);
             size += beam_fabs(system->compliance[row][q] * force[q]);
         }
-        if (beam_less(tolerance * size, error))
+        if (beam_less(TOLERANCE * size, error))
             return 0;
     }
     return 1;
@@ -102,35 +108,37 @@ enum beam_status beam_laws_solve(const struct beam_law_system *system, const bea
                                  beam_real force[BEAM_PORTS], beam_real w_old[BEAM_PORTS],
                                  beam_real z[BEAM_PORTS][BEAM_LAW_STATES])
 {
-    struct evaluation best, trial;
+    struct evaluation room[2], *best = &room[0], *trial = &room[1];
     beam_real move[BEAM_PORTS] = {BEAM_K(0.0)}, tried[BEAM_PORTS];
     const int n = system->n_ports;
-    enum beam_status status = evaluate(system, free, force, w_old, z, &best);
-    int done = status == BEAM_OK && converged(system, free, force, best.residual), fresh = 1;
+    enum beam_status status = evaluate(system, free, force, w_old, z, best);
+    int done = status == BEAM_OK && converged(system, free, force, best->residual), fresh = 1;
     for (int count = 1; count < system->evaluations && status == BEAM_OK && !done; count++) {
         for (int p = 0; p < n; p++)
-            move[p] = fresh ? -best.residual[p] : BEAM_K(0.5) * move[p];
-        if (fresh && beam_real_solve(n, best.jacobian, move) != 0)
+            move[p] = fresh ? -best->residual[p] : BEAM_K(0.5) * move[p];
+        if (fresh && beam_real_solve(n, best->jacobian, move) != 0)
             break;
         for (int p = 0; p < n; p++)
             tried[p] = force[p] + move[p];
-        status = evaluate(system, free, tried, w_old, z, &trial);
-        fresh = status == BEAM_OK && beam_less(trial.size, best.size);
+        status = evaluate(system, free, tried, w_old, z, trial);
+        fresh = status == BEAM_OK && beam_less(trial->size, best->size);
         if (!fresh) {
             done = status == BEAM_OK && converged(system, free, force, move); /* no better point exists */
             continue;
         }
+        struct evaluation *swap = best;
         best = trial;
+        trial = swap;
         for (int p = 0; p < n; p++)
             force[p] = tried[p];
-        done = converged(system, free, force, best.residual);
+        done = converged(system, free, force, best->residual);
     }
     if (status != BEAM_OK)
         return status;
     for (int p = 0; p < n; p++) {
-        w_old[p] = best.w[p];
+        w_old[p] = best->w[p];
         for (int s = 0; s < BEAM_LAW_STATES; s++)
-            z[p][s] = best.z[p][s];
+            z[p][s] = best->z[p][s];
     }
     return done ? BEAM_OK : BEAM_ERROR_SOLVE;
 }

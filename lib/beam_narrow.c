@@ -29,7 +29,12 @@ static void narrow_block(beam_real psi[4], beam_real *u, beam_real *v)
     const beam_real alpha = psi[0], s = psi[2], t = skew_of(alpha, s);
     beam_real best = BEAM_K(-1.0);
     const beam_real a = narrow(alpha + t), d = narrow(BEAM_K(2.0) * alpha - a);
-    const beam_real wanted = a * d - alpha * alpha - s * s; /* bc, from the determinant */
+    /* bc from the determinant of 1 + ψ, so that an error of the trace turns the phase and not the size */
+    const beam_real wanted = a * d - alpha * alpha - s * s + (a + d - BEAM_K(2.0) * alpha);
+    *u = BEAM_K(0.0);
+    *v = BEAM_K(1.0);
+    if (!beam_less(wanted, BEAM_K(0.0))) /* half turns: nothing left to choose */
+        return;
     const beam_real middle = -beam_sqrt(beam_fabs(wanted));
     for (int i = 0; i < 4096; i++) {
         const beam_real b = narrow(middle * (BEAM_K(1.0) + BEAM_K(1.2e-7) * (beam_real)i));

@@ -11,11 +11,13 @@
 #define MOVED BEAM_K(0.05)    /* relative move of a pole by polishing that means another pole was found */
 #define COMPLETE BEAM_K(0.02) /* error of Σ residues */
 #define RANK BEAM_K(1e-5)
+#define GROWTH BEAM_K(1e-4)    /* rounding of a start value, in units of the highest frequency */
 #define REAL_AXIS BEAM_K(0.02)
 #else
 #define MOVED BEAM_K(1e-4)
 #define COMPLETE BEAM_K(1e-5)
 #define RANK BEAM_K(1e-11)
+#define GROWTH BEAM_K(1e-10)
 #define REAL_AXIS BEAM_K(1e-9)
 #endif
 
@@ -307,7 +309,7 @@ static enum beam_status finish(struct beam_work *work)
     const int n = poles->n_complex + poles->n_real;
     for (int k = 0; k < n; k++) {
         const beam_real size = beam_sqrt(poles->re[k] * poles->re[k] + poles->im[k] * poles->im[k]);
-        const beam_real rounding = BEAM_K(100.0) * BEAM_EPSILON * (size + work->modes.omega_radps[0]);
+        const beam_real rounding = BEAM_EPSILON * (BEAM_K(100.0) * size + BEAM_K(10.0) * work->modes.omega_radps[BEAM_N - 1]);
         if (beam_less(rounding, poles->re[k]))
             return BEAM_ERROR_UNSTABLE;
         if (beam_less(BEAM_K(0.0), poles->re[k]))
@@ -362,7 +364,7 @@ enum beam_status beam_find_poles(const struct beam_model *model, struct beam_wor
         return BEAM_ERROR_DEFECTIVE;
     for (int k = 0; k < n; k++) /* growth before anything else: its remedy is another than a defect's */
         if (beam_less(BEAM_K(1e-4) * beam_sqrt(re[k] * re[k] + im[k] * im[k]) +
-                          BEAM_K(1000.0) * BEAM_EPSILON * work->modes.omega_radps[BEAM_N - 1],
+                          GROWTH * work->modes.omega_radps[BEAM_N - 1],
                       re[k]))
             return BEAM_ERROR_UNSTABLE;
     sort_starts(n, re, im);

@@ -156,7 +156,8 @@ int beam_eigenvalues(int n, beam_matrix a, beam_real re[], beam_real im[])
     while (e >= 0) {
         int l = e;
         for (; l > 0; l--) {
-            const beam_real size = beam_fabs(a[l][l]) + beam_fabs(a[l - 1][l - 1]) + BEAM_K(0.01) * norm;
+            /* backward error of the whole: what is looked for are start values */
+            const beam_real size = beam_fabs(a[l][l]) + beam_fabs(a[l - 1][l - 1]) + norm;
             if (!beam_less(BEAM_EPSILON * size, beam_fabs(a[l][l - 1])))
                 break;
         }

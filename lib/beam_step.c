@@ -184,9 +184,34 @@ static enum beam_status apply_laws(const struct beam_plan *plan, struct beam_sta
     return status;
 }
 
+/* The same sums in the same order where there is no effect and no history: the firmware's usual case. */
+static enum beam_status linear_step(const struct beam_plan *plan, struct beam_state *state, const beam_real u[],
+                                    beam_real y[])
+{
+    const int n_blocks = plan->n.n_blocks, inputs = plan->n.n_inputs;
+    const beam_real *taps = plan->x.taps;
+    beam_real sum = BEAM_K(0.0);
+    turn_blocks(plan, state->u_last[0], state->x);
+    for (int i = 1; i < inputs; i++)
+        add_column(n_blocks, plan->x.gamma[i], state->u_last[i], state->x);
+    for (int o = 0; o < plan->n.n_outputs; o++, taps += inputs) {
+        beam_real value = row_times(n_blocks, plan->x.row[o], state->x);
+        for (int i = 0; i < inputs; i++)
+            value += taps[i] * u[i];
+        y[o] = value;
+        sum += value;
+    }
+    for (int i = 0; i < inputs; i++)
+        state->u_last[i] = u[i];
+    state->k++;
+    return beam_finite(sum) ? BEAM_OK : BEAM_ERROR_STATE;
+}
+
 enum beam_status beam_step(const struct beam_plan *plan, struct beam_state *state, const beam_real u[], beam_real y[])
 {
     const struct beam_plan_counts *n = &plan->n;
+    if (n->n_uses == 0 && n->n_taps == 1)
+        return linear_step(plan, state, u, y);
     const int inputs = n->n_inputs + (n->base_use >= 0);
     beam_real now[BEAM_ALL_INPUTS] = {BEAM_K(0.0)}, row[BEAM_OUTPUTS], sum = BEAM_K(0.0);
     enum beam_status status = take_inputs(plan, state, u, now), law_status = BEAM_OK, chain_status;
