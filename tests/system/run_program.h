@@ -8,7 +8,7 @@
 
 #include <stddef.h>
 
-enum { PROGRAM_TEXT = 1 << 16 };
+enum { PROGRAM_TEXT = 1 << 17 };
 
 struct outcome {
     int status;             /* exit status; 128 + signal when it was killed */

@@ -67,7 +67,8 @@ static void write_tap(const char *dir)
 
 static void modes_of_the_paper(void **state)
 {
-    static const double exact_Hz[] = {6.64605, 38.36154, 95.51843, 178.74231, 305.19956};
+    /* roots of the stepped beam's transfer matrix; the paper's facts print them as 6.64605 … 305.19956 */
+    static const double exact_Hz[] = {6.6460576303, 38.3615456292, 95.5184281157, 178.7423073242, 305.1995522924};
     json_t *root = answer(*state, (const char *[]){"modes", "model.yaml", "--json", NULL});
     const json_t *modes = member(root, "modes");
     assert_true(json_array_size(modes) >= 5);
@@ -86,19 +87,27 @@ static void simulated_data_fit_to_their_own_parameters(void **state)
 {
     struct rig *rig = *state;
     write_tap(rig->dir);
-    run_beamfit(rig->dir, (const char *[]){"simulate", "model.yaml", "--input", "tap.csv", "-o", "hit.csv", NULL},
+    run_beamfit(rig->dir, (const char *[]){"simulate", "model.yaml", "--input", "tap.csv", "-o", "clean.csv", NULL},
                 &rig->outcome);
     assert_int_equal(rig->outcome.status, 0);
+    /* a converter of 20 mV steps: rms 6 mV on a signal of 5 V */
+    run_program(rig->dir,
+                (const char *[]){"awk", "-F,", "-v", "OFS=,",
+                                 "NR > 1 {$3 = 0.02 * int($3 / 0.02 + 1000000.5) - 20000} 1", "clean.csv", NULL},
+                &rig->outcome);
+    assert_int_equal(rig->outcome.status, 0);
+    write_text(rig->dir, "hit.csv", rig->outcome.out);
     rig_model_with(rig, 13, "  Ks_V: {value: 4000}");
     json_t *root = answer(rig, (const char *[]){"fit", "model.yaml", "hit.csv", "-o", "fitted.yaml", "--json", NULL});
     assert_true(json_is_true(member(root, "converged")));
-    assert_true(number(root, "nrmse") < 1e-3);
+    assert_true(number(root, "nrmse") < 2e-3);
     assert_true(number(root, "seconds") >= 0);
     assert_true(number(root, "evaluations") >= 1);
     assert_true(json_is_array(member(root, "null_directions")));
     const json_t *Ks = member(member(root, "parameters"), "Ks_V");
     assert_true(json_is_boolean(member(Ks, "identifiable")));
     assert_int_equal(json_array_size(member(Ks, "ci95")), 2);
+    close_to(number(Ks, "value"), 4682.342, 2e-3);
     const json_t *record = json_array_get(member(root, "records"), 0);
     assert_non_null(strstr(json_string_value(member(record, "file")), "hit.csv"));
     const json_t *channel = json_array_get(member(record, "channels"), 0);
@@ -106,7 +115,7 @@ static void simulated_data_fit_to_their_own_parameters(void **state)
     close_to(number(channel, "nrmse"), number(root, "nrmse"), 1e-6); /* one channel: the total is the channel */
 
     json_t *again = answer(rig, (const char *[]){"compare", "fitted.yaml", "hit.csv", "--json", NULL});
-    assert_true(number(again, "nrmse") < 1e-3);
+    assert_true(number(again, "nrmse") < 2e-3);
     number(again, "noise_ratio");
     channel = json_array_get(member(json_array_get(member(again, "records"), 0), "channels"), 0);
     double share = 0;
