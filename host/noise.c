@@ -134,11 +134,23 @@ static void take(const struct noise_floor *f, enum noise_method method, struct n
     out->used_share = f->used_share;
 }
 
-/* Both estimate the same noise unless the record's own holds something that is not: then the quiet samples are right. */
-static bool agree(const struct noise_floor *a, const struct noise_floor *b)
+/*
+ * The noise before the onset, hum and all, is an upper bound of the noise: when it is clearly below what the record itself
+ * suggests, that holds something else (distortion everywhere and always), and the quiet samples are the estimate.
+ */
+static bool quieter_before(const double *z, size_t n, const struct noise_floor *own, struct noise_floor *quiet)
 {
-    const double sd = hypot(a->relative_sd, b->relative_sd);
-    return fabs(log(floor_rms(a) / floor_rms(b))) < 3.0 * sd;
+    double mean = 0.0, square = 0.0;
+    for (size_t i = 0; i < n; i++)
+        mean += z[i] / (double)n;
+    for (size_t i = 0; i < n; i++)
+        square += (z[i] - mean) * (z[i] - mean) / (double)(n - 1);
+    const double sd = hypot(quiet->relative_sd, own->relative_sd), floor = floor_rms(quiet);
+    if (!(square > 0.0) || !(floor > 0.0))
+        return false;
+    for (size_t r = 0; r < quiet->n_rows; r++)
+        quiet->variance[r] *= square / (floor * floor);
+    return own->n_rows == 0 || log(floor_rms(own) / sqrt(square)) > 4.0 * sd;
 }
 
 enum bf_status noise_estimate(const double *z, size_t n, double dt_s, const double *const u[], size_t n_inputs,
@@ -159,7 +171,7 @@ enum bf_status noise_estimate(const double *z, size_t n, double dt_s, const doub
         status = floor_of(z, n_quiet, NULL, 0, &quiet, err);
     if (status != BF_OK)
         return status;
-    if (quiet.n_rows > 0 && (own.n_rows == 0 || !agree(&own, &quiet)))
+    if (quiet.n_rows > 0 && quieter_before(z, n_quiet, &own, &quiet))
         chosen = &quiet;
     if (chosen->n_rows == 0 || !(floor_rms(chosen) > 0.0))
         return BF_OK;

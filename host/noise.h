@@ -2,12 +2,14 @@
 /*
  * noise.h — how noisy a channel is, judged from the recording alone, without any model of the beam.
  *
- * Two sources, best first:
- *   quiet    samples before anything moves (at least 64, inputs and output quiet);
+ * Two sources:
  *   local    the local rational method (McKelvey & Guérin 2012; Geerardyn & Schoukens 2017): in a narrow band any linear
  *            system with any initial and final state obeys A(f) Y = B(f) U + I(f) with low-order polynomials; what does
  *            not is noise. Nonlinear distortion, harmonics and hum are not noise of the channel: they stand out of the
  *            smooth background, which is what is returned.
+ *   quiet    samples before anything moves (at least 64, inputs and output quiet), where they are clearly quieter than
+ *            what the whole record suggests. A few quiet samples tell less than a whole record does: 64 of them know the
+ *            noise to 9 %, 4096 samples to 1.2 %.
  */
 #ifndef BEAMFIT_NOISE_H
 #define BEAMFIT_NOISE_H

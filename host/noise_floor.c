@@ -6,7 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double loud_threshold = 4.0; /* of a tile itself; noise alone exceeds it less than once in 10⁴ tiles */
+static const double strong_evidence = 6.0; /* of the criterion, before colour is believed (Kass & Raftery 1995) */
+static const double loud_threshold = 4.0;  /* of a tile itself; noise alone exceeds it less than once in 10⁴ tiles */
 
 /* ---- The smooth spectrum through the chosen tiles ---- */
 
@@ -70,7 +71,7 @@ static bool smooth_rows(const double *mean, const double *count, size_t n, bool 
         power += count[i] * mean[i];
     }
     const double level = log(power / total);
-    double best = 2.0 * total * (level + 1.0) + log(total);
+    double best = 2.0 * total * (level + 1.0) + log(total) - strong_evidence;
     bool white = true;
     for (size_t i = 0; i < n; i++)
         variance[i] = power / total;

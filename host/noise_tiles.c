@@ -54,8 +54,15 @@ static enum bf_status tile_powers(const struct noise_tiles *p, const double *r, 
             x[i] = w[i] * r[s * hop + i];
         fft_forward(plan, x, X);
         double *row = tile + (s / TILE_TIMES) * p->n_rows;
-        for (size_t k = 0; k < p->n_rows * TILE_BINS; k++)
-            row[k / TILE_BINS] += creal(X[k] * conj(X[k])) / (energy * TILE_BINS * TILE_TIMES);
+        for (size_t k = 0; k <= p->n_rows * TILE_BINS; k++) { /* a bin on the edge of two rows belongs half to each */
+            const double power = creal(X[k] * conj(X[k])) / (energy * TILE_BINS * TILE_TIMES);
+            const size_t at = k / TILE_BINS;
+            const bool edge = k % TILE_BINS == 0;
+            if (at < p->n_rows)
+                row[at] += edge ? 0.5 * power : power;
+            if (edge && at > 0)
+                row[at - 1] += 0.5 * power;
+        }
     }
     free(w);
     free(x);

@@ -1,0 +1,379 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <setjmp.h>
+#include <cmocka.h>
+#include <stdio.h>
+#include <string.h>
+#include "local_rational.h"
+#include "noise.h"
+#include "signals.h"
+#include "test_files.h"
+
+enum { N = 4096 };
+static const double dt = 1.0 / 1024.0;
+static const double mode_Hz[5] = {6.6, 38.4, 95.5, 178.7, 305.2};
+static const double damping[5] = {0.0017, 0.001, 0.0015, 0.0025, 0.004};
+
+enum drive { HAMMER, CHIRP, RANDOM };
+
+static void fill_drive(enum drive kind, size_t onset, uint64_t *seed, double *u)
+{
+    for (size_t i = 0; i < N; i++) {
+        const double t = (double)i * dt;
+        if (kind == HAMMER)
+            u[i] = i >= onset && i < onset + 3 ? sin(M_PI * ((double)(i - onset) + 0.5) / 3.0) : 0.0;
+        else if (kind == CHIRP)
+            u[i] = sin(2.0 * M_PI * (2.0 + 0.5 * 95.0 * t) * t);
+        else
+            u[i] = signal_normal(seed);
+    }
+}
+
+/* A five-mode response, cut while it rings; the drive is known. start: motion before the record. */
+static void respond(const double *u, double start, double *z)
+{
+    memset(z, 0, N * sizeof *z);
+    for (int m = 0; m < 5; m++)
+        signal_add_mode(mode_Hz[m], damping[m], (m % 2 ? -1.0 : 1.0) / (1.0 + m), dt, u, N, start, z);
+}
+
+static double estimate(const double *z, size_t n, const double *u, size_t from)
+{
+    struct noise_estimate e;
+    struct bf_error err;
+    const double *inputs[1] = {u};
+    assert_int_equal(noise_estimate(z, n, dt, inputs, u != NULL ? 1 : 0, from, &e, &err), BF_OK);
+    const double rms = e.rms;
+    noise_free(&e);
+    return rms;
+}
+
+/* Mean over seeds of estimate/truth (the noise that was added, not its distribution), and the largest deviation. */
+static void check_bias(enum drive kind, double start, double a1, double a2, double bias, double single)
+{
+    enum { SETS = 20 };
+    static double u[N], z[N], e[N];
+    double mean = 0.0;
+    for (unsigned s = 0; s < SETS; s++) {
+        uint64_t seed = signal_seed(s + 100);
+        fill_drive(kind, 100, &seed, u);
+        respond(u, start, z);
+        signal_ar2(&seed, a1, a2, 1.0, N, e);
+        const double scale = 0.004 * signal_rms(z, N) / signal_rms(e, N), truth = 0.004 * signal_rms(z, N);
+        for (size_t i = 0; i < N; i++)
+            z[i] += scale * e[i];
+        const double ratio = estimate(z, N, u, 0) / truth;
+        mean += ratio / SETS;
+        if (fabs(ratio - 1.0) > single)
+            fail_msg("drive %d seed %u: estimate is %.4f of the truth", kind, s, ratio);
+    }
+    if (fabs(mean - 1.0) > bias)
+        fail_msg("drive %d, colour (%g, %g): mean of estimate/truth is %.4f", kind, a1, a2, mean);
+}
+
+static void white_noise_of_a_resonator(void **state)
+{
+    (void)state;
+    check_bias(HAMMER, 0.0, 0.0, 0.0, 0.01, 0.04);
+    check_bias(CHIRP, 0.0, 0.0, 0.0, 0.01, 0.04);
+    check_bias(RANDOM, 0.0, 0.0, 0.0, 0.01, 0.04);
+}
+
+static void motion_before_the_record_is_no_noise(void **state)
+{
+    (void)state;
+    check_bias(HAMMER, 3.0, 0.0, 0.0, 0.01, 0.04);
+    check_bias(RANDOM, 3.0, 0.0, 0.0, 0.01, 0.04);
+}
+
+/* Coloured noise has fewer independent numbers: single estimates scatter more. */
+static void coloured_noise_of_a_resonator(void **state)
+{
+    (void)state;
+    check_bias(HAMMER, 0.0, 0.5, 0.0, 0.02, 0.05);
+    check_bias(RANDOM, 0.0, 0.9, 0.0, 0.03, 0.12);
+    check_bias(CHIRP, 0.0, 1.0, -0.7, 0.03, 0.08);
+}
+
+static void free_decay_needs_no_input(void **state)
+{
+    (void)state;
+    static double z[N];
+    double mean = 0.0;
+    for (unsigned s = 0; s < 20; s++) {
+        uint64_t seed = signal_seed(s + 300);
+        respond(NULL, 1.0, z);
+        const double truth = 0.004 * signal_rms(z, N);
+        for (size_t i = 0; i < N; i++)
+            z[i] += truth * signal_normal(&seed);
+        mean += estimate(z, N, NULL, 0) / truth / 20.0;
+    }
+    assert_true(fabs(mean - 1.0) < 0.01);
+}
+
+/* Hum with harmonics, thirty times the noise, during a decay and before it. */
+static void hum_is_not_noise(void **state)
+{
+    (void)state;
+    static double z[N], decay[N];
+    double mean = 0.0;
+    for (unsigned s = 0; s < 20; s++) {
+        uint64_t seed = signal_seed(s + 400);
+        const double truth = 0.003;
+        memset(decay, 0, sizeof decay);
+        for (int m = 0; m < 3; m++)
+            signal_add_mode(mode_Hz[m], 0.01, 1.0, dt, NULL, N - 1000, 1.0, decay);
+        for (size_t i = 0; i < N; i++) {
+            const double t = (double)i * dt;
+            z[i] = (i >= 1000 ? decay[i - 1000] : 0.0) + truth * signal_normal(&seed);
+            z[i] += 30.0 * truth * (sin(2.0 * M_PI * 49.94 * t) + 0.3 * sin(2.0 * M_PI * 149.82 * t + 1.0));
+        }
+        mean += estimate(z, N, NULL, 1000) / truth / 20.0;
+    }
+    assert_true(fabs(mean - 1.0) < 0.02);
+}
+
+/* A distorting sensor, v = w + c w³: harmonics a hundred times the noise. */
+static void distortion_is_not_noise(void **state)
+{
+    (void)state;
+    static double u[N], z[N];
+    double mean = 0.0;
+    for (unsigned s = 0; s < 20; s++) {
+        uint64_t seed = signal_seed(s + 500);
+        fill_drive(HAMMER, 100, &seed, u);
+        respond(u, 0.0, z);
+        const double size = signal_rms(z, N), truth = 0.004 * size;
+        for (size_t i = 0; i < N; i++)
+            z[i] += 0.2 * z[i] * z[i] * z[i] / (size * size) + truth * signal_normal(&seed);
+        mean += estimate(z, N, u, 0) / truth / 20.0;
+    }
+    assert_true(fabs(mean - 1.0) < 0.06);
+}
+
+/* Rattling fills the time–frequency plane after the hit; only the quiet samples before it show the noise. */
+static void quiet_samples_beat_a_rattle(void **state)
+{
+    (void)state;
+    static double u[N], z[N];
+    struct noise_estimate e;
+    struct bf_error err;
+    const double *inputs[1] = {u};
+    uint64_t seed = signal_seed(600);
+    fill_drive(HAMMER, 800, &seed, u);
+    respond(u, 0.0, z);
+    const double truth = 0.004 * signal_rms(z, N);
+    for (size_t i = 0; i < N; i++)
+        z[i] += truth * signal_normal(&seed) * (i > 810 ? 20.0 : 1.0);
+    assert_int_equal(noise_estimate(z, N, dt, inputs, 1, 0, &e, &err), BF_OK);
+    assert_int_equal(e.method, NOISE_QUIET);
+    assert_true(fabs(e.rms / truth - 1.0) < 3.0 * e.rms_sd / e.rms && e.rms_sd / e.rms < 0.05);
+    noise_free(&e);
+}
+
+static void density_is_smooth_and_adds_up(void **state)
+{
+    (void)state;
+    static double u[N], z[N], colour[N];
+    struct noise_estimate e;
+    struct bf_error err;
+    const double *inputs[1] = {u};
+    uint64_t seed = signal_seed(700);
+    fill_drive(RANDOM, 0, &seed, u);
+    respond(u, 0.0, z);
+    signal_ar2(&seed, 1.0, -0.7, 0.004 * signal_rms(z, N), N, colour);
+    for (size_t i = 0; i < N; i++)
+        z[i] += colour[i];
+    assert_int_equal(noise_estimate(z, N, dt, inputs, 1, 0, &e, &err), BF_OK);
+    double sum = 0.0;
+    size_t peak = 0;
+    for (size_t k = 0; k < e.n_bins; k++) {
+        assert_true(e.psd[k] > 0.0);
+        sum += e.psd[k] * e.df_Hz;
+        peak = e.psd[k] > e.psd[peak] ? k : peak;
+    }
+    assert_true(fabs(sum / (e.rms * e.rms) - 1.0) < 1e-12);
+    assert_true(fabs((double)(e.n_bins - 1) * e.df_Hz - 512.0) < 1e-9);
+    /* spectral peak of the AR(2): cos ω = a1 (a2 − 1)/(4 a2) */
+    const double expected = acos(1.0 * (-0.7 - 1.0) / (4.0 * -0.7)) / (2.0 * M_PI * dt);
+    assert_true(fabs((double)peak * e.df_Hz - expected) < 25.0);
+    noise_free(&e);
+}
+
+static void quantisation_is_found(void **state)
+{
+    (void)state;
+    static double u[N], z[N];
+    struct noise_estimate e;
+    struct bf_error err;
+    const double *inputs[1] = {u};
+    uint64_t seed = signal_seed(800);
+    fill_drive(HAMMER, 100, &seed, u);
+    respond(u, 0.0, z);
+    const double step = 0.02 * signal_rms(z, N);
+    for (size_t i = 0; i < N; i++)
+        z[i] = step * round(z[i] / step);
+    assert_int_equal(noise_estimate(z, N, dt, inputs, 1, 0, &e, &err), BF_OK);
+    assert_true(fabs(e.quantisation / step - 1.0) < 1e-6);
+    assert_true(e.rms > 0.5 * step / sqrt(12.0) && e.rms < 2.0 * step / sqrt(12.0));
+    noise_free(&e);
+}
+
+static void too_little_has_no_noise(void **state)
+{
+    (void)state;
+    double z[200], u[200] = {0};
+    struct noise_estimate e;
+    struct bf_error err;
+    const double *inputs[1] = {u};
+    uint64_t seed = signal_seed(900);
+    for (size_t i = 0; i < 200; i++)
+        z[i] = signal_normal(&seed);
+    assert_int_equal(noise_estimate(z, 63, dt, NULL, 0, 0, &e, &err), BF_OK);
+    assert_true(e.method == NOISE_NONE && e.rms <= 0.0 && e.psd == NULL);
+    assert_int_equal(noise_estimate(z, 200, dt, NULL, 0, 150, &e, &err), BF_OK);
+    assert_int_equal(e.method, NOISE_NONE);
+    for (size_t n = 64; n <= 200; n += 17) { /* short records: rough, but finite and not absurd */
+        assert_int_equal(noise_estimate(z, n, dt, inputs, 1, 0, &e, &err), BF_OK);
+        assert_true(e.rms > 0.3 && e.rms < 3.0);
+        noise_free(&e);
+    }
+    z[5] = NAN;
+    assert_int_equal(noise_estimate(z, 200, dt, NULL, 0, 0, &e, &err), BF_NUMERIC);
+    for (size_t i = 0; i < 200; i++)
+        z[i] = 4.2;
+    assert_int_equal(noise_estimate(z, 200, dt, NULL, 0, 0, &e, &err), BF_OK);
+    assert_int_equal(e.method, NOISE_NONE);
+    const double *five[5] = {u, u, u, u, u};
+    z[0] = 1.0;
+    assert_int_equal(noise_estimate(z, 200, dt, five, 5, 0, &e, &err), BF_NUMERIC);
+}
+
+/* The projection leaves nothing of what a linear system can do. */
+static void a_linear_response_leaves_nothing(void **state)
+{
+    (void)state;
+    static double u[N], z[N], r[N];
+    struct local_rational *fit;
+    struct bf_error err;
+    const double *inputs[1] = {u};
+    uint64_t seed = signal_seed(1000);
+    fill_drive(RANDOM, 0, &seed, u);
+    respond(u, 2.0, z);
+    assert_int_equal(local_rational_new(z, N, inputs, 1, &fit, &err), BF_OK);
+    assert_int_equal(local_rational_residual(fit, z, r, &err), BF_OK);
+    assert_true(signal_rms(r, N) < 2e-4 * signal_rms(z, N));
+    local_rational_free(fit);
+    local_rational_free(NULL);
+    assert_int_equal(local_rational_new(z, 63, inputs, 1, &fit, &err), BF_NUMERIC);
+    assert_null(fit);
+}
+
+static void a_channel_of_a_model(void **state)
+{
+    (void)state;
+    static double u[N], z[N];
+    struct model model = {0};
+    struct model_input input = {.name = "hammer_N"};
+    struct record record = {.path = (char *)(uintptr_t) "x.csv", .n = N, .dt_s = dt};
+    struct noise_estimate with, alone;
+    struct bf_error err;
+    uint64_t seed = signal_seed(1100);
+    fill_drive(RANDOM, 0, &seed, u);
+    respond(u, 0.0, z);
+    const double truth = 0.01 * signal_rms(z, N);
+    for (size_t i = 0; i < N; i++)
+        z[i] += truth * signal_normal(&seed);
+    model.n_inputs = 1;
+    model.inputs = &input;
+    struct record_column columns[2] = {{(char *)(uintptr_t) "hammer_N", u}, {(char *)(uintptr_t) "piezo_V", z}};
+    record.n_columns = 2;
+    record.columns = columns;
+    assert_int_equal(noise_of_channel(&model, &record, "piezo_V", &with, &err), BF_OK);
+    assert_true(fabs(with.rms / truth - 1.0) < 0.05);
+    struct record_meta meta[2] = {{(char *)(uintptr_t) "excitation", (char *)(uintptr_t) "free_decay"},
+                                  {(char *)(uintptr_t) "free_from_s", (char *)(uintptr_t) "0.5"}};
+    record.meta = meta;
+    record.n_meta = 2; /* without its input some of the response to random drive looks like noise */
+    assert_int_equal(noise_of_channel(&model, &record, "piezo_V", &alone, &err), BF_OK);
+    assert_true(alone.rms > 1.05 * with.rms);
+    noise_free(&alone);
+    noise_free(&with);
+    assert_int_equal(noise_of_channel(&model, &record, "none", &alone, &err), BF_BAD_FILE);
+    assert_contains(err.text, "x.csv");
+    assert_contains(err.text, "none");
+}
+
+/* ---- The open cases: 0.4 % of each channel's rms, whatever the beam does ---- */
+
+static double open_ratio(const char *path, const char *input, const char *output)
+{
+    struct record record;
+    struct bf_error err;
+    assert_int_equal(record_read(path, &record, &err), BF_OK);
+    const double *z = record_column(&record, output);
+    const double ratio = estimate(z, record.n, record_column(&record, input), 0) / (0.004 * signal_rms(z, record.n));
+    record_free(&record);
+    return ratio;
+}
+
+static void open_cases(void **state)
+{
+    (void)state;
+    static const char *const cases[8] = {"o0_clean",          "o1_tip_mass",        "o2_root_compliance",
+                                         "o3_quadratic_drag", "o4_sensor_highpass", "o5_coulomb_friction",
+                                         "o6_stop_contact",   "o7_viscoelastic"};
+    static const struct {
+        const char *record, *input, *output;
+    } channels[6] = {{"train1", "hammer_N", "piezo_V"},   {"train2", "hammer_N", "piezo_V"},
+                     {"train3", "drive_V", "accel_mps2"}, {"train3", "drive_V", "tip_mps"},
+                     {"train4", "drive_V", "accel_mps2"}, {"train4", "drive_V", "tip_mps"}};
+    double mean = 0.0, square = 0.0;
+    int n = 0, far = 0;
+    for (int c = 0; c < 8; c++)
+        for (int i = 0; i < 6; i++) {
+            char name[128];
+            (void)snprintf(name, sizeof name, "data/open/%s/%s.csv", cases[c], channels[i].record);
+            char *path = shared_file(name);
+            if (path == NULL) {
+                skip();
+                return;
+            }
+            const double ratio = open_ratio(path, channels[i].input, channels[i].output);
+            free(path);
+            const bool linear = c != 3 && c != 5 && c != 6;
+            if (linear) {
+                mean += ratio;
+                square += (ratio - 1.0) * (ratio - 1.0);
+                n++;
+            }
+            far += fabs(ratio - 1.0) > 0.12;
+            if (fabs(ratio - 1.0) > (linear ? 0.05 : 0.3))
+                fail_msg("%s %s: %.3f of the truth", name, channels[i].output, ratio);
+        }
+    assert_true(fabs(mean / n - 1.0) < 0.01);
+    assert_true(sqrt(square / n) < 0.02);
+    assert_true(far <= 1);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(white_noise_of_a_resonator),
+        cmocka_unit_test(motion_before_the_record_is_no_noise),
+        cmocka_unit_test(coloured_noise_of_a_resonator),
+        cmocka_unit_test(free_decay_needs_no_input),
+        cmocka_unit_test(hum_is_not_noise),
+        cmocka_unit_test(distortion_is_not_noise),
+        cmocka_unit_test(quiet_samples_beat_a_rattle),
+        cmocka_unit_test(density_is_smooth_and_adds_up),
+        cmocka_unit_test(quantisation_is_found),
+        cmocka_unit_test(too_little_has_no_noise),
+        cmocka_unit_test(a_linear_response_leaves_nothing),
+        cmocka_unit_test(a_channel_of_a_model),
+        cmocka_unit_test(open_cases),
+    };
+    return cmocka_run_group_tests_name("noise", tests, NULL, NULL);
+}
