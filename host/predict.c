@@ -303,12 +303,18 @@ static enum bf_status window_record(struct predictor *p, size_t r, struct bf_err
     double wanted = ceil(p->t_end_s / plan->record->dt_s);
     plan->n = wanted < (double)available ? (size_t)fmax(wanted, 2.0) : available;
     enum bf_status status = find_grid(p, plan, err);
+    if (status != BF_OK)
+        return status;
+    const struct response_grid *grid = &p->grids[plan->grid];
+    double *x = bf_alloc(grid->n + grid->n_tail, sizeof *x);
     for (size_t i = 0; status == BF_OK && i < p->model.n_inputs; i++) {
         if (plan->input[i] == NULL)
             continue;
-        plan->U[i] = bf_grow(plan->U[i], p->grids[plan->grid].m, sizeof *plan->U[i]);
-        status = response_transform(&p->grids[plan->grid], plan->input[i] + plan->start, plan->U[i], err);
+        plan->U[i] = bf_grow(plan->U[i], grid->m, sizeof *plan->U[i]);
+        response_tail(grid, plan->input[i] + plan->start, available, x);
+        status = response_transform(grid, x, grid->n + grid->n_tail, plan->U[i], err);
     }
+    free(x);
     return status;
 }
 

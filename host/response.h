@@ -16,21 +16,28 @@
 
 struct response_grid {
     size_t n;                 /* samples of a record */
-    size_t n_fft;             /* ≥ 2n */
+    size_t n_tail;            /* input samples after the record that an input may be continued by, see response_tail() */
+    size_t n_fft;             /* ≥ 2n and ≥ n + 2 n_tail */
     size_t m;                 /* n_fft/2 + 1 points */
     double dt_s, sigma;       /* sigma: 1/s */
     enum intersample intersample;
     double complex *s;        /* [m] */
-    double *weight;           /* [n] e^(−σ t) */
+    double *weight;           /* [n + n_tail] e^(−σ t) */
 };
 
 enum bf_status response_grid_new(size_t n, double dt_s, enum intersample intersample, struct response_grid *out,
                                  struct bf_error *err);
 void response_grid_free(struct response_grid *grid);
 
-/* U[m] of x[n] · e^(−σt), zero-padded. */
-enum bf_status response_transform(const struct response_grid *grid, const double x[], double complex U[],
+/* U[m] of x[count] · e^(−σt), zero-padded; count ≤ n + n_tail. */
+enum bf_status response_transform(const struct response_grid *grid, const double x[], size_t count, double complex U[],
                                   struct bf_error *err);
+/*
+ * x[n + n_tail]: an input of `available` ≥ n samples, continued past the record's last one so that it does not end in a
+ * step: a step would ring backwards into the record, because between samples the input is band limited. The samples after
+ * a window are taken as they are; after the record's end an autoregressive model (Burg) continues it; both fade out.
+ */
+void response_tail(const struct response_grid *grid, const double u[], size_t available, double x[]);
 /* y[n] from Y[m]: inverse transform times e^(σt). */
 enum bf_status response_back(const struct response_grid *grid, const double complex Y[], double y[],
                              struct bf_error *err);

@@ -32,8 +32,8 @@ static const char help[] =
     "\n"
     "Exit status: 0 done; 2 usage; 3 bad model file or FILE not writable; 4 the model has no such modes.\n";
 
-enum { MOST_MODES = 24, SHAPE_POINTS = 201, SIZES = 6 };
-static const size_t size_of_space[SIZES] = {10, 20, 40, 80, 160, 320};
+enum { MOST_MODES = 24, SHAPE_POINTS = 201, SIZES = 5, REFERENCE = 320 };
+static const size_t size_of_space[SIZES] = {10, 20, 40, 80, 160};
 
 struct arguments {
     const char *model, *shapes, *plot;
@@ -130,7 +130,7 @@ struct convergence {
 static enum bf_status converge(const struct model *model, size_t n, struct convergence *out, struct bf_error *err)
 {
     double exact[MOST_MODES], f[MOST_MODES];
-    enum bf_status status = modes_frequencies(model, 4 * size_of_space[SIZES - 1] / 2, false, n, exact, err);
+    enum bf_status status = modes_frequencies(model, REFERENCE, false, n, exact, err);
     for (int i = 0; status == BF_OK && i < SIZES; i++) {
         size_t possible = n + 2 < size_of_space[i] ? n : size_of_space[i] - 2;
         for (int uniform = 0; status == BF_OK && uniform < 2; uniform++) {
