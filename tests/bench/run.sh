@@ -12,16 +12,13 @@ command -v taskset >/dev/null && one_core=(taskset -c 0)
 "$build/beam_truth" "$here"/hit_*.txt "$here"/chirp_*.txt -o "$work"
 records=("$work"/hit_soft.csv "$work"/hit_hard.csv "$work"/chirp_weak.csv "$work"/chirp_strong.csv)
 value() { sed -n "s/^$1 //p" "$2"; }
-json() { grep -o "\"$1\": *[0-9.eE+-]*" "$2" | tail -n 1 | sed 's/.*: *//'; }
 ratio() { awk -v a="$1" -v b="$2" 'BEGIN {printf "%.1f", a / b}'; }
 
 echo "Fit: 4 records x 4096 samples, 6 channels, 9 parameters, from handbook values, noise 0.4 %, one core"
 begin=$(date +%s.%N)
 "${one_core[@]}" "$build/beamfit" fit "$here/model.yaml" "${records[@]}" -o "$work/fitted.yaml" --json >"$work/fit.json"
 ours=$(awk -v a="$begin" -v b="$(date +%s.%N)" 'BEGIN {printf "%.3f", b - a}')
-# the last noise_ratio of the answer is the total's or a channel's, by order of keys: take the one at the top level
-ours_ratio=$(sed 's/"records": *\[.*\]\], *//' "$work/fit.json" | tr -d '\n' | sed 's/.*\], *"nrmse"/"nrmse"/' |
-    grep -o '"noise_ratio": *[0-9.eE+-]*' | head -n 1 | sed 's/.*: *//')
+ours_ratio=$(sed -n 's/^  "noise_ratio": *\([0-9.eE+-]*\).*/\1/p' "$work/fit.json") # of the whole fit: one level deep
 printf '  %-58s %9s  %12s  %s\n' program seconds noise_ratio 'times ours'
 printf '  %-58s %9.3f  %12.3f  %s\n' 'beamfit fit (whole process, files included)' "$ours" "${ours_ratio:-nan}" 1
 for variant in 24x16 40x64; do
@@ -38,7 +35,7 @@ ours=$(value ours "$work/simulate.out")
 printf '  %-58s %9s  %s\n' program ms 'times ours'
 while read -r name text; do
     seconds=$(value "$name" "$work/simulate.out")
-    printf '  %-58s %9.3f  %s\n' "$text" "$(ratio "$seconds" 0.001)" "$(ratio "$seconds" "$ours")"
+    printf '  %-58s %9.3f  %s\n' "$text" "$(awk -v s="$seconds" 'BEGIN {print 1000 * s}')" "$(ratio "$seconds" "$ours")"
 done <<'ROWS'
 ours beamfit, outputs only
 ours_with_derivatives beamfit, outputs and their derivatives by all parameters

@@ -42,8 +42,10 @@ int main(int argc, char **argv)
     for (int i = 2; i < argc && description.n_uses < BEAM_USES; i++) {
         struct beam_use *use = &description.use[description.n_uses++];
         use->effect = beam_effect_find(argv[i]);
-        for (int j = 0; use->effect != NULL && j < use->effect->n_parameters; j++)
-            use->p[j] = (beam_real)use->effect->parameters[j].start;
+        for (int j = 0; use->effect != NULL && j < use->effect->n_parameters; j++) {
+            const struct beam_parameter_info *info = &use->effect->parameters[j];
+            use->p[j] = (beam_real)info->start * (info->flags & BEAM_PARAMETER_POSITION ? beam_length() : BEAM_K(1.0));
+        }
     }
     must(beam_assemble(&description, &model), "assemble");
     must(beam_factor(&model, &(struct beam_options){.dt_s = BEAM_K(1.0) / BEAM_K(1024.0)}, &work, &plan), "factor");
