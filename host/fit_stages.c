@@ -59,8 +59,6 @@ enum bf_status staircase_last(struct fit_problem *p, double x[], struct optimise
             .iterations = 40, .tolerance = 1e-4, .relative = 1e-4 / (double)p->n_rows};
         const struct least_squares view = fit_problem_view(p);
         status = optimise_local(&view, &options, x, out, err);
-        fprintf(stderr, "last round %d v%d d%d end %d dec %g misfit %g moved %g\n", round, out->values,
-                out->derivatives, out->end, out->decrement, sqrt(fit_problem_mean_square(p)), fit_problem_moved(p, x));
         values += out->values, derivatives += out->derivatives;
         if (status || out->end == OPTIMISE_INTERRUPTED || fit_problem_moved(p, x) < settled)
             break;
@@ -96,8 +94,6 @@ enum bf_status staircase_run(struct fit_problem *p, const struct staircase *stai
         status = one_stage(p, s, floor, x, out, err);
         if (status || out->end == OPTIMISE_INTERRUPTED)
             return status;
-        fprintf(stderr, "s %g rows %zu v%d d%d end %d misfit %g\n", s, p->n_rows, out->values, out->derivatives,
-                out->end, sqrt(fit_problem_mean_square(p)));
         const double misfit = sqrt(fit_problem_mean_square(p));
         say(bar, 0.8 * (1.0 - log(fmax(s * stairs->longest_s, 1.0)) / span), p);
         s /= misfit < 0.5   ? 30.0
