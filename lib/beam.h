@@ -217,7 +217,7 @@ struct beam_options {
     beam_real dt_s;       /* sample interval, > 0 */
     enum beam_hold hold;  /* 0: first order */
     int half_width;       /* L of the band-limited hold, 4..BEAM_HALF_WIDTH; 0: 20; errors in docs/library.md */
-    int law_evaluations;  /* of all laws in one step, at most; 0: 8 */
+    int law_evaluations;  /* of all laws in one step, at most; 0: 16 (2 or 3 are usual) */
 };
 
 /*

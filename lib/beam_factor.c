@@ -204,7 +204,7 @@ static enum beam_status make_counts(const struct beam_model *model, const struct
     n->base_use = n->drive_input = -1;
     n->beam_latency = kernel->half_width - 1;
     n->n_taps = 2 * kernel->half_width - 1;
-    n->law_evaluations = options->law_evaluations == 0 ? 8 : options->law_evaluations;
+    n->law_evaluations = options->law_evaluations == 0 ? 16 : options->law_evaluations;
     if (n->law_evaluations < 1 || n->law_evaluations > 1000)
         return BEAM_ERROR_ARGUMENT;
     for (int u = 0; u < model->n_uses; u++) {

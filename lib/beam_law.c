@@ -2,11 +2,11 @@
 /* The few implicit equations of the laws in one step. */
 #include "beam_plan.h"
 
-/* Residual of a solved law, relative to the largest force or to the coordinates it moves. */
+/* Error of a solved force (Newton's next correction), relative to the largest force or to the coordinates it moves. */
 #ifdef BEAM_FLOAT
 #define TOLERANCE BEAM_K(2e-6)
 #else
-#define TOLERANCE BEAM_K(1e-11)
+#define TOLERANCE BEAM_K(1e-9)
 #endif
 
 /* Residual, Jacobian and new internal states at forces g. */
@@ -79,66 +79,136 @@ static enum beam_status evaluate(const struct beam_law_system *system, const bea
     return BEAM_OK;
 }
 
-/* Residual below rounding: of the largest force, or, through the compliance, of every coordinate. */
+/* Correction small against the largest force, or, through the compliance, against every coordinate. */
 static int converged(const struct beam_law_system *system, const beam_real free[], const beam_real force[],
-                     const beam_real residual[])
+                     const beam_real correction[])
 {
-    beam_real largest_force = BEAM_K(0.0), largest_residual = BEAM_K(0.0);
+    beam_real largest_force = BEAM_K(0.0), largest = BEAM_K(0.0);
     for (int p = 0; p < system->n_ports; p++) {
         if (beam_less(largest_force, beam_fabs(force[p])))
             largest_force = beam_fabs(force[p]);
-        if (beam_less(largest_residual, beam_fabs(residual[p])))
-            largest_residual = beam_fabs(residual[p]);
+        if (beam_less(largest, beam_fabs(correction[p])))
+            largest = beam_fabs(correction[p]);
     }
-    if (!beam_less(TOLERANCE * largest_force, largest_residual))
+    if (!beam_less(TOLERANCE * largest_force, largest))
         return 1;
     for (int row = 0; row < 2 * system->n_ports; row++) {
         beam_real error = BEAM_K(0.0), size = beam_fabs(free[row]);
         for (int q = 0; q < system->n_ports; q++) {
-            error += beam_fabs(system->compliance[row][q] * residual[q]);
+            error += beam_fabs(system->compliance[row][q] * correction[q]);
             size += beam_fabs(system->compliance[row][q] * force[q]);
         }
-        if (beam_less(TOLERANCE * size, error))
+        if (beam_less(BEAM_K(16.0) * BEAM_EPSILON * size, error))
             return 0;
     }
     return 1;
+}
+
+/* What a search needs besides the system itself. */
+struct search {
+    const struct beam_law_system *system;
+    const beam_real *free, *w_old;
+    beam_real (*z)[BEAM_LAW_STATES];
+    struct evaluation room[2];
+    struct evaluation *best, *trial;
+};
+
+/* Residual at `tried`; when it is smaller than the best, it becomes the best and 1 is returned. */
+static enum beam_status try_forces(struct search *s, const beam_real tried[BEAM_PORTS], beam_real force[BEAM_PORTS],
+                                   int *better)
+{
+    const enum beam_status status = evaluate(s->system, s->free, tried, s->w_old, s->z, s->trial);
+    *better = status == BEAM_OK && beam_less(s->trial->size, s->best->size);
+    if (*better) {
+        struct evaluation *swap = s->best;
+        s->best = s->trial;
+        s->trial = swap;
+        for (int p = 0; p < s->system->n_ports; p++)
+            force[p] = tried[p];
+    }
+    return status;
+}
+
+/*
+ * One port: r(g) rises with g for a passive law, so its sign brackets the root. Newton first; where that jumps between
+ * two branches (friction), the force that brings the point to rest; then halves of the bracket.
+ */
+static enum beam_status solve_one(struct search *s, beam_real force[BEAM_PORTS], int *done)
+{
+    const beam_real zero = BEAM_K(0.0), rest = s->system->compliance[1][0];
+    beam_real low = zero, high = zero, tried[BEAM_PORTS] = {force[0]};
+    const struct evaluation *last = s->best;
+    int has_low = 0, has_high = 0, better = 1, rested = 0;
+    enum beam_status status = BEAM_OK;
+    for (int count = 1; status == BEAM_OK; count++) {
+        const beam_real at = tried[0], residual = last->residual[0], slope = last->jacobian[0][0];
+        const beam_real move = beam_less(zero, slope) ? -residual / slope : -residual;
+        *done = better && converged(s->system, s->free, force, &move);
+        if (*done || count >= s->system->evaluations)
+            break;
+        if (beam_less(residual, zero)) {
+            low = has_low && beam_less(at, low) ? low : at;
+            has_low = 1;
+        } else {
+            high = has_high && beam_less(high, at) ? high : at;
+            has_high = 1;
+        }
+        tried[0] = at + move;
+        if (!better && !rested && beam_less(zero, rest)) {
+            tried[0] = s->free[1] / rest;
+            rested = 1;
+        }
+        if (has_low && has_high && (!beam_less(low, tried[0]) || !beam_less(tried[0], high)))
+            tried[0] = low + BEAM_K(0.5) * (high - low);
+        status = try_forces(s, tried, force, &better);
+        last = better ? s->best : s->trial;
+    }
+    return status;
+}
+
+/* Several ports: Newton; a step that makes the residual larger is halved. */
+static enum beam_status solve_many(struct search *s, beam_real force[BEAM_PORTS], int *done)
+{
+    beam_real move[BEAM_PORTS] = {BEAM_K(0.0)}, tried[BEAM_PORTS];
+    const int n = s->system->n_ports;
+    enum beam_status status = BEAM_OK;
+    int better = 1;
+    for (int count = 1; status == BEAM_OK; count++) {
+        for (int p = 0; p < n; p++)
+            move[p] = better ? -s->best->residual[p] : BEAM_K(0.5) * move[p];
+        if (better && beam_real_solve(n, s->best->jacobian, move) != 0)
+            break;
+        *done = converged(s->system, s->free, force, move);
+        if (*done || count >= s->system->evaluations)
+            break;
+        for (int p = 0; p < n; p++)
+            tried[p] = force[p] + move[p];
+        status = try_forces(s, tried, force, &better);
+    }
+    return status;
 }
 
 enum beam_status beam_laws_solve(const struct beam_law_system *system, const beam_real free[2 * BEAM_PORTS],
                                  beam_real force[BEAM_PORTS], beam_real w_old[BEAM_PORTS],
                                  beam_real z[BEAM_PORTS][BEAM_LAW_STATES])
 {
-    struct evaluation room[2], *best = &room[0], *trial = &room[1];
-    beam_real move[BEAM_PORTS] = {BEAM_K(0.0)}, tried[BEAM_PORTS];
-    const int n = system->n_ports;
-    enum beam_status status = evaluate(system, free, force, w_old, z, best);
-    int done = status == BEAM_OK && converged(system, free, force, best->residual), fresh = 1;
-    for (int count = 1; count < system->evaluations && status == BEAM_OK && !done; count++) {
-        for (int p = 0; p < n; p++)
-            move[p] = fresh ? -best->residual[p] : BEAM_K(0.5) * move[p];
-        if (fresh && beam_real_solve(n, best->jacobian, move) != 0)
-            break;
-        for (int p = 0; p < n; p++)
-            tried[p] = force[p] + move[p];
-        status = evaluate(system, free, tried, w_old, z, trial);
-        fresh = status == BEAM_OK && beam_less(trial->size, best->size);
-        if (!fresh) {
-            done = status == BEAM_OK && converged(system, free, force, move); /* no better point exists */
-            continue;
-        }
-        struct evaluation *swap = best;
-        best = trial;
-        trial = swap;
-        for (int p = 0; p < n; p++)
-            force[p] = tried[p];
-        done = converged(system, free, force, best->residual);
-    }
+    struct search s;
+    s.system = system;
+    s.free = free;
+    s.w_old = w_old;
+    s.z = z;
+    s.best = &s.room[0];
+    s.trial = &s.room[1];
+    enum beam_status status = evaluate(system, free, force, w_old, z, s.best);
+    int done = 0;
+    if (status == BEAM_OK)
+        status = system->n_ports == 1 ? solve_one(&s, force, &done) : solve_many(&s, force, &done);
     if (status != BEAM_OK)
         return status;
-    for (int p = 0; p < n; p++) {
-        w_old[p] = best->w[p];
-        for (int s = 0; s < BEAM_LAW_STATES; s++)
-            z[p][s] = best->z[p][s];
+    for (int p = 0; p < system->n_ports; p++) {
+        w_old[p] = s.best->w[p];
+        for (int i = 0; i < BEAM_LAW_STATES; i++)
+            z[p][i] = s.best->z[p][i];
     }
     return done ? BEAM_OK : BEAM_ERROR_SOLVE;
 }

@@ -24,7 +24,7 @@ enum beam_status beam_newmark_factor(const struct beam_model *model, beam_real d
     out->n_inputs = model->n_inputs;
     out->n_outputs = model->n_outputs;
     out->n_ports = model->n_ports;
-    out->law_evaluations = 8;
+    out->law_evaluations = 16;
     for (int i = 0; i < BEAM_N; i++) {
         for (int k = 0; k < model->n_inputs; k++)
             out->input[k][i] = model->input[k].vector[i];

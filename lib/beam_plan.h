@@ -56,8 +56,8 @@ struct beam_law_system {
 };
 
 /*
- * Forces g of all ports with g = weight f(free_w − S_w g, free_v − S_v g, …): Newton on g from the last step's forces, a
- * step that makes the residual larger is halved; at most `evaluations` evaluations of the laws. In: free[2p], free[2p+1].
+ * Forces g of all ports with g = weight f(free_w − S_w g, free_v − S_v g, …), from the last step's forces; at most
+ * `evaluations` evaluations of the laws. In: free[2p], free[2p+1].
  * force, w_old, z are those of the last step and become those of this one. SOLVE (best found is kept), EFFECT_RANGE.
  */
 enum beam_status beam_laws_solve(const struct beam_law_system *system, const beam_real free[2 * BEAM_PORTS],

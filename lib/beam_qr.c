@@ -112,12 +112,16 @@ static beam_real reflector(int m, const beam_real x[3], beam_real v[3])
     return beam_fabs(pivot) / norm; /* 2/(vᵀv) */
 }
 
-/* One implicit double-shift sweep on rows l..e, with shift sum s and product t. */
-static void sweep(beam_matrix a, int l, int e, beam_real s, beam_real t)
+/*
+ * One implicit double-shift sweep on rows l..e; the shifts are the eigenvalues of a 2 × 2 block with diagonal p, q and
+ * product pq of the other two entries. Written in differences, so that a cluster of equal eigenvalues does not drown in their squares.
+ */
+static void sweep(beam_matrix a, int l, int e, beam_real p, beam_real q, beam_real pq)
 {
     beam_real x[3], v[3];
-    x[0] = (a[l][l] * (a[l][l] - s) + t) / a[l + 1][l] + a[l][l + 1];
-    x[1] = a[l][l] + a[l + 1][l + 1] - s;
+    const beam_real to_p = p - a[l][l], to_q = q - a[l][l];
+    x[0] = (to_p * to_q - pq) / a[l + 1][l] + a[l][l + 1];
+    x[1] = a[l + 1][l + 1] - a[l][l] - to_p - to_q;
     x[2] = l + 2 <= e ? a[l + 2][l + 1] : BEAM_K(0.0);
     for (int k = l; k < e; k++) {
         const int m = k + 2 <= e ? 3 : 2;
@@ -173,14 +177,13 @@ int beam_eigenvalues(int n, beam_matrix a, beam_real re[], beam_real im[])
         } else {
             if (++turns > 60)
                 return -1;
-            beam_real s = a[e][e] + a[e - 1][e - 1];
-            beam_real t = a[e][e] * a[e - 1][e - 1] - a[e][e - 1] * a[e - 1][e];
+            beam_real p = a[e][e], q = a[e - 1][e - 1], pq = a[e][e - 1] * a[e - 1][e];
             if (turns % 10 == 0) { /* exceptional shift */
                 const beam_real w = beam_fabs(a[e][e - 1]) + beam_fabs(a[e - 1][e - 2]);
-                s = BEAM_K(1.5) * w;
-                t = w * w;
+                p = q = a[e][e] + BEAM_K(0.75) * w;
+                pq = BEAM_K(-0.4375) * w * w;
             }
-            sweep(a, l, e, s, t);
+            sweep(a, l, e, p, q, pq);
         }
     }
     return 0;
