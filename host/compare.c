@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { AUTOCORRELATION_LAGS = 120, INPUT_LAGS = 150, AMPLITUDE_WINDOWS = 64 };
+enum { LEAST_LAGS = 120, MOST_LAGS = 1200, INPUT_LAGS = 150, AMPLITUDE_WINDOWS = 64 };
 
 /* ---- One channel ---- */
 
@@ -113,6 +113,14 @@ static enum bf_status find_inputs(const struct model *model, const struct record
     return status;
 }
 
+/* Three periods of the lowest mode, between 120 lags and 1200 or a quarter of the record. */
+static size_t autocorrelation_lags(const struct comparison *all, const struct comparison_channel *c)
+{
+    const double wanted = all->n_modes > 0 ? 3.0 / (all->frequency_Hz[0] * c->dt_s) : 0.0;
+    const size_t lags = wanted < LEAST_LAGS ? LEAST_LAGS : wanted > MOST_LAGS ? MOST_LAGS : (size_t)wanted;
+    return lags < c->n / 4 ? lags : c->n / 4;
+}
+
 static enum bf_status analyse_channel(const struct comparison *all, const struct solved_prediction *s, size_t i,
                                       struct comparison_channel *c, struct bf_error *err)
 {
@@ -131,7 +139,7 @@ static enum bf_status analyse_channel(const struct comparison *all, const struct
     c->noise_ratio = c->noise.rms > 0.0 ? c->residual_rms / c->noise.rms : nan("");
     judge_scale(c, !decay && !excitation_level_unknown(all->model, record));
     residual_time_shares(c->residual, c->n, c->time_share);
-    c->n_autocorrelation = c->n > 4 * AUTOCORRELATION_LAGS ? AUTOCORRELATION_LAGS + 1 : c->n / 4 + 1;
+    c->n_autocorrelation = autocorrelation_lags(all, c) + 1;
     c->autocorrelation = bf_alloc(c->n_autocorrelation, sizeof *c->autocorrelation);
     enum bf_status status = find_bands(all, c, err);
     if (status == BF_OK && c->n >= 3)

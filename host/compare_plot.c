@@ -2,7 +2,9 @@
 /* compare_plot.c — the pictures of a comparison. */
 #include "compare.h"
 #include "plot.h"
+#include "spectrum.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 /* "train1-piezo_V": the record's name without directory and ".csv", and the channel. */
@@ -32,6 +34,24 @@ static void name_title(const struct comparison *all, const struct comparison_cha
     const size_t n = strlen(title);
     if (c->noise.rms > 0.0 && n < size)
         (void)snprintf(title + n, size - n, ", %.3g times the noise", c->noise_ratio);
+}
+
+/* Up to where panel (c) goes: twice the frequency below which all but 0.01 % of the power is; 0 when that is everything. */
+static double worth_showing_Hz(const struct comparison_channel *c)
+{
+    double *amplitude = bf_alloc(c->n / 2 + 1, sizeof *amplitude), total = 0.0, sum = 0.0, top_Hz = 0.0;
+    const double nyquist_Hz = 0.5 / c->dt_s;
+    struct bf_error ignored;
+    if (spectrum_amplitude(c->measured, c->n, WINDOW_NONE, amplitude, &ignored) == BF_OK) {
+        for (size_t k = 1; k <= c->n / 2; k++)
+            total += amplitude[k] * amplitude[k];
+        for (size_t k = 1; k <= c->n / 2 && sum < 0.9999 * total; k++) {
+            sum += amplitude[k] * amplitude[k];
+            top_Hz = 2.0 * (double)k / (c->dt_s * (double)c->n);
+        }
+    }
+    free(amplitude);
+    return top_Hz < 0.6 * nyquist_Hz ? top_Hz : 0.0;
 }
 
 static enum bf_status draw_residual(const struct comparison_channel *c, const char *directory, const char *stem,
@@ -86,6 +106,7 @@ enum bf_status compare_plot(const struct comparison *all, const char *directory,
                                            .n = c->n,
                                            .t0_s = c->t0_s,
                                            .dt_s = c->dt_s,
+                                           .to_Hz = worth_showing_Hz(c),
                                            .measured = c->measured,
                                            .model = c->predicted,
                                            .noise_psd = c->noise.psd,

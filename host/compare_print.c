@@ -70,6 +70,10 @@ static void say_input(const struct comparison_channel *c, char *text, size_t siz
         if (r->largest_lag < 0)
             say(text, size, " The residual runs ahead of %s by %.3g ms: a clock or a channel is out of step.",
                 c->inputs[i].name, -1e3 * (double)r->largest_lag * c->dt_s);
+        else if (r->largest_lag <= 1)
+            say(text, size,
+                " It follows %s at once: a direct path is missing (feedthrough, local compliance, a timing error).",
+                c->inputs[i].name);
         else
             say(text, size, " It follows %s after %.3g ms: part of the response to it is missing.", c->inputs[i].name,
                 1e3 * (double)r->largest_lag * c->dt_s);

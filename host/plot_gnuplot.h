@@ -34,7 +34,7 @@ struct picture {
     struct bf_error error; /* status BF_OK while all is well */
 };
 
-/* Width and height of the printed picture. */
+/* Width and height of the printed picture. The script may use the point sizes `dot` and `mark`. */
 void picture_begin(const char *directory, const char *stem, double width_cm, double height_cm, struct picture *p);
 /* Opens STEM-NAME.dat. One at a time. */
 FILE *picture_data(struct picture *p, const char *name);

@@ -74,8 +74,8 @@ enum bf_status plot_history(const struct plot_history *q, struct bf_error *err)
     (void)fprintf(
         p.script,
         "set key inside top right horizontal width -2\nset logscale y\nset xrange [0.5:%zu.5]\nset yrange [%.6g:%.6g]\n"
-        "plot '%s-errors.dat' using 1:2 with linespoints pointtype 7 pointsize 1.1 linewidth 1.6 linecolor rgb "
-        "'" PLOT_BLUE "' title 'fitted records', '' using 1:3 with linespoints pointtype 5 pointsize 1.1 linewidth "
+        "plot '%s-errors.dat' using 1:2 with linespoints pointtype 7 pointsize mark linewidth 1.6 linecolor rgb "
+        "'" PLOT_BLUE "' title 'fitted records', '' using 1:3 with linespoints pointtype 5 pointsize mark linewidth "
         "1.6 dashtype 2 linecolor rgb '" PLOT_VERMILLION "' title 'held out'",
         q->n, 0.6 * least, 3.0 * largest, p.stem);
     if (floor)
@@ -165,7 +165,7 @@ enum bf_status plot_convergence(const struct plot_convergence *q, struct bf_erro
                   q->linear_y ? "" : "set format y '10^{%T}'\n");
     for (size_t i = 0; i < q->n_lines; i++) {
         (void)fprintf(p.script,
-                      "%s'%s-lines.dat' index %zu using 1:2 with linespoints pointtype %d pointsize 1 dashtype %d "
+                      "%s'%s-lines.dat' index %zu using 1:2 with linespoints pointtype %d pointsize mark dashtype %d "
                       "linewidth 1.5 linecolor rgb '%s' title ",
                       i > 0 ? ", " : "", p.stem, i, points[i % STYLES], dashes[i % STYLES], colours[i % STYLES]);
         plot_quote(p.script, q->lines[i].legend);

@@ -46,6 +46,8 @@ static void choose_detail(const struct plot_panels *q, size_t *from, size_t *to)
     *to = start + length < q->n ? start + length : q->n;
 }
 
+enum { MOST_DOTS = 150 }; /* samples of panel (d) that are drawn as dots */
+
 struct axis {
     double low, high;
 };
@@ -168,10 +170,17 @@ static void detail_panel(const struct plot_panels *q, struct picture *p, size_t 
     (void)fprintf(p->script,
                   "set yrange [%.6g:%.6g]\nset xtics %.6g\nset xrange [%.9g:%.9g]\n"
                   "plot '%s-detail.dat' using 1:2 with lines linewidth 1.4 linecolor rgb '" PLOT_BLUE
-                  "' title 'measured', '%s-samples.dat' using 1:2 with points pointtype 7 pointsize 0.7 linecolor rgb "
-                  "'" PLOT_BLUE "', '%s-detail.dat' using 1:3 with lines linewidth 1.4 dashtype 2 linecolor rgb "
-                  "'" PLOT_VERMILLION "' title 'model'\n",
-                  y.low, y.high, plot_tick_step(end - start), start, end, p->stem, p->stem, p->stem);
+                  "' title 'measured', ",
+                  y.low, y.high, plot_tick_step(end - start), start, end, p->stem);
+    if (to - from <= MOST_DOTS)
+        (void)fprintf(p->script,
+                      "'%s-samples.dat' using 1:2 with points pointtype 7 pointsize dot linecolor rgb '" PLOT_BLUE
+                      "', ",
+                      p->stem);
+    (void)fprintf(p->script,
+                  "'%s-detail.dat' using 1:3 with lines linewidth 1.4 dashtype 2 linecolor rgb '" PLOT_VERMILLION
+                  "' title 'model'\n",
+                  p->stem);
 }
 
 enum bf_status plot_panels(const struct plot_panels *q, struct bf_error *err)

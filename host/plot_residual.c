@@ -147,8 +147,9 @@ static void band_panel(const struct plot_residual *q, struct picture *p)
         largest = fmax(largest, 100.0 * q->share[i]);
     }
     picture_data_end(p);
-    place(p, 0.59, 0.985, 0.075, 0.27);
-    plot_panel_title(p->script, "(e) share of the misfit");
+    const bool wide = q->input_correlation == NULL; /* the page has room to the left then */
+    place(p, wide ? 0.095 : 0.59, 0.985, 0.075, 0.27);
+    plot_panel_title(p->script, wide ? "(d) share of the misfit" : "(e) share of the misfit");
     plot_axes(p->script, "Band (Hz)", "share (%)");
     (void)fprintf(p->script, "set xrange [0.4:%zu.6]\nset yrange [0:%.6g]\nset xtics (", q->n_bands,
                   1.12 * fmax(1.0, largest));
