@@ -87,6 +87,32 @@ static void the_example_of_the_format(void **state)
     model_free(&m);
 }
 
+/* Every ```yaml block of the page is a model. */
+static void the_manual_s_examples_read(void **state)
+{
+    (void)state;
+    const char *top = getenv("TOP");
+    char path[512], *text = calloc(1, 1 << 16);
+    (void)snprintf(path, sizeof path, "%s/docs/model_file.md", top ? top : ".");
+    FILE *f = fopen(path, "rb");
+    if (!f)
+        fail_msg("%s cannot be read; run from the project's root", path);
+    assert_true(fread(text, 1, (1 << 16) - 1, f) > 1000);
+    (void)fclose(f);
+    int n = 0;
+    for (char *block = strstr(text, "```yaml\n"); block; block = strstr(block, "```yaml\n"), n++) {
+        struct model m;
+        char *end = strstr(block += strlen("```yaml\n"), "```");
+        assert_non_null(end);
+        *end = '\0';
+        reads(block, &m);
+        model_free(&m);
+        block = end + 1;
+    }
+    assert_int_equal(n, 2);
+    free(text);
+}
+
 static void the_open_cases_read(void **state)
 {
     (void)state;
@@ -479,6 +505,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_example_of_the_format),
+        cmocka_unit_test(the_manual_s_examples_read),
         cmocka_unit_test(the_open_cases_read),
         cmocka_unit_test(absent_damping_and_gains_are_fixed_at_zero),
         cmocka_unit_test(regions_in_any_order_with_gaps),
