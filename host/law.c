@@ -279,7 +279,7 @@ int law_evaluate(const struct law *law, const struct parameter_map *map, const d
     for (size_t q = 0; q < law->n_points; q++) {
         struct beam_law_input in = {.t_s = motion->t_s, .dt_s = motion->dt_s};
         struct beam_law_output o;
-        memset(&o, 0, sizeof o);
+        memset(&o, 0, law->effect->n_law_states > 0 ? sizeof o : offsetof(struct beam_law_output, z));
         const double *psi = law->psi + q * law->width * d;
         for (size_t a = 0; a < law->width; a++) {
             for (size_t j = 0; j < d; j++) {

@@ -4,6 +4,7 @@
  * Parameters go through the record four at a time, so that the inner loops have a constant length.
  */
 #include "law_run.h"
+#include "vector.h"
 
 #include <stdint.h>
 #include <stdlib.h>
@@ -138,7 +139,7 @@ static enum bf_status fill_linear(struct lanes *a, size_t lane, size_t c, struct
 /* ---- One linearised step ---- */
 
 /* Force on pole k, Σ_c α f_c, at an instant. */
-static double complex pole_force(const struct law_run *l, size_t k, const double f[])
+VECTOR_INLINE double complex pole_force(const struct law_run *l, size_t k, const double f[])
 {
     double complex sum = 0.0;
     for (size_t c = 0; c < l->D; c++)
@@ -151,7 +152,7 @@ struct split {
 };
 
 /* out += x · y for a scalar x and four y. */
-static inline void add_scalar_times(struct split *out, double complex x, const double re[LANES], const double im[LANES])
+VECTOR_INLINE void add_scalar_times(struct split *out, double complex x, const double re[LANES], const double im[LANES])
 {
     double xr = creal(x), xi = cimag(x);
     for (int i = 0; i < LANES; i++) {
@@ -161,7 +162,7 @@ static inline void add_scalar_times(struct split *out, double complex x, const d
 }
 
 /* δ(free q): everything of δq⁺ but −g1 Σ α δf⁺. f0, f1: forces at the beginning and end of the step. */
-static void free_state(struct lanes *a, size_t k, double complex q_old, const double f0[], const double f1[])
+VECTOR_INLINE void free_state(struct lanes *a, size_t k, double complex q_old, const double f0[], const double f1[])
 {
     const struct law_run *l = a->l;
     struct split next = {{0}, {0}}, force0 = {{0}, {0}}, force1 = {{0}, {0}};
@@ -187,7 +188,7 @@ static void free_state(struct lanes *a, size_t k, double complex q_old, const do
 }
 
 /* δw = Re(q δα + α δq) and δv = Re(pq δα + pα δq + αq δp) of pole k, without what depends on δf⁺. */
-static void add_free_motion(struct lanes *a, size_t k, double complex q)
+VECTOR_INLINE void add_free_motion(struct lanes *a, size_t k, double complex q)
 {
     const struct law_run *l = a->l;
     double m = l->multiplicity[k];
@@ -208,7 +209,7 @@ static void add_free_motion(struct lanes *a, size_t k, double complex q)
     }
 }
 
-static void start_motion(struct lanes *a, size_t step, const double f1[])
+VECTOR_INLINE void start_motion(struct lanes *a, size_t step, const double f1[])
 {
     const struct law_run *l = a->l;
     for (size_t c = 0; c < l->D; c++) {
@@ -222,7 +223,7 @@ static void start_motion(struct lanes *a, size_t step, const double f1[])
 }
 
 /* Right side of A δf⁺ = T_w δw_free + T_v δv_free + T_old δw_old + f_z δz + f_p. */
-static void right_side(const struct lanes *a, size_t step, double b[MOST_COORDINATES][LANES])
+VECTOR_INLINE void right_side(const struct lanes *a, size_t step, double b[MOST_COORDINATES][LANES])
 {
     const struct law_run *l = a->l;
     const struct predictor *p = l->run->p;
@@ -250,7 +251,7 @@ static void right_side(const struct lanes *a, size_t step, double b[MOST_COORDIN
 }
 
 /* δf⁺, and with it δq⁺, δw⁺, δv⁺. */
-static void finish_step(struct lanes *a, size_t step, double b[MOST_COORDINATES][LANES])
+VECTOR_INLINE void finish_step(struct lanes *a, size_t step, double b[MOST_COORDINATES][LANES])
 {
     const struct law_run *l = a->l;
     size_t D = l->D;
@@ -316,7 +317,7 @@ static void step_states(struct lanes *a, size_t step)
     }
 }
 
-static void march(struct lanes *a)
+VECTOR_CLONES static void march(struct lanes *a)
 {
     const struct law_run *l = a->l;
     size_t D = l->D, P = l->n_dynamic;

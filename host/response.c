@@ -7,6 +7,7 @@
 
 #include "residual.h"
 #include "spectrum.h"
+#include "vector.h"
 
 /* e^(−σ T_padded): what is left of the response's start after one turn around the padded record. */
 static const double wrap = 1e-9;
@@ -314,7 +315,7 @@ static void expand(const struct response_kernel *kernel, int order, const double
 }
 
 /* One chunk of the grid: constant trip counts, so that the compiler uses vectors. */
-static void sum_chunk(const struct response_kernel *kernel, const struct expansion *x, size_t first, double re[CHUNK],
+VECTOR_CLONES static void sum_chunk(const struct response_kernel *kernel, const struct expansion *x, size_t first, double re[CHUNK],
                       double im[CHUNK])
 {
     size_t m = kernel->grid->m;
@@ -337,7 +338,7 @@ static void sum_chunk(const struct response_kernel *kernel, const struct expansi
     }
 }
 
-static void add_series(const struct expansion *x, const double complex s[], size_t count, double re[], double im[])
+VECTOR_CLONES static void add_series(const struct expansion *x, const double complex s[], size_t count, double re[], double im[])
 {
     for (size_t i = 0; i < count; i++) {
         double a = 0.0, b = 0.0, sr = creal(s[i]), si = cimag(s[i]);
