@@ -2,6 +2,7 @@
 /* plot_lines.c — error against model version, and lines over logarithmic axes. */
 #include "plot.h"
 #include "plot_gnuplot.h"
+#include "text.h"
 
 #include <math.h>
 
@@ -31,20 +32,30 @@ static void write_history(const struct plot_history *q, struct picture *p, doubl
     picture_data_end(p);
 }
 
+/* Labels under the axis; slanted, with room for the longest, when they would run into each other. */
 static void history_ticks(const struct plot_history *q, struct picture *p)
 {
+    enum { LONGEST = 20 }; /* characters; of more the end is shown, where versions differ */
     size_t longest = 0;
     (void)fprintf(p->script, "set xtics noenhanced (");
     for (size_t i = 0; i < q->n; i++) {
-        size_t length = 0;
-        for (const char *c = q->label[i]; *c != '\0'; c++)
-            length++;
-        longest = length > longest ? length : longest;
-        plot_quote(p->script, q->label[i]);
+        const size_t length = text_width(q->label[i]);
+        const char *shown = q->label[i];
+        for (size_t cut = length > LONGEST ? length - LONGEST : 0; cut > 0; cut--)
+            do
+                shown++;
+            while (((unsigned char)*shown & 0xc0) == 0x80); /* whole characters of UTF-8 */
+        const size_t kept = length > LONGEST ? LONGEST : length;
+        longest = kept > longest ? kept : longest;
+        char text[8 + 4 * LONGEST];
+        (void)snprintf(text, sizeof text, "%s%s", length > LONGEST ? "…" : "", shown);
+        plot_quote(p->script, text);
         (void)fprintf(p->script, " %zu%s", i + 1, i + 1 < q->n ? ", " : ")\n");
     }
-    if (longest * q->n > 70)
-        (void)fprintf(p->script, "set xtics rotate by -25\n");
+    if (longest * q->n > 60)
+        (void)fprintf(p->script,
+                      "set xtics rotate by 30 right\nset xlabel ''\nset bmargin %.1f\nset lmargin 13\nset rmargin 3\n",
+                      1.5 + 0.3 * (double)longest);
 }
 
 enum bf_status plot_history(const struct plot_history *q, struct bf_error *err)
@@ -69,8 +80,8 @@ enum bf_status plot_history(const struct plot_history *q, struct bf_error *err)
         plot_quote(p.script, q->title);
         (void)fprintf(p.script, " noenhanced\n");
     }
+    plot_axes(p.script, "Model", "error of the prediction (%)");
     history_ticks(q, &p);
-    plot_axes(p.script, "Model", "error, ‖measured − model‖/‖measured‖ (%)");
     (void)fprintf(
         p.script,
         "set key inside top right horizontal width -2\nset logscale y\nset xrange [0.5:%zu.5]\nset yrange [%.6g:%.6g]\n"
