@@ -11,13 +11,13 @@ enum { MOST_CHANNELS = 4096 };
 static const struct {
     enum import_format format;
     const char *name;
-    enum bf_status (*read)(struct import_file *file, const char *data, size_t n, const struct import_reading *how,
-                           struct bf_error *err);
-} kinds[] = {{IMPORT_UFF, "uff", import_uff},
-             {IMPORT_MAT, "mat", import_mat},
-             {IMPORT_LVM, "lvm", import_lvm},
-             {IMPORT_WAV, "wav", import_wav},
-             {IMPORT_CSV, "csv", import_csv}};
+    import_reader *read;
+    bool outside; /* by an outside library */
+} kinds[] = {{IMPORT_UFF, "uff", import_uff, false},
+             {IMPORT_MAT, "mat", import_mat, true},
+             {IMPORT_LVM, "lvm", import_lvm, false},
+             {IMPORT_WAV, "wav", import_wav, true},
+             {IMPORT_CSV, "csv", import_csv, false}};
 enum { KINDS = sizeof kinds / sizeof *kinds };
 
 const char *import_format_name(enum import_format format)
@@ -94,7 +94,8 @@ enum bf_status import_read(const char *path, const struct import_reading *how, s
                             "if it is one, or export it as one");
     for (size_t i = 0; i < KINDS && status == BF_OK; i++)
         if (kinds[i].format == out->format)
-            status = kinds[i].read(out, data, n, how, err);
+            status = kinds[i].outside ? import_isolated(kinds[i].read, out, data, n, how, err)
+                                      : kinds[i].read(out, data, n, how, err);
     if (status == BF_OK && out->n_channels == 0)
         status = bf_fail_at(err, path, 0, "has no channel of numbers; check what was exported");
     if (status == BF_OK && out->n_channels > MOST_CHANNELS)

@@ -60,17 +60,17 @@ void import_free(struct import_file *file);
 const char *import_format_name(enum import_format format);
 enum import_format import_format_by_name(const char *name); /* IMPORT_UNKNOWN when there is none */
 
-/* Each reads data[n] (data[n] = 0 too) and adds channels; import_read() has filled in path and sha256. */
-enum bf_status import_uff(struct import_file *file, const char *data, size_t n, const struct import_reading *how,
-                          struct bf_error *err);
-enum bf_status import_mat(struct import_file *file, const char *data, size_t n, const struct import_reading *how,
-                          struct bf_error *err);
-enum bf_status import_lvm(struct import_file *file, const char *data, size_t n, const struct import_reading *how,
-                          struct bf_error *err);
-enum bf_status import_wav(struct import_file *file, const char *data, size_t n, const struct import_reading *how,
-                          struct bf_error *err);
-enum bf_status import_csv(struct import_file *file, const char *data, size_t n, const struct import_reading *how,
-                          struct bf_error *err);
+/* A reader gets data[n] (data[n] = 0 too) and adds channels; import_read() has filled in path and sha256. */
+typedef enum bf_status import_reader(struct import_file *file, const char *data, size_t n,
+                                     const struct import_reading *how, struct bf_error *err);
+import_reader import_uff, import_mat, import_lvm, import_wav, import_csv;
+
+/*
+ * Runs a reader in a child process, so that a file that breaks the reader's library is a bad file and nothing worse.
+ * Of the channels name, unit, about, n, x and dt_s come back; of the file rate and metadata.
+ */
+enum bf_status import_isolated(import_reader *reader, struct import_file *file, const char *data, size_t n,
+                               const struct import_reading *how, struct bf_error *err);
 
 /* For the readers: a new last channel, with name[name_n] made printable and unique; x (owned, malloc) may be NULL. */
 struct import_channel *import_add(struct import_file *file, const char *name, size_t name_n, double *x, size_t n);

@@ -3,6 +3,6 @@
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t n)
 {
-    fuzz_import(data, n, IMPORT_UFF);
+    fuzz_import(data, n, import_uff);
     return 0;
 }

@@ -291,7 +291,7 @@ static void any_damage_is_survived(void **state)
         d.binary = i;
         d.even = !i;
         put_dataset(b, &d);
-        survives_damage("damaged.uff", b, IMPORT_UFF);
+        survives_damage("damaged.uff", b, IMPORT_UFF, 1);
         free(b);
     }
 }
