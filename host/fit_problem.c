@@ -261,10 +261,19 @@ double fit_problem_moved(const struct fit_problem *p, const double x[])
 
 enum bf_status fit_problem_rebase(struct fit_problem *p, const double x[], struct bf_error *err)
 {
+    struct bf_error ignored;
     p->at_valid = false;
     fit_problem_to_theta(p, x, p->theta);
-    memcpy(p->base, x, p->n_unknowns * sizeof *x);
-    return predictor_rebase(p->predictor, p->theta, err);
+    enum bf_status status = predictor_rebase(p->predictor, p->theta, err);
+    if (status == BF_OK) {
+        memcpy(p->base, x, p->n_unknowns * sizeof *x);
+        p->based = true;
+    } else if (p->based) { /* a predictor without a base cannot run: go back to the last one */
+        fit_problem_to_theta(p, p->base, p->theta);
+        if (predictor_rebase(p->predictor, p->theta, &ignored) != BF_OK)
+            p->stop = true;
+    }
+    return status;
 }
 
 enum bf_status fit_problem_stage(struct fit_problem *p, double decay_ps, double floor, const double x[],

@@ -43,6 +43,7 @@ struct fit_problem {
     double decay_ps, floor; /* s and the relative floor of the weights */
     double rebase_limit;    /* largest move in x of a structural parameter before the reduced space is rebuilt */
     double *base;           /* [n_unknowns] x of the last rebase */
+    bool based;             /* there was one */
     const struct predict_channel *channels; /* of the current window */
     size_t n_rows;
     double *weight; /* [n_rows] */
@@ -70,6 +71,7 @@ void fit_problem_free(struct fit_problem *p);
 /* Begin a stage: window, weights, and the reduced space rebuilt at x. */
 enum bf_status fit_problem_stage(struct fit_problem *p, double decay_ps, double floor, const double x[],
                                  struct bf_error *err);
+/* On failure the reduced space is that of the last base again. */
 enum bf_status fit_problem_rebase(struct fit_problem *p, const double x[], struct bf_error *err);
 /* Largest move of a structural unknown since the last rebase. */
 double fit_problem_moved(const struct fit_problem *p, const double x[]);
