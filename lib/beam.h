@@ -48,13 +48,13 @@
 #endif
 
 enum {
-    BEAM_N = 10,             /* dimension of the Galerkin space */
-    BEAM_INPUTS = 2,         /* commanded inputs; the motion of the clamp is a further, inner one */
+    BEAM_N = 10,     /* dimension of the Galerkin space */
+    BEAM_INPUTS = 2, /* commanded inputs; the motion of the clamp is a further, inner one */
     BEAM_OUTPUTS = 4,
-    BEAM_USES = 8,           /* effects in one model */
-    BEAM_CHAIN = 4,          /* measurement-chain effects on one output */
-    BEAM_MEMORIES = 2,       /* Maxwell branches */
-    BEAM_MEMORY_STATES = 12, /* their ranks together */
+    BEAM_USES = 8,                                 /* effects in one model */
+    BEAM_CHAIN = 4,                                /* measurement-chain effects on one output */
+    BEAM_MEMORIES = 2,                             /* Maxwell branches */
+    BEAM_MEMORY_STATES = 12,                       /* their ranks together */
     BEAM_BLOCKS = BEAM_N + BEAM_MEMORY_STATES / 2, /* 2 × 2 blocks of the step */
     BEAM_STATES = 2 * BEAM_BLOCKS,
     BEAM_ALL_INPUTS = BEAM_INPUTS + 1,
@@ -93,7 +93,7 @@ enum beam_status {
 
 enum beam_actor { BEAM_ACTOR_NOBODY, BEAM_ACTOR_CALLER, BEAM_ACTOR_MODEL, BEAM_ACTOR_DEVICE };
 
-#define beam_status_text BEAM_NAME(status_text)
+#define beam_status_text  BEAM_NAME(status_text)
 #define beam_status_actor BEAM_NAME(status_actor)
 const char *beam_status_text(enum beam_status status); /* one English clause with the remedy; never NULL */
 enum beam_actor beam_status_actor(enum beam_status status);
@@ -184,9 +184,9 @@ struct beam_model {
 };
 
 #define beam_effect_find BEAM_NAME(effect_find)
-#define beam_shape BEAM_NAME(shape)
-#define beam_length BEAM_NAME(length)
-#define beam_assemble BEAM_NAME(assemble)
+#define beam_shape       BEAM_NAME(shape)
+#define beam_length      BEAM_NAME(length)
+#define beam_assemble    BEAM_NAME(assemble)
 #define beam_model_check BEAM_NAME(model_check)
 
 const struct beam_effect *beam_effect_find(const char *id); /* NULL when unknown */
@@ -208,16 +208,16 @@ enum beam_status beam_model_check(const struct beam_model *model);
 
 /* What an input does between its samples. Laws' forces are always taken linear between samples. */
 enum beam_hold {
-    BEAM_HOLD_FIRST_ORDER,  /* linear; no latency; a band-limited signal at f is off by about (π f/f_s)²/3 */
-    BEAM_HOLD_ZERO_ORDER,   /* held, as after a D/A converter; no latency */
-    BEAM_HOLD_BAND_LIMITED  /* Kaiser-windowed sinc over ±L samples, flat to 0.4 f_s; latency L − 1 samples */
+    BEAM_HOLD_FIRST_ORDER, /* linear; no latency; a band-limited signal at f is off by about (π f/f_s)²/3 */
+    BEAM_HOLD_ZERO_ORDER,  /* held, as after a D/A converter; no latency */
+    BEAM_HOLD_BAND_LIMITED /* Kaiser-windowed sinc over ±L samples, flat to 0.4 f_s; latency L − 1 samples */
 };
 
 struct beam_options {
-    beam_real dt_s;       /* sample interval, > 0 */
-    enum beam_hold hold;  /* 0: first order */
-    int half_width;       /* L of the band-limited hold, 4..BEAM_HALF_WIDTH; 0: 20; errors in docs/library.md */
-    int law_evaluations;  /* of all laws in one step, at most; 0: 16 (2 or 3 are usual) */
+    beam_real dt_s;      /* sample interval, > 0 */
+    enum beam_hold hold; /* 0: first order */
+    int half_width;      /* L of the band-limited hold, 4..BEAM_HALF_WIDTH; 0: 20; errors in docs/library.md */
+    int law_evaluations; /* of all laws in one step, at most; 0: 16 (2 or 3 are usual) */
 };
 
 /*
@@ -242,10 +242,11 @@ struct beam_modes {
 struct beam_work {
     struct beam_poles poles;
     struct beam_modes modes;
-    beam_real damping[BEAM_N][BEAM_N];     /* modal C */
+    beam_real damping[BEAM_N][BEAM_N]; /* modal C */
     int n_memory_states;
-    beam_real memory_rate[BEAM_MEMORY_STATES];          /* 1/τ of each internal state */
-    beam_real memory_vector[BEAM_MEMORY_STATES][BEAM_N]; /* its modal coupling, √(E/τ) times a column of the form's root */
+    beam_real memory_rate[BEAM_MEMORY_STATES]; /* 1/τ of each internal state */
+    beam_real memory_vector[BEAM_MEMORY_STATES]
+                           [BEAM_N]; /* its modal coupling, √(E/τ) times a column of the form's root */
     beam_real a[BEAM_STATES][BEAM_STATES], b[BEAM_STATES][BEAM_STATES], c[BEAM_STATES][BEAM_STATES];
 };
 
@@ -256,36 +257,36 @@ struct beam_ring {
 
 /* One measurement-chain effect on one output. */
 struct beam_link {
-    int use;           /* index into the plan's use[] */
-    int tap, n_taps;   /* a filter's taps in the pool; n_taps 0: a map or signal */
-    int wait;          /* samples that a long delay waits beyond the taps */
-    int latency;       /* samples by which the link's output is late, from the input sample */
+    int use;         /* index into the plan's use[] */
+    int tap, n_taps; /* a filter's taps in the pool; n_taps 0: a map or signal */
+    int wait;        /* samples that a long delay waits beyond the taps */
+    int latency;     /* samples by which the link's output is late, from the input sample */
     struct beam_ring ring;
 };
 
 /* The plan as two flat arrays and the effects, so that it can be sent: every member of numbers is a beam_real, ... */
 struct beam_plan_numbers {
     beam_real dt_s;
-    beam_real phi[BEAM_BLOCKS][4];                      /* Φ − 1 of each 2 × 2 block, by rows */
-    beam_real gamma[BEAM_ALL_INPUTS][BEAM_STATES];      /* state per input sample */
-    beam_real gamma_port[BEAM_PORTS][BEAM_STATES];      /* state per law force of the last step */
+    beam_real phi[BEAM_BLOCKS][4];                 /* Φ − 1 of each 2 × 2 block, by rows */
+    beam_real gamma[BEAM_ALL_INPUTS][BEAM_STATES]; /* state per input sample */
+    beam_real gamma_port[BEAM_PORTS][BEAM_STATES]; /* state per law force of the last step */
     beam_real row[BEAM_ROWS][BEAM_STATES];
-    beam_real compliance[BEAM_ROWS][BEAM_PORTS];        /* row per law force of this step: Gᵀ S⁻¹ G */
+    beam_real compliance[BEAM_ROWS][BEAM_PORTS]; /* row per law force of this step: Gᵀ S⁻¹ G */
     beam_real weight[BEAM_PORTS];
-    beam_real base_gain[BEAM_OUTPUTS];                  /* 1 for an absolute acceleration */
-    beam_real link_phi[BEAM_OUTPUTS][BEAM_CHAIN];       /* a filter's own pole, Φ − 1 */
+    beam_real base_gain[BEAM_OUTPUTS];            /* 1 for an absolute acceleration */
+    beam_real link_phi[BEAM_OUTPUTS][BEAM_CHAIN]; /* a filter's own pole, Φ − 1 */
     beam_real link_gamma[BEAM_OUTPUTS][BEAM_CHAIN];
-    beam_real taps[BEAM_TAPS];                          /* direct response, [row][input][tap], newest sample first */
+    beam_real taps[BEAM_TAPS]; /* direct response, [row][input][tap], newest sample first */
 };
 
 /* ... and every member of counts is an int. */
 struct beam_plan_counts {
     int n_blocks, n_inputs, n_outputs, n_ports, n_uses;
-    int base_use;           /* effect that moves the clamp, or −1; it is then input n_inputs */
-    int drive_input;        /* first patch_moment input, for maps; −1: none */
-    int n_taps;             /* of an input: 2L − 1 */
-    int beam_latency;       /* L − 1 */
-    int latency;            /* of every y: y belongs to the sample `latency` steps before u */
+    int base_use;     /* effect that moves the clamp, or −1; it is then input n_inputs */
+    int drive_input;  /* first patch_moment input, for maps; −1: none */
+    int n_taps;       /* of an input: 2L − 1 */
+    int beam_latency; /* L − 1 */
+    int latency;      /* of every y: y belongs to the sample `latency` steps before u */
     int law_evaluations;
     int port_use[BEAM_PORTS], port_coordinate[BEAM_PORTS];
     struct beam_ring input_ring[BEAM_ALL_INPUTS], command_ring, output_ring[BEAM_OUTPUTS];
@@ -304,11 +305,11 @@ struct beam_plan {
     struct beam_use use[BEAM_USES]; /* channels resolved */
 };
 
-#define beam_factor BEAM_NAME(factor)
+#define beam_factor     BEAM_NAME(factor)
 #define beam_find_poles BEAM_NAME(find_poles)
 #define beam_find_modes BEAM_NAME(find_modes)
 #define beam_plan_check BEAM_NAME(plan_check)
-#define beam_narrow BEAM_NAME(narrow)
+#define beam_narrow     BEAM_NAME(narrow)
 
 /* Bounded (Cholesky, Jacobi ≤ 40 sweeps); about 3 kB of stack in double. MASS, STIFFNESS. */
 enum beam_status beam_find_modes(const struct beam_model *model, struct beam_modes *out);
@@ -337,10 +338,10 @@ enum beam_status beam_narrow(struct beam_plan *plan);
 /* ---- 4. Step ---- */
 
 struct beam_state {
-    uint32_t k;                     /* steps since reset; time is k dt_s */
+    uint32_t k; /* steps since reset; time is k dt_s */
     beam_real x[BEAM_STATES];
-    beam_real force[BEAM_PORTS];    /* law forces at the last step */
-    beam_real w_old[BEAM_PORTS];    /* law coordinates at the last step */
+    beam_real force[BEAM_PORTS]; /* law forces at the last step */
+    beam_real w_old[BEAM_PORTS]; /* law coordinates at the last step */
     beam_real z[BEAM_PORTS][BEAM_LAW_STATES];
     beam_real u_old[BEAM_INPUTS][BEAM_USES]; /* what each drive saw at the last step */
     beam_real drive_z[BEAM_INPUTS][BEAM_USES][BEAM_DRIVE_STATES];
@@ -352,7 +353,7 @@ struct beam_state {
 
 #define beam_reset BEAM_NAME(reset)
 #define beam_start BEAM_NAME(start)
-#define beam_step BEAM_NAME(step)
+#define beam_step  BEAM_NAME(step)
 
 /* Rest at time 0, all inputs 0 before it. */
 void beam_reset(const struct beam_plan *plan, struct beam_state *state);
@@ -379,8 +380,8 @@ struct beam_newmark {
     beam_real S[BEAM_N][BEAM_N]; /* Cholesky factor of M + Δt/2 C + Δt²/4 K */
     int n_inputs, n_outputs, n_ports, law_evaluations;
     beam_real input[BEAM_INPUTS][BEAM_N], output[BEAM_OUTPUTS][BEAM_N], port[BEAM_PORTS][BEAM_N];
-    beam_real port_response[BEAM_PORTS][BEAM_N];           /* S⁻¹ g */
-    beam_real compliance[2 * BEAM_PORTS][BEAM_PORTS];      /* Δt²/4 GᵀS⁻¹G and Δt/2 GᵀS⁻¹G, rows interleaved */
+    beam_real port_response[BEAM_PORTS][BEAM_N];      /* S⁻¹ g */
+    beam_real compliance[2 * BEAM_PORTS][BEAM_PORTS]; /* Δt²/4 GᵀS⁻¹G and Δt/2 GᵀS⁻¹G, rows interleaved */
     beam_real weight[BEAM_PORTS];
     int port_use[BEAM_PORTS], port_coordinate[BEAM_PORTS];
     enum beam_output_kind kind[BEAM_OUTPUTS];
@@ -394,7 +395,7 @@ struct beam_newmark_state {
 };
 
 #define beam_newmark_factor BEAM_NAME(newmark_factor)
-#define beam_newmark_step BEAM_NAME(newmark_step)
+#define beam_newmark_step   BEAM_NAME(newmark_step)
 
 /* Zero a state to start from rest, or set y, v, a. MASS when S is not positive definite; NEWMARK, INTERVAL, ARGUMENT. */
 enum beam_status beam_newmark_factor(const struct beam_model *model, beam_real dt_s, struct beam_newmark *out);

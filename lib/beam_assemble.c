@@ -40,8 +40,8 @@ const struct beam_effect *beam_effect_find(const char *id)
 
 static enum beam_status check_parameters(const struct beam_parameters *p)
 {
-    const beam_real all[9] = {p->EI_beam_Nm2,   p->EI_patch_Nm2,   p->rho_beam_kgpm, p->rho_patch_kgpm, p->cDI_beam_sNm2,
-                              p->cDI_patch_sNm2, p->gamma_sNpm2, p->Ks_V,        p->KB_NmpV};
+    const beam_real all[9] = {p->EI_beam_Nm2,    p->EI_patch_Nm2, p->rho_beam_kgpm, p->rho_patch_kgpm, p->cDI_beam_sNm2,
+                              p->cDI_patch_sNm2, p->gamma_sNpm2,  p->Ks_V,          p->KB_NmpV};
     for (int i = 0; i < 9; i++)
         if (!beam_finite(all[i]))
             return BEAM_ERROR_NOT_FINITE;
@@ -101,10 +101,8 @@ static enum beam_status add_channels(const struct beam_description *d, struct be
 static void region_weights(const struct beam_parameters *p, enum beam_weight weight, beam_real out[BEAM_REGIONS])
 {
     const beam_real value[][BEAM_REGIONS] = {
-        [BEAM_WEIGHT_ONE] = {BEAM_K(1.0), BEAM_K(1.0)},
-        [BEAM_WEIGHT_RHO] = {p->rho_beam_kgpm, p->rho_patch_kgpm},
-        [BEAM_WEIGHT_EI] = {p->EI_beam_Nm2, p->EI_patch_Nm2},
-        [BEAM_WEIGHT_CDI] = {p->cDI_beam_sNm2, p->cDI_patch_sNm2},
+        [BEAM_WEIGHT_ONE] = {BEAM_K(1.0), BEAM_K(1.0)},       [BEAM_WEIGHT_RHO] = {p->rho_beam_kgpm, p->rho_patch_kgpm},
+        [BEAM_WEIGHT_EI] = {p->EI_beam_Nm2, p->EI_patch_Nm2}, [BEAM_WEIGHT_CDI] = {p->cDI_beam_sNm2, p->cDI_patch_sNm2},
         [BEAM_WEIGHT_PATCH] = {BEAM_K(0.0), BEAM_K(1.0)},
     };
     for (int r = 0; r < BEAM_REGIONS; r++)

@@ -103,8 +103,7 @@ static enum beam_status make_chain(const struct beam_kernel *kernel, int o, int 
             struct beam_filter_output filter = {.value = {.b1 = BEAM_K(0.0)}};
             if (effect->filter(use->p, &filter) != 0)
                 return BEAM_ERROR_EFFECT_RANGE;
-            const enum beam_status status =
-                make_filter(&filter.value, kernel, o, c, taps_used, history_used, plan);
+            const enum beam_status status = make_filter(&filter.value, kernel, o, c, taps_used, history_used, plan);
             if (status != BEAM_OK)
                 return status;
         }
@@ -136,8 +135,8 @@ enum beam_status beam_plan_chains(const struct beam_model *model, const struct b
     return status;
 }
 
-beam_real beam_ring_filter(const struct beam_ring *ring, const beam_real history[BEAM_HISTORY], int at, int first, int n,
-                           const beam_real taps[])
+beam_real beam_ring_filter(const struct beam_ring *ring, const beam_real history[BEAM_HISTORY], int at, int first,
+                           int n, const beam_real taps[])
 {
     const beam_real *samples = history + ring->offset;
     beam_real sum = BEAM_K(0.0);
@@ -158,11 +157,11 @@ static enum beam_status step_link(const struct beam_plan *plan, struct beam_stat
     if (link->n_taps > 0) {
         int *at = &state->link_at[o][c];
         beam_ring_push(&link->ring, state->history, at, *value);
-        state->link_x[o][c] += plan->x.link_phi[o][c] * state->link_x[o][c] +
-                               plan->x.link_gamma[o][c] *
-                                   beam_ring_get(&link->ring, state->history, *at, link->wait + link->n_taps);
-        *value = state->link_x[o][c] + beam_ring_filter(&link->ring, state->history, *at, link->wait, link->n_taps,
-                                                        &plan->x.taps[link->tap]);
+        state->link_x[o][c] +=
+            plan->x.link_phi[o][c] * state->link_x[o][c] +
+            plan->x.link_gamma[o][c] * beam_ring_get(&link->ring, state->history, *at, link->wait + link->n_taps);
+        *value = state->link_x[o][c] +
+                 beam_ring_filter(&link->ring, state->history, *at, link->wait, link->n_taps, &plan->x.taps[link->tap]);
     }
     if (use->effect->map) {
         const beam_real command =

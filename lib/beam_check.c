@@ -86,9 +86,9 @@ enum beam_status beam_model_check(const struct beam_model *model)
 static int block_is_stable(const beam_real psi[4])
 {
     const beam_real rounding = BEAM_K(8.0) * BEAM_EPSILON;
-    const beam_real trace_off = psi[0] + psi[3];                              /* trace − 2 */
+    const beam_real trace_off = psi[0] + psi[3]; /* trace − 2 */
     const beam_real product = psi[0] * psi[3] - psi[1] * psi[2];
-    const beam_real det_off = trace_off + product;                            /* det − 1 */
+    const beam_real det_off = trace_off + product; /* det − 1 */
     if (beam_less(rounding, det_off) || beam_less(det_off, BEAM_K(-2.0) - rounding))
         return 0;
     return !beam_less(product, -rounding) && !beam_less(BEAM_K(4.0) + BEAM_K(2.0) * trace_off + product, -rounding);

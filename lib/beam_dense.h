@@ -13,14 +13,14 @@
 
 typedef beam_real beam_matrix[BEAM_STATES][BEAM_STATES];
 
-#define beam_cholesky BEAM_NAME(cholesky)
-#define beam_cholesky_solve BEAM_NAME(cholesky_solve)
-#define beam_lower_solve BEAM_NAME(lower_solve)
+#define beam_cholesky               BEAM_NAME(cholesky)
+#define beam_cholesky_solve         BEAM_NAME(cholesky_solve)
+#define beam_lower_solve            BEAM_NAME(lower_solve)
 #define beam_lower_transposed_solve BEAM_NAME(lower_transposed_solve)
-#define beam_symmetric_eigen BEAM_NAME(symmetric_eigen)
-#define beam_eigenvalues BEAM_NAME(eigenvalues)
-#define beam_complex_solve BEAM_NAME(complex_solve)
-#define beam_real_solve BEAM_NAME(real_solve)
+#define beam_symmetric_eigen        BEAM_NAME(symmetric_eigen)
+#define beam_eigenvalues            BEAM_NAME(eigenvalues)
+#define beam_complex_solve          BEAM_NAME(complex_solve)
+#define beam_real_solve             BEAM_NAME(real_solve)
 
 /* A = LLᵀ in place (lower triangle). 0, or −1 when a pivot is ≤ n ε times its diagonal: not positive definite. */
 int beam_cholesky(int n, int stride, beam_real *a);

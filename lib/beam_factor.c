@@ -122,8 +122,10 @@ struct row {
 
 static struct row row_of(const struct beam_model *model, int r)
 {
-    static const int orders[] = {[BEAM_OUTPUT_DISPLACEMENT] = 0, [BEAM_OUTPUT_VELOCITY] = 1,
-                                 [BEAM_OUTPUT_ACCELERATION] = 2, [BEAM_OUTPUT_PATCH_STRAIN] = 0};
+    static const int orders[] = {[BEAM_OUTPUT_DISPLACEMENT] = 0,
+                                 [BEAM_OUTPUT_VELOCITY] = 1,
+                                 [BEAM_OUTPUT_ACCELERATION] = 2,
+                                 [BEAM_OUTPUT_PATCH_STRAIN] = 0};
     if (r < model->n_outputs)
         return (struct row){model->output[r].vector, orders[model->output[r].kind]};
     return (struct row){model->port[(r - model->n_outputs) / 2].vector, (r - model->n_outputs) % 2};
@@ -160,8 +162,8 @@ static void add_pole(const struct beam_model *model, const struct pole_step *pol
         for (int p = 0; p < model->n_ports; p++) {
             const beam_real b_re = dot(pole->shape_re, model->port[p].vector);
             const beam_real b_im = dot(pole->shape_im, model->port[p].vector);
-            plan->x.compliance[r][p] += (w_re * b_re + w_im * b_im) * pole->port_re[0] +
-                                        (w_im * b_re - w_re * b_im) * pole->port_im[0];
+            plan->x.compliance[r][p] +=
+                (w_re * b_re + w_im * b_im) * pole->port_re[0] + (w_im * b_re - w_re * b_im) * pole->port_im[0];
         }
     }
 }

@@ -47,7 +47,8 @@ beam_real beam_kernel_at(const struct beam_kernel *kernel, int piece, beam_real 
         return piece < 0 ? BEAM_K(0.0) : BEAM_K(1.0);
     const beam_real x = (beam_real)piece + r, share = x / (beam_real)l;
     const beam_real rest = BEAM_K(1.0) - share * share;
-    const beam_real window = beam_less(BEAM_K(0.0), rest) ? bessel(kernel->shape * beam_sqrt(rest)) / kernel->peak : BEAM_K(0.0);
+    const beam_real window =
+        beam_less(BEAM_K(0.0), rest) ? bessel(kernel->shape * beam_sqrt(rest)) / kernel->peak : BEAM_K(0.0);
     if (beam_less(beam_fabs(x), BEAM_K(1e-4)))
         return window;
     const beam_real nearest = beam_less(BEAM_K(0.5), r) ? BEAM_K(1.0) - r : r; /* exactly 0 at integers */
@@ -88,8 +89,8 @@ void beam_phi(int n, beam_real z_re, beam_real z_im, beam_real out_re[], beam_re
 /* Weights of ∫ p(r) e^{z(1−r)} dr over r in [0, 1] for the polynomial p through n equidistant nodes. */
 struct piece_rule {
     int nodes, pieces;
-    beam_real width;                   /* of one piece, samples */
-    beam_real decay_re, decay_im;      /* e^{z width} */
+    beam_real width;              /* of one piece, samples */
+    beam_real decay_re, decay_im; /* e^{z width} */
     beam_real re[NODES], im[NODES];
 };
 
@@ -135,8 +136,7 @@ static void advance(const struct beam_kernel *kernel, const struct piece_rule *r
         const beam_real re = *x_re * rule->decay_re - *x_im * rule->decay_im;
         beam_real sum_re = re, sum_im = *x_re * rule->decay_im + *x_im * rule->decay_re;
         for (int i = 0; i < rule->nodes; i++) {
-            const beam_real r =
-                from + rule->width * ((beam_real)p + (beam_real)i / (beam_real)(rule->nodes - 1));
+            const beam_real r = from + rule->width * ((beam_real)p + (beam_real)i / (beam_real)(rule->nodes - 1));
             const beam_real value = rule->width * beam_kernel_at(kernel, piece, r);
             sum_re += value * rule->re[i];
             sum_im += value * rule->im[i];

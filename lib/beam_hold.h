@@ -17,10 +17,10 @@ struct beam_kernel {
     beam_real shape, peak; /* Kaiser's β and I₀(β) */
 };
 
-#define beam_kernel_make BEAM_NAME(kernel_make)
-#define beam_kernel_at BEAM_NAME(kernel_at)
+#define beam_kernel_make     BEAM_NAME(kernel_make)
+#define beam_kernel_at       BEAM_NAME(kernel_at)
 #define beam_kernel_response BEAM_NAME(kernel_response)
-#define beam_phi BEAM_NAME(phi)
+#define beam_phi             BEAM_NAME(phi)
 
 /* ARGUMENT when half_width is outside 4..BEAM_HALF_WIDTH (band limited; 0 means 20). */
 enum beam_status beam_kernel_make(enum beam_hold hold, int half_width, struct beam_kernel *out);

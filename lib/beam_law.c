@@ -2,11 +2,13 @@
 /* The few implicit equations of the laws in one step. */
 #include "beam_plan.h"
 
-/* Error of a solved force (Newton's next correction), relative to the largest force or to the coordinates it moves. */
+/* Error of a solved force (Newton's next correction), relative to the largest force or to the coordinates it moves; and N of no account. */
 #ifdef BEAM_FLOAT
 #define TOLERANCE BEAM_K(2e-6)
+#define NOTHING   BEAM_K(1e-30)
 #else
 #define TOLERANCE BEAM_K(1e-9)
+#define NOTHING   BEAM_K(1e-290)
 #endif
 
 /* Residual, Jacobian and new internal states at forces g. */
@@ -14,7 +16,7 @@ struct evaluation {
     beam_real residual[BEAM_PORTS];
     beam_real jacobian[BEAM_PORTS][BEAM_PORTS];
     beam_real w[BEAM_PORTS], z[BEAM_PORTS][BEAM_LAW_STATES];
-    beam_real size; /* Σ residual² */
+    beam_real size; /* of the largest residual */
 };
 
 static beam_real coordinate(const struct beam_law_system *system, const beam_real free[], const beam_real force[],
@@ -75,7 +77,8 @@ static enum beam_status evaluate(const struct beam_law_system *system, const bea
     }
     e->size = BEAM_K(0.0);
     for (int p = 0; p < system->n_ports; p++)
-        e->size += e->residual[p] * e->residual[p];
+        if (beam_less(e->size, beam_fabs(e->residual[p])))
+            e->size = beam_fabs(e->residual[p]);
     return BEAM_OK;
 }
 
@@ -90,7 +93,7 @@ static int converged(const struct beam_law_system *system, const beam_real free[
         if (beam_less(largest, beam_fabs(correction[p])))
             largest = beam_fabs(correction[p]);
     }
-    if (!beam_less(TOLERANCE * largest_force, largest))
+    if (!beam_less(TOLERANCE * largest_force + NOTHING, largest))
         return 1;
     for (int row = 0; row < 2 * system->n_ports; row++) {
         beam_real error = BEAM_K(0.0), size = beam_fabs(free[row]);
@@ -144,6 +147,8 @@ static enum beam_status solve_one(struct search *s, beam_real force[BEAM_PORTS],
         const beam_real at = tried[0], residual = last->residual[0], slope = last->jacobian[0][0];
         const beam_real move = beam_less(zero, slope) ? -residual / slope : -residual;
         *done = better && converged(s->system, s->free, force, &move);
+        if (*done)
+            force[0] += move; /* known, so taken */
         if (*done || count >= s->system->evaluations)
             break;
         if (beam_less(residual, zero)) {
@@ -179,10 +184,12 @@ static enum beam_status solve_many(struct search *s, beam_real force[BEAM_PORTS]
         if (better && beam_real_solve(n, s->best->jacobian, move) != 0)
             break;
         *done = converged(s->system, s->free, force, move);
-        if (*done || count >= s->system->evaluations)
-            break;
         for (int p = 0; p < n; p++)
             tried[p] = force[p] + move[p];
+        for (int p = 0; p < n && *done && better; p++)
+            force[p] = tried[p]; /* known, so taken */
+        if (*done || count >= s->system->evaluations)
+            break;
         status = try_forces(s, tried, force, &better);
     }
     return status;

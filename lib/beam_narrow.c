@@ -39,8 +39,8 @@ static void narrow_block(beam_real psi[4], beam_real *u, beam_real *v)
     for (int i = 0; i < 4096; i++) {
         const beam_real b = narrow(middle * (BEAM_K(1.0) + BEAM_K(1.2e-7) * (beam_real)i));
         const beam_real c = narrow(wanted / b);
-        const beam_real error = beam_fabs(b * c - wanted);
-        if (beam_less(best, BEAM_K(0.0)) || beam_less(error, best)) {
+        const beam_real error = b * c - wanted; /* > 0: the block loses a little; it must never gain */
+        if (!beam_less(error, BEAM_K(0.0)) && (beam_less(best, BEAM_K(0.0)) || beam_less(error, best))) {
             best = error;
             psi[1] = b;
             psi[2] = c;
@@ -78,11 +78,9 @@ enum beam_status beam_narrow(struct beam_plan *plan)
         return status;
     for (int block = 0; block < plan->n.n_blocks; block++) {
         beam_real *psi = plan->x.phi[block], u, v;
-        const int rotation = beam_less(BEAM_K(0.0), beam_fabs(psi[2])) &&
-                             !beam_less(beam_fabs(psi[0]), beam_fabs(psi[3])) &&
-                             !beam_less(beam_fabs(psi[3]), beam_fabs(psi[0]));
-        if (!rotation)
-            continue;
+        const beam_real skew = beam_fabs(psi[0] - psi[3]) + beam_fabs(psi[1] + psi[2]);
+        if (!beam_less(BEAM_K(0.0), beam_fabs(psi[2])) || beam_less(BEAM_K(0.0), skew))
+            continue; /* real poles, or narrowed before */
         narrow_block(psi, &u, &v);
         for (int i = 0; i < BEAM_ALL_INPUTS; i++)
             transform_column(&plan->x.gamma[i][2 * block], u, v);

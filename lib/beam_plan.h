@@ -6,12 +6,11 @@
 #include "beam_hold.h"
 
 #define beam_plan_reserve BEAM_NAME(plan_reserve)
-#define beam_plan_chains BEAM_NAME(plan_chains)
-#define beam_chain_step BEAM_NAME(chain_step)
+#define beam_plan_chains  BEAM_NAME(plan_chains)
+#define beam_chain_step   BEAM_NAME(chain_step)
 
-
-#define beam_ring_filter BEAM_NAME(ring_filter)
-#define beam_laws_solve BEAM_NAME(laws_solve)
+#define beam_ring_filter  BEAM_NAME(ring_filter)
+#define beam_laws_solve   BEAM_NAME(laws_solve)
 #define beam_use_channels BEAM_NAME(use_channels)
 
 /* Channels of an effect: its own mask, or the default channels of its kind in this model. */
@@ -42,16 +41,16 @@ static inline beam_real beam_ring_get(const struct beam_ring *ring, const beam_r
 }
 
 /* Σ taps[i] · (sample of age first + i), i < n; first + n ≤ length. */
-beam_real beam_ring_filter(const struct beam_ring *ring, const beam_real history[BEAM_HISTORY], int at, int first, int n,
-                           const beam_real taps[]);
+beam_real beam_ring_filter(const struct beam_ring *ring, const beam_real history[BEAM_HISTORY], int at, int first,
+                           int n, const beam_real taps[]);
 
 /* Laws of one step, whichever integrator asks. */
 struct beam_law_system {
     int n_ports, evaluations;
     const struct beam_use *use;
-    const int *port_use, *port_coordinate;        /* [n_ports] */
-    const beam_real *weight;                      /* [n_ports] */
-    const beam_real (*compliance)[BEAM_PORTS];    /* [2 n_ports]: row 2p of w_p, 2p + 1 of v_p, per port force */
+    const int *port_use, *port_coordinate;     /* [n_ports] */
+    const beam_real *weight;                   /* [n_ports] */
+    const beam_real (*compliance)[BEAM_PORTS]; /* [2 n_ports]: row 2p of w_p, 2p + 1 of v_p, per port force */
     beam_real t_s, dt_s;
 };
 

@@ -8,16 +8,16 @@
 
 /* REAL_AXIS: |im p|/|p| below which a start value counts as real; coinciding memory poles scatter that far. */
 #ifdef BEAM_FLOAT
-#define MOVED BEAM_K(0.05)    /* relative move of a pole by polishing that means another pole was found */
-#define COMPLETE BEAM_K(0.02) /* error of Σ residues */
-#define RANK BEAM_K(1e-5)
-#define GROWTH BEAM_K(1e-4)    /* rounding of a start value, in units of the highest frequency */
+#define MOVED     BEAM_K(0.05) /* relative move of a pole by polishing that means another pole was found */
+#define COMPLETE  BEAM_K(0.02) /* error of Σ residues */
+#define RANK      BEAM_K(1e-5)
+#define GROWTH    BEAM_K(1e-4) /* rounding of a start value, in units of the highest frequency */
 #define REAL_AXIS BEAM_K(0.02)
 #else
-#define MOVED BEAM_K(1e-4)
-#define COMPLETE BEAM_K(1e-5)
-#define RANK BEAM_K(1e-11)
-#define GROWTH BEAM_K(1e-10)
+#define MOVED     BEAM_K(1e-4)
+#define COMPLETE  BEAM_K(1e-5)
+#define RANK      BEAM_K(1e-11)
+#define GROWTH    BEAM_K(1e-10)
 #define REAL_AXIS BEAM_K(1e-9)
 #endif
 
@@ -170,7 +170,8 @@ static struct complex_number slope_form(const struct beam_work *work, struct com
 }
 
 /* One inverse iteration and Rayleigh correction; returns |Δp|. */
-static beam_real rayleigh_step(const struct beam_work *work, struct complex_number *p, struct complex_number phi[BEAM_N])
+static beam_real rayleigh_step(const struct beam_work *work, struct complex_number *p,
+                               struct complex_number phi[BEAM_N])
 {
     beam_real q_re[BEAM_N][BEAM_N], q_im[BEAM_N][BEAM_N], x_re[BEAM_N], x_im[BEAM_N], largest = BEAM_K(0.0);
     int at = 0;
@@ -220,7 +221,8 @@ static int polish(const struct beam_work *work, struct complex_number *p, struct
             break;
     }
     const beam_real moved = magnitude((struct complex_number){p->re - start.re, p->im - start.im});
-    if (steps > 1 && !beam_less(moved, MOVED * size + BEAM_EPSILON * BEAM_K(100.0) * work->modes.omega_radps[BEAM_N - 1]))
+    if (steps > 1 &&
+        !beam_less(moved, MOVED * size + BEAM_EPSILON * BEAM_K(100.0) * work->modes.omega_radps[BEAM_N - 1]))
         return 0;
     struct complex_number form = slope_form(work, *p, phi);
     const int sign = beam_less(form.re, BEAM_K(0.0)) && !beam_less(BEAM_K(0.0), beam_fabs(start.im)) ? -1 : 1;
@@ -309,7 +311,8 @@ static enum beam_status finish(struct beam_work *work)
     const int n = poles->n_complex + poles->n_real;
     for (int k = 0; k < n; k++) {
         const beam_real size = beam_sqrt(poles->re[k] * poles->re[k] + poles->im[k] * poles->im[k]);
-        const beam_real rounding = BEAM_EPSILON * (BEAM_K(100.0) * size + BEAM_K(10.0) * work->modes.omega_radps[BEAM_N - 1]);
+        const beam_real rounding =
+            BEAM_EPSILON * (BEAM_K(100.0) * size + BEAM_K(10.0) * work->modes.omega_radps[BEAM_N - 1]);
         if (beam_less(rounding, poles->re[k]))
             return BEAM_ERROR_UNSTABLE;
         if (beam_less(BEAM_K(0.0), poles->re[k]))
@@ -335,8 +338,8 @@ static void sort_starts(int n, beam_real re[], beam_real im[])
 {
     for (int i = 1; i < n; i++)
         for (int j = i; j > 0; j--) {
-            const int later = beam_less(im[j], im[j - 1]) ||
-                              (!beam_less(im[j - 1], im[j]) && beam_less(re[j], re[j - 1]));
+            const int later =
+                beam_less(im[j], im[j - 1]) || (!beam_less(im[j - 1], im[j]) && beam_less(re[j], re[j - 1]));
             if (!later)
                 break;
             const beam_real r = re[j], s = im[j];

@@ -39,7 +39,8 @@ enum beam_status beam_shape(enum beam_basis basis, beam_real x_m, int derivative
         return BEAM_ERROR_PLACE;
     const beam_real *t = beam_tables[basis].knots;
     splines(t, BEAM_DEGREE - derivative, x_m, b);
-    for (int d = BEAM_DEGREE - derivative + 1; d <= BEAM_DEGREE; d++) /* Bᵢ' = d (Bᵢ/(tᵢ₊d − tᵢ) − Bᵢ₊₁/(tᵢ₊d₊₁ − tᵢ₊₁)) */
+    for (int d = BEAM_DEGREE - derivative + 1; d <= BEAM_DEGREE;
+         d++) /* Bᵢ' = d (Bᵢ/(tᵢ₊d − tᵢ) − Bᵢ₊₁/(tᵢ₊d₊₁ − tᵢ₊₁)) */
         for (int i = 0; i < BEAM_KNOTS - d - 1; i++) {
             const beam_real left_width = t[i + d] - t[i], right_width = t[i + d + 1] - t[i + 1];
             beam_real value = BEAM_K(0.0);

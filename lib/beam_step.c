@@ -134,8 +134,8 @@ static beam_real predict_row(const struct beam_plan *plan, const struct beam_sta
         return value;
     }
     for (int i = 0; i < inputs; i++)
-        value += beam_ring_filter(&n->input_ring[i], state->history, state->input_at[i], 0, n->n_taps,
-                                  taps + i * n->n_taps);
+        value +=
+            beam_ring_filter(&n->input_ring[i], state->history, state->input_at[i], 0, n->n_taps, taps + i * n->n_taps);
     return value;
 }
 
@@ -222,10 +222,10 @@ enum beam_status beam_step(const struct beam_plan *plan, struct beam_state *stat
         law_status = apply_laws(plan, state, now, inputs, row);
     if (n->base_use >= 0)
         for (int o = 0; o < n->n_outputs; o++)
-            row[o] += plan->x.base_gain[o] *
-                      (n->n_taps == 1 ? now[n->n_inputs]
-                                      : beam_ring_get(&n->input_ring[n->n_inputs], state->history,
-                                                      state->input_at[n->n_inputs], n->beam_latency));
+            row[o] +=
+                plan->x.base_gain[o] * (n->n_taps == 1 ? now[n->n_inputs]
+                                                       : beam_ring_get(&n->input_ring[n->n_inputs], state->history,
+                                                                       state->input_at[n->n_inputs], n->beam_latency));
     chain_status = beam_chain_step(plan, state, n->drive_input >= 0 ? u[n->drive_input] : BEAM_K(0.0), row, y);
     state->k++;
     for (int o = 0; o < n->n_outputs; o++)

@@ -30,7 +30,7 @@ struct beam_span {
     int span_region[BEAM_SPAN_POINTS];
 };
 
-#define beam_tables BEAM_NAME(tables)
+#define beam_tables         BEAM_NAME(tables)
 #define beam_geometry_table BEAM_NAME(geometry_table)
 extern const struct beam_table beam_tables[2]; /* by enum beam_basis */
 extern const struct beam_span beam_geometry_table;

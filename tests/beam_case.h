@@ -61,6 +61,14 @@ double case_random(unsigned *seed);
 int shadow_run(const int counts[], const double numbers[], const char *const ids[], const unsigned channels[],
                const double parameters[], int n_uses, int n, const double *u, double *y);
 
+/* The same in pieces: load a plan without effects and reset, then go on from where the last call stopped. */
+int shadow_load(const int counts[], const double numbers[]);
+int shadow_continue(int n, const double *u, double *y);
+
+/* n steps under case_hit() on input 0; the last `tail` values of output 0. */
+int shadow_hit_tail(const int counts[], const double numbers[], int n, int tail, double dt_s, double t0_s,
+                    double band_Hz, double *y);
+
 /* beam_factor() and run in float from the paper's parameters scaled by `damping` in cDI and γ. */
 int shadow_factor_run(int basis, int hold, double dt_s, double damping, int n, const double *u, double *y);
 

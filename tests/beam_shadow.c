@@ -2,23 +2,44 @@
 /* The float library behind functions that name no number type of the library: see beam_case.h. */
 #include "beam.h"
 
+int shadow_load(const int counts[], const double numbers[]);
+int shadow_continue(int n, const double *u, double *y);
 int shadow_run(const int counts[], const double numbers[], const char *const ids[], const unsigned channels[],
                const double parameters[], int n_uses, int n, const double *u, double *y);
+int shadow_hit_tail(const int counts[], const double numbers[], int n, int tail, double dt_s, double t0_s,
+                    double band_Hz, double *y);
 int shadow_factor_run(int basis, int hold, double dt_s, double damping, int n, const double *u, double *y);
 int shadow_poles(int basis, double memory_share, double relaxation_s, double frequency_Hz[BEAM_N], int *n_real);
+double case_hit(double t_s, double t0_s, double band_Hz);
 
-static int run(const struct beam_plan *plan, int n, const double *u, double *y)
+static struct beam_plan loaded;
+static struct beam_state state;
+
+static void copy_plan(const int counts[], const double numbers[])
 {
-    static struct beam_state state;
+    for (int i = 0; i < BEAM_PLAN_COUNTS; i++)
+        ((int *)&loaded.n)[i] = counts[i];
+    for (int i = 0; i < BEAM_PLAN_NUMBERS; i++)
+        ((float *)&loaded.x)[i] = (float)numbers[i];
+}
+
+int shadow_load(const int counts[], const double numbers[])
+{
+    copy_plan(counts, numbers);
+    beam_reset(&loaded, &state);
+    return beam_plan_check(&loaded);
+}
+
+int shadow_continue(int n, const double *u, double *y)
+{
     float in[BEAM_INPUTS], out[BEAM_OUTPUTS];
-    beam_reset(plan, &state);
     for (int k = 0; k < n; k++) {
-        for (int i = 0; i < plan->n.n_inputs; i++)
+        for (int i = 0; i < loaded.n.n_inputs; i++)
             in[i] = (float)u[i * n + k];
-        const int status = beam_step(plan, &state, in, out);
+        const int status = beam_step(&loaded, &state, in, out);
         if (status != BEAM_OK)
             return status;
-        for (int o = 0; o < plan->n.n_outputs; o++)
+        for (int o = 0; o < loaded.n.n_outputs; o++)
             y[o * n + k] = (double)out[o];
     }
     return BEAM_OK;
@@ -27,19 +48,30 @@ static int run(const struct beam_plan *plan, int n, const double *u, double *y)
 int shadow_run(const int counts[], const double numbers[], const char *const ids[], const unsigned channels[],
                const double parameters[], int n_uses, int n, const double *u, double *y)
 {
-    static struct beam_plan plan;
-    for (int i = 0; i < BEAM_PLAN_COUNTS; i++)
-        ((int *)&plan.n)[i] = counts[i];
-    for (int i = 0; i < BEAM_PLAN_NUMBERS; i++)
-        ((float *)&plan.x)[i] = (float)numbers[i];
+    copy_plan(counts, numbers);
     for (int e = 0; e < n_uses; e++) {
-        plan.use[e].effect = beam_effect_find(ids[e]);
-        plan.use[e].channels = channels[e];
+        loaded.use[e].effect = beam_effect_find(ids[e]);
+        loaded.use[e].channels = channels[e];
         for (int i = 0; i < BEAM_EFFECT_PARAMETERS; i++)
-            plan.use[e].p[i] = (float)parameters[e * BEAM_EFFECT_PARAMETERS + i];
+            loaded.use[e].p[i] = (float)parameters[e * BEAM_EFFECT_PARAMETERS + i];
     }
-    const int status = beam_plan_check(&plan);
-    return status != BEAM_OK ? status : run(&plan, n, u, y);
+    beam_reset(&loaded, &state);
+    const int status = beam_plan_check(&loaded);
+    return status != BEAM_OK ? status : shadow_continue(n, u, y);
+}
+
+int shadow_hit_tail(const int counts[], const double numbers[], int n, int tail, double dt_s, double t0_s,
+                    double band_Hz, double *y)
+{
+    int status = shadow_load(counts, numbers);
+    for (int k = 0; k < n && status == BEAM_OK; k++) {
+        const float in[BEAM_INPUTS] = {(float)case_hit(k * dt_s, t0_s, band_Hz)};
+        float out[BEAM_OUTPUTS];
+        status = beam_step(&loaded, &state, in, out);
+        if (k >= n - tail)
+            y[k - n + tail] = (double)out[0];
+    }
+    return status;
 }
 
 static void describe(int basis, double damping, struct beam_description *d)
@@ -70,15 +102,15 @@ int shadow_factor_run(int basis, int hold, double dt_s, double damping, int n, c
     static struct beam_description description;
     static struct beam_model model;
     static struct beam_work work;
-    static struct beam_plan plan;
     const struct beam_options options = {.dt_s = (float)dt_s, .hold = (enum beam_hold)hold};
     describe(basis, damping, &description);
     int status = beam_assemble(&description, &model);
     if (status == BEAM_OK)
-        status = beam_factor(&model, &options, &work, &plan);
+        status = beam_factor(&model, &options, &work, &loaded);
     if (status == BEAM_OK)
-        status = beam_plan_check(&plan);
-    return status != BEAM_OK ? status : run(&plan, n, u, y);
+        status = beam_plan_check(&loaded);
+    beam_reset(&loaded, &state);
+    return status != BEAM_OK ? status : shadow_continue(n, u, y);
 }
 
 int shadow_poles(int basis, double memory_share, double relaxation_s, double frequency_Hz[BEAM_N], int *n_real)

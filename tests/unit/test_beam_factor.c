@@ -139,7 +139,8 @@ static void a_relaxed_memory_is_where_a_long_hold_leaves_it(void **state)
             b_im += p->shape_im[k][i] * c.model.input[1].vector[i];
         }
         const double size = p->re[k] * p->re[k] + p->im[k] * p->im[k];
-        const double g_re = (b_re * p->re[k] + b_im * p->im[k]) / size, g_im = (b_im * p->re[k] - b_re * p->im[k]) / size;
+        const double g_re = (b_re * p->re[k] + b_im * p->im[k]) / size,
+                     g_im = (b_im * p->re[k] - b_re * p->im[k]) / size;
         for (int i = 0; i < BEAM_N; i++)
             y0[i] -= (k < p->n_complex ? 2.0 : p->sign[k]) * (p->shape_re[k][i] * g_re - p->shape_im[k][i] * g_im);
     }
@@ -189,8 +190,8 @@ static double hold_error(double band_Hz, enum beam_hold hold, int half_width, in
     case_run(&c, n, u, y);
     const int late = c.plan.n.latency;
     for (int o = 0; o < OUT; o++)
-        worst = fmax(worst, case_rms_difference(n - late, y + o * n + late, expected + o * n) /
-                                case_rms(n, expected + o * n));
+        worst = fmax(worst,
+                     case_rms_difference(n - late, y + o * n + late, expected + o * n) / case_rms(n, expected + o * n));
     free(u);
     free(y);
     return worst;

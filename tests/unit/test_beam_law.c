@@ -121,7 +121,10 @@ static int liar(const double p[], const struct beam_law_input *in, struct beam_l
     return 0;
 }
 
-#define EFFECT(place, function) {.id = #function, .n_parameters = 0, .law_place = place, .law = function}
+#define EFFECT(place, function)                                                                                        \
+    {                                                                                                                  \
+        .id = #function, .n_parameters = 0, .law_place = place, .law = function                                        \
+    }
 static const struct beam_effect cubic_tip = EFFECT(at_the_tip, cubic), friction_patch = EFFECT(at_the_patch, friction),
                                 stop_tip = EFFECT(at_the_tip, stop), jenkins_patch = EFFECT(at_the_patch, jenkins),
                                 drag_span = EFFECT(over_the_span, drag), broken = EFFECT(at_the_tip, out_of_range),
@@ -191,7 +194,8 @@ static double excitation(double t_s, double newton)
 /* Tip deflection at k/rate_Hz, by RK4 with `fold` steps in between. */
 static void integrate(int n, double rate_Hz, int fold, double newton, double *tip)
 {
-    long double x[CASE_STATES] = {0}, k1[CASE_STATES], k2[CASE_STATES], k3[CASE_STATES], k4[CASE_STATES], at[CASE_STATES];
+    long double x[CASE_STATES] = {0}, k1[CASE_STATES], k2[CASE_STATES], k3[CASE_STATES], k4[CASE_STATES],
+                at[CASE_STATES];
     const double h = 1.0 / rate_Hz / fold;
     double f[BEAM_PORTS];
     make_reference();
@@ -238,7 +242,8 @@ struct convergence {
     double error[3]; /* at 4, 8, 16 steps a sample */
 };
 
-static struct convergence converge(const struct beam_effect *effect, double p0, double p1, double newton, double seconds)
+static struct convergence converge(const struct beam_effect *effect, double p0, double p1, double newton,
+                                   double seconds)
 {
     const double rate_Hz = 1024.0;
     const int n = (int)(seconds * rate_Hz);
@@ -256,8 +261,8 @@ static struct convergence converge(const struct beam_effect *effect, double p0, 
         step_through(n, rate_Hz, 4 << pass, newton, tip);
         result.error[pass] = case_rms_difference(n, tip, expected) / case_rms(n, expected);
     }
-    print_message("%s: changes the motion by %.2g of rms; error at 4, 8, 16 steps a sample %.2g %.2g %.2g\n", effect->id,
-                  result.linear, result.error[0], result.error[1], result.error[2]);
+    print_message("%s: changes the motion by %.2g of rms; error at 4, 8, 16 steps a sample %.2g %.2g %.2g\n",
+                  effect->id, result.linear, result.error[0], result.error[1], result.error[2]);
     free(expected);
     free(tip);
     return result;
