@@ -38,68 +38,6 @@ double output_gain(const struct run *run, size_t output, size_t *parameter)
     return patch ? run->theta[run->p->map.Ks] : 1.0;
 }
 
-/* ---- Binding records to the model ---- */
-
-static enum bf_status bind_record(struct predictor *p, size_t r, struct bf_error *err)
-{
-    const struct record *record = &p->records[r];
-    struct record_plan *plan = &p->plans[r];
-    const char *excitation = record_meta(record, "excitation");
-    const char *from = record_meta(record, "free_from_s");
-    *plan = (struct record_plan){.record = record, .first_channel = p->n_channels};
-    plan->free_decay = excitation != NULL && strcmp(excitation, "free_decay") == 0;
-    plan->input = bf_alloc(p->model.n_inputs, sizeof *plan->input);
-    plan->U = bf_alloc(p->model.n_inputs, sizeof *plan->U);
-    size_t n_inputs = 0;
-    for (size_t i = 0; i < p->model.n_inputs && !plan->free_decay; i++) {
-        plan->input[i] = record_column(record, p->model.inputs[i].name);
-        n_inputs += plan->input[i] != NULL;
-    }
-    if (n_inputs == 0 && !plan->free_decay)
-        return bf_fail_at(err, record->path, 1,
-                          "no column is an input of the model; rename one, add it to the model's inputs, or mark the "
-                          "record with the line '# excitation: free_decay' when the force was not recorded");
-    if (plan->free_decay && from != NULL) {
-        double offset = (strtod(from, NULL) - record->t0_s) / record->dt_s;
-        if (!(offset >= 0.0) || offset > (double)record->n - 2.0)
-            return bf_fail_at(err, record->path, 1, "free_from_s: %s is not a time inside the record", from);
-        plan->start = (size_t)ceil(offset - 1e-6);
-    }
-    for (size_t o = 0; o < p->model.n_outputs; o++) {
-        const double *measured = record_column(record, p->model.outputs[o].name);
-        if (measured == NULL)
-            continue;
-        p->channels = bf_grow(p->channels, p->n_channels + 1, sizeof *p->channels);
-        p->channels[p->n_channels++] =
-            (struct predict_channel){.record = r, .output = o, .dt_s = record->dt_s, .measured = measured + plan->start};
-        plan->n_channels++;
-    }
-    if (plan->n_channels == 0)
-        return bf_fail_at(err, record->path, 1,
-                          "no column is an output of the model; rename one or add it to the model's outputs");
-    return BF_OK;
-}
-
-/* An effect on a channel must find one. */
-static enum bf_status check_effects(const struct predictor *p, struct bf_error *err)
-{
-    for (size_t e = 0; e < p->model.n_effects; e++) {
-        const struct beam_effect *effect = p->model.effects[e].effect;
-        bool found = effect->channels == BEAM_CHANNELS_NONE && p->model.effects[e].channel[0] == '\0';
-        for (size_t o = 0; o < p->model.n_outputs; o++)
-            found = found || effect_on_output(&p->model, e, o);
-        for (size_t i = 0; i < p->model.n_inputs; i++)
-            found = found || effect_on_input(&p->model, e, i);
-        if (!found)
-            return bf_fail(err, BF_BAD_FILE, "effect %s acts on no channel of the model; name one with 'channel:'",
-                           effect->id);
-        if (effect->base != NULL || effect->geometry != NULL)
-            return bf_fail(err, BF_USAGE, "effect %s is known but cannot be simulated by this version; drop it",
-                           effect->id);
-    }
-    return BF_OK;
-}
-
 /* Per-record values are kept under the base names of the files. Free with free(). */
 static const char **record_names(const struct record records[], size_t n)
 {
@@ -127,10 +65,8 @@ enum bf_status predictor_new(const struct model *model, const struct record reco
         p->options = *options;
     p->plans = bf_alloc(n_records, sizeof *p->plans);
     enum bf_status status = model_copy(model, &p->model, err);
-    for (size_t r = 0; status == BF_OK && r < n_records; r++)
-        status = bind_record(p, r, err);
     if (status == BF_OK)
-        status = check_effects(p, err);
+        status = predictor_bind(p, err);
     if (status == BF_OK) {
         const char **names = record_names(records, n_records);
         size_t n = model_parameters(&p->model, names, n_records, &p->refs);
@@ -237,15 +173,16 @@ static struct functional *new_functionals(size_t count, size_t n)
     return list;
 }
 
+/* Once, at the first base: the number of unknowns of a fit does not change when a mode crosses the edge of the band. */
 static void count_nuisance(struct predictor *p)
 {
-    p->n_nuisance = 0;
+    if (p->amplitude != NULL)
+        return;
     for (size_t r = 0; r < p->n_records; r++) {
         p->plans[r].first_nuisance = p->n_nuisance;
         if (p->plans[r].free_decay)
             p->n_nuisance += decay_unknowns(p, r);
     }
-    free(p->amplitude);
     p->amplitude = bf_alloc(p->n_nuisance, sizeof(double));
 }
 
@@ -256,7 +193,9 @@ enum bf_status predictor_rebase(struct predictor *p, const double parameters[], 
         dt = fmin(dt, p->records[r].dt_s);
     struct reduced_options options = {.n_splines = p->options.fine_splines,
                                       .top_rad = modes_to_sampling * 2.0 * acos(-1.0) / dt,
-                                      .min_modes = FEWEST_MODES, .max_modes = MOST_MODES, .statics = 2};
+                                      .min_modes = FEWEST_MODES,
+                                      .max_modes = MOST_MODES,
+                                      .statics = 2};
     if (p->options.modes > 0)
         options.min_modes = options.max_modes = p->options.modes;
     free_base(p);
@@ -382,16 +321,17 @@ static enum bf_status finish_channels(const struct run *run, struct bf_error *er
         status = channel_samples(run, &run->p->channels[c], err);
     for (size_t i = 0; status == BF_OK && i < run->p->n_rows; i++)
         if (!isfinite(run->p->y[i]))
-            status = bf_fail(err, BF_NUMERIC, "the model grows without bound at these parameters (negative damping or "
-                                              "an unstable effect)");
+            status = bf_fail(err, BF_NUMERIC,
+                             "the model grows without bound at these parameters (negative damping or "
+                             "an unstable effect)");
     return status;
 }
 
 enum bf_status predictor_run(struct predictor *p, const double parameters[], const bool want_jacobian[],
                              struct prediction *out, struct bf_error *err)
 {
-    *out = (struct prediction){.n_rows = p->n_rows, .n_parameters = p->map.n, .n_nuisance = p->n_nuisance, .y = p->y,
-                               .nuisance = p->nuisance};
+    *out = (struct prediction){
+        .n_rows = p->n_rows, .n_parameters = p->map.n, .n_nuisance = p->n_nuisance, .y = p->y, .nuisance = p->nuisance};
     struct run run = {.p = p, .theta = parameters, .want = want_jacobian, .out = out};
     if (want_jacobian != NULL) {
         out->jacobian = p->jacobian;

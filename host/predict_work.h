@@ -12,24 +12,24 @@
 /* A record bound to the model, in the current window. */
 struct record_plan {
     const struct record *record;
-    size_t start, n;             /* rows are samples start … start + n − 1 */
-    size_t grid;                 /* index into predictor->grids */
+    size_t start, n; /* rows are samples start … start + n − 1 */
+    size_t grid;     /* index into predictor->grids */
     bool free_decay;
-    const double **input;        /* [n_inputs] column of the record or NULL */
-    double complex **U;          /* [n_inputs][m] transforms of the inputs in this window, NULL where absent */
-    size_t first_nuisance;       /* of a free decay */
+    const double **input;  /* [n_inputs] column of the record or NULL */
+    double complex **U;    /* [n_inputs][m] transforms of the inputs in this window, NULL where absent */
+    size_t first_nuisance; /* of a free decay */
     size_t first_channel, n_channels;
 };
 
 /* α = gᵀφ of one functional and its derivative by every structural parameter. */
 struct functional {
-    double *g;                   /* [n] */
-    double complex *alpha;       /* [n_poles] */
-    double complex *d_alpha;     /* [n_parameters][n_poles], where the system depends on the parameter */
+    double *g;               /* [n] */
+    double complex *alpha;   /* [n_poles] */
+    double complex *d_alpha; /* [n_parameters][n_poles], where the system depends on the parameter */
 };
 
 struct predictor {
-    struct model model;          /* own copy: parameters of the base */
+    struct model model; /* own copy: parameters of the base */
     const struct record *records;
     size_t n_records;
     struct predict_options options;
@@ -37,28 +37,28 @@ struct predictor {
     struct parameter_map map;
     struct reduced reduced;
     struct system *system;
-    struct record_plan *plans;   /* [n_records] */
+    struct record_plan *plans; /* [n_records] */
     size_t n_channels;
     struct predict_channel *channels;
     size_t n_grids;
     struct response_grid *grids;
-    struct response_kernel **kernels; /* [n_grids] at the current parameters */
+    struct response_kernel **kernels;    /* [n_grids] at the current parameters */
     struct functional *inputs, *outputs; /* [n_inputs], [n_outputs] */
-    struct law *laws;            /* [n_effects]: members zero for effects without a law */
+    struct law *laws;                    /* [n_effects]: members zero for effects without a law */
     size_t n_coordinates;
     struct functional *coordinates; /* of all laws, in order of effects */
-    bool *moves;                 /* [n_parameters] moves the place of a law */
+    bool *moves;                    /* [n_parameters] moves the place of a law */
     size_t n_rows, n_nuisance;
     double *y, *jacobian, *nuisance, *amplitude;
     double t_end_s;
-    bool nonlinear;              /* some effect has a law or a drive */
+    bool nonlinear; /* some effect has a law or a drive */
 };
 
 /* Parameters of the current run. */
 struct run {
     struct predictor *p;
     const double *theta;
-    const bool *want;            /* NULL: no derivatives */
+    const bool *want; /* NULL: no derivatives */
     struct prediction *out;
 };
 
@@ -70,8 +70,7 @@ static inline bool run_wants(const struct run *run, size_t parameter)
 /* The system's derivative by this parameter is not zero and was asked for. */
 static inline bool run_structural(const struct run *run, size_t parameter)
 {
-    return run_wants(run, parameter) &&
-           (run->p->system->derivative[parameter].Z != NULL || run->p->moves[parameter]);
+    return run_wants(run, parameter) && (run->p->system->derivative[parameter].Z != NULL || run->p->moves[parameter]);
 }
 
 static inline double *run_column(const struct run *run, size_t parameter, const struct predict_channel *channel)
@@ -82,8 +81,11 @@ static inline double *run_column(const struct run *run, size_t parameter, const 
 /* α = gᵀφ of each and its derivatives, at the system as last evaluated. */
 void functionals_evaluate(const struct run *run, struct functional list[], size_t count);
 int output_order(enum output_kind kind); /* time derivatives of the deflection: 0, 1, 2 */
-double input_gain(const struct run *run, size_t input, size_t *parameter);   /* KB and where it stands; 1 and SIZE_MAX */
+double input_gain(const struct run *run, size_t input, size_t *parameter); /* KB and where it stands; 1 and SIZE_MAX */
 double output_gain(const struct run *run, size_t output, size_t *parameter); /* Ks likewise */
+
+/* predict_bind.c: plans[] and channels[] of all records; an effect that acts on no channel is an error. */
+enum bf_status predictor_bind(struct predictor *p, struct bf_error *err);
 
 /* predict_channel.c: does effect e act on this output? */
 bool effect_on_output(const struct model *model, size_t e, size_t output);

@@ -5,98 +5,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "residual.h"
-#include "spectrum.h"
 #include "vector.h"
 
-/* e^(−σ T_padded): what is left of the response's start after one turn around the padded record. */
-static const double wrap = 1e-9;
 /* Poles beyond this multiple of the largest |s| enter as a power series in s/p ... */
 static const double far_ratio = 3.0;
 /* ... of this many terms: (1/3)^18 = 2.6e-9 of an already small contribution. */
-enum { FAR_TERMS = 18, CHUNK = 128, SHORTEST = 2 * CHUNK };
-/* An input fades out over this many samples after the record; its continuation is learnt from twelve times as many. */
-enum { TAIL = 64, LEARN = 12 * TAIL };
-
-enum bf_status response_grid_new(size_t n, double dt_s, enum intersample intersample, struct response_grid *out,
-                                 struct bf_error *err)
-{
-    if (n < 2 || !(dt_s > 0.0))
-        return bf_fail(err, BF_NUMERIC, "a prediction needs at least two samples and a positive sample interval");
-    size_t n_tail = intersample == INTERSAMPLE_BAND_LIMITED ? TAIL : 0;
-    size_t room = n > 2 * n_tail ? 2 * n : n + 2 * n_tail;
-    size_t n_fft = fft_good_size(room > SHORTEST ? room : SHORTEST); /* m > CHUNK, see sum_all() */
-    double sigma = -log(wrap) / ((double)n_fft * dt_s);
-    *out = (struct response_grid){.n = n, .n_tail = n_tail, .n_fft = n_fft, .m = n_fft / 2 + 1, .dt_s = dt_s, .sigma = sigma,
-                                  .intersample = intersample};
-    out->s = bf_alloc(out->m, sizeof *out->s);
-    out->weight = bf_alloc(n + n_tail, sizeof *out->weight);
-    for (size_t k = 0; k < out->m; k++)
-        out->s[k] = CMPLX(sigma, 2.0 * acos(-1.0) * (double)k / ((double)n_fft * dt_s));
-    for (size_t k = 0; k < n + n_tail; k++)
-        out->weight[k] = exp(-sigma * dt_s * (double)k);
-    return BF_OK;
-}
-
-void response_grid_free(struct response_grid *grid)
-{
-    free(grid->s);
-    free(grid->weight);
-    *grid = (struct response_grid){0};
-}
-
-/* x[k], k = first … n − 1, continued by the model: x_k = Σ a_j x_(k−j). */
-static void continue_series(double x[], size_t first, size_t n)
-{
-    size_t known = first < LEARN ? first : LEARN;
-    struct ar_model model;
-    ar_fit(x + first - known, known, &model);
-    for (size_t k = first; k < n; k++) {
-        x[k] = 0.0;
-        for (size_t j = 1; j <= (size_t)model.order && j <= k; j++)
-            x[k] += model.a[j - 1] * x[k - j];
-    }
-}
-
-void response_tail(const struct response_grid *grid, const double u[], size_t available, double x[])
-{
-    size_t total = grid->n + grid->n_tail, known = available < total ? available : total;
-    memcpy(x, u, known * sizeof *x);
-    if (known < total)
-        continue_series(x, known, total);
-    for (size_t i = 0; i < grid->n_tail; i++) /* cosine fade */
-        x[grid->n + i] *= 0.5 + 0.5 * cos(acos(-1.0) * (double)(i + 1) / (double)(grid->n_tail + 1));
-}
-
-enum bf_status response_transform(const struct response_grid *grid, const double x[], size_t count, double complex U[],
-                                  struct bf_error *err)
-{
-    const struct fft *plan;
-    enum bf_status status = fft_get(grid->n_fft, &plan, err);
-    if (status != BF_OK)
-        return status;
-    double *padded = bf_alloc(grid->n_fft, sizeof *padded);
-    for (size_t k = 0; k < count; k++)
-        padded[k] = x[k] * grid->weight[k];
-    fft_forward(plan, padded, U);
-    free(padded);
-    return BF_OK;
-}
-
-enum bf_status response_back(const struct response_grid *grid, const double complex Y[], double y[],
-                             struct bf_error *err)
-{
-    const struct fft *plan;
-    enum bf_status status = fft_get(grid->n_fft, &plan, err);
-    if (status != BF_OK)
-        return status;
-    double *padded = bf_alloc(grid->n_fft, sizeof *padded);
-    fft_inverse(plan, Y, padded);
-    for (size_t k = 0; k < grid->n; k++)
-        y[k] = padded[k] / grid->weight[k];
-    free(padded);
-    return BF_OK;
-}
+enum { FAR_TERMS = 18, CHUNK = RESPONSE_CHUNK };
 
 /* ---- One pole, one step ---- */
 
@@ -236,7 +150,7 @@ void response_kernel_free(struct response_kernel *kernel)
 struct expansion {
     double complex *r, *q; /* [n_terms] */
     double c[FAR_TERMS];
-    double constant;       /* held inputs: what multiplies u directly */
+    double constant; /* held inputs: what multiplies u directly */
     bool derivative;
 };
 
@@ -315,8 +229,8 @@ static void expand(const struct response_kernel *kernel, int order, const double
 }
 
 /* One chunk of the grid: constant trip counts, so that the compiler uses vectors. */
-VECTOR_CLONES static void sum_chunk(const struct response_kernel *kernel, const struct expansion *x, size_t first, double re[CHUNK],
-                      double im[CHUNK])
+VECTOR_CLONES static void sum_chunk(const struct response_kernel *kernel, const struct expansion *x, size_t first,
+                                    double re[CHUNK], double im[CHUNK])
 {
     size_t m = kernel->grid->m;
     for (size_t t = 0; t < kernel->n_terms; t++) {
@@ -338,7 +252,8 @@ VECTOR_CLONES static void sum_chunk(const struct response_kernel *kernel, const 
     }
 }
 
-VECTOR_CLONES static void add_series(const struct expansion *x, const double complex s[], size_t count, double re[], double im[])
+VECTOR_CLONES static void add_series(const struct expansion *x, const double complex s[], size_t count, double re[],
+                                     double im[])
 {
     for (size_t i = 0; i < count; i++) {
         double a = 0.0, b = 0.0, sr = creal(s[i]), si = cimag(s[i]);

@@ -14,15 +14,17 @@
 #include "predict.h"
 #include "system.h"
 
+enum { RESPONSE_CHUNK = 128 }; /* points summed at a time; a grid has more */
+
 struct response_grid {
-    size_t n;                 /* samples of a record */
-    size_t n_tail;            /* input samples after the record that an input may be continued by, see response_tail() */
-    size_t n_fft;             /* ≥ 2n and ≥ n + 2 n_tail */
-    size_t m;                 /* n_fft/2 + 1 points */
-    double dt_s, sigma;       /* sigma: 1/s */
+    size_t n;           /* samples of a record */
+    size_t n_tail;      /* input samples after the record that an input may be continued by, see response_tail() */
+    size_t n_fft;       /* ≥ 2n and ≥ n + 2 n_tail */
+    size_t m;           /* n_fft/2 + 1 points */
+    double dt_s, sigma; /* sigma: 1/s */
     enum intersample intersample;
-    double complex *s;        /* [m] */
-    double *weight;           /* [n + n_tail] e^(−σ t) */
+    double complex *s; /* [m] */
+    double *weight;    /* [n + n_tail] e^(−σ t) */
 };
 
 enum bf_status response_grid_new(size_t n, double dt_s, enum intersample intersample, struct response_grid *out,

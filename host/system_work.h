@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* system_work.h — what system.c (assembly) and poles.c (eigenvalues) share; for nobody else. */
+/* system_work.h — what system.c (assembly), poles.c (eigenvalues) and poles_derivative.c share; for nobody else. */
 #ifndef BEAMFIT_SYSTEM_WORK_H
 #define BEAMFIT_SYSTEM_WORK_H
 
@@ -15,10 +15,10 @@ struct block_use {
         size_t parameter;
         double d[COEFFICIENTS];
     } dependency[BLOCK_DEPENDENCIES];
-    size_t position;  /* the parameter that moves the block's place; SIZE_MAX: none */
-    const double *B;  /* [n × n] current matrix: the base's, or `own` */
-    double *own;      /* [n × n] moved place, or X of BLOCK_MODES */
-    double *B_at;     /* [n × n] dB/d(at_m) when position is not SIZE_MAX */
+    size_t position; /* the parameter that moves the block's place; SIZE_MAX: none */
+    const double *B; /* [n × n] current matrix: the base's, or `own` */
+    double *own;     /* [n × n] moved place, or X of BLOCK_MODES */
+    double *B_at;    /* [n × n] dB/d(at_m) when position is not SIZE_MAX */
 };
 
 struct system_work {
@@ -32,6 +32,9 @@ static inline double complex block_coefficient(const double c[COEFFICIENTS], dou
         a += c[OF_MEMORY] * s * c[OF_RELAXATION] / (1.0 + s * c[OF_RELAXATION]);
     return a;
 }
+
+/* B[n × n] in undamped modes, out = ΦᵀBΦ; work[n × n]. */
+void system_to_modal(const struct system *system, const double B[], double work[], double out[]);
 
 /* Poles and vectors of the assembled system; derivatives for the parameters with want[i]. */
 enum bf_status poles_compute(struct system *system, struct bf_error *err);

@@ -1,0 +1,75 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* Which columns of a record are inputs and outputs of the model. */
+#include "predict_work.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static enum bf_status bind_record(struct predictor *p, size_t r, struct bf_error *err)
+{
+    const struct record *record = &p->records[r];
+    struct record_plan *plan = &p->plans[r];
+    const char *excitation = record_meta(record, "excitation");
+    const char *from = record_meta(record, "free_from_s");
+    *plan = (struct record_plan){.record = record, .first_channel = p->n_channels};
+    plan->free_decay = excitation != NULL && strcmp(excitation, "free_decay") == 0;
+    plan->input = bf_alloc(p->model.n_inputs, sizeof *plan->input);
+    plan->U = bf_alloc(p->model.n_inputs, sizeof *plan->U);
+    size_t n_inputs = 0;
+    for (size_t i = 0; i < p->model.n_inputs && !plan->free_decay; i++) {
+        plan->input[i] = record_column(record, p->model.inputs[i].name);
+        n_inputs += plan->input[i] != NULL;
+    }
+    if (n_inputs == 0 && !plan->free_decay)
+        return bf_fail_at(err, record->path, 1,
+                          "no column is an input of the model; rename one, add it to the model's inputs, or mark the "
+                          "record with the line '# excitation: free_decay' when the force was not recorded");
+    if (plan->free_decay && from != NULL) {
+        double offset = (strtod(from, NULL) - record->t0_s) / record->dt_s;
+        if (!(offset >= 0.0) || offset > (double)record->n - 2.0)
+            return bf_fail_at(err, record->path, 1, "free_from_s: %s is not a time inside the record", from);
+        plan->start = (size_t)ceil(offset - 1e-6);
+    }
+    for (size_t o = 0; o < p->model.n_outputs; o++) {
+        const double *measured = record_column(record, p->model.outputs[o].name);
+        if (measured == NULL)
+            continue;
+        p->channels = bf_grow(p->channels, p->n_channels + 1, sizeof *p->channels);
+        p->channels[p->n_channels++] = (struct predict_channel){
+            .record = r, .output = o, .dt_s = record->dt_s, .measured = measured + plan->start};
+        plan->n_channels++;
+    }
+    if (plan->n_channels == 0)
+        return bf_fail_at(err, record->path, 1,
+                          "no column is an output of the model; rename one or add it to the model's outputs");
+    return BF_OK;
+}
+
+/* An effect on a channel must find one. */
+static enum bf_status check_effects(const struct predictor *p, struct bf_error *err)
+{
+    for (size_t e = 0; e < p->model.n_effects; e++) {
+        const struct beam_effect *effect = p->model.effects[e].effect;
+        bool found = effect->channels == BEAM_CHANNELS_NONE && p->model.effects[e].channel[0] == '\0';
+        for (size_t o = 0; o < p->model.n_outputs; o++)
+            found = found || effect_on_output(&p->model, e, o);
+        for (size_t i = 0; i < p->model.n_inputs; i++)
+            found = found || effect_on_input(&p->model, e, i);
+        if (!found)
+            return bf_fail(err, BF_BAD_FILE, "effect %s acts on no channel of the model; name one with 'channel:'",
+                           effect->id);
+        if (effect->base != NULL || effect->geometry != NULL)
+            return bf_fail(err, BF_USAGE, "effect %s is known but cannot be simulated by this version; drop it",
+                           effect->id);
+    }
+    return BF_OK;
+}
+
+enum bf_status predictor_bind(struct predictor *p, struct bf_error *err)
+{
+    enum bf_status status = BF_OK;
+    for (size_t r = 0; status == BF_OK && r < p->n_records; r++)
+        status = bind_record(p, r, err);
+    return status == BF_OK ? check_effects(p, err) : status;
+}
