@@ -195,7 +195,8 @@ enum bf_status predictor_rebase(struct predictor *p, const double parameters[], 
                                       .top_rad = modes_to_sampling * 2.0 * acos(-1.0) / dt,
                                       .min_modes = FEWEST_MODES,
                                       .max_modes = MOST_MODES,
-                                      .statics = 2};
+                                      .statics = 2,
+                                      .uniform = p->options.uniform_splines};
     if (p->options.modes > 0)
         options.min_modes = options.max_modes = p->options.modes;
     free_base(p);

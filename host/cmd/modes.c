@@ -21,7 +21,7 @@ static const char help[] =
     "  -n, --count COUNT   modes to print (default 5, at most 24)\n"
     "  --band HZ           modes up to this frequency must be right on the target (default: all it spans)\n"
     "  --shapes FILE       mode shapes as CSV: x_m, then one column a mode, largest deflection 1\n"
-    "  --convergence       also the error of each mode against the number of splines, for equidistant knots and for\n"
+    "  --convergence       also the error of each mode against the number of elements, for equidistant knots and for\n"
     "                      double knots on the region edges\n"
     "  --plot DIR          shapes, and with --convergence the errors, as PNG and PDF in DIR\n"
     "  --json              {\"modes\": [{\"frequency_Hz\", \"damping_ratio\", ...}], \"deployed\": {\"dimension\", \"basis\",\n"
@@ -33,7 +33,7 @@ static const char help[] =
     "Exit status: 0 done; 2 usage; 3 bad model file or FILE not writable; 4 the model has no such modes.\n";
 
 enum { MOST_MODES = 24, SHAPE_POINTS = 201, SIZES = 5, REFERENCE = 320 };
-static const size_t size_of_space[SIZES] = {10, 20, 40, 80, 160};
+static const size_t elements[SIZES] = {9, 18, 36, 72, 144}; /* equidistant: dimension = elements + 1 */
 
 struct arguments {
     const char *model, *shapes, *plot;
@@ -132,10 +132,10 @@ static enum bf_status converge(const struct model *model, size_t n, struct conve
     double exact[MOST_MODES], f[MOST_MODES];
     enum bf_status status = modes_frequencies(model, REFERENCE, false, n, exact, err);
     for (int i = 0; status == BF_OK && i < SIZES; i++) {
-        size_t possible = n + 2 < size_of_space[i] ? n : size_of_space[i] - 2;
+        size_t possible = n + 2 < elements[i] ? n : elements[i] - 2;
         for (int uniform = 0; status == BF_OK && uniform < 2; uniform++) {
             double *error = uniform ? out->uniform[i] : out->edges[i];
-            status = modes_frequencies(model, size_of_space[i] - 1, uniform == 1, possible, f, err);
+            status = modes_frequencies(model, elements[i], uniform == 1, possible, f, err);
             for (size_t k = 0; k < n; k++)
                 error[k] = k < possible ? fabs(f[k] / exact[k] - 1.0) : (double)NAN;
         }
@@ -147,12 +147,12 @@ static void print_convergence(const struct convergence *c, size_t n)
 {
     size_t shown = n < 5 ? n : 5;
     for (int uniform = 1; uniform >= 0; uniform--) {
-        (void)printf("\nRelative frequency error, %s\n  splines", uniform ? "equidistant knots (C²; the seed paper's space)"
+        (void)printf("\nRelative frequency error, %s\n elements", uniform ? "equidistant knots (C²; the seed paper's space)"
                                                                           : "double knots on the region edges");
         for (size_t k = 0; k < shown; k++)
             (void)printf("    mode %zu", k + 1);
         for (int i = 0; i < SIZES; i++) {
-            (void)printf("\n  %7zu", size_of_space[i]);
+            (void)printf("\n  %7zu", elements[i]);
             for (size_t k = 0; k < shown; k++)
                 (void)printf("  %8.1e", uniform ? c->uniform[i][k] : c->edges[i][k]);
         }
@@ -171,14 +171,14 @@ static enum bf_status plot_errors(const struct arguments *a, const struct conver
             (void)snprintf(legend[count], sizeof legend[count], "mode %zu, %s", k + 1,
                            uniform ? "equidistant knots" : "knots on the edges");
             for (int i = 0; i < SIZES; i++) {
-                x[i] = (double)size_of_space[i];
+                x[i] = (double)elements[i];
                 y[count][i] = uniform ? c->uniform[i][k] : c->edges[i][k];
             }
             lines[count] = (struct plot_line){legend[count], SIZES, x, y[count]};
         }
     }
     struct plot_convergence plot = {.directory = a->plot, .stem = "convergence", .title = "Convergence of frequencies",
-                                    .x_label = "dimension of the spline space", .y_label = "relative frequency error",
+                                    .x_label = "cubic spline elements (equidistant knots: dimension less one)", .y_label = "relative frequency error",
                                     .n_lines = count, .lines = lines};
     return plot_convergence(&plot, err);
 }
@@ -226,7 +226,7 @@ static struct json *make_json(const struct arguments *a, const struct modes *m, 
         struct json *rows = json_put(root, "convergence", json_new_array());
         for (int i = 0; i < SIZES; i++) {
             struct json *row = json_push(rows, json_new_object());
-            json_put_number(row, "splines", (double)size_of_space[i]);
+            json_put_number(row, "elements", (double)elements[i]);
             struct json *edges = json_put(row, "knots_on_edges", json_new_array());
             struct json *uniform = json_put(row, "equidistant", json_new_array());
             for (size_t k = 0; k < m->n; k++) {
