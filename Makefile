@@ -141,8 +141,9 @@ deps: ## install every Debian package that is missing (apt-get; sudo when not ro
 	@tools/deps.sh build test check
 
 # ---- Checks ----
+lint: export LINT_FLAGS = $(STD) $(INC)
 lint: ## clang-format, clang-tidy, cppcheck and shell syntax over every source
-	+@STD='$(STD)' INC='$(INC)' JOBS='$(JOBS)' tools/lint.sh
+	+@JOBS='$(JOBS)' tools/lint.sh
 layers: ## who includes whom, which file sees which library, licence lines
 	@tools/layers.sh
 size: $(B)/libbeamf.a ## size and stack of the library per function; nm proves what it does not use

@@ -1,10 +1,10 @@
 #!/bin/bash
 # SPDX-License-Identifier: GPL-3.0-or-later
 # lint.sh [FILE...] — clang-format, cppcheck, clang-tidy and shell syntax over the given or all committed sources.
-# STD, INC: the compiler's flags (the Makefile gives them). JOBS: how many programs at once.
+# LINT_FLAGS: the compiler's flags (the Makefile gives them). JOBS: how many programs at once.
 set -u
 cd "$(dirname "$0")/.." || exit 1
-: "${STD:=-std=c11 -D_GNU_SOURCE}" "${INC:=-Ilib -Ihost}" "${JOBS:=2}"
+: "${LINT_FLAGS:?run make lint, which knows the compiler flags}" "${JOBS:=2}"
 failed=0
 
 if [ $# -gt 0 ]; then sources=("$@"); else mapfile -t sources < <(git ls-files '*.c' '*.h'); fi
@@ -20,7 +20,7 @@ printf '%s\0' "${units[@]}" | xargs -0 -r cppcheck -q -j "$JOBS" --std=c11 --lan
 
 echo "clang-tidy: ${#units[@]} files"
 # glibc gives CMPLX to a compiler that says it is gcc >= 4.7; clang says 4.2 unless told
-eval "flags=(-fgnuc-version=4.8 $STD $INC -Itests -Itests/truth)"
+eval "flags=(-fgnuc-version=4.8 $LINT_FLAGS -Itests -Itests/truth -Itests/fuzz)"
 tidy_one=$(cat <<'SH'
 file=$1; shift
 answer=$(clang-tidy --quiet "$file" -- "$@" 2>/dev/null) || { printf '%s\n' "$answer"; exit 1; }
