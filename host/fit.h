@@ -22,7 +22,6 @@ struct fit_options {
     bool quiet;          /* no progress bar */
     const double *sigma; /* noise rms per channel in the order of predictor_channels(); NULL: estimated */
     struct predict_options predict;
-    int threads; /* of the search; 0 or 1: one */
 };
 
 /* One output of one record. */
