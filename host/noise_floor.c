@@ -14,15 +14,15 @@ static const double loud_threshold = 4.0;  /* of a tile itself; noise alone exce
 /* (diag(d) + λ DᵀD) x = b for the first-difference D; x replaces b. Thomas' algorithm; rows ≤ FLOOR_ROWS_MAX. */
 static void solve_smooth(const double *d, double lambda, size_t n, double *b)
 {
-    double c[FLOOR_ROWS_MAX];
+    double c[FLOOR_ROWS_MAX] = {0};
     for (size_t i = 0; i < n; i++) {
         const double neighbours = (i > 0 ? 1.0 : 0.0) + (i + 1 < n ? 1.0 : 0.0);
         const double pivot = d[i] + lambda * neighbours + (i > 0 ? lambda * c[i - 1] : 0.0);
         c[i] = -lambda / pivot;
         b[i] = (b[i] + (i > 0 ? lambda * b[i - 1] : 0.0)) / pivot;
     }
-    for (size_t i = n - 1; i-- > 0;)
-        b[i] -= c[i] * b[i + 1];
+    for (size_t i = n; i > 1; i--)
+        b[i - 2] -= c[i - 2] * b[i - 1];
 }
 
 /* Trace of (diag(d) + λ DᵀD)⁻¹ diag(d): how many free numbers the smooth curve has. */
@@ -69,13 +69,17 @@ static bool smooth_rows(const double *mean, const double *count, size_t n, bool 
     for (size_t i = 0; i < n; i++) {
         total += count[i];
         power += count[i] * mean[i];
+        variance[i] = 0.0;
     }
+    if (!(power > 0.0))
+        return true;
     const double level = log(power / total);
     double best = 2.0 * total * (level + 1.0) + log(total) - strong_evidence;
     bool white = true;
     for (size_t i = 0; i < n; i++)
         variance[i] = power / total;
-    for (double lambda = 30.0 * total / (double)n; !white_only && lambda > 0.02 * total / (double)n; lambda *= 0.5) {
+    for (int step = 0; step < 11 && !white_only; step++) { /* from nearly straight to nearly free */
+        const double lambda = ldexp(30.0 * total / (double)n, -step);
         double eta[FLOOR_ROWS_MAX];
         for (size_t i = 0; i < n; i++)
             eta[i] = level;
@@ -141,9 +145,10 @@ static void choose_tiles(struct noise_tiles *w, const double *variance)
 {
     const size_t nr = w->n_rows;
     noise_tiles_neighbours(w, variance);
-    for (size_t i = 0; i < w->n_tiles; i++)
-        w->chosen[i] =
-            w->usable[i] && w->quiet[i] < w->threshold && w->power[i] < loud_threshold * w->gain[i] * variance[i % nr];
+    for (size_t r = 0; r < nr; r++)
+        for (size_t i = r; i < w->n_tiles; i += nr)
+            w->chosen[i] =
+                w->usable[i] && w->quiet[i] < w->threshold && w->power[i] < loud_threshold * w->gain[i] * variance[r];
 }
 
 static void report(const struct noise_tiles *w, const double *count, bool white, struct noise_floor *out)

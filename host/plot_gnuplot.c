@@ -231,16 +231,16 @@ static void child(const struct picture *p, const char *script, int said)
 static void listen_to(int from, char *text, size_t size)
 {
     size_t n = 0;
-    char rest[256];
     for (;;) {
-        const bool full = n + 1 >= size;
-        const ssize_t got = read(from, full ? rest : text + n, full ? sizeof rest : size - 1 - n);
+        char part[256];
+        const ssize_t got = read(from, part, sizeof part);
         if (got < 0 && errno == EINTR)
             continue;
         if (got <= 0)
             break;
-        if (!full)
-            n += (size_t)got;
+        const size_t room = size - 1 - n, take = (size_t)got < room ? (size_t)got : room;
+        memcpy(text + n, part, take);
+        n += take;
     }
     text[n] = '\0';
 }

@@ -57,11 +57,11 @@ double normal_two_sided(double alpha)
 static double kolmogorov_tail(double distance, double n)
 {
     const double root = sqrt(n), lambda = distance * (root + 0.12 + 0.11 / root);
-    double sum = 0.0, sign = 2.0;
+    double sum = 0.0;
     if (lambda < 0.2)
         return 1.0;
-    for (int k = 1; k <= 100; k++, sign = -sign)
-        sum += sign * exp(-2.0 * k * k * lambda * lambda);
+    for (int k = 1; k <= 100; k++)
+        sum += (k % 2 ? 2.0 : -2.0) * exp(-2.0 * k * k * lambda * lambda);
     return fmin(1.0, fmax(0.0, sum));
 }
 

@@ -74,7 +74,7 @@ static struct comparison run(const struct model *model, const struct record *rec
 
 static double *column(const struct record *record, const char *name)
 {
-    return (double *)(uintptr_t)record_column(record, name);
+    return (double *)record_column(record, name);
 }
 
 /* Overwrites the outputs with what the model predicts, and noise of this relative size. */

@@ -277,7 +277,7 @@ static void a_channel_of_a_model(void **state)
     static double u[N], z[N];
     struct model model = {0};
     struct model_input input = {.name = "hammer_N"};
-    struct record record = {.path = (char *)(uintptr_t) "x.csv", .n = N, .dt_s = dt};
+    struct record record = {.path = (char *)"x.csv", .n = N, .dt_s = dt};
     struct noise_estimate with, alone;
     struct bf_error err;
     uint64_t seed = signal_seed(1100);
@@ -288,13 +288,12 @@ static void a_channel_of_a_model(void **state)
         z[i] += truth * signal_normal(&seed);
     model.n_inputs = 1;
     model.inputs = &input;
-    struct record_column columns[2] = {{(char *)(uintptr_t) "hammer_N", u}, {(char *)(uintptr_t) "piezo_V", z}};
+    struct record_column columns[2] = {{(char *)"hammer_N", u}, {(char *)"piezo_V", z}};
     record.n_columns = 2;
     record.columns = columns;
     assert_int_equal(noise_of_channel(&model, &record, "piezo_V", &with, &err), BF_OK);
     assert_true(fabs(with.rms / truth - 1.0) < 0.05);
-    struct record_meta meta[2] = {{(char *)(uintptr_t) "excitation", (char *)(uintptr_t) "free_decay"},
-                                  {(char *)(uintptr_t) "free_from_s", (char *)(uintptr_t) "0.5"}};
+    struct record_meta meta[2] = {{(char *)"excitation", (char *)"free_decay"}, {(char *)"free_from_s", (char *)"0.5"}};
     record.meta = meta;
     record.n_meta = 2; /* without its input some of the response to random drive looks like noise */
     assert_int_equal(noise_of_channel(&model, &record, "piezo_V", &alone, &err), BF_OK);

@@ -300,7 +300,8 @@ static void missing_gnuplot_leaves_script_and_data(void **state)
 {
     (void)state;
     struct bf_error err;
-    char *path = strdup(getenv("PATH")), bytes[8];
+    const char *was = getenv("PATH");
+    char *path = strdup(was != NULL ? was : ""), bytes[8];
     struct plot_panels q = some_panels("unseen");
     assert_int_equal(setenv("PATH", "/nonexistent", 1), 0);
     const enum bf_status status = plot_panels(&q, &err);
