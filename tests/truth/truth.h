@@ -123,8 +123,9 @@ struct truth_spec {
     bool adc_inputs;     /* inputs are converted too */
     uint64_t seed;
 
-    size_t elements; /* at least, over the span */
-    size_t modes;
+    size_t elements;     /* at least, over the span */
+    size_t modes;        /* ≤ 400 */
+    bool static_vectors; /* static responses beside the modes, so that those left out answer slow forces */
     size_t oversampling; /* of the integration; 0: ≥ 16 and ≥ 16 kHz */
     bool linear_hold;    /* inputs are lines between fine samples instead of smooth: see docs/truth.md */
     double tolerance;    /* relative, of CVODE */

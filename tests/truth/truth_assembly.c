@@ -95,31 +95,6 @@ static void apply_supports(const struct truth_spec *spec, struct truth_assembly 
         fe->kept += fe->fixed[i] ? 0 : 1;
 }
 
-static double *keep_free(const struct truth_assembly *fe, const double *full)
-{
-    double *small = truth_array(fe->kept * fe->kept);
-    size_t k = 0;
-    for (size_t i = 0; i < fe->n; i++)
-        for (size_t j = 0; !fe->fixed[i] && j < fe->n; j++)
-            if (!fe->fixed[j])
-                small[k++] = full[i * fe->n + j];
-    return small;
-}
-
-static int find_modes(struct truth_assembly *fe, double *omega, char message[TRUTH_MESSAGE])
-{
-    double *K = keep_free(fe, fe->K), *M = keep_free(fe, fe->M), *shape = truth_array(fe->kept * fe->n_modes);
-    int status = truth_normal_modes(fe->kept, K, M, fe->n_modes, omega, shape, message);
-    fe->shape = truth_array(fe->n * fe->n_modes);
-    for (size_t i = 0, k = 0; i < fe->n; i++)
-        if (!fe->fixed[i])
-            memcpy(fe->shape + i * fe->n_modes, shape + fe->n_modes * k++, fe->n_modes * sizeof *shape);
-    free(K);
-    free(M);
-    free(shape);
-    return status;
-}
-
 /* Φᵀ X Φ, [n_modes²] */
 double *truth_assembly_project(const struct truth_assembly *fe, const double *X)
 {
@@ -178,10 +153,10 @@ static void move_geometry(struct truth_spec *spec)
             spec->input[i].at_m += blow->parameter[0];
 }
 
-int truth_assembly_make(struct truth_spec *spec, struct truth_assembly *fe, double *omega_radps,
+int truth_assembly_make(struct truth_spec *spec, struct truth_assembly *fe, double omega_radps[TRUTH_MODES],
                         char message[TRUTH_MESSAGE])
 {
-    *fe = (struct truth_assembly){.n_modes = spec->modes};
+    *fe = (struct truth_assembly){0};
     move_geometry(spec);
     truth_mesh_make(spec, &fe->mesh);
     fe->n = fe->mesh.n_dof;
@@ -195,10 +170,10 @@ int truth_assembly_make(struct truth_spec *spec, struct truth_assembly *fe, doub
     for (size_t i = 0; i < spec->n_effects; i++)
         add_effect(fe, spec, &spec->effect[i]);
     apply_supports(spec, fe);
-    if (fe->kept < fe->n_modes)
-        return truth_fail(message, "%zu modes from %zu unknowns: ask for fewer modes or more elements", fe->n_modes,
+    if (fe->kept < spec->modes)
+        return truth_fail(message, "%zu modes from %zu unknowns: ask for fewer modes or more elements", spec->modes,
                           fe->kept);
-    return find_modes(fe, omega_radps, message);
+    return truth_basis_make(fe, spec, omega_radps, message);
 }
 
 void truth_assembly_free(struct truth_assembly *fe)

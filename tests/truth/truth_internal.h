@@ -95,9 +95,14 @@ struct truth_assembly {
     size_t n_modes;
 };
 
-/* spec: a copy of the caller's; effects that move the geometry are carried out on it. omega_radps [n_modes]. */
-int truth_assembly_make(struct truth_spec *spec, struct truth_assembly *fe, double *omega_radps,
+enum { TRUTH_STATIC = 2 + 2 * TRUTH_PORTS + TRUTH_EFFECTS, TRUTH_MODES = 400 + TRUTH_STATIC };
+
+/* spec: a copy of the caller's; effects that move the geometry are carried out on it. omega_radps: n_modes filled. */
+int truth_assembly_make(struct truth_spec *spec, struct truth_assembly *fe, double omega_radps[TRUTH_MODES],
                         char message[TRUTH_MESSAGE]);
+/* Fills shape, n_modes and omega_radps of assembled matrices: spec.modes modes and the static vectors. */
+int truth_basis_make(struct truth_assembly *fe, const struct truth_spec *spec, double *omega_radps,
+                     char message[TRUTH_MESSAGE]);
 void truth_assembly_free(struct truth_assembly *fe);
 /* Φᵀ X Φ and the same of ∫ weight φ^(d) φ^(d): [n_modes²], the caller frees. */
 double *truth_assembly_project(const struct truth_assembly *fe, const double *X);

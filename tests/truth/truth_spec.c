@@ -32,6 +32,7 @@ void truth_spec_default(struct truth_spec *spec)
                                 .seed = 1,
                                 .elements = 80,
                                 .modes = 40,
+                                .static_vectors = true,
                                 .tolerance = 1e-8};
     spec->region[0] = (struct truth_region){0, 0.4573, 0.491, 0.093, 0.649e-5, 1.6e-3 * 1.6e-3 / 12};
     spec->region[1] = (struct truth_region){0.02535, 0.08905, 0.793, 0.433, 1.255e-5, 2.108e-3 * 2.108e-3 / 12};
@@ -194,7 +195,8 @@ static int read_number(struct truth_spec *spec, const struct words *words, char 
     struct truth_region *beam = &spec->region[0], *patch = &spec->region[1];
     double elements = (double)spec->elements, modes = (double)spec->modes, over = (double)spec->oversampling;
     double order = (double)spec->filter_order, causal = spec->filter_causal, bits = (double)spec->adc_bits;
-    double inputs = spec->adc_inputs, hold = spec->linear_hold, seed = (double)spec->seed, ode = spec->force_ode;
+    double inputs = spec->adc_inputs, hold = spec->linear_hold, statics = spec->static_vectors,
+           seed = (double)spec->seed, ode = spec->force_ode;
     const struct {
         const char *key;
         double *first, *second;
@@ -225,6 +227,7 @@ static int read_number(struct truth_spec *spec, const struct words *words, char 
                 {"elements", &elements, NULL},
                 {"modes", &modes, NULL},
                 {"oversampling", &over, NULL},
+                {"static_vectors", &statics, NULL},
                 {"linear_hold", &hold, NULL},
                 {"tolerance", &spec->tolerance, NULL},
                 {"force_ode", &ode, NULL}};
@@ -247,6 +250,7 @@ static int read_number(struct truth_spec *spec, const struct words *words, char 
         spec->adc_bits = (unsigned)bits;
         spec->adc_inputs = inputs != 0;
         spec->seed = (uint64_t)seed;
+        spec->static_vectors = statics != 0;
         spec->linear_hold = hold != 0;
         spec->force_ode = ode != 0;
         return 0;

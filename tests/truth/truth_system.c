@@ -231,24 +231,29 @@ static void fill_damping(struct truth_system *s, const struct truth_spec *spec, 
                 s->damping[j * s->n_modes + j] += spec->effect[e].parameter[0] * s->omega[j];
 }
 
+static void allocate(struct truth_system *s, const struct truth_spec *spec, size_t n_modes)
+{
+    s->n_modes = n_modes;
+    s->n_states = 2 * n_modes;
+    for (size_t e = 0; e < spec->n_effects; e++)
+        s->n_states += states_of(&spec->effect[e], n_modes);
+    s->scale = truth_array(n_modes);
+    s->in_base = truth_array(n_modes);
+    s->A = truth_array(s->n_states * s->n_states);
+    s->B = truth_array(s->n_states * s->n_inputs);
+    for (size_t j = 0; j < n_modes; j++)
+        s->scale[j] = fmax(s->omega[j], 1);
+}
+
 int truth_system_make(const struct truth_spec *original, struct truth_system *s, char message[TRUTH_MESSAGE])
 {
     struct truth_spec spec = *original;
     struct truth_assembly fe;
-    size_t n = spec.modes;
-    *s = (struct truth_system){.n_modes = n, .n_inputs = spec.n_inputs + 1, .n_outputs = spec.n_outputs};
-    s->n_states = 2 * n;
-    for (size_t e = 0; e < spec.n_effects; e++)
-        s->n_states += states_of(&spec.effect[e], n);
-    s->omega = truth_array(n);
-    s->scale = truth_array(n);
-    s->in_base = truth_array(n);
-    s->A = truth_array(s->n_states * s->n_states);
-    s->B = truth_array(s->n_states * s->n_inputs);
+    *s = (struct truth_system){.n_inputs = spec.n_inputs + 1, .n_outputs = spec.n_outputs};
+    s->omega = truth_array(TRUTH_MODES);
     int status = truth_assembly_make(&spec, &fe, s->omega, message);
     if (status == 0) {
-        for (size_t j = 0; j < n; j++)
-            s->scale[j] = fmax(s->omega[j], 1);
+        allocate(s, &spec, fe.n_modes);
         fill_damping(s, &spec, &fe);
         fill_oscillators(s);
         fill_effects(s, &spec, &fe);
