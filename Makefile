@@ -42,7 +42,7 @@ CPLX_OBJ  = $(patsubst %.c,$(B)/complex/%.o,$(wildcard lib/effects/*.c)) $(B)/co
 HOST_OBJ  = $(HOST_SRC:%.c=$(B)/%.o)
 ARCHIVES  = $(B)/libhost.a $(B)/libbeam.a $(B)/libbeamf.a $(B)/libbeamc.a
 
-all: $(B)/beamfit $(B)/libbeamf.a ## build the program and the libraries
+all: $(B)/beamfit $(B)/beamfit.1 $(B)/libbeamf.a ## build the program and the libraries
 
 # ---- Objects ----
 $(B)/gen/effects_table.c: tools/effects_table.sh $(wildcard lib/effects/*.c)
@@ -86,6 +86,9 @@ $(B)/libhost.a: $(HOST_OBJ)
 	$(call say,$@)rm -f $@; ar rcs $@ $^
 $(B)/beamfit: $(B)/host/main.o $(B)/libhost.a $(B)/libbeam.a
 	$(call say,$@)$(CC) $(OPT) $(CFLAGS) $^ $(LIBS) -o $@
+
+$(B)/beamfit.1: $(B)/beamfit tools/man_page.sh
+	$(call say,$@)tools/man_page.sh $(B)/beamfit > $@.new && mv $@.new $@
 
 # ---- The independent truth simulator: sees neither lib/ nor host/ ----
 TRUTH_SRC  := $(wildcard tests/truth/*.c)
@@ -171,7 +174,6 @@ fuzz: ## feed hostile bytes to every reader for FUZZ_SECONDS each
 	+@FUZZ_SECONDS=$(FUZZ_SECONDS) JOBS=$(JOBS) tools/fuzz.sh $(B)/fuzz
 
 # ---- Installation ----
-MAN1 := $(wildcard docs/man/*.1)
 install: all ## install program, libraries, headers, pkg-config file and man page under DESTDIR/PREFIX
 	install -d $(DESTDIR)$(PREFIX)/bin $(DESTDIR)$(PREFIX)/lib/pkgconfig $(DESTDIR)$(PREFIX)/include/beamfit \
 	    $(DESTDIR)$(PREFIX)/share/man/man1
@@ -180,10 +182,10 @@ install: all ## install program, libraries, headers, pkg-config file and man pag
 	install -m 644 lib/*.h $(DESTDIR)$(PREFIX)/include/beamfit/
 	sed -e 's|@PREFIX@|$(PREFIX)|; s|@VERSION@|$(VERSION)|' packaging/beamfit.pc.in \
 	    > $(DESTDIR)$(PREFIX)/lib/pkgconfig/beamfit.pc
-	$(if $(MAN1),install -m 644 $(MAN1) $(DESTDIR)$(PREFIX)/share/man/man1/)
+	install -m 644 $(B)/beamfit.1 $(DESTDIR)$(PREFIX)/share/man/man1/
 uninstall: ## remove what install put there
 	rm -f $(DESTDIR)$(PREFIX)/bin/beamfit $(DESTDIR)$(PREFIX)/lib/libbeam.a $(DESTDIR)$(PREFIX)/lib/libbeamf.a \
-	    $(DESTDIR)$(PREFIX)/lib/pkgconfig/beamfit.pc $(patsubst docs/man/%,$(DESTDIR)$(PREFIX)/share/man/man1/%,$(MAN1))
+	    $(DESTDIR)$(PREFIX)/lib/pkgconfig/beamfit.pc $(DESTDIR)$(PREFIX)/share/man/man1/beamfit.1
 	rm -rf $(DESTDIR)$(PREFIX)/include/beamfit
 
 clean: ## remove everything built
