@@ -8,6 +8,8 @@
 
 /* Gauss–Legendre with three points on each of about this many elements of the span. */
 enum { SPAN_ELEMENTS = 10, GAUSS = 3 };
+/* A law over the span sees the modes below this part of the Nyquist frequency: above it recorders filter. */
+static const double span_band = 0.8;
 static const double gauss_x[GAUSS] = {-0.77459666924148337704, 0.0, 0.77459666924148337704};
 static const double gauss_w[GAUSS] = {0.55555555555555555556, 0.88888888888888888889, 0.55555555555555555556};
 
@@ -128,7 +130,7 @@ static void new_span_law(struct law *law, const struct model *model, const struc
 {
     int derivative = points == BEAM_LAW_OVER_DEFLECTION ? 0 : points == BEAM_LAW_OVER_CURVATURE ? 2 : 1;
     law->width = points == BEAM_LAW_OVER_SLOPE_AND_CURVATURE ? 2 : 1;
-    while (law->d < reduced->n_modes && law->d < LAW_COORDINATES && reduced->frequency_rad[law->d] < top_rad)
+    while (law->d < reduced->n_modes && law->d < LAW_COORDINATES && reduced->frequency_rad[law->d] < span_band * top_rad)
         law->d++;
     size_t most = GAUSS * (SPAN_ELEMENTS + model->n_regions);
     law->g = bf_alloc(law->d * reduced->n, sizeof(double));
@@ -146,6 +148,25 @@ static void new_span_law(struct law *law, const struct model *model, const struc
                 add_span_point(law, reduced, derivative, from + h * ((double)e + 0.5 + 0.5 * gauss_x[i]),
                                0.5 * h * gauss_w[i], material);
         depend_on(law, weight_parameter(map, law->weight, material));
+    }
+}
+
+/* Which arguments a law over the span has: asked of the law itself, at a few motions. Point laws are cheap: all. */
+static void find_uses(struct law *law, const double p[])
+{
+    law->uses_w = law->uses_v = law->uses_w_old = law->g_at != NULL || law->effect->n_law_states > 0;
+    for (int i = 1; i <= 8; i++) {
+        double x = (i % 2 ? 1.0 : -1.0) * pow(10.0, -0.5 * i);
+        struct beam_law_input in = {.w = {x, -0.7 * x}, .v = {1.3 * x, x}, .w_old = {0.9 * x, x}, .t_s = i, .dt_s = 1e-3};
+        struct beam_law_output o;
+        memset(&o, 0, sizeof o);
+        if (law->effect->law(p, &in, &o) != 0)
+            continue;
+        for (size_t k = 0; k < BEAM_LAW_WIDTH * BEAM_LAW_WIDTH; k++) {
+            law->uses_w = law->uses_w || fabs((&o.f_w[0][0])[k]) > 0.0;
+            law->uses_v = law->uses_v || fabs((&o.f_v[0][0])[k]) > 0.0;
+            law->uses_w_old = law->uses_w_old || fabs((&o.f_w_old[0][0])[k]) > 0.0;
+        }
     }
 }
 
@@ -169,6 +190,7 @@ enum bf_status law_new(const struct model *model, const struct reduced *reduced,
         new_span_law(out, model, reduced, map, where.points, top_rad);
     else
         new_point_law(out, model, reduced, map, &where);
+    find_uses(out, p);
     for (int s = 0; s < effect->n_parameters; s++) {
         size_t parameter = parameter_map_slot(map, 0, effect_index, s);
         if (parameter != out->at_parameter && parameter != out->width_parameter)
@@ -256,6 +278,14 @@ static void copy_states(const struct law *law, const struct parameter_map *map, 
     }
 }
 
+static double product(size_t d, const double a[], const double b[])
+{
+    double sum = 0.0;
+    for (size_t j = 0; j < d; j++)
+        sum += a[j] * b[j];
+    return sum;
+}
+
 static double point_weight(const struct law *law, const struct parameter_map *map, const double theta[], size_t q)
 {
     size_t parameter = weight_parameter(map, law->weight, law->material[q]);
@@ -282,11 +312,12 @@ int law_evaluate(const struct law *law, const struct parameter_map *map, const d
         memset(&o, 0, law->effect->n_law_states > 0 ? sizeof o : offsetof(struct beam_law_output, z));
         const double *psi = law->psi + q * law->width * d;
         for (size_t a = 0; a < law->width; a++) {
-            for (size_t j = 0; j < d; j++) {
-                in.w[a] += psi[a * d + j] * motion->w[j];
-                in.v[a] += psi[a * d + j] * motion->v[j];
-                in.w_old[a] += psi[a * d + j] * motion->w_old[j];
-            }
+            if (law->uses_w)
+                in.w[a] = product(d, psi + a * d, motion->w);
+            if (law->uses_v)
+                in.v[a] = product(d, psi + a * d, motion->v);
+            if (law->uses_w_old)
+                in.w_old[a] = product(d, psi + a * d, motion->w_old);
         }
         for (int k = 0; k < law->effect->n_law_states; k++)
             in.z[k] = motion->z[k];

@@ -24,6 +24,7 @@ struct law {
     double *g;                /* [d][n] functionals of the coordinates */
     double *g_at, *g_width;   /* [n] derivative of a point law's functional; NULL when its place is no parameter */
     size_t at_parameter, width_parameter; /* in the parameter vector; SIZE_MAX: none */
+    bool uses_w, uses_v, uses_w_old; /* the force depends on the coordinate, its rate, its value a step ago */
     size_t n_points, width;
     double *psi;              /* [n_points][width][d] */
     double *quadrature;       /* [n_points] */

@@ -104,7 +104,7 @@ static enum bf_status fill_linear(struct lanes *a, size_t lane, size_t c, struct
         for (size_t k = 0; k < m; k++)
             W[k] += gain * (H[k] * l->plan->U[i][k]);
     }
-    enum bf_status status = law_upsample(l, W, a->w_lin + (lane * l->D + c) * l->N, err);
+    enum bf_status status = l->uses_w ? law_upsample(l, W, a->w_lin + (lane * l->D + c) * l->N, err) : BF_OK;
     for (size_t k = 0; k < m; k++)
         W[k] *= l->grid->s[k];
     if (status == BF_OK)

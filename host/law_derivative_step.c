@@ -69,10 +69,11 @@ VECTOR_INLINE void add_free_motion(struct lanes *a, size_t k, double complex q)
         double pa_re = creal(pa), pa_im = cimag(pa), pq_re = creal(pq), pq_im = cimag(pq);
         double aq_re = creal(aq), aq_im = cimag(aq);
         for (int i = 0; i < LANES; i++) {
-            a->w[c][i] += q_re * da_re[i] - q_im * da_im[i] + a_re * dq_re[i] - a_im * dq_im[i];
             a->v[c][i] += pq_re * da_re[i] - pq_im * da_im[i] + pa_re * dq_re[i] - pa_im * dq_im[i] + aq_re * dp_re[i] -
                           aq_im * dp_im[i];
         }
+        for (int i = 0; l->uses_w && i < LANES; i++)
+            a->w[c][i] += q_re * da_re[i] - q_im * da_im[i] + a_re * dq_re[i] - a_im * dq_im[i];
     }
 }
 

@@ -118,13 +118,21 @@ static enum bf_status linear_motion(struct law_run *l, size_t c, struct bf_error
         for (size_t k = 0; k < m; k++)
             W[k] += gain * (H[k] * l->plan->U[i][k]);
     }
-    enum bf_status status = law_upsample(l, W, l->w_lin + c * l->N, err);
+    enum bf_status status = l->uses_w ? law_upsample(l, W, l->w_lin + c * l->N, err) : BF_OK;
     for (size_t k = 0; k < m; k++)
         W[k] *= l->grid->s[k];
     if (status == BF_OK)
         status = law_upsample(l, W, l->v_lin + c * l->N, err);
     free(H);
     return status;
+}
+
+static bool uses_w(const struct predictor *p)
+{
+    for (size_t e = 0; e < p->model.n_effects; e++)
+        if (p->laws[e].d > 0 && (p->laws[e].uses_w || p->laws[e].uses_w_old))
+            return true;
+    return false;
 }
 
 static bool has_states(const struct predictor *p)
@@ -138,6 +146,7 @@ static bool has_states(const struct predictor *p)
 enum bf_status law_run_new(struct law_run *l, struct bf_error *err)
 {
     struct predictor *p = l->run->p;
+    l->uses_w = uses_w(p);
     l->D = p->n_coordinates;
     l->oversample = oversampling(p);
     l->N = l->plan->n * (size_t)l->oversample;
