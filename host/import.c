@@ -9,15 +9,15 @@
 enum { MOST_CHANNELS = 4096 };
 
 static const struct {
-    enum import_format format;
     const char *name;
     import_reader *read;
+    enum import_format format;
     bool outside; /* by an outside library */
-} kinds[] = {{IMPORT_UFF, "uff", import_uff, false},
-             {IMPORT_MAT, "mat", import_mat, true},
-             {IMPORT_LVM, "lvm", import_lvm, false},
-             {IMPORT_WAV, "wav", import_wav, true},
-             {IMPORT_CSV, "csv", import_csv, false}};
+} kinds[] = {{"uff", import_uff, IMPORT_UFF, false},
+             {"mat", import_mat, IMPORT_MAT, true},
+             {"lvm", import_lvm, IMPORT_LVM, false},
+             {"wav", import_wav, IMPORT_WAV, true},
+             {"csv", import_csv, IMPORT_CSV, false}};
 enum { KINDS = sizeof kinds / sizeof *kinds };
 
 const char *import_format_name(enum import_format format)
@@ -154,7 +154,8 @@ struct import_channel *import_add(struct import_file *file, const char *name, si
     size_t self = file->n_channels++;
     file->channels = bf_grow(file->channels, file->n_channels, sizeof *file->channels);
     struct import_channel *channel = &file->channels[self];
-    *channel = (struct import_channel){.n = n, .x = x, .axis = IMPORT_NO_AXIS};
+    *channel = (struct import_channel){.n = n, .axis = IMPORT_NO_AXIS};
+    channel->x = x;
     import_set_text(&channel->name, name, name_n);
     import_set_text(&channel->unit, "", 0);
     import_set_text(&channel->about, "", 0);

@@ -150,6 +150,21 @@ static bool take_answer(FILE *f, struct import_file *file, enum bf_status *statu
     return ok;
 }
 
+#ifndef WITH_SANITIZER
+/* Bytes of address space that this process has already, libraries and all. */
+static rlim_t used_so_far(void)
+{
+    unsigned long pages = 0;
+    FILE *f = fopen("/proc/self/statm", "r");
+    if (f == NULL)
+        return 0;
+    if (fscanf(f, "%lu", &pages) != 1)
+        pages = 0;
+    fclose(f);
+    return (rlim_t)pages * (rlim_t)sysconf(_SC_PAGESIZE);
+}
+#endif
+
 /* Room for the numbers of a compressed file many times over, and no more. A sanitizer needs all addresses for itself. */
 static void limit_self(size_t file_bytes)
 {
@@ -157,8 +172,8 @@ static void limit_self(size_t file_bytes)
     setrlimit(RLIMIT_CORE, &none);
     setrlimit(RLIMIT_CPU, &cpu);
 #ifndef WITH_SANITIZER
-    rlim_t room = (rlim_t)2 << 30;
-    struct rlimit memory = {room + 64 * (rlim_t)file_bytes, room + 64 * (rlim_t)file_bytes};
+    rlim_t room = used_so_far() + ((rlim_t)1 << 30) + 64 * (rlim_t)file_bytes;
+    struct rlimit memory = {room, room};
     setrlimit(RLIMIT_AS, &memory);
 #else
     (void)file_bytes;

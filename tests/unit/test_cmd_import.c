@@ -11,16 +11,15 @@
 
 static const char table[] = "Time (ms);Kraft [N];Weg\n0;1,5;2\n0,5;-2;3\n1;0,25;4\n1,5;3;5\n";
 
-/* Runs the command with up to eleven words behind "import"; standard output goes to text. */
-static enum bf_status run(char *text, size_t size, struct bf_error *err, ...)
+/* Runs "import" with these words; standard output goes to text. */
+#define RUN(text, err, ...) run((text), sizeof(text), (err), (const char *const[]){__VA_ARGS__, NULL})
+
+static enum bf_status run(char *text, size_t size, struct bf_error *err, const char *const words[])
 {
-    char *argv[13] = {(char *)(uintptr_t) "import"};
+    char *argv[20] = {(char *)(uintptr_t) "import"};
     int argc = 1, kept = dup(STDOUT_FILENO);
-    va_list args;
-    va_start(args, err);
-    for (char *word; argc < 12 && (word = va_arg(args, char *)) != NULL;)
-        argv[argc++] = word;
-    va_end(args);
+    for (; words[argc - 1] != NULL && argc < 19; argc++)
+        argv[argc] = (char *)(uintptr_t)words[argc - 1];
     fflush(stdout);
     FILE *capture = tmpfile();
     assert_non_null(capture);
@@ -43,9 +42,9 @@ static void a_table_becomes_a_record(void **state)
     char *in = temporary_file("in.csv", table, sizeof table - 1), *out = temporary_file("out.csv", "", 0), text[4000];
     struct bf_error err;
     struct record record;
-    assert_int_equal(run(text, sizeof text, &err, in, "-o", out, "--channel", "Kraft=hammer_N", "--from", "0.0005",
-                         "--scale", "hammer_N=2:N", NULL),
-                     BF_OK);
+    assert_int_equal(
+        RUN(text, &err, in, "-o", out, "--channel", "Kraft=hammer_N", "--from", "0.0005", "--scale", "hammer_N=2:N"),
+        BF_OK);
     assert_contains(text, "3 samples, 2000 Hz");
     assert_int_equal(record_read(out, &record, &err), BF_OK);
     assert_int_equal(record.n, 3);
@@ -65,7 +64,7 @@ static void json_says_columns_samples_and_step(void **state)
     char *in = temporary_file("in.csv", table, sizeof table - 1), *out = temporary_file("out.csv", "", 0), text[4000];
     struct bf_error err;
     json_error_t where;
-    assert_int_equal(run(text, sizeof text, &err, in, "--json", "-o", out, NULL), BF_OK);
+    assert_int_equal(RUN(text, &err, in, "--json", "-o", out), BF_OK);
     json_t *root = json_loads(text, 0, &where); /* nothing else on standard output */
     assert_non_null(root);
     assert_int_equal(json_array_size(json_object_get(root, "columns")), 2);
@@ -74,7 +73,7 @@ static void json_says_columns_samples_and_step(void **state)
     assert_true(fabs(json_number_value(json_object_get(root, "dt_s")) - 0.0005) < 1e-18);
     json_decref(root);
     unlink(out);
-    assert_int_equal(run(text, sizeof text, &err, in, "--list", "--json", NULL), BF_OK);
+    assert_int_equal(RUN(text, &err, in, "--list", "--json"), BF_OK);
     root = json_loads(text, 0, &where);
     assert_non_null(root);
     assert_string_equal(json_string_value(json_object_get(root, "format")), "csv");
@@ -95,7 +94,7 @@ static void free_decay_is_written_down(void **state)
     char *in = temporary_file("in.csv", table, sizeof table - 1), *out = temporary_file("out.csv", "", 0), text[4000];
     struct bf_error err;
     struct record record;
-    assert_int_equal(run(text, sizeof text, &err, in, "-o", out, "--free-decay", "--free-from", "0.0005", NULL), BF_OK);
+    assert_int_equal(RUN(text, &err, in, "-o", out, "--free-decay", "--free-from", "0.0005"), BF_OK);
     assert_int_equal(record_read(out, &record, &err), BF_OK);
     assert_string_equal(record_meta(&record, "excitation"), "free_decay");
     assert_string_equal(record_meta(&record, "free_from_s"), "0.0005");
@@ -128,18 +127,17 @@ static void wrong_usage_is_explained_and_writes_nothing(void **state)
                  {{"--rate", NULL, NULL}, "needs a value"},
                  {{"--channel", "nothing", NULL}, "no such channel"}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        assert_int_equal(run(text, sizeof text, &err, in, "-o", out, cases[i].words[0], cases[i].words[1], NULL),
-                         BF_USAGE);
+        assert_int_equal(RUN(text, &err, in, "-o", out, cases[i].words[0], cases[i].words[1]), BF_USAGE);
         assert_contains(err.text, cases[i].phrase);
         assert_string_equal(text, "");
     }
-    assert_int_equal(run(text, sizeof text, &err, in, NULL), BF_USAGE);
+    assert_int_equal(RUN(text, &err, in), BF_USAGE);
     assert_contains(err.text, "-o OUT.csv");
-    assert_int_equal(run(text, sizeof text, &err, "-o", out, NULL), BF_USAGE);
-    assert_int_equal(run(text, sizeof text, &err, in, "-o", in, NULL), BF_USAGE);
+    assert_int_equal(RUN(text, &err, "-o", out), BF_USAGE);
+    assert_int_equal(RUN(text, &err, in, "-o", in), BF_USAGE);
     assert_contains(err.text, "overwrite");
-    assert_int_equal(run(text, sizeof text, &err, "/nonexistent", "-o", out, NULL), BF_BAD_FILE);
-    assert_int_equal(run(text, sizeof text, &err, in, "-o", "/nonexistent/out.csv", NULL), BF_BAD_FILE);
+    assert_int_equal(RUN(text, &err, "/nonexistent", "-o", out), BF_BAD_FILE);
+    assert_int_equal(RUN(text, &err, in, "-o", "/nonexistent/out.csv"), BF_BAD_FILE);
     assert_contains(err.text, "create the directory");
     assert_file_is(out, "kept");
     unlink(in);

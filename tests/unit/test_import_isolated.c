@@ -57,6 +57,7 @@ static enum bf_status half_reader(struct import_file *file, const char *data, si
     (void)how;
     (void)err;
     const size_t size = 1 << 21;
+    // cppcheck-suppress invalidFunctionArg
     char *memory = mmap(NULL, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     if (memory == MAP_FAILED || mprotect(memory + size / 2, size / 2, PROT_NONE) != 0)
         _exit(0);
