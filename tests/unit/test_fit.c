@@ -337,6 +337,35 @@ static void a_model_that_lacks_something_is_told_so(void **state)
     record_free(&record);
 }
 
+/* A patch ten times too soft and five times too heavy: the staircase ends in another minimum. */
+static void a_trapped_fit_is_searched_out(void **state)
+{
+    (void)state;
+    struct bf_error err;
+    struct record record;
+    struct model model;
+    struct fit_result result;
+    double sigma[2];
+    struct beam start = handbook;
+    start.EI_patch = 0.1 * truth.EI_patch, start.rho_patch = 5.0 * truth.rho_patch;
+    seed = 31;
+    make_record("hit.csv", 0.02, 1.0, &record, sigma);
+    make_model(&start, &model);
+    const struct fit_options staircase = {.quiet = true, .sigma = sigma, .never_search = true};
+    assert_int_equal(fit_run(&model, &record, 1, &staircase, &result, &err), BF_OK);
+    assert_true(result.noise_ratio > 10.0); /* the trap is a real one */
+    fit_free(&result);
+    run(&model, &record, 1, sigma, &result);
+    assert_true(result.searched && result.converged);
+    assert_near(result.noise_ratio, 1.0, 0.05);
+    assert_estimate(&result, "EI_patch_Nm2", truth.EI_patch);
+    assert_true(result.n_minima >= 1);
+    assert_true(result.minima[0].noise_ratio > result.noise_ratio);
+    fit_free(&result);
+    model_free(&model);
+    record_free(&record);
+}
+
 static void the_model_takes_values_errors_and_records(void **state)
 {
     (void)state;
@@ -561,6 +590,7 @@ int main(void)
         cmocka_unit_test(an_unknown_level_is_solved_for),
         cmocka_unit_test(a_free_decay_is_fitted),
         cmocka_unit_test(a_model_that_lacks_something_is_told_so),
+        cmocka_unit_test(a_trapped_fit_is_searched_out),
         cmocka_unit_test(the_model_takes_values_errors_and_records),
         cmocka_unit_test(errors_on_other_records_are_those_of_the_model),
         cmocka_unit_test(the_projected_gradient_is_the_gradient),
