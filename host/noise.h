@@ -37,7 +37,7 @@ const char *noise_method_text(enum noise_method method);
 /*
  * z: [n] the channel. u: [n_inputs] arrays of [n], the inputs that move the beam; n_inputs 0: a free decay, whose samples
  * before from_sample are left out. n ≥ 64. A channel too short or constant gives method NOISE_NONE with rms 0.
- * Free with noise_free(). About 20 ms for 4096 samples.
+ * Free with noise_free(). About 10 ms for 4096 samples.
  */
 enum bf_status noise_estimate(const double *z, size_t n, double dt_s, const double *const u[], size_t n_inputs,
                               size_t from_sample, struct noise_estimate *out, struct bf_error *err);

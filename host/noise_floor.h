@@ -25,7 +25,7 @@ struct noise_floor {
     bool white;
 };
 
-/* fit: of the record z; z: [n]. About 12 ms for 4096 samples. */
+/* fit: of the record z; z: [n]. About 5 ms for 4096 samples. */
 enum bf_status noise_floor_estimate(const struct local_rational *fit, const double *z, size_t n,
                                     struct noise_floor *out, struct bf_error *err);
 
