@@ -8,8 +8,9 @@
 #include <string.h>
 #include "intervals.h"
 
-static const double extent_linear = 10.0;    /* in θ/scale: what counts as 100 % for a parameter that may be 0 */
-static const double suspicious_gain = 100.0; /* a gain this many times off its start is a wrong unit */
+static const double extent_linear = 10.0; /* in θ/scale: what counts as 100 % for a parameter that may be 0 */
+/* A parameter this many times off its start is a wrong unit somewhere. */
+static const double suspicious_gain = 100.0, suspicious_beam = 30.0;
 static const double close_to_bound = 1e-9;
 
 static void warn(struct fit_result *out, const char *format, ...) __attribute__((format(printf, 2, 3)));
@@ -124,12 +125,12 @@ static void warn_about_parameter(const struct fit_problem *p, const struct model
     if (f->at_bound)
         warn(out, "%s ended at a bound of its range (%.6g %s): widen min or max if the physics allows it", f->label,
              f->value, f->unit);
-    if (ref->role == ROLE_KS || ref->role == ROLE_KB) {
-        const double ratio = fabs(f->value / f->start);
-        if (f->start != 0.0 && (ratio > suspicious_gain || ratio < 1.0 / suspicious_gain))
-            warn(out, "%s is %.3g times its start value: are the units of the record's columns right (mV, g, kN)?",
-                 f->label, ratio);
-    }
+    const bool gain = ref->role == ROLE_KS || ref->role == ROLE_KB,
+               beam = ref->role == ROLE_EI || ref->role == ROLE_RHO;
+    const double limit = gain ? suspicious_gain : suspicious_beam, ratio = fabs(f->value / f->start);
+    if ((gain || beam) && f->start != 0.0 && (ratio > limit || ratio < 1.0 / limit))
+        warn(out, "%s is %.3g times its start value: are the units of the record's columns right (mV, g, kN)?",
+             f->label, ratio);
     if (ref->role != ROLE_EFFECT || !f->identifiable)
         return;
     const struct beam_parameter_info *info = &model->effects[ref->owner].effect->parameters[ref->slot];

@@ -83,6 +83,14 @@ static enum bf_status one_stage(struct fit_problem *p, double decay_ps, double f
     return status;
 }
 
+/* What is explained to below the floor can be stretched further. */
+static double next_factor(double misfit)
+{
+    if (misfit < 0.5)
+        return 30.0;
+    return misfit < 1.0 ? 10.0 : 3.0;
+}
+
 enum bf_status staircase_run(struct fit_problem *p, const struct staircase *stairs, struct progress *bar, double x[],
                              struct optimise_result *out, struct bf_error *err)
 {
@@ -96,9 +104,7 @@ enum bf_status staircase_run(struct fit_problem *p, const struct staircase *stai
             return status;
         const double misfit = sqrt(fit_problem_mean_square(p));
         say(bar, 0.8 * (1.0 - log(fmax(s * stairs->longest_s, 1.0)) / span), p);
-        s /= misfit < 0.5   ? 30.0
-             : misfit < 1.0 ? 10.0
-                            : 3.0; /* what is explained to below the floor can be stretched */
+        s /= next_factor(misfit);
     }
     if (!status)
         status = staircase_last(p, x, out, err);

@@ -9,119 +9,9 @@
 #include <stdint.h>
 #include <cmocka.h>
 
-#include <math.h>
 #include <signal.h>
-#include "dense.h"
-#include "fit.h"
-#include "fit_problem.h"
+#include "fit_rig.h"
 #include "progress.h"
-#include "test_files.h"
-
-#define assert_near(a, b, tolerance) assert_true(fabs((a) - (b)) <= (tolerance))
-
-enum { SAMPLES = 1000, RATE_HZ = 1000, PARAMETERS_TEXT = 1024 };
-
-static const char beam_text[] = "format: beamfit-model/1\n"
-                                "beam: {length_m: 0.4, patch_m: [0.02, 0.08]}\n"
-                                "parameters:\n"
-                                "  EI_beam_Nm2: {value: %g%s}\n"
-                                "  EI_patch_Nm2: {value: %g}\n"
-                                "  rho_beam_kgpm: {value: %g%s}\n"
-                                "  rho_patch_kgpm: {value: %g}\n"
-                                "  cDI_beam_sNm2: {value: %g}\n"
-                                "  cDI_patch_sNm2: {value: 1e-5, fixed: true}\n"
-                                "  gamma_sNpm2: {value: 0.02, fixed: true}\n"
-                                "  Ks_V: {value: %g%s}\n"
-                                "inputs: {hammer_N: {kind: point_force, at_m: 0.05}}\n"
-                                "outputs: {piezo_V: {kind: patch_strain}, tip_mps: {kind: velocity, at_m: 0.39}}\n"
-                                "effects: []\n";
-
-struct beam {
-    double EI, EI_patch, rho, rho_patch, cDI, Ks;
-    const char *of_EI, *of_rho, *of_Ks; /* ", fixed: true", ", max: 0.4" … */
-};
-static const struct beam truth = {0.5, 0.8, 0.1, 0.4, 2e-5, 40.0, "", "", ""};
-static const struct beam handbook = {0.53, 1.0, 0.1, 0.3, 1e-5, 60.0, "", ", fixed: true", ""};
-
-static void make_model(const struct beam *beam, struct model *out)
-{
-    struct bf_error err;
-    char text[PARAMETERS_TEXT];
-    const int n = snprintf(text, sizeof text, beam_text, beam->EI, beam->of_EI, beam->EI_patch, beam->rho, beam->of_rho,
-                           beam->rho_patch, beam->cDI, beam->Ks, beam->of_Ks);
-    char *path = temporary_file("model.yaml", text, (size_t)n);
-    assert_int_equal(model_read(path, out, &err), BF_OK);
-    unlink(path);
-    free(path);
-}
-
-static uint64_t seed;
-
-static double gauss(void)
-{
-    double sum = -6.0;
-    for (int i = 0; i < 12; i++) {
-        uint64_t z = (seed += 0x9E3779B97F4A7C15u);
-        z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
-        z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
-        sum += (double)((z ^ (z >> 31)) >> 11) * 0x1p-53;
-    }
-    return sum;
-}
-
-/* A hammer pulse of 12 ms at start_s and what the true beam answers, with 0.5 % noise (sigma[2] says how much). */
-static void make_record(const char *name, double start_s, double level, struct record *out, double sigma[2])
-{
-    static double force[SAMPLES], zero[SAMPLES], z[SAMPLES];
-    struct bf_error err;
-    struct model model;
-    struct predictor *predictor;
-    struct parameter_ref *refs;
-    struct prediction y;
-    *out = (struct record){.n = SAMPLES, .dt_s = 1.0 / RATE_HZ, .path = strdup(name)};
-    for (size_t k = 0; k < SAMPLES; k++) {
-        const double t = (double)k / RATE_HZ - start_s, width = 0.012;
-        force[k] = t > 0.0 && t < width ? level * 0.5 * (1.0 - cos(2.0 * M_PI * t / width)) : 0.0;
-    }
-    record_add_column(out, "hammer_N", force);
-    record_add_column(out, "piezo_V", zero);
-    record_add_column(out, "tip_mps", zero);
-    make_model(&truth, &model);
-    assert_int_equal(predictor_new(&model, out, 1, NULL, &predictor, &err), BF_OK);
-    const char *names[1] = {name};
-    const size_t n = model_parameters(&model, names, 1, &refs);
-    double *theta = calloc(n, sizeof *theta);
-    for (size_t i = 0; i < n; i++)
-        theta[i] = refs[i].value;
-    assert_int_equal(predictor_run(predictor, theta, NULL, &y, &err), BF_OK);
-    for (size_t c = 0; c < 2; c++) {
-        const double *clean = y.y + c * SAMPLES;
-        sigma[c] = 0.005 * dense_norm(SAMPLES, clean) / sqrt((double)SAMPLES);
-        for (size_t k = 0; k < SAMPLES; k++)
-            z[k] = clean[k] + sigma[c] * gauss();
-        memcpy(out->columns[1 + c].x, z, sizeof z);
-    }
-    free(theta), free(refs);
-    predictor_free(predictor);
-    model_free(&model);
-}
-
-/* Drop a column of a record. */
-static void drop_column(struct record *record, const char *name)
-{
-    for (size_t i = 0; i < record->n_columns; i++)
-        if (strcmp(record->columns[i].name, name) == 0)
-            record->columns[i].name[0] = '-';
-}
-
-static const struct fit_parameter *find(const struct fit_result *result, const char *label)
-{
-    for (size_t i = 0; i < result->n_parameters; i++)
-        if (strcmp(result->parameters[i].label, label) == 0)
-            return &result->parameters[i];
-    fail_msg("no parameter %s", label);
-    return NULL;
-}
 
 static void assert_estimate(const struct fit_result *result, const char *label, double expected)
 {
@@ -416,98 +306,6 @@ static void errors_on_other_records_are_those_of_the_model(void **state)
     record_free(&record);
 }
 
-/* ---- Inside ---- */
-
-/* The gradient of the projected problem (level and free decay solved for) against central differences. */
-static void the_projected_gradient_is_the_gradient(void **state)
-{
-    (void)state;
-    struct bf_error err;
-    struct record records[2];
-    struct model model;
-    struct predictor *predictor;
-    struct parameter_ref *refs;
-    struct fit_problem p;
-    double sigma[4];
-    const char *names[2] = {"level.csv", "tap.csv"};
-    seed = 20;
-    make_record(names[0], 0.02, 1.0, &records[0], sigma);
-    make_record(names[1], 0.02, 1.0, &records[1], sigma + 2);
-    record_add_meta(&records[0], "excitation", "unknown_level");
-    record_add_meta(&records[1], "excitation", "free_decay");
-    record_add_meta(&records[1], "free_from_s", "0.06");
-    make_model(&handbook, &model);
-    assert_int_equal(predictor_new(&model, records, 2, NULL, &predictor, &err), BF_OK);
-    const size_t n_refs = model_parameters(&model, names, 2, &refs);
-    assert_int_equal(fit_problem_new(&p, &model, predictor, records, 2, names, refs, n_refs, sigma, &err), BF_OK);
-    const size_t n = p.n_unknowns;
-    double x[16], gradient[16], gram[256], value;
-    for (size_t i = 0; i < n_refs; i++)
-        p.theta[i] = refs[i].value;
-    fit_problem_to_x(&p, p.theta, x);
-    assert_int_equal(fit_problem_stage(&p, 3.0, 0.02, x, &err), BF_OK);
-    const struct least_squares view = fit_problem_view(&p);
-    assert_int_equal(view.derivative(&p, x, &value, gradient, gram, &err), BF_OK);
-    const double norm = dense_norm(n, gradient);
-    for (size_t i = 0; i < n; i++) {
-        const double at = x[i], h = 1e-6;
-        double up, down;
-        x[i] = at + h;
-        assert_int_equal(view.value(&p, x, &up, &err), BF_OK);
-        x[i] = at - h;
-        assert_int_equal(view.value(&p, x, &down, &err), BF_OK);
-        x[i] = at;
-        assert_near((up - down) / (2.0 * h), gradient[i], 1e-6 * norm);
-    }
-    fit_problem_free(&p);
-    free(refs);
-    predictor_free(predictor);
-    model_free(&model);
-    record_free(&records[0]);
-    record_free(&records[1]);
-}
-
-/* A level solved for inside gives the residual of the same problem with the level as a parameter at its optimum. */
-static void projection_equals_the_joint_solution(void **state)
-{
-    (void)state;
-    struct bf_error err;
-    struct record records[2];
-    struct model model;
-    struct predictor *predictor;
-    double sigma[2], projected, scaled;
-    seed = 21;
-    make_record("level.csv", 0.02, 1.0, &records[0], sigma);
-    record_add_meta(&records[0], "excitation", "unknown_level");
-    make_model(&handbook, &model);
-    for (int joint = 0; joint < 2; joint++) {
-        const char *names[1] = {"level.csv"};
-        struct parameter_ref *refs;
-        struct fit_problem p;
-        double x[16];
-        assert_int_equal(predictor_new(&model, records, 1, NULL, &predictor, &err), BF_OK);
-        const size_t n_refs = model_parameters(&model, names, 1, &refs);
-        assert_int_equal(fit_problem_new(&p, &model, predictor, records, 1, names, refs, n_refs, sigma, &err), BF_OK);
-        fit_problem_to_x(&p, p.theta, x);
-        assert_int_equal(fit_problem_stage(&p, 0.0, 0.0, x, &err), BF_OK);
-        assert_int_equal(fit_problem_evaluate(&p, x, false, joint ? &scaled : &projected, &err), BF_OK);
-        const double level = p.levels[0];
-        fit_problem_free(&p);
-        free(refs);
-        predictor_free(predictor);
-        if (joint)
-            continue;
-        assert_true(fabs(level - 1.0) > 1e-3);
-        for (size_t k = 0; k < SAMPLES; k++)
-            records[0].columns[0].x[k] *= level;
-        free(records[0].meta[0].value);
-        records[0].meta[0].value = strdup("measured");
-    }
-    assert_near(scaled / projected, 1.0, 1e-9);
-    model_free(&model);
-    record_free(&records[0]);
-}
-
 /* With one linear unknown and a prior the estimate has a closed form: (Σz/σ² + θ0/p²)/(n/σ² + 1/p²). */
 static void a_prior_pulls_as_the_closed_form_says(void **state)
 {
@@ -593,8 +391,6 @@ int main(void)
         cmocka_unit_test(a_trapped_fit_is_searched_out),
         cmocka_unit_test(the_model_takes_values_errors_and_records),
         cmocka_unit_test(errors_on_other_records_are_those_of_the_model),
-        cmocka_unit_test(the_projected_gradient_is_the_gradient),
-        cmocka_unit_test(projection_equals_the_joint_solution),
         cmocka_unit_test(a_prior_pulls_as_the_closed_form_says),
         cmocka_unit_test(an_interrupted_fit_keeps_what_it_has),
     };

@@ -1,0 +1,110 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* The weighted problem below the fit: linear unknowns are projected out, and the gradient is that of what is left. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <cmocka.h>
+
+#include "fit_problem.h"
+#include "fit_rig.h"
+
+/* The gradient of the projected problem (level and free decay solved for) against central differences. */
+static void the_projected_gradient_is_the_gradient(void **state)
+{
+    (void)state;
+    struct bf_error err;
+    struct record records[2];
+    struct model model;
+    struct predictor *predictor;
+    struct parameter_ref *refs;
+    struct fit_problem p;
+    double sigma[4];
+    const char *names[2] = {"level.csv", "tap.csv"};
+    seed = 20;
+    make_record(names[0], 0.02, 1.0, &records[0], sigma);
+    make_record(names[1], 0.02, 1.0, &records[1], sigma + 2);
+    record_add_meta(&records[0], "excitation", "unknown_level");
+    record_add_meta(&records[1], "excitation", "free_decay");
+    record_add_meta(&records[1], "free_from_s", "0.06");
+    make_model(&handbook, &model);
+    assert_int_equal(predictor_new(&model, records, 2, NULL, &predictor, &err), BF_OK);
+    const size_t n_refs = model_parameters(&model, names, 2, &refs);
+    assert_int_equal(fit_problem_new(&p, &model, predictor, records, 2, names, refs, n_refs, sigma, &err), BF_OK);
+    const size_t n = p.n_unknowns;
+    double x[16], gradient[16], gram[256], value;
+    for (size_t i = 0; i < n_refs; i++)
+        p.theta[i] = refs[i].value;
+    fit_problem_to_x(&p, p.theta, x);
+    assert_int_equal(fit_problem_stage(&p, 3.0, 0.02, x, &err), BF_OK);
+    const struct least_squares view = fit_problem_view(&p);
+    assert_int_equal(view.derivative(&p, x, &value, gradient, gram, &err), BF_OK);
+    const double norm = dense_norm(n, gradient);
+    for (size_t i = 0; i < n; i++) {
+        const double at = x[i], h = 1e-6;
+        double up, down;
+        x[i] = at + h;
+        assert_int_equal(view.value(&p, x, &up, &err), BF_OK);
+        x[i] = at - h;
+        assert_int_equal(view.value(&p, x, &down, &err), BF_OK);
+        x[i] = at;
+        assert_near((up - down) / (2.0 * h), gradient[i], 1e-6 * norm);
+    }
+    fit_problem_free(&p);
+    free(refs);
+    predictor_free(predictor);
+    model_free(&model);
+    record_free(&records[0]);
+    record_free(&records[1]);
+}
+
+/* A level solved for inside gives the residual of the same problem with the level as a parameter at its optimum. */
+static void projection_equals_the_joint_solution(void **state)
+{
+    (void)state;
+    struct bf_error err;
+    struct record records[2];
+    struct model model;
+    struct predictor *predictor;
+    double sigma[2], projected, scaled;
+    seed = 21;
+    make_record("level.csv", 0.02, 1.0, &records[0], sigma);
+    record_add_meta(&records[0], "excitation", "unknown_level");
+    make_model(&handbook, &model);
+    for (int joint = 0; joint < 2; joint++) {
+        const char *names[1] = {"level.csv"};
+        struct parameter_ref *refs;
+        struct fit_problem p;
+        double x[16];
+        assert_int_equal(predictor_new(&model, records, 1, NULL, &predictor, &err), BF_OK);
+        const size_t n_refs = model_parameters(&model, names, 1, &refs);
+        assert_int_equal(fit_problem_new(&p, &model, predictor, records, 1, names, refs, n_refs, sigma, &err), BF_OK);
+        fit_problem_to_x(&p, p.theta, x);
+        assert_int_equal(fit_problem_stage(&p, 0.0, 0.0, x, &err), BF_OK);
+        assert_int_equal(fit_problem_evaluate(&p, x, false, joint ? &scaled : &projected, &err), BF_OK);
+        const double level = p.levels[0];
+        fit_problem_free(&p);
+        free(refs);
+        predictor_free(predictor);
+        if (joint)
+            continue;
+        assert_true(fabs(level - 1.0) > 1e-3);
+        for (size_t k = 0; k < SAMPLES; k++)
+            records[0].columns[0].x[k] *= level;
+        free(records[0].meta[0].value);
+        records[0].meta[0].value = strdup("measured");
+    }
+    assert_near(scaled / projected, 1.0, 1e-9);
+    model_free(&model);
+    record_free(&records[0]);
+}
+
+int main(void)
+{
+    dense_init();
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(the_projected_gradient_is_the_gradient),
+        cmocka_unit_test(projection_equals_the_joint_solution),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
