@@ -59,7 +59,7 @@ static enum bf_status check_effects(const struct predictor *p, struct bf_error *
         if (!found)
             return bf_fail(err, BF_BAD_FILE, "effect %s acts on no channel of the model; name one with 'channel:'",
                            effect->id);
-        if (effect->base != NULL || effect->geometry != NULL)
+        if (effect->base != NULL || effect->geometry != NULL || effect->drive != NULL)
             return bf_fail(err, BF_USAGE, "effect %s is known but cannot be simulated by this version; drop it",
                            effect->id);
     }
