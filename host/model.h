@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
  * model.h — what is believed about a beam: geometry, parameters, channels, effects. Plain data; no numerics.
- * The YAML form is beamfit-model/1 (docs/formats.md); model_yaml.c is the only file that knows it.
+ * The YAML form is beamfit-model/1 (docs/model_file.md); only model_*.c know it.
  */
 #ifndef BEAMFIT_MODEL_H
 #define BEAMFIT_MODEL_H

@@ -223,7 +223,8 @@ static enum bf_status on_event(struct builder *b, struct fy_event *event)
         return on_start(b, event, YAML_SEQUENCE);
     case FYET_MAPPING_END:
     case FYET_SEQUENCE_END:
-        on_end(b, event);
+        if (b->depth > 0)
+            on_end(b, event);
         return BF_OK;
     default:
         return BF_OK;

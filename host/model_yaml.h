@@ -56,7 +56,7 @@ struct model_where {
 /* model_check() with the place of the fault, and text without a file name. */
 enum bf_status model_check_where(const struct model *model, struct model_where *where, struct bf_error *err);
 
-/* ---- Reading (model_yaml_read.c, model_yaml_channels.c) ---- */
+/* ---- Reading (model_yaml_values.c, model_yaml_read.c, model_yaml_channels.c) ---- */
 
 struct yaml_reader {
     const char *path;
@@ -98,7 +98,7 @@ void model_effect_parameter(const struct model *model, const struct beam_effect 
 /* An empty free parameter with its physical bounds: ≥ 0 unless it may be negative. */
 void model_parameter_init(struct parameter *out, const char *name, const char *unit, bool may_be_negative);
 
-/* ---- Writing (model_yaml_print.c, model_yaml_edit.c) ---- */
+/* ---- Writing (model_yaml_print.c, model_yaml_edit.c, model_yaml_splice.c) ---- */
 
 /* A growing text. */
 struct yaml_text {

@@ -63,7 +63,7 @@ static enum bf_status read_input(const struct yaml_reader *r, const struct yaml_
     if (status != BF_OK)
         return status;
     const char *const kinds[] = {model_input_kind_name(INPUT_POINT_FORCE), model_input_kind_name(INPUT_PATCH_MOMENT)};
-    size_t kind;
+    size_t kind = 0;
     if ((status = read_kind(r, node, input.name, kinds, 2, &kind)) != BF_OK)
         return status;
     input.kind = (enum input_kind)kind;
@@ -98,7 +98,7 @@ static enum bf_status read_output(const struct yaml_reader *r, const struct yaml
     if (status != BF_OK)
         return status;
     const char *kinds[OUTPUT_PATCH_STRAIN + 1];
-    size_t kind;
+    size_t kind = 0;
     for (kind = 0; kind <= OUTPUT_PATCH_STRAIN; kind++)
         kinds[kind] = model_output_kind_name((enum output_kind)kind);
     if ((status = read_kind(r, node, output.name, kinds, OUTPUT_PATCH_STRAIN + 1, &kind)) != BF_OK)

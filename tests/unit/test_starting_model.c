@@ -85,7 +85,8 @@ static void the_text_is_the_model(void **state)
     assert_true(fabs(model_material(&m, "patch")->rho.value / laminate_rho(&paper_beam, &paper_patch, 2) - 1.0) < 1e-3);
     assert_true(m.materials[0].EI.prior > 0.0 && !m.materials[0].EI.fixed && !m.Ks.fixed && m.KB.fixed);
     model_free(&m);
-    for (char *line = strtok(text, "\n"); line; line = strtok(NULL, "\n")) /* every number has its unit beside it */
+    for (char *rest, *line = strtok_r(text, "\n", &rest); line;
+         line = strtok_r(NULL, "\n", &rest)) /* every number has its unit beside it */
         if (strstr(line, "value:") && !strstr(line, "} "))
             fail_msg("no comment: %s", line);
     free(text);
