@@ -9,6 +9,10 @@
 #define beam_plan_chains  BEAM_NAME(plan_chains)
 #define beam_chain_step   BEAM_NAME(chain_step)
 
+#define beam_turn_blocks  BEAM_NAME(turn_blocks)
+#define beam_add_column   BEAM_NAME(add_column)
+#define beam_row_times    BEAM_NAME(row_times)
+#define beam_linear_step  BEAM_NAME(linear_step)
 #define beam_ring_filter  BEAM_NAME(ring_filter)
 #define beam_laws_solve   BEAM_NAME(laws_solve)
 #define beam_use_channels BEAM_NAME(use_channels)
@@ -26,6 +30,15 @@ enum beam_status beam_plan_chains(const struct beam_model *model, const struct b
 /* Outputs through their chains: row[o] at time k − beam_latency in, y[o] at k − latency out. */
 enum beam_status beam_chain_step(const struct beam_plan *plan, struct beam_state *state, beam_real command,
                                  const beam_real row[BEAM_OUTPUTS], beam_real y[]);
+
+/* x ← Φ x + γ u of input 0; x ← x + γ u; row · x. Over whole pairs of blocks. */
+void beam_turn_blocks(const struct beam_plan *plan, beam_real u, beam_real x[BEAM_STATES]);
+void beam_add_column(int n_blocks, const beam_real gamma[BEAM_STATES], beam_real u, beam_real x[BEAM_STATES]);
+beam_real beam_row_times(int n_blocks, const beam_real row[BEAM_STATES], const beam_real x[BEAM_STATES]);
+
+/* beam_step() where there is neither effect nor history: the same sums in the same order, the firmware's usual case. */
+enum beam_status beam_linear_step(const struct beam_plan *plan, struct beam_state *state, const beam_real u[],
+                                  beam_real y[]);
 
 /* Rings: `at` is the place of the newest sample; age 0 is the newest. */
 static inline void beam_ring_push(const struct beam_ring *ring, beam_real history[BEAM_HISTORY], int *at, beam_real x)

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* One sample: x ← x + (Φ − 1) x + Γ u, y = H x + taps, laws, chain. Order of sums is fixed: all targets round alike. */
+/* One sample: x ← x + (Φ − 1) x + Γ u, y = H x + taps, laws, chain. */
 #include "beam_plan.h"
 
 void beam_reset(const struct beam_plan *plan, struct beam_state *state)
@@ -89,45 +89,13 @@ static enum beam_status take_inputs(const struct beam_plan *plan, struct beam_st
     return status;
 }
 
-/* x ← Φ x, blockwise; the first input's column goes along. */
-static void turn_blocks(const struct beam_plan *plan, beam_real u, beam_real x[BEAM_STATES])
-{
-    const beam_real *phi = plan->x.phi[0], *gamma = plan->x.gamma[0];
-    const beam_real *const end = x + 2 * plan->n.n_blocks;
-    for (; x != end; x += 2, phi += 4, gamma += 2) {
-        const beam_real a = x[0], b = x[1];
-        x[0] = a + (phi[0] * a + phi[1] * b + gamma[0] * u);
-        x[1] = b + (phi[2] * a + phi[3] * b + gamma[1] * u);
-    }
-}
-
-static void add_column(int n_blocks, const beam_real gamma[BEAM_STATES], beam_real u, beam_real x[BEAM_STATES])
-{
-    const beam_real *const end = x + 2 * n_blocks;
-    for (; x != end; x += 2, gamma += 2) {
-        x[0] += gamma[0] * u;
-        x[1] += gamma[1] * u;
-    }
-}
-
-static beam_real row_times(int n_blocks, const beam_real row[BEAM_STATES], const beam_real x[BEAM_STATES])
-{
-    const beam_real *const end = x + 2 * n_blocks;
-    beam_real even = BEAM_K(0.0), odd = BEAM_K(0.0);
-    for (; x != end; x += 2, row += 2) {
-        even += row[0] * x[0];
-        odd += row[1] * x[1];
-    }
-    return even + odd;
-}
-
 /* Free prediction of row r: state, and the youngest input samples through their taps. */
 static beam_real predict_row(const struct beam_plan *plan, const struct beam_state *state,
                              const beam_real now[BEAM_ALL_INPUTS], int inputs, int r)
 {
     const struct beam_plan_counts *n = &plan->n;
     const beam_real *taps = plan->x.taps + r * inputs * n->n_taps;
-    beam_real value = row_times(n->n_blocks, plan->x.row[r], state->x);
+    beam_real value = beam_row_times(n->n_blocks, plan->x.row[r], state->x);
     if (n->n_taps == 1) {
         for (int i = 0; i < inputs; i++)
             value += taps[i] * now[i];
@@ -153,11 +121,11 @@ static void advance_state(const struct beam_plan *plan, struct beam_state *state
             entering[i] = beam_ring_get(&n->input_ring[i], state->history, state->input_at[i], n->n_taps);
         }
     }
-    turn_blocks(plan, entering[0], state->x);
+    beam_turn_blocks(plan, entering[0], state->x);
     for (int i = 1; i < inputs; i++)
-        add_column(n->n_blocks, plan->x.gamma[i], entering[i], state->x);
+        beam_add_column(n->n_blocks, plan->x.gamma[i], entering[i], state->x);
     for (int p = 0; p < n->n_ports; p++)
-        add_column(n->n_blocks, plan->x.gamma_port[p], -state->force[p], state->x);
+        beam_add_column(n->n_blocks, plan->x.gamma_port[p], -state->force[p], state->x);
 }
 
 static enum beam_status apply_laws(const struct beam_plan *plan, struct beam_state *state,
@@ -184,34 +152,11 @@ static enum beam_status apply_laws(const struct beam_plan *plan, struct beam_sta
     return status;
 }
 
-/* The same sums in the same order where there is no effect and no history: the firmware's usual case. */
-static enum beam_status linear_step(const struct beam_plan *plan, struct beam_state *state, const beam_real u[],
-                                    beam_real y[])
-{
-    const int n_blocks = plan->n.n_blocks, inputs = plan->n.n_inputs;
-    const beam_real *taps = plan->x.taps;
-    beam_real sum = BEAM_K(0.0);
-    turn_blocks(plan, state->u_last[0], state->x);
-    for (int i = 1; i < inputs; i++)
-        add_column(n_blocks, plan->x.gamma[i], state->u_last[i], state->x);
-    for (int o = 0; o < plan->n.n_outputs; o++, taps += inputs) {
-        beam_real value = row_times(n_blocks, plan->x.row[o], state->x);
-        for (int i = 0; i < inputs; i++)
-            value += taps[i] * u[i];
-        y[o] = value;
-        sum += value;
-    }
-    for (int i = 0; i < inputs; i++)
-        state->u_last[i] = u[i];
-    state->k++;
-    return beam_finite(sum) ? BEAM_OK : BEAM_ERROR_STATE;
-}
-
 enum beam_status beam_step(const struct beam_plan *plan, struct beam_state *state, const beam_real u[], beam_real y[])
 {
     const struct beam_plan_counts *n = &plan->n;
     if (n->n_uses == 0 && n->n_taps == 1)
-        return linear_step(plan, state, u, y);
+        return beam_linear_step(plan, state, u, y);
     const int inputs = n->n_inputs + (n->base_use >= 0);
     beam_real now[BEAM_ALL_INPUTS] = {BEAM_K(0.0)}, row[BEAM_OUTPUTS], sum = BEAM_K(0.0);
     enum beam_status status = take_inputs(plan, state, u, now), law_status = BEAM_OK, chain_status;

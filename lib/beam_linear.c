@@ -1,0 +1,97 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The loops over the 2 × 2 blocks, two blocks a turn; an odd last block has a neighbour of zeros. The order of the sums
+ * is written out, so that with contraction off every target rounds alike.
+ */
+#include "beam_plan.h"
+
+_Static_assert(BEAM_BLOCKS % 2 == 0, "blocks are taken in twos");
+
+void beam_turn_blocks(const struct beam_plan *plan, beam_real u, beam_real x[BEAM_STATES])
+{
+    const beam_real *phi = plan->x.phi[0], *gamma = plan->x.gamma[0];
+    const beam_real *const end = x + 2 * plan->n.n_blocks;
+    for (; x < end; x += 4, phi += 8, gamma += 4) {
+        const beam_real a = x[0], b = x[1], c = x[2], d = x[3];
+        x[0] = a + (phi[0] * a + phi[1] * b + gamma[0] * u);
+        x[1] = b + (phi[2] * a + phi[3] * b + gamma[1] * u);
+        x[2] = c + (phi[4] * c + phi[5] * d + gamma[2] * u);
+        x[3] = d + (phi[6] * c + phi[7] * d + gamma[3] * u);
+    }
+}
+
+/* beam_turn_blocks() and then beam_row_times() of output 0, while x is in registers. */
+static beam_real turn_and_read(const struct beam_plan *plan, beam_real u, beam_real x[BEAM_STATES])
+{
+    const beam_real *phi = plan->x.phi[0], *gamma = plan->x.gamma[0], *row = plan->x.row[0];
+    const beam_real *const end = x + 2 * plan->n.n_blocks;
+    beam_real even = BEAM_K(0.0), odd = BEAM_K(0.0);
+    for (; x < end; x += 4, phi += 8, gamma += 4, row += 4) {
+        const beam_real a = x[0], b = x[1], c = x[2], d = x[3];
+        const beam_real e = a + (phi[0] * a + phi[1] * b + gamma[0] * u);
+        const beam_real f = b + (phi[2] * a + phi[3] * b + gamma[1] * u);
+        const beam_real g = c + (phi[4] * c + phi[5] * d + gamma[2] * u);
+        const beam_real h = d + (phi[6] * c + phi[7] * d + gamma[3] * u);
+        x[0] = e;
+        x[1] = f;
+        x[2] = g;
+        x[3] = h;
+        even += row[0] * e;
+        odd += row[1] * f;
+        even += row[2] * g;
+        odd += row[3] * h;
+    }
+    return even + odd;
+}
+
+void beam_add_column(int n_blocks, const beam_real gamma[BEAM_STATES], beam_real u, beam_real x[BEAM_STATES])
+{
+    const beam_real *const end = x + 2 * n_blocks;
+    for (; x < end; x += 4, gamma += 4) {
+        x[0] += gamma[0] * u;
+        x[1] += gamma[1] * u;
+        x[2] += gamma[2] * u;
+        x[3] += gamma[3] * u;
+    }
+}
+
+beam_real beam_row_times(int n_blocks, const beam_real row[BEAM_STATES], const beam_real x[BEAM_STATES])
+{
+    const beam_real *const end = x + 2 * n_blocks;
+    beam_real even = BEAM_K(0.0), odd = BEAM_K(0.0);
+    for (; x < end; x += 4, row += 4) {
+        even += row[0] * x[0];
+        odd += row[1] * x[1];
+        even += row[2] * x[2];
+        odd += row[3] * x[3];
+    }
+    return even + odd;
+}
+
+enum beam_status beam_linear_step(const struct beam_plan *plan, struct beam_state *state, const beam_real u[],
+                                  beam_real y[])
+{
+    const int n_blocks = plan->n.n_blocks, inputs = plan->n.n_inputs, outputs = plan->n.n_outputs;
+    const beam_real *taps = plan->x.taps;
+    beam_real sum = BEAM_K(0.0);
+    int o = 0;
+    if (inputs == 1 && outputs > 0) {
+        sum = y[0] = turn_and_read(plan, state->u_last[0], state->x) + taps[0] * u[0];
+        o = 1;
+    } else {
+        beam_turn_blocks(plan, state->u_last[0], state->x);
+    }
+    for (int i = 1; i < inputs; i++)
+        beam_add_column(n_blocks, plan->x.gamma[i], state->u_last[i], state->x);
+    for (; o < outputs; o++) {
+        beam_real value = beam_row_times(n_blocks, plan->x.row[o], state->x);
+        for (int i = 0; i < inputs; i++)
+            value += taps[o * inputs + i] * u[i];
+        y[o] = value;
+        sum += value;
+    }
+    for (int i = 0; i < inputs; i++)
+        state->u_last[i] = u[i];
+    state->k++;
+    return beam_finite(sum) ? BEAM_OK : BEAM_ERROR_STATE;
+}
