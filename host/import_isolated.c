@@ -154,12 +154,11 @@ static bool take_answer(FILE *f, struct import_file *file, enum bf_status *statu
 /* Bytes of address space that this process has already, libraries and all. */
 static rlim_t used_so_far(void)
 {
-    unsigned long pages = 0;
+    char line[64] = "";
     FILE *f = fopen("/proc/self/statm", "r");
     if (f == NULL)
         return 0;
-    if (fscanf(f, "%lu", &pages) != 1)
-        pages = 0;
+    unsigned long pages = fgets(line, sizeof line, f) != NULL ? strtoul(line, NULL, 10) : 0;
     fclose(f);
     return (rlim_t)pages * (rlim_t)sysconf(_SC_PAGESIZE);
 }

@@ -156,9 +156,21 @@ static double number_and_unit(const char *text, const char *end, char point, str
         after = number_scan(s, end, point, &x);
     if (after == NULL)
         return 0;
-    const char *bracket = memchr(text, '(', (size_t)(s - text));
-    *has_unit = unit_at(after, end, unit) || (bracket != NULL && unit_at(bracket, s, unit));
+    const char *bracket = text;
+    while (bracket < s && *bracket != '(' && *bracket != '[')
+        bracket++;
+    *has_unit = unit_at(after, end, unit) || unit_at(bracket, s, unit);
     return x;
+}
+
+/* Where the key is in the text; a short one must be a word: "offset" has no fs in it. NULL: nowhere. */
+static const char *find_key(const char *text, const char *key)
+{
+    size_t n = strlen(key);
+    const char *at = strstr(text, key);
+    while (at != NULL && n <= 2 && ((at > text && isalnum((unsigned char)at[-1])) || isalnum((unsigned char)at[n])))
+        at = strstr(at + 1, key);
+    return at;
 }
 
 double import_rate_in_text(const char *text, size_t n, char point)
@@ -166,18 +178,30 @@ double import_rate_in_text(const char *text, size_t n, char point)
     static const struct {
         const char *key;
         bool interval;
-    } keys[] = {{"sample rate", false},    {"sampling rate", false},      {"sample_rate", false},
-                {"sampling_rate", false},  {"samplerate", false},         {"sample frequency", false},
-                {"abtastrate", false},     {"sampling frequency", false}, {"sampling_frequency", false},
-                {"sample interval", true}, {"sampling interval", true},   {"sample period", true},
-                {"sampling period", true}, {"sample_interval", true},     {"delta_x", true}};
+    } keys[] = {{"sample rate", false},
+                {"sampling rate", false},
+                {"sample_rate", false},
+                {"sampling_rate", false},
+                {"samplerate", false},
+                {"sample frequency", false},
+                {"abtastrate", false},
+                {"sampling frequency", false},
+                {"sampling_frequency", false},
+                {"sample interval", true},
+                {"sampling interval", true},
+                {"sample period", true},
+                {"sampling period", true},
+                {"sample_interval", true},
+                {"delta_x", true},
+                {"fs", false},
+                {"dt", true}};
     char lower[256];
     size_t length = n < sizeof lower - 1 ? n : sizeof lower - 1;
     for (size_t i = 0; i < length; i++)
         lower[i] = text[i] == '\0' ? ' ' : (char)tolower((unsigned char)text[i]);
     lower[length] = '\0';
     for (size_t i = 0; i < sizeof keys / sizeof *keys; i++) {
-        const char *at = strstr(lower, keys[i].key);
+        const char *at = find_key(lower, keys[i].key);
         if (at == NULL)
             continue;
         struct import_unit unit = {"", "", 1};

@@ -17,7 +17,7 @@
 static int count_files(void)
 {
     struct dirent **entries;
-    int n = scandir(temporary_directory(), &entries, NULL, NULL);
+    int n = scandir(temporary_directory(), &entries, NULL, alphasort);
     assert_true(n >= 2);
     for (int i = 0; i < n; i++)
         free(entries[i]);

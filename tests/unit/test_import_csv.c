@@ -125,6 +125,8 @@ static void the_rate_may_be_stated_above(void **state)
                  {"Sampling frequency;2,5 kHz\na;b\n1,5;2\n2;3\n3;4\n", 2500},
                  {"Sample Interval,4.0E-4\na,b\n1,2\n2,3\n3,4\n", 2500},
                  {"% sampling_rate = 100\n1 2\n3 4\n", 100},
+                 {"# offset 3, fs = 500\n1 2\n3 4\n", 500},
+                 {"dt [ms];0,5\nx;y\n1;2\n3;4\n", 2000},
                  {"Sample interval (ms),0.5\nx,y\n1,2\n3,4\n", 2000}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         struct import_file file;

@@ -221,6 +221,30 @@ static void several_datasets_and_others_between(void **state)
     free(b);
 }
 
+/* Datasets that repeat the same times make one record. */
+static void uneven_datasets_with_equal_times_fit_together(void **state)
+{
+    (void)state;
+    struct bytes *b = calloc(1, sizeof *b);
+    struct dataset d = plain, force = plain;
+    struct import_file file;
+    struct record record;
+    struct import_choice choice = no_choice();
+    d.even = force.even = false;
+    force.ordinate_kind = 13;
+    force.unit = "N";
+    put_dataset(b, &d);
+    put_dataset(b, &force);
+    char *path = reads("x.uff", b->data, b->n, &file);
+    makes(&file, &choice, &record);
+    assert_int_equal(record.n_columns, 2);
+    assert_non_null(record_column(&record, "force_12_Z_N"));
+    record_free(&record);
+    import_free(&file);
+    free(path);
+    free(b);
+}
+
 /* Numbers as Fortran writes them: D exponents, three digits without a letter, neighbours that touch. */
 static void fortran_numbers_are_read(void **state)
 {
@@ -302,6 +326,7 @@ int main(void)
         cmocka_unit_test(every_kind_of_values_is_read),
         cmocka_unit_test(an_uneven_binary_abscissa_may_be_single),
         cmocka_unit_test(several_datasets_and_others_between),
+        cmocka_unit_test(uneven_datasets_with_equal_times_fit_together),
         cmocka_unit_test(fortran_numbers_are_read),
         cmocka_unit_test(carriage_returns_do_no_harm),
         cmocka_unit_test(cut_off_files_are_refused),
