@@ -19,6 +19,7 @@ struct reader {
     size_t capacity;
     struct number_digits time_digits;
     bool has_header;
+    long excitation_line, free_from_line; /* of that metadata */
 };
 
 /* A cell without the blanks and the pair of quotes around it. */
@@ -54,8 +55,13 @@ static void read_comment(struct reader *r, const char *s, const char *end)
     const char *value = s + 1;
     trim(&value, &end);
     char *value_text = strndup(value, (size_t)(end - value));
-    if (key_text != NULL && value_text != NULL && record_meta(r->record, key_text) == NULL)
+    if (key_text != NULL && value_text != NULL && record_meta(r->record, key_text) == NULL) {
         record_add_meta(r->record, key_text, value_text);
+        if (strcmp(key_text, "excitation") == 0)
+            r->excitation_line = r->in.number;
+        if (strcmp(key_text, "free_from_s") == 0)
+            r->free_from_line = r->in.number;
+    }
     free(key_text);
     free(value_text);
 }
@@ -241,12 +247,12 @@ static enum bf_status check_meta(const struct reader *r, struct bf_error *err)
     const char *excitation = record_meta(record, "excitation"), *from = record_meta(record, "free_from_s");
     if (excitation != NULL && strcmp(excitation, "free_decay") != 0 && strcmp(excitation, "unknown_level") != 0 &&
         strcmp(excitation, "recorded") != 0)
-        return bf_fail_at(err, r->in.path, 0,
+        return bf_fail_at(err, r->in.path, r->excitation_line,
                           "'# excitation: %.*s' is not known; write free_decay, unknown_level or recorded", QUOTED,
                           excitation);
     double x, last = record->t0_s + (double)(record->n - 1) * record->dt_s;
     if (from != NULL && !(number_parse(from, from + strlen(from), '.', &x) && x <= last - record->dt_s / 2))
-        return bf_fail_at(err, r->in.path, 0,
+        return bf_fail_at(err, r->in.path, r->free_from_line,
                           "'# free_from_s: %.*s' must be a time in seconds before the last sample (%.9g s)", QUOTED,
                           from, last);
     return BF_OK;
