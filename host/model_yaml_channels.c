@@ -70,8 +70,8 @@ static enum bf_status read_input(const struct yaml_reader *r, const struct yaml_
     bool force = input.kind == INPUT_POINT_FORCE;
     if ((status = yaml_known_keys(r, node, input.name, force ? force_keys : moment_keys, 3)) != BF_OK)
         return status;
-    status = force ? read_at(r, node, kinds[kind], &input.at_m)
-                   : read_patch(r, node, kinds[kind], &input.from_m, &input.to_m);
+    status = force ? read_at(r, node, model_input_kind_name(input.kind), &input.at_m)
+                   : read_patch(r, node, model_input_kind_name(input.kind), &input.from_m, &input.to_m);
     const struct yaml_node *level = yaml_get(node, "level", NULL);
     if (status == BF_OK && level) {
         input.level_per_record = level->kind == YAML_SCALAR && strcmp(level->text, "per_record") == 0;
@@ -107,8 +107,8 @@ static enum bf_status read_output(const struct yaml_reader *r, const struct yaml
     bool strain = output.kind == OUTPUT_PATCH_STRAIN;
     if ((status = yaml_known_keys(r, node, output.name, strain ? strain_keys : point_keys, 2)) != BF_OK)
         return status;
-    status = strain ? read_patch(r, node, kinds[kind], &output.from_m, &output.to_m)
-                    : read_at(r, node, kinds[kind], &output.at_m);
+    status = strain ? read_patch(r, node, model_output_kind_name(output.kind), &output.from_m, &output.to_m)
+                    : read_at(r, node, model_output_kind_name(output.kind), &output.at_m);
     if (status != BF_OK)
         return status;
     struct model *m = r->model;
