@@ -164,7 +164,8 @@ enum bf_status fit_problem_new(struct fit_problem *p, const struct model *model,
                                const struct parameter_ref refs[], size_t n_refs, const double sigma[],
                                struct bf_error *err)
 {
-    *p = (struct fit_problem){.records = records,
+    *p = (struct fit_problem){.model = model,
+                              .records = records,
                               .n_records = n_records,
                               .predictor = predictor,
                               .n_refs = n_refs,
@@ -175,7 +176,7 @@ enum bf_status fit_problem_new(struct fit_problem *p, const struct model *model,
     p->lower = bf_alloc(n_refs, sizeof *p->lower), p->upper = bf_alloc(n_refs, sizeof *p->upper);
     p->base = bf_alloc(n_refs, sizeof *p->base), p->theta = bf_alloc(n_refs, sizeof *p->theta);
     p->at = bf_alloc(n_refs, sizeof *p->at);
-    p->want = bf_alloc(n_refs, sizeof *p->want);
+    p->want = bf_alloc(n_refs, sizeof *p->want), p->held = bf_alloc(n_refs, sizeof *p->held);
     p->level = bf_alloc(n_records, sizeof *p->level), p->onset_s = bf_alloc(n_records, sizeof *p->onset_s);
     p->levels = bf_alloc(n_records, sizeof *p->levels);
     find_unknowns(p, model);
@@ -195,7 +196,7 @@ enum bf_status fit_problem_new(struct fit_problem *p, const struct model *model,
 
 void fit_problem_free(struct fit_problem *p)
 {
-    free(p->unknowns), free(p->lower), free(p->upper), free(p->base), free(p->theta), free(p->want);
+    free(p->unknowns), free(p->lower), free(p->upper), free(p->base), free(p->theta), free(p->want), free(p->held);
     free(p->level), free(p->onset_s), free(p->levels), free(p->sigma), free(p->weight), free(p->residual);
     free(p->fitted), free(p->jacobian), free(p->coefficients), free(p->at);
     *p = (struct fit_problem){0};
@@ -343,6 +344,11 @@ static enum bf_status view_derivative(void *context, const double x[], double *h
             continue;
         gradient[i] += (x[i] - u->prior_x) / (u->prior * u->prior);
         gram[i + i * n] += 1.0 / (u->prior * u->prior);
+    }
+    for (size_t i = 0; i < n; i++) {
+        gradient[i] = p->held[i] ? 0.0 : gradient[i];
+        for (size_t j = 0; j < n && p->held[i]; j++)
+            gram[i + j * n] = gram[j + i * n] = 0.0;
     }
     return BF_OK;
 }

@@ -24,6 +24,7 @@ struct unknown {
 };
 
 struct fit_problem {
+    const struct model *model;
     const struct record *records;
     size_t n_records;
     struct predictor *predictor;
@@ -33,6 +34,7 @@ struct fit_problem {
     size_t n_unknowns;
     struct unknown *unknowns;
     double *lower, *upper; /* [n_unknowns] in x */
+    bool *held;            /* [n_unknowns] not moved in this stage */
     bool *want;            /* [n_refs] */
     bool *level;           /* [n_records]: the force level is an unknown factor */
     bool has_decay;        /* some record is a free decay */

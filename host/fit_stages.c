@@ -98,6 +98,7 @@ enum bf_status staircase_run(struct fit_problem *p, const struct staircase *stai
     double s = stairs->first_ps;
     enum bf_status status = BF_OK;
     const double span = log(fmax(s * stairs->longest_s, 2.0));
+    phases_hold(p, x);
     while (!status && s * stairs->longest_s > 1.0) {
         status = one_stage(p, s, floor, x, out, err);
         if (status || out->end == OPTIMISE_INTERRUPTED)
@@ -106,6 +107,8 @@ enum bf_status staircase_run(struct fit_problem *p, const struct staircase *stai
         say(bar, 0.8 * (1.0 - log(fmax(s * stairs->longest_s, 1.0)) / span), p);
         s /= next_factor(misfit);
     }
+    if (!status)
+        status = phases_find(p, x, err);
     if (!status)
         status = staircase_last(p, x, out, err);
     say(bar, 0.9, p);

@@ -24,6 +24,15 @@ enum bf_status staircase_run(struct fit_problem *p, const struct staircase *stai
 /* The last step alone: whole records, weights of the noise, rebased until the optimum stays where it is. */
 enum bf_status staircase_last(struct fit_problem *p, double x[], struct optimise_result *out, struct bf_error *err);
 
+/*
+ * Effects that are a sinusoid of unknown amplitude and phase (hum, base motion) have a minimum in every wrong phase, and
+ * nothing to say in a short window. phases_hold() takes them out (amplitude 0, not moved); phases_find() puts them back
+ * where the residual of the whole records says: a linear fit of sine and cosine per record, at the best of the
+ * frequencies within 2 % of the start when the frequency is free.
+ */
+void phases_hold(struct fit_problem *p, double x[]);
+enum bf_status phases_find(struct fit_problem *p, double x[], struct bf_error *err);
+
 /* Minima found by a search, best first; x of each is [n_unknowns]. */
 struct minima {
     size_t n, room;

@@ -227,6 +227,34 @@ static void a_model_that_lacks_something_is_told_so(void **state)
     record_free(&record);
 }
 
+/* Hum of 20 times the noise at 49.3 Hz in the patch voltage; the model starts at the catalogue's 50 Hz and phase 0. */
+static void hum_is_found_at_its_frequency_and_phase(void **state)
+{
+    (void)state;
+    struct bf_error err;
+    struct record record;
+    struct model model;
+    struct fit_result result;
+    double sigma[2];
+    seed = 32;
+    make_record("hit.csv", 0.02, 1.0, &record, sigma);
+    const double amplitude = 20.0 * sigma[0];
+    for (size_t k = 0; k < SAMPLES; k++)
+        record.columns[1].x[k] += amplitude * sin(2.0 * M_PI * 49.3 * (double)k / RATE_HZ + 2.5);
+    make_model(&handbook, &model);
+    assert_int_equal(model_append_effect(&model, "mains_hum", "piezo_V", &err), BF_OK);
+    run(&model, &record, 1, sigma, &result);
+    assert_true(result.converged);
+    assert_false(result.searched);
+    assert_near(result.noise_ratio, 1.0, 0.05);
+    assert_estimate(&result, "amplitude", amplitude);
+    assert_estimate(&result, "frequency_Hz", 49.3);
+    assert_estimate(&result, "phase_rad@hit.csv", 2.5);
+    fit_free(&result);
+    model_free(&model);
+    record_free(&record);
+}
+
 /* A patch ten times too soft and five times too heavy: the staircase ends in another minimum. */
 static void a_trapped_fit_is_searched_out(void **state)
 {
@@ -388,6 +416,7 @@ int main(void)
         cmocka_unit_test(an_unknown_level_is_solved_for),
         cmocka_unit_test(a_free_decay_is_fitted),
         cmocka_unit_test(a_model_that_lacks_something_is_told_so),
+        cmocka_unit_test(hum_is_found_at_its_frequency_and_phase),
         cmocka_unit_test(a_trapped_fit_is_searched_out),
         cmocka_unit_test(the_model_takes_values_errors_and_records),
         cmocka_unit_test(errors_on_other_records_are_those_of_the_model),
