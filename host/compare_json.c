@@ -30,6 +30,7 @@ static void put_noise(struct json *channel, const struct noise_estimate *noise)
     json_put_number(object, "rms", noise->rms);
     json_put_number(object, "rms_sd", noise->rms_sd);
     json_put_number(object, "used_share", noise->used_share);
+    json_put_number(object, "cells", (double)noise->n_used);
     json_put_number(object, "quantisation", noise->quantisation);
 }
 
