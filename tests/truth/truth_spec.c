@@ -189,73 +189,79 @@ static int read_support(struct truth_spec *spec, const struct words *words, char
     return truth_fail(message, "support: clamped-free, clamped-clamped, pinned-pinned or free-free");
 }
 
-/* Plain numbers: key then one or two values. 0 stored, 1 not such a key, −1 bad. */
-static int read_number(struct truth_spec *spec, const struct words *words, char *message)
+struct key {
+    const char *name;
+    double *first, *second;
+};
+
+/* 0 stored, 1 none of these keys, −1 bad */
+static int store(const struct key *keys, size_t n, const struct words *words, char *message)
 {
-    struct truth_region *beam = &spec->region[0], *patch = &spec->region[1];
-    double elements = (double)spec->elements, modes = (double)spec->modes, over = (double)spec->oversampling;
-    double order = (double)spec->filter_order, causal = spec->filter_causal, bits = (double)spec->adc_bits;
-    double inputs = spec->adc_inputs, hold = spec->linear_hold, statics = spec->static_vectors,
-           seed = (double)spec->seed, ode = spec->force_ode;
-    const struct {
-        const char *key;
-        double *first, *second;
-    } keys[] = {{"length_m", &spec->length_m, NULL},
-                {"patch_m", &patch->from_m, &patch->to_m},
-                {"EI_beam_Nm2", &beam->EI_Nm2, NULL},
-                {"EI_patch_Nm2", &patch->EI_Nm2, NULL},
-                {"rho_beam_kgpm", &beam->rho_kgpm, NULL},
-                {"rho_patch_kgpm", &patch->rho_kgpm, NULL},
-                {"cDI_beam_sNm2", &beam->cDI_sNm2, NULL},
-                {"cDI_patch_sNm2", &patch->cDI_sNm2, NULL},
-                {"gamma_sNpm2", &spec->gamma_sNpm2, NULL},
-                {"Ks_V", &spec->Ks_V, NULL},
-                {"KB_NmpV", &spec->KB_NmpV, NULL},
-                {"sample_rate_Hz", &spec->sample_rate_Hz, NULL},
-                {"duration_s", &spec->duration_s, NULL},
-                {"keep_from_s", &spec->keep_from_s, NULL},
-                {"filter_order", &order, NULL},
-                {"filter_ratio", &spec->filter_ratio, NULL},
-                {"filter_causal", &causal, NULL},
-                {"noise", &spec->noise, NULL},
-                {"input_noise", &spec->input_noise, NULL},
-                {"noise_ar", &spec->noise_ar[0], &spec->noise_ar[1]},
-                {"adc_bits", &bits, NULL},
-                {"adc_headroom", &spec->adc_headroom, NULL},
-                {"adc_inputs", &inputs, NULL},
-                {"seed", &seed, NULL},
-                {"elements", &elements, NULL},
-                {"modes", &modes, NULL},
-                {"oversampling", &over, NULL},
-                {"static_vectors", &statics, NULL},
-                {"linear_hold", &hold, NULL},
-                {"tolerance", &spec->tolerance, NULL},
-                {"force_ode", &ode, NULL}};
-    for (size_t k = 0; k < sizeof keys / sizeof keys[0]; k++) {
-        if (strcmp(keys[k].key, words->word[0]) != 0)
+    for (size_t k = 0; k < n; k++) {
+        if (strcmp(keys[k].name, words->word[0]) != 0)
             continue;
         size_t wanted = keys[k].second ? 3 : 2;
         if (words->n != wanted || number(words->word[1], keys[k].first) != 0 ||
             (keys[k].second && number(words->word[2], keys[k].second) != 0))
-            return truth_fail(message, "%s needs %zu number(s)", keys[k].key, wanted - 1);
-        if (elements < 4 || modes < 1 || over < 0 || order < 0 || bits < 0 || bits > 32 || seed < 0 ||
-            elements > 1000 || modes > 400)
-            return truth_fail(message, "%s is out of range", keys[k].key);
-        beam->to_m = spec->length_m;
-        spec->elements = (size_t)elements;
-        spec->modes = (size_t)modes;
-        spec->oversampling = (size_t)over;
-        spec->filter_order = 2 * (size_t)(order / 2);
-        spec->filter_causal = causal != 0;
-        spec->adc_bits = (unsigned)bits;
-        spec->adc_inputs = inputs != 0;
-        spec->seed = (uint64_t)seed;
-        spec->static_vectors = statics != 0;
-        spec->linear_hold = hold != 0;
-        spec->force_ode = ode != 0;
+            return truth_fail(message, "%s needs %zu number(s)", keys[k].name, wanted - 1);
         return 0;
     }
     return 1;
+}
+
+static int read_real(struct truth_spec *spec, const struct words *words, char *message)
+{
+    struct truth_region *beam = &spec->region[0], *patch = &spec->region[1];
+    const struct key keys[] = {
+        {"length_m", &spec->length_m, NULL},         {"patch_m", &patch->from_m, &patch->to_m},
+        {"EI_beam_Nm2", &beam->EI_Nm2, NULL},        {"EI_patch_Nm2", &patch->EI_Nm2, NULL},
+        {"rho_beam_kgpm", &beam->rho_kgpm, NULL},    {"rho_patch_kgpm", &patch->rho_kgpm, NULL},
+        {"cDI_beam_sNm2", &beam->cDI_sNm2, NULL},    {"cDI_patch_sNm2", &patch->cDI_sNm2, NULL},
+        {"gamma_sNpm2", &spec->gamma_sNpm2, NULL},   {"Ks_V", &spec->Ks_V, NULL},
+        {"KB_NmpV", &spec->KB_NmpV, NULL},           {"sample_rate_Hz", &spec->sample_rate_Hz, NULL},
+        {"duration_s", &spec->duration_s, NULL},     {"keep_from_s", &spec->keep_from_s, NULL},
+        {"filter_ratio", &spec->filter_ratio, NULL}, {"noise", &spec->noise, NULL},
+        {"input_noise", &spec->input_noise, NULL},   {"noise_ar", &spec->noise_ar[0], &spec->noise_ar[1]},
+        {"adc_headroom", &spec->adc_headroom, NULL}, {"tolerance", &spec->tolerance, NULL}};
+    int status = store(keys, sizeof keys / sizeof keys[0], words, message);
+    beam->to_m = spec->length_m;
+    if (status == 0 && !(spec->length_m > 0 && spec->sample_rate_Hz > 0 && spec->duration_s > 0))
+        return truth_fail(message, "%s must be positive", words->word[0]);
+    return status;
+}
+
+/* Whole numbers and switches. */
+static int read_whole(struct truth_spec *spec, const struct words *words, char *message)
+{
+    double value[11] = {(double)spec->elements,     (double)spec->modes, (double)spec->oversampling,
+                        (double)spec->filter_order, spec->filter_causal, (double)spec->adc_bits,
+                        spec->adc_inputs,           (double)spec->seed,  spec->force_ode,
+                        spec->linear_hold,          spec->static_vectors};
+    static const struct {
+        const char *name;
+        double least, most;
+    } limit[11] = {{"elements", 4, 1000},   {"modes", 1, 400},     {"oversampling", 0, 1000}, {"filter_order", 0, 20},
+                   {"filter_causal", 0, 1}, {"adc_bits", 0, 32},   {"adc_inputs", 0, 1},      {"seed", 0, 0x1p53},
+                   {"force_ode", 0, 1},     {"linear_hold", 0, 1}, {"static_vectors", 0, 1}};
+    struct key keys[11];
+    for (size_t k = 0; k < 11; k++)
+        keys[k] = (struct key){limit[k].name, &value[k], NULL};
+    int status = store(keys, 11, words, message);
+    for (size_t k = 0; k < 11; k++)
+        if (!(value[k] >= limit[k].least && value[k] <= limit[k].most))
+            return truth_fail(message, "%s is out of range", limit[k].name);
+    spec->elements = (size_t)value[0];
+    spec->modes = (size_t)value[1];
+    spec->oversampling = (size_t)value[2];
+    spec->filter_order = 2 * (size_t)(value[3] / 2);
+    spec->filter_causal = value[4] > 0;
+    spec->adc_bits = (unsigned)value[5];
+    spec->adc_inputs = value[6] > 0;
+    spec->seed = (uint64_t)value[7];
+    spec->force_ode = value[8] > 0;
+    spec->linear_hold = value[9] > 0;
+    spec->static_vectors = value[10] > 0;
+    return status;
 }
 
 int truth_spec_line(struct truth_spec *spec, const char *line, char message[TRUTH_MESSAGE])
@@ -292,7 +298,8 @@ int truth_spec_line(struct truth_spec *spec, const char *line, char message[TRUT
         return read_region(spec, &words, message);
     if (strcmp(words.word[0], "support") == 0)
         return read_support(spec, &words, message);
-    int status = read_number(spec, &words, message);
+    int status = read_real(spec, &words, message);
+    status = status == 1 ? read_whole(spec, &words, message) : status;
     return status <= 0 ? status : truth_fail(message, "unknown word '%s'", words.word[0]);
 }
 
