@@ -234,6 +234,24 @@ static enum bf_status fill_column(const struct import_work *w, const struct impo
     return BF_OK;
 }
 
+/* What the foreign file says under a key that beamfit acts on must be what beamfit means by it. */
+static const char *key_of_foreign_meta(const struct record_meta *meta, const struct record *record)
+{
+    static const char *const known[] = {"free_decay", "unknown_level", "recorded"};
+    double from_s, end_s = record->t0_s + (double)(record->n - 1) * record->dt_s;
+    if (strcmp(meta->key, "free_from_s") == 0)
+        return number_parse(meta->value, meta->value + strlen(meta->value), '.', &from_s) &&
+                       from_s < end_s - record->dt_s / 2
+                   ? meta->key
+                   : "source_free_from_s";
+    if (strcmp(meta->key, "excitation") != 0)
+        return meta->key;
+    for (size_t i = 0; i < sizeof known / sizeof *known; i++)
+        if (strcmp(meta->value, known[i]) == 0)
+            return meta->key;
+    return "source_excitation";
+}
+
 /* Provenance first, then what beamfit acts on, then what the file said of itself. */
 static void fill_meta(const struct import_work *w, struct record *out)
 {
@@ -253,9 +271,11 @@ static void fill_meta(const struct import_work *w, struct record *out)
         snprintf(text, sizeof text, "%.12g", choice->free_from_s);
         record_add_meta(out, "free_from_s", text);
     }
-    for (size_t i = 0; i < file->n_meta; i++)
-        if (record_meta(out, file->meta[i].key) == NULL && file->meta[i].value[0] != '\0')
-            record_add_meta(out, file->meta[i].key, file->meta[i].value);
+    for (size_t i = 0; i < file->n_meta; i++) {
+        const char *key = key_of_foreign_meta(&file->meta[i], out);
+        if (record_meta(out, key) == NULL && file->meta[i].value[0] != '\0')
+            record_add_meta(out, key, file->meta[i].value);
+    }
 }
 
 static enum bf_status check_scales(const struct import_work *w, struct bf_error *err)

@@ -62,7 +62,7 @@ static enum bf_status check_before_writing(const char *path, const struct record
         return bf_fail(err, BF_NUMERIC, "%s: not written: a record needs two samples and a positive time step", path);
     for (size_t i = 0; i < record->n_columns; i++) {
         const char *name = record->columns[i].name;
-        if (name[0] == '\0' || name[strcspn(name, ",\"\n\r\t#")] != '\0' || strcmp(name, "time_s") == 0)
+        if (name[0] == '\0' || name[strcspn(name, ",\"\n\r\t")] != '\0' || strcmp(name, "time_s") == 0)
             return bf_fail(err, BF_BAD_FILE,
                            "%s: not written: '%s' cannot be the name of a column; use letters, digits and '_'", path,
                            name);

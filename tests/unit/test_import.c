@@ -129,6 +129,23 @@ static void a_record_imports_as_itself(void **state)
     free(path);
 }
 
+static void foreign_words_under_our_keys_are_not_ours(void **state)
+{
+    (void)state;
+    struct import_file file;
+    struct record record;
+    struct import_choice choice = no_choice();
+    char *path = reads_table("# excitation: shaker\n# free_from_s: 7\nt,x\n0,1\n1,2\n2,3\n", &file);
+    makes(&file, &choice, &record);
+    assert_null(record_meta(&record, "excitation"));
+    assert_null(record_meta(&record, "free_from_s"));
+    assert_string_equal(record_meta(&record, "source_excitation"), "shaker");
+    assert_string_equal(record_meta(&record, "source_free_from_s"), "7");
+    record_free(&record);
+    import_free(&file);
+    free(path);
+}
+
 static void the_rate_overrides_the_times(void **state)
 {
     (void)state;
@@ -366,6 +383,7 @@ int main(void)
         cmocka_unit_test(channels_are_chosen_renamed_scaled_and_cut),
         cmocka_unit_test(the_record_survives_its_file),
         cmocka_unit_test(a_record_imports_as_itself),
+        cmocka_unit_test(foreign_words_under_our_keys_are_not_ours),
         cmocka_unit_test(the_rate_overrides_the_times),
         cmocka_unit_test(impossible_choices_say_what_to_do),
         cmocka_unit_test(two_times_must_be_told_apart),
