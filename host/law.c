@@ -278,7 +278,7 @@ static void copy_states(const struct law *law, const struct parameter_map *map, 
     }
 }
 
-static double product(size_t d, const double a[], const double b[])
+static inline double product(size_t d, const double a[], const double b[])
 {
     double sum = 0.0;
     for (size_t j = 0; j < d; j++)
@@ -292,12 +292,10 @@ static double point_weight(const struct law *law, const struct parameter_map *ma
     return law->quadrature[q] * (parameter == SIZE_MAX ? 1.0 : theta[parameter]);
 }
 
-int law_evaluate(const struct law *law, const struct parameter_map *map, const double theta[],
-                 const struct law_motion *motion, bool tangents, bool derivatives, struct law_force *out)
+/* Everything that a call adds to begins at zero; states of a span law are never written. */
+static void clear_force(const struct law *law, bool tangents, bool derivatives, struct law_force *out)
 {
     size_t d = law->d;
-    double p[BEAM_EFFECT_PARAMETERS];
-    parameter_map_effect(map, 0, law->effect_index, theta, p);
     memset(out->f, 0, d * sizeof *out->f);
     if (tangents || derivatives) {
         memset(out->by_w, 0, d * d * sizeof *out->by_w);
@@ -306,32 +304,52 @@ int law_evaluate(const struct law *law, const struct parameter_map *map, const d
     }
     if (derivatives)
         memset(out->by_parameter, 0, sizeof out->by_parameter);
+}
+
+static void set_motion(const struct law *law, const double psi[], const struct law_motion *motion,
+                       struct beam_law_input *in)
+{
+    for (size_t a = 0; a < law->width; a++, psi += law->d) {
+        if (law->uses_w)
+            in->w[a] = product(law->d, psi, motion->w);
+        if (law->uses_v)
+            in->v[a] = product(law->d, psi, motion->v);
+        if (law->uses_w_old)
+            in->w_old[a] = product(law->d, psi, motion->w_old);
+    }
+}
+
+int law_evaluate(const struct law *law, const struct parameter_map *map, const double theta[],
+                 const struct law_motion *motion, bool tangents, bool derivatives, struct law_force *out)
+{
+    size_t d = law->d;
+    double p[BEAM_EFFECT_PARAMETERS];
+    struct beam_law_input in = {.t_s = motion->t_s, .dt_s = motion->dt_s};
+    int n_states = law->effect->n_law_states;
+    parameter_map_effect(map, 0, law->effect_index, theta, p);
+    clear_force(law, tangents, derivatives, out);
+    for (int k = 0; k < n_states; k++)
+        in.z[k] = motion->z[k];
     for (size_t q = 0; q < law->n_points; q++) {
-        struct beam_law_input in = {.t_s = motion->t_s, .dt_s = motion->dt_s};
         struct beam_law_output o;
-        memset(&o, 0, law->effect->n_law_states > 0 ? sizeof o : offsetof(struct beam_law_output, z));
         const double *psi = law->psi + q * law->width * d;
-        for (size_t a = 0; a < law->width; a++) {
-            if (law->uses_w)
-                in.w[a] = product(d, psi + a * d, motion->w);
-            if (law->uses_v)
-                in.v[a] = product(d, psi + a * d, motion->v);
-            if (law->uses_w_old)
-                in.w_old[a] = product(d, psi + a * d, motion->w_old);
-        }
-        for (int k = 0; k < law->effect->n_law_states; k++)
-            in.z[k] = motion->z[k];
+        memset(&o, 0, offsetof(struct beam_law_output, z));
+        if (n_states > 0)
+            memset(&o, 0, sizeof o);
+        set_motion(law, psi, motion, &in);
         if (law->effect->law(p, &in, &o) != 0)
             return -1;
-        double w = point_weight(law, map, theta, q);
-        for (size_t a = 0; a < law->width; a++)
+        double w = law->weight == BEAM_WEIGHT_ONE ? law->quadrature[q] : point_weight(law, map, theta, q);
+        for (size_t a = 0; a < law->width; a++) {
+            double force = w * o.f[a];
             for (size_t j = 0; j < d; j++)
-                out->f[j] += w * o.f[a] * psi[a * d + j];
+                out->f[j] += force * psi[a * d + j];
+        }
         if (tangents || derivatives)
             add_tangents(law, psi, w, &o, out);
         if (derivatives)
             add_derivatives(law, map, q, psi, w, &o, out);
-        if (law->effect->n_law_states > 0)
+        if (n_states > 0)
             copy_states(law, map, &o, out);
     }
     return 0;

@@ -10,6 +10,8 @@
 
 /* The step's equation is solved to this part of the largest force so far. */
 static const double step_tolerance = 1e-11;
+/* A contracting fixed-point step that begins below this ends far below the tolerance. */
+static const double last_picard = 1e-9;
 enum { PICARD_STEPS = 8, NEWTON_STEPS = 40 };
 /* More unsolved steps than this part of a record are an error. */
 static const double most_failed = 1e-3;
@@ -157,6 +159,8 @@ static enum bf_status solve_step(struct law_run *l, struct stepper *s, size_t st
             continue;
         }
         memcpy(s->f, s->law, l->D * sizeof(double));
+        if (size < 0.1 * previous && size <= last_picard * s->scale)
+            return BF_OK; /* the step just taken shrinks what is left by another factor of ten or more */
         newton = size > 0.1 * previous || i >= PICARD_STEPS;
         previous = size;
     }
