@@ -8,7 +8,7 @@
 /* Scale rows and columns by powers of two until their norms agree within a factor of two. */
 static void balance(int n, beam_matrix a)
 {
-    for (int sweep = 0; sweep < 20; sweep++) {
+    for (int round = 0; round < 20; round++) {
         int done = 1;
         for (int i = 0; i < n; i++) {
             beam_real row = BEAM_K(0.0), column = BEAM_K(0.0), f = BEAM_K(1.0);

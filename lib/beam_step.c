@@ -158,7 +158,7 @@ enum beam_status beam_step(const struct beam_plan *plan, struct beam_state *stat
     if (n->n_uses == 0 && n->n_taps == 1)
         return beam_linear_step(plan, state, u, y);
     const int inputs = n->n_inputs + (n->base_use >= 0);
-    beam_real now[BEAM_ALL_INPUTS] = {BEAM_K(0.0)}, row[BEAM_OUTPUTS], sum = BEAM_K(0.0);
+    beam_real now[BEAM_ALL_INPUTS] = {BEAM_K(0.0)}, row[BEAM_OUTPUTS] = {BEAM_K(0.0)}, sum = BEAM_K(0.0);
     enum beam_status status = take_inputs(plan, state, u, now), law_status = BEAM_OK, chain_status;
     advance_state(plan, state, now, inputs);
     for (int o = 0; o < n->n_outputs; o++)

@@ -90,8 +90,10 @@ void case_expm(int n, const long double *a, long double *out)
             row += fabsl(a[i * n + j]);
         norm = row > norm ? row : norm;
     }
-    for (; norm > 0.25L; norm /= 2)
+    while (norm > 0.25L) {
+        norm /= 2;
         halvings++;
+    }
     for (int i = 0; i < n * n; i++) {
         scaled[i] = ldexpl(a[i], -halvings);
         out[i] = term[i] = i % (n + 1) == 0 ? 1 : 0;

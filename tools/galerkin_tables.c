@@ -199,12 +199,14 @@ static void print_geometry(const struct geometry *g)
 int main(int argc, char **argv)
 {
     struct geometry g = {0.4573, 0.02535, 0.08905};
-    if (argc == 4) {
-        g.length = atof(argv[1]);
-        g.from = atof(argv[2]);
-        g.to = atof(argv[3]);
+    double *const part[3] = {&g.length, &g.from, &g.to};
+    int readable = argc == 1 || argc == 4;
+    for (int i = 0; readable && i < argc - 1; i++) {
+        char *end;
+        *part[i] = strtod(argv[i + 1], &end);
+        readable = end != argv[i + 1] && *end == 0;
     }
-    if ((argc != 1 && argc != 4) || !(g.from > 0.0 && g.to > g.from && g.length > g.to)) {
+    if (!readable || !(g.from > 0.0 && g.to > g.from && g.length > g.to && g.length < 1e6)) {
         fprintf(stderr, "usage: galerkin_tables [length_m patch_from_m patch_to_m], 0 < from < to < length\n");
         return 2;
     }

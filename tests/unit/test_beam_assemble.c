@@ -67,9 +67,9 @@ static void shapes_meet_the_clamp_and_their_own_derivatives(void **state)
         assert_int_equal(beam_shape(b, 0.0, 1, slope), BEAM_OK);
         for (int i = 0; i < BEAM_N; i++)
             assert_true(phi[i] == 0.0 && slope[i] == 0.0);
-        for (double x = 0.0013; x < beam_length(); x += 0.0071)
+        for (int place = 0; place < 64; place++)
             for (int derivative = 0; derivative < 2; derivative++) {
-                const double h = 1e-6;
+                const double h = 1e-6, x = 0.0013 + 0.0071 * place;
                 assert_int_equal(beam_shape(b, x, derivative + 1, slope), BEAM_OK);
                 assert_int_equal(beam_shape(b, x - h, derivative, left), BEAM_OK);
                 assert_int_equal(beam_shape(b, x + h, derivative, right), BEAM_OK);
@@ -146,9 +146,10 @@ static void matrices_are_symmetric_and_linear_in_the_parameters(void **state)
         struct beam_description a = case_description((enum beam_basis)basis), b = a, sum = a;
         struct beam_model ma, mb, ms;
         b.parameters = (struct beam_parameters){0.1, 0.2, 0.3, 0.4, 1e-6, 2e-6, 0.5, 1.0, 1.0};
-        double *s = &sum.parameters.EI_beam_Nm2;
-        for (int i = 0; i < 9; i++)
-            s[i] = (&a.parameters.EI_beam_Nm2)[i] + (&b.parameters.EI_beam_Nm2)[i];
+        const double *pa = (const double *)&a.parameters, *pb = (const double *)&b.parameters;
+        double *ps = (double *)&sum.parameters;
+        for (size_t i = 0; i < sizeof a.parameters / sizeof *ps; i++)
+            ps[i] = pa[i] + pb[i];
         assert_int_equal(beam_assemble(&a, &ma), BEAM_OK);
         assert_int_equal(beam_assemble(&b, &mb), BEAM_OK);
         assert_int_equal(beam_assemble(&sum, &ms), BEAM_OK);

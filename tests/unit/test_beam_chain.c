@@ -50,7 +50,8 @@ static void first_order_filters_are_exact_for_linear_signals(void **state)
 {
     (void)state;
     excite(300.0);
-    for (double tau_s = 1e-4; tau_s < 2.0; tau_s *= 7.0) {
+    for (int decade = 0; decade < 6; decade++) {
+        const double tau_s = 1e-4 * pow(7.0, decade);
         run_with(beam_effect_find("sensor_highpass"), tau_s, 0, 0, BEAM_HOLD_FIRST_ORDER);
         section(-1.0 / tau_s, 1.0 / tau_s, 1.0, plain, expected);
         assert_true(case_rms_difference(N, chained, expected) < 1e-9 * case_rms(N, plain));
@@ -76,8 +77,9 @@ static void band_limited_filters_and_delays_have_the_right_response(void **state
     const double tau_s = 4e-4;
     (void)state;
     air_Nspm2 = 2.0;
-    for (double f_Hz = 10.0; f_Hz <= 400.0; f_Hz *= 2.0)
+    for (int octave = 0; octave < 6; octave++)
         for (int kind = 0; kind < 3; kind++) {
+            const double f_Hz = 10.0 * (1 << octave);
             const double omega = 2 * acos(-1.0) * f_Hz, delay_s = 3.7e-4;
             double a_re, a_im, b_re, b_im;
             for (int k = 0; k < N; k++)

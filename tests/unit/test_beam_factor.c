@@ -55,7 +55,8 @@ static void also_with_overdamped_poles_and_tiny_or_long_steps(void **state)
 {
     (void)state;
     for (int damped = 0; damped < 2; damped++)
-        for (double dt_s = 1e-6; dt_s < 0.2; dt_s *= 30.0) {
+        for (int power = 0; power < 4; power++) {
+            const double dt_s = 1e-6 * pow(30.0, power);
             c.description = case_description(BEAM_BASIS_PATCH);
             if (damped)
                 add_damper(60.0);
@@ -204,7 +205,8 @@ static void the_band_limited_hold_is_below_1e_4_for_every_hammer_tip(void **stat
     (void)state;
     c.description = case_description(BEAM_BASIS_PATCH);
     assert_int_equal(beam_assemble(&c.description, &c.model), BEAM_OK);
-    for (double band_Hz = 100.0; band_Hz <= 400.0; band_Hz += 100.0) {
+    for (int tip = 1; tip <= 4; tip++) {
+        const double band_Hz = 100.0 * tip;
         converged(band_Hz, SHORT, expected);
         const double first_order = hold_error(band_Hz, BEAM_HOLD_FIRST_ORDER, 0, SHORT, expected);
         const double short_one = hold_error(band_Hz, BEAM_HOLD_BAND_LIMITED, 12, SHORT, expected);

@@ -123,7 +123,7 @@ static int liar(const double p[], const struct beam_law_input *in, struct beam_l
 
 #define EFFECT(place, function)                                                                                        \
     {                                                                                                                  \
-        .id = #function, .n_parameters = 0, .law_place = place, .law = function                                        \
+        .id = #function, .n_parameters = 0, .law_place = (place), .law = (function)                                    \
     }
 static const struct beam_effect cubic_tip = EFFECT(at_the_tip, cubic), friction_patch = EFFECT(at_the_patch, friction),
                                 stop_tip = EFFECT(at_the_tip, stop), jenkins_patch = EFFECT(at_the_patch, jenkins),

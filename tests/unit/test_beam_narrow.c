@@ -39,7 +39,8 @@ static void eigenvalues_survive(void **state)
 {
     (void)state;
     for (int damped = 0; damped < 2; damped++)
-        for (double rate_Hz = 256.0; rate_Hz < 20000.0; rate_Hz *= 1.7) {
+        for (int power = 0; power < 9; power++) {
+            const double rate_Hz = 256.0 * pow(1.7, power);
             build(damped, 1.0 / rate_Hz, BEAM_HOLD_FIRST_ORDER);
             for (int b = 0; b < BEAM_N; b++) {
                 const double *p = narrowed.x.phi[b], angle = c.work.poles.im[b] / rate_Hz;

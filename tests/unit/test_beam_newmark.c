@@ -53,7 +53,8 @@ static void energy_is_kept_without_damping_and_falls_with_it(void **state)
     struct beam_modes modes;
     (void)state;
     for (int damped = 0; damped < 2; damped++)
-        for (double dt_s = 1e-5; dt_s < 2.0; dt_s *= 50.0) { /* unconditionally stable */
+        for (int power = 0; power < 4; power++) { /* unconditionally stable: up to 1.25 s */
+            const double dt_s = 1e-5 * pow(50.0, power);
             undamped();
             if (damped)
                 c.description.parameters.gamma_sNpm2 = 0.05;

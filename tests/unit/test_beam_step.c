@@ -185,7 +185,8 @@ static void energy_falls_in_every_mode(void **state)
     const double in[2] = {0};
     double y[OUT], v0[BEAM_N] = {0}, y0[BEAM_N] = {0};
     (void)state;
-    for (double dt_s = 1e-5; dt_s < 1e4; dt_s *= 30.0) { /* unconditionally stable */
+    for (int power = 0; power < 7; power++) { /* unconditionally stable: up to 7290 s */
+        const double dt_s = 1e-5 * pow(30.0, power);
         c.description = case_description(BEAM_BASIS_PATCH);
         case_build(&c, dt_s, BEAM_HOLD_FIRST_ORDER);
         for (int i = 0; i < BEAM_N; i++)
