@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "sparse.h"
 
+#include <math.h>
 #include <pthread.h>
 #include <stdbool.h>
 #include <stdlib.h>
@@ -39,6 +40,9 @@ static cholmod_sparse *banded_to_sparse(size_t n, size_t width, const double ban
 enum bf_status sparse_factorise(size_t n, size_t width, const double band[], struct sparse_factor **out,
                                 struct bf_error *err)
 {
+    for (size_t i = 0; i < n * width; i++)
+        if (!isfinite(band[i])) /* CHOLMOD would factorise it */
+            return bf_fail(err, BF_NUMERIC, "the stiffness matrix holds a number that is not finite");
     struct sparse_factor *f = bf_alloc(1, sizeof *f);
     *f = (struct sparse_factor){.n = n};
     cholmod_start(&f->common);
@@ -46,6 +50,7 @@ enum bf_status sparse_factorise(size_t n, size_t width, const double band[], str
     f->common.nmethods = 1;
     f->common.method[0].ordering = CHOLMOD_NATURAL; /* banded: the natural order has no fill outside the band */
     f->common.postorder = 0;
+    f->common.final_ll = 1; /* LDLᵀ would accept an indefinite matrix */
     cholmod_sparse *A = banded_to_sparse(n, width, band, &f->common);
     if (A != NULL) {
         f->factor = cholmod_analyze(A, &f->common);
@@ -70,8 +75,8 @@ enum bf_status sparse_solve(struct sparse_factor *f, const double b[], double x[
     if (ok)
         memcpy(x, f->work_x->x, f->n * sizeof *x);
     free(copy);
-    return ok ? BF_OK : bf_fail(err, BF_NUMERIC, "a sparse triangular solve failed (CHOLMOD status %d)",
-                                f->common.status);
+    return ok ? BF_OK
+              : bf_fail(err, BF_NUMERIC, "a sparse triangular solve failed (CHOLMOD status %d)", f->common.status);
 }
 
 void sparse_free(struct sparse_factor *f)

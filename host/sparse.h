@@ -9,7 +9,7 @@ struct sparse_factor;
 
 /*
  * Cholesky factor of the symmetric banded matrix A(i, i+d) = band[i·width + d], i = 0 … n−1, d = 0 … width−1.
- * BF_NUMERIC when A is not positive definite.
+ * BF_NUMERIC when A is not positive definite or not finite.
  */
 enum bf_status sparse_factorise(size_t n, size_t width, const double band[], struct sparse_factor **out,
                                 struct bf_error *err);
