@@ -56,6 +56,27 @@ static void use_parameters(struct predictor *p, const double theta[])
     free(names);
 }
 
+/* A record that cannot show the first mode was probably written in another unit of time. */
+static void warn_of_time(const struct predictor *p)
+{
+    const double pi = 3.14159265358979323846;
+    size_t first = 0;
+    while (first < p->reduced.n_modes && !(p->reduced.frequency_rad[first] > 1.0)) /* rigid modes of a free beam */
+        first++;
+    if (first == p->reduced.n_modes)
+        return;
+    double f_Hz = p->reduced.frequency_rad[first] / (2.0 * pi);
+    for (size_t r = 0; r < p->n_records; r++) {
+        const struct record *record = &p->records[r];
+        if (0.5 / record->dt_s < f_Hz)
+            bf_warn("%s: time_s steps by %.4g s, too slow for the first mode at %.4g Hz; is it in milliseconds?",
+                    record->path, record->dt_s, f_Hz);
+        else if ((double)record->n * record->dt_s * f_Hz < 1.0)
+            bf_warn("%s: time_s covers %.4g s, less than a period of the first mode at %.4g Hz; is it in seconds?",
+                    record->path, (double)record->n * record->dt_s, f_Hz);
+    }
+}
+
 enum bf_status predictor_new(const struct model *model, const struct record records[], size_t n_records,
                              const struct predict_options *options, struct predictor **out, struct bf_error *err)
 {
@@ -84,6 +105,7 @@ enum bf_status predictor_new(const struct model *model, const struct record reco
         predictor_free(p);
         return status;
     }
+    warn_of_time(p);
     *out = p;
     return BF_OK;
 }

@@ -22,9 +22,11 @@ static enum bf_status bind_record(struct predictor *p, size_t r, struct bf_error
         n_inputs += plan->input[i] != NULL;
     }
     if (n_inputs == 0 && !plan->free_decay)
-        return bf_fail_at(err, record->path, 1,
-                          "no column is an input of the model; rename one, add it to the model's inputs, or mark the "
-                          "record with the line '# excitation: free_decay' when the force was not recorded");
+        return bf_fail_at(
+            err, record->path, 1,
+            "column '%s' is missing, and no other is an input of the model; name it in the header, or mark "
+            "the record with the line '# excitation: free_decay' when the force was not recorded",
+            p->model.n_inputs > 0 ? p->model.inputs[0].name : "(the model has no inputs)");
     if (plan->free_decay && from != NULL) {
         double offset = (strtod(from, NULL) - record->t0_s) / record->dt_s;
         if (!(offset >= 0.0) || offset > (double)record->n - 2.0)
@@ -41,8 +43,11 @@ static enum bf_status bind_record(struct predictor *p, size_t r, struct bf_error
         plan->n_channels++;
     }
     if (plan->n_channels == 0)
-        return bf_fail_at(err, record->path, 1,
-                          "no column is an output of the model; rename one or add it to the model's outputs");
+        return bf_fail_at(
+            err, record->path, 1,
+            "column '%s' is missing, and no other is an output of the model; name it in the header or add "
+            "a column of the record to the model's outputs",
+            p->model.n_outputs > 0 ? p->model.outputs[0].name : "(the model has no outputs)");
     return BF_OK;
 }
 
