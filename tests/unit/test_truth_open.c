@@ -58,8 +58,7 @@ static void read_table(const char *name, const char *record, struct table *table
 
 static void read_answer(const char *name, struct truth_spec *spec)
 {
-    char line[256], key[64];
-    double value;
+    char line[256];
     FILE *stream = open_case(name, "answer.txt");
     assert_non_null(stream);
     struct truth_region *beam = &spec->region[0], *patch = &spec->region[1];
@@ -70,13 +69,17 @@ static void read_answer(const char *name, struct truth_spec *spec)
                  {"rho_p", &patch->rho_kgpm},   {"cDI_b", &beam->cDI_sNm2}, {"cDI_p", &patch->cDI_sNm2},
                  {"gamma", &spec->gamma_sNpm2}, {"Ks", &spec->Ks_V},        {"KB", &spec->KB_NmpV}};
     size_t found = 0;
-    while (fgets(line, sizeof line, stream))
-        if (sscanf(line, "%63[A-Za-z_]: %lf", key, &value) == 2)
-            for (size_t k = 0; k < sizeof known / sizeof known[0]; k++)
-                if (strcmp(known[k].key, key) == 0) {
-                    *known[k].value = value;
-                    found++;
-                }
+    while (fgets(line, sizeof line, stream)) {
+        char *colon = strchr(line, ':');
+        if (!colon)
+            continue;
+        *colon = '\0';
+        for (size_t k = 0; k < sizeof known / sizeof known[0]; k++)
+            if (strcmp(known[k].key, line) == 0) {
+                *known[k].value = strtod(colon + 1, NULL);
+                found++;
+            }
+    }
     fclose(stream);
     assert_int_equal(found, sizeof known / sizeof known[0]);
 }
