@@ -28,7 +28,7 @@ static const char pretty[] = "# a rig\n"
                              "  EI_patch_Nm2:\n"
                              "    value: 1.050 # guess\n"
                              "    # not known well\n"
-                             "    max: 1e6\n"
+                             "    max: 1e6   # bound\n"
                              "  rho_beam_kgpm: 0.0925\n"
                              "  rho_patch_kgpm: {value: 0.300, sd: 0.1}\n"
                              "  # damping\n"
@@ -301,6 +301,7 @@ static void a_fit_changes_values_only(void **state)
     for (size_t i = 0; i < sizeof comments / sizeof *comments; i++)
         assert_contains(text, comments[i]);
     assert_contains(text, "prior_value: 0.495");
+    assert_contains(text, "    max: 1e6   # bound\n    sd: "); /* a new line goes below the comment */
     free(text);
     model_free(&m);
     model_free(&back);
@@ -388,6 +389,28 @@ static void prior_centre_survives_two_fits(void **state)
     model_free(&m);
     model_free(&first);
     model_free(&second);
+}
+
+static void a_place_once_freed_stays_free(void **state)
+{
+    (void)state;
+    struct model m, back;
+    struct bf_error err = {0};
+    reads(pretty, &m);
+    assert_int_equal(model_add_effect(&m, "point_mass", "", &err), BF_OK);
+    free(save(&m, &back));
+    assert_true(back.effects[3].parameters[1].fixed);
+    back.effects[3].parameters[1].fixed = false;
+    back.effects[3].parameters[0].fixed = true;
+    model_free(&m);
+    free(save(&back, &m));
+    assert_true(!m.effects[3].parameters[1].fixed && m.effects[3].parameters[0].fixed);
+    m.effects[3].parameters[1].fixed = true;
+    model_free(&back);
+    free(save(&m, &back));
+    assert_true(back.effects[3].parameters[1].fixed);
+    model_free(&m);
+    model_free(&back);
 }
 
 static void descent_is_recorded(void **state)
@@ -484,6 +507,7 @@ int main(void)
         cmocka_unit_test(add_and_drop_restore_the_text),
         cmocka_unit_test(the_last_effect_leaves_an_empty_list_and_returns),
         cmocka_unit_test(prior_centre_survives_two_fits),
+        cmocka_unit_test(a_place_once_freed_stays_free),
         cmocka_unit_test(descent_is_recorded),
         cmocka_unit_test(a_model_made_in_memory_is_written_whole),
         cmocka_unit_test(changed_geometry_is_not_lost),
