@@ -211,6 +211,8 @@ static void forget_fit(struct model *model)
     struct parameter *shared[] = {&model->gamma, &model->Ks, &model->KB};
     for (size_t i = 0; i < sizeof shared / sizeof *shared; i++)
         shared[i]->sd = 0.0;
+    for (size_t i = 0; i < model->n_residuals; i++)
+        model->residuals[i].compliance.sd = 0.0;
     for (size_t i = 0; i < model->n_materials; i++)
         model->materials[i].EI.sd = model->materials[i].rho.sd = model->materials[i].cDI.sd = 0.0;
     for (size_t i = 0; i < model->n_effects; i++) {

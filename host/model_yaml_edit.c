@@ -70,7 +70,7 @@ static void edit_shared(struct editor *e, const struct yaml_node *owner, const s
 static void edit_parameters(struct editor *e)
 {
     const struct yaml_node *node = yaml_get(e->root, "parameters", NULL);
-    if (e->old->n_materials != e->new->n_materials) {
+    if (e->old->n_materials != e->new->n_materials || e->old->n_residuals != e->new->n_residuals) {
         e->splicer.failed = true;
         return;
     }
@@ -82,6 +82,8 @@ static void edit_parameters(struct editor *e)
     edit_shared(e, node, &e->old->gamma, &e->new->gamma, false);
     edit_shared(e, node, &e->old->Ks, &e->new->Ks, true);
     edit_shared(e, node, &e->old->KB, &e->new->KB, true);
+    for (size_t i = 0; i < e->new->n_residuals; i++)
+        edit_shared(e, node, &e->old->residuals[i].compliance, &e->new->residuals[i].compliance, true);
 }
 
 /* ---- Effects ---- */

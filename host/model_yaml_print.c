@@ -310,6 +310,11 @@ char *model_to_text(const struct model *m)
     for (size_t i = 0; i < sizeof shared / sizeof *shared; i++)
         if (!shared[i]->fixed || shared[i]->value < 0.0 || shared[i]->value > 0.0)
             print_parameter(&text, shared[i], shared[i] != &m->gamma);
+    for (size_t i = 0; i < m->n_residuals; i++) {
+        const struct parameter *p = &m->residuals[i].compliance;
+        if (p->fixed || p->sd > 0.0 || p->value < 0.0 || p->value > 0.0)
+            print_parameter(&text, p, true);
+    }
     print_channels(&text, m);
     yaml_text_add(&text, m->n_effects ? "effects:\n" : "effects: []\n");
     for (size_t i = 0; i < m->n_effects; i++) {

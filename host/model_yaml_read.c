@@ -217,7 +217,7 @@ static enum bf_status read_parameters(const struct yaml_reader *r, const struct 
     enum bf_status status = yaml_expect(r, parameters, YAML_MAPPING, "parameters");
     if (status != BF_OK)
         return status;
-    const char **known = bf_alloc(3 * m->n_materials + 3, sizeof *known);
+    const char **known = bf_alloc(3 * m->n_materials + 3 + m->n_residuals, sizeof *known);
     size_t n = 0;
     for (size_t i = 0; i < m->n_materials; i++) {
         known[n++] = m->materials[i].EI.name;
@@ -227,6 +227,8 @@ static enum bf_status read_parameters(const struct yaml_reader *r, const struct 
     known[n++] = m->gamma.name;
     known[n++] = m->Ks.name;
     known[n++] = m->KB.name;
+    for (size_t i = 0; i < m->n_residuals; i++)
+        known[n++] = m->residuals[i].compliance.name;
     status = yaml_known_keys(r, parameters, "parameters (one EI, rho, cDI per region)", known, n);
     free(known);
     if (status == BF_OK)
@@ -241,7 +243,13 @@ static enum bf_status read_parameters(const struct yaml_reader *r, const struct 
         status = read_one(r, parameters, &m->gamma);
     if (status == BF_OK)
         status = read_one(r, parameters, &m->Ks);
-    return status == BF_OK ? read_one(r, parameters, &m->KB) : status;
+    if (status == BF_OK)
+        status = read_one(r, parameters, &m->KB);
+    for (size_t i = 0; i < m->n_residuals && status == BF_OK; i++) {
+        status = read_one(r, parameters, &m->residuals[i].compliance);
+        m->residuals[i].compliance.logarithmic = false; /* either sign */
+    }
+    return status;
 }
 
 /* ---- The whole ---- */
@@ -291,13 +299,14 @@ enum bf_status model_from_yaml(const char *path, const struct yaml_node *root, s
     if (!parameters)
         return yaml_fail(&r, root, "no `parameters:`; `beamfit init` writes a complete model to copy from");
     make_materials(model);
+    if ((status = yaml_read_inputs(&r, yaml_get(root, "inputs", NULL))) != BF_OK ||
+        (status = yaml_read_outputs(&r, yaml_get(root, "outputs", NULL))) != BF_OK)
+        return status;
+    model_make_residuals(model); /* one for each pair of channels: their names are parameters */
     if ((status = read_parameters(&r, parameters)) != BF_OK ||
-        (status = yaml_read_inputs(&r, yaml_get(root, "inputs", NULL))) != BF_OK ||
-        (status = yaml_read_outputs(&r, yaml_get(root, "outputs", NULL))) != BF_OK ||
         (status = yaml_read_effects(&r, yaml_get(root, "effects", NULL))) != BF_OK ||
         (status = yaml_read_fit(&r, yaml_get(root, "fit", NULL))) != BF_OK)
         return status;
-    model_make_residuals(model);
     struct model_where where = {0};
     if (model_check_where(model, &where, err) != BF_OK)
         return bf_fail_at(err, path, line_of(root, &where), "%s", err->text);

@@ -355,6 +355,8 @@ enum bf_status predictor_run(struct predictor *p, const double parameters[], con
 {
     *out = (struct prediction){
         .n_rows = p->n_rows, .n_parameters = p->map.n, .n_nuisance = p->n_nuisance, .y = p->y, .nuisance = p->nuisance};
+    if (p->system == NULL)
+        return bf_fail(err, BF_NUMERIC, "the model could not be evaluated at its last base; rebase it first");
     struct run run = {.p = p, .theta = parameters, .want = want_jacobian, .out = out};
     if (want_jacobian != NULL) {
         out->jacobian = p->jacobian;
