@@ -394,6 +394,9 @@ static void prior_centre_survives_two_fits(void **state)
 static void a_place_once_freed_stays_free(void **state)
 {
     (void)state;
+    static const char bare[] =
+        "format: beamfit-model/1\nbeam: {length_m: 1}\nparameters: {EI_beam_Nm2: 1, rho_beam_kgpm: 1}\n"
+        "effects: [{kind: point_mass, mass_kg: 0.1, at_m: 0.3}]\n";
     struct model m, back;
     struct bf_error err = {0};
     reads(pretty, &m);
@@ -409,6 +412,12 @@ static void a_place_once_freed_stays_free(void **state)
     model_free(&back);
     free(save(&m, &back));
     assert_true(back.effects[3].parameters[1].fixed);
+    model_free(&m);
+    model_free(&back);
+    reads(bare, &m);
+    m.effects[0].parameters[1].fixed = false;
+    free(save(&m, &back));
+    assert_true(!back.effects[0].parameters[1].fixed);
     model_free(&m);
     model_free(&back);
 }
