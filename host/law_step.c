@@ -111,11 +111,11 @@ static enum bf_status newton_step(const struct law_run *l, struct stepper *s, st
 
 /*
  * One coordinate: g(f) = f − law(f) grows with f for every law that opposes motion (S_w, S_v ≤ 0), so its sign brackets
- * the root; Newton inside the bracket, bisection where Newton leaves it (stiff friction, contact).
+ * the root; Newton inside the bracket, bisection where Newton leaves it or creeps (stiff friction, contact).
  */
 static enum bf_status solve_scalar(struct law_run *l, struct stepper *s, size_t step, struct bf_error *err)
 {
-    double low = -INFINITY, high = INFINITY;
+    double low = -INFINITY, high = INFINITY, previous = INFINITY;
     for (int i = 0; i < NEWTON_STEPS; i++) {
         if (evaluate_laws(l, s, step, true, SIZE_MAX) != 0)
             return bf_fail(err, BF_NUMERIC, "a nonlinear effect is outside its physical range");
@@ -129,8 +129,10 @@ static enum bf_status solve_scalar(struct law_run *l, struct stepper *s, size_t 
         else
             low = fmax(low, s->f[0]);
         double slope = 1.0 - s->T_w[0] * l->S_w[0] - s->T_v[0] * l->S_v[0], next = s->f[0] - g / slope;
-        if (!(next > low && next < high) && isfinite(low) && isfinite(high))
+        bool creeps = i > 1 && size > 0.5 * previous;
+        if ((creeps || !(next > low && next < high)) && isfinite(low) && isfinite(high))
             next = 0.5 * (low + high);
+        previous = size;
         s->f[0] = next;
     }
     l->failed_steps++;
@@ -254,7 +256,7 @@ enum bf_status law_run_march(struct law_run *l, struct bf_error *err)
             status = store_tangents(l, &s, step, err);
         accept_step(l, &s, step);
     }
-    if (status == BF_OK && (double)l->failed_steps > most_failed * (double)l->N)
+    if (status == BF_OK && (double)l->failed_steps > 1.0 + most_failed * (double)l->N)
         status =
             bf_fail(err, BF_NUMERIC, "%zu of %zu steps of a nonlinear effect did not converge", l->failed_steps, l->N);
     free(s.q);

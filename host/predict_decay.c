@@ -17,13 +17,11 @@ static bool in_band(const struct predictor *p, size_t record, size_t pole)
     return pole < p->system->n_pairs && frequency_Hz * p->records[record].dt_s < band_part;
 }
 
-/* Poles are not sorted: the modes in the band, by ascending frequency, at the base. */
-static size_t band_poles(const struct predictor *p, size_t record, size_t limit, size_t out[])
+/* Poles are not sorted: the pairs by ascending frequency, the lowest `limit` of them. */
+static size_t lowest_poles(const struct predictor *p, size_t limit, size_t out[])
 {
     size_t count = 0;
     for (size_t k = 0; k < p->system->n_pairs; k++) {
-        if (!in_band(p, record, k))
-            continue;
         size_t at = count;
         while (at > 0 && cimag(p->system->p[out[at - 1]]) > cimag(p->system->p[k])) {
             out[at] = out[at - 1];
@@ -38,7 +36,9 @@ static size_t band_poles(const struct predictor *p, size_t record, size_t limit,
 size_t decay_unknowns(const struct predictor *p, size_t record)
 {
     size_t *poles = bf_alloc(p->system->n_poles, sizeof *poles);
-    size_t n = band_poles(p, record, p->system->n_poles, poles);
+    size_t n = 0, pairs = lowest_poles(p, p->system->n_pairs, poles);
+    while (n < pairs && in_band(p, record, poles[n]))
+        n++;
     free(poles);
     return 2 * n;
 }
@@ -125,7 +125,7 @@ enum bf_status predict_decay(const struct run *run, size_t record, struct bf_err
     const struct record_plan *plan = &p->plans[record];
     size_t *poles = bf_alloc(p->system->n_poles, sizeof *poles);
     size_t last = record + 1 < p->n_records ? p->plans[record + 1].first_nuisance : p->n_nuisance;
-    size_t n = band_poles(p, record, (last - plan->first_nuisance) / 2, poles);
+    size_t n = lowest_poles(p, (last - plan->first_nuisance) / 2, poles);
     enum bf_status status = BF_OK;
     for (size_t c = 0; c < plan->n_channels; c++) {
         const struct predict_channel *channel = &p->channels[plan->first_channel + c];

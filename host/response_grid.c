@@ -10,6 +10,8 @@
 
 /* e^(−σ T_padded): what is left of the response's start after one turn around the padded record. */
 static const double wrap = 1e-9;
+/* This part of the band, next to the Nyquist frequency, is faded out of the inputs. */
+static const double faded_band = 0.05;
 enum { SHORTEST = 2 * RESPONSE_CHUNK }; /* m > RESPONSE_CHUNK */
 /* An input fades out over this many samples after the record; its continuation is learnt from twelve times as many. */
 enum { TAIL = 64, LEARN = 12 * TAIL };
@@ -69,6 +71,22 @@ void response_tail(const struct response_grid *grid, const double u[], size_t av
         x[grid->n + i] *= 0.5 + 0.5 * cos(acos(-1.0) * (double)(i + 1) / (double)(grid->n_tail + 1));
 }
 
+/*
+ * Content at the Nyquist frequency would ring for ever there, and e^(σt) would make that ring grow. The last part of the
+ * band is faded out by a taper with all derivatives (Planck's), whose ring dies within some dozens of samples.
+ */
+static void fade_to_nyquist(const struct response_grid *grid, double complex U[])
+{
+    double first = (1.0 - faded_band) * (double)(grid->m - 1);
+    for (size_t k = (size_t)ceil(first); k < grid->m; k++) {
+        double x = ((double)k - first) / ((double)(grid->m - 1) - first); /* 0 … 1 */
+        double taper = 1.0;
+        if (x > 0.0)
+            taper = x < 1.0 ? 1.0 / (1.0 + exp(1.0 / (1.0 - x) - 1.0 / x)) : 0.0;
+        U[k] *= taper;
+    }
+}
+
 enum bf_status response_transform(const struct response_grid *grid, const double x[], size_t count, double complex U[],
                                   struct bf_error *err)
 {
@@ -81,6 +99,8 @@ enum bf_status response_transform(const struct response_grid *grid, const double
         padded[k] = x[k] * grid->weight[k];
     fft_forward(plan, padded, U);
     free(padded);
+    if (grid->intersample == INTERSAMPLE_BAND_LIMITED)
+        fade_to_nyquist(grid, U);
     return BF_OK;
 }
 
