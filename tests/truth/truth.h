@@ -83,7 +83,7 @@ struct truth_signal {
     size_t input;
     double start_s, width_s, level;
     double from_Hz, to_Hz; /* chirp, multisine; burst and sine use from_Hz */
-    double taper_s;        /* raised-cosine ends of chirp, multisine and sine */
+    double taper_s;        /* raised-cosine ends of chirp, multisine and sine; rounding of a triangle's corners */
     double phase_rad;
     size_t count;          /* lines of a multisine */
     uint64_t seed;         /* phases of a multisine */

@@ -13,6 +13,14 @@ static double raised_cosine_ends(double t, double width, double taper)
     return taper > 0 && edge < taper ? (1 - cos(TRUTH_PI * edge / taper)) / 2 : 1;
 }
 
+/* The ramp max(t, 0) smoothed by a raised cosine of half width a. */
+static double smooth_ramp(double t, double a)
+{
+    if (!(a > 0) || fabs(t) >= a)
+        return t > 0 ? t : 0;
+    return (t + a) * (t + a) / (4 * a) - a / (2 * TRUTH_PI * TRUTH_PI) * (1 + cos(TRUTH_PI * t / a));
+}
+
 /* t counts from the signal's start, 0 ≤ t ≤ width */
 static double pulse(const struct truth_signal *signal, double t, double width)
 {
@@ -22,8 +30,11 @@ static double pulse(const struct truth_signal *signal, double t, double width)
         return signal->level * (1 - cos(2 * TRUTH_PI * s)) / 2;
     case TRUTH_HALF_SINE:
         return signal->level * sin(TRUTH_PI * s);
-    case TRUTH_TRIANGLE:
-        return signal->level * (1 - fabs(2 * s - 1));
+    case TRUTH_TRIANGLE: {
+        double a = signal->taper_s / 2, from = t - a; /* three ramps; the smoothing reaches a beyond each end */
+        return signal->level * 2 / width *
+               (smooth_ramp(from, a) - 2 * smooth_ramp(from - width / 2, a) + smooth_ramp(from - width, a));
+    }
     case TRUTH_BURST:
         return signal->level * sin(2 * TRUTH_PI * signal->from_Hz * t + signal->phase_rad) *
                (1 - cos(2 * TRUTH_PI * s)) / 2;
@@ -140,9 +151,10 @@ void truth_signal_add(const struct truth_signal *signal, const struct truth_spec
         multisine(signal, width, t0 + (double)first * dt, dt, n - first, x + first);
         return;
     }
+    double last = signal->kind == TRUTH_TRIANGLE ? width + signal->taper_s : width;
     for (size_t i = first; i < n; i++) {
         double t = t0 + (double)i * dt;
-        if (t > width)
+        if (t > last)
             break;
         x[i] += pulse(signal, t, width);
     }
