@@ -34,7 +34,7 @@ enum bf_status bf_fail_at(struct bf_error *err, const char *file, long line, con
     __attribute__((format(printf, 4, 5)));
 
 #ifdef __clang_analyzer__ /* let clang's analyser see the status that they return */
-#define bf_fail(err, status, ...) ((bf_fail)(err, status, __VA_ARGS__), (status))
+#define bf_fail(err, status, ...)        ((bf_fail)(err, status, __VA_ARGS__), (status))
 #define bf_fail_at(err, file, line, ...) ((bf_fail_at)(err, file, line, __VA_ARGS__), BF_BAD_FILE)
 #endif
 

@@ -13,8 +13,8 @@ enum { FINE_BAND = 4 }; /* diagonal and three upper diagonals */
 
 struct fine_space {
     struct spline spline;
-    size_t lead, trail;   /* functions left out at either end */
-    size_t n;             /* degrees of freedom */
+    size_t lead, trail; /* functions left out at either end */
+    size_t n;           /* degrees of freedom */
     double length_m;
 };
 

@@ -44,16 +44,16 @@ static size_t weight_parameter(const struct parameter_map *map, enum beam_weight
 static void locate(struct law *law, const struct model *model, const struct reduced *reduced,
                    const struct beam_law_place *place)
 {
-    struct beam_operator at = {.at_m = place->at_m,
-                               .from_m = place->at_m - 0.5 * place->width_m,
-                               .to_m = place->at_m + 0.5 * place->width_m};
+    struct beam_operator at = {
+        .at_m = place->at_m, .from_m = place->at_m - 0.5 * place->width_m, .to_m = place->at_m + 0.5 * place->width_m};
     at.kind = place->points == BEAM_LAW_AT_POINT   ? BEAM_AT_POINT
               : place->points == BEAM_LAW_AT_PATCH ? BEAM_AT_PATCH
                                                    : BEAM_AT_SLOPE_DIFFERENCE;
     reduced_place(reduced, &at, model, law->g, law->g_at);
     if (place->points != BEAM_LAW_AT_SPAN)
         return;
-    double *from = bf_alloc(reduced->n, sizeof *from); /* d/dwidth [y'(a + h/2) − y'(a − h/2)] = (y″(to) + y″(from))/2 */
+    double *from =
+        bf_alloc(reduced->n, sizeof *from); /* d/dwidth [y'(a + h/2) − y'(a − h/2)] = (y″(to) + y″(from))/2 */
     reduced_point(reduced, 2, at.to_m, law->g_width);
     reduced_point(reduced, 2, at.from_m, from);
     for (size_t i = 0; i < reduced->n; i++)
@@ -130,7 +130,8 @@ static void new_span_law(struct law *law, const struct model *model, const struc
 {
     int derivative = points == BEAM_LAW_OVER_DEFLECTION ? 0 : points == BEAM_LAW_OVER_CURVATURE ? 2 : 1;
     law->width = points == BEAM_LAW_OVER_SLOPE_AND_CURVATURE ? 2 : 1;
-    while (law->d < reduced->n_modes && law->d < LAW_COORDINATES && reduced->frequency_rad[law->d] < span_band * top_rad)
+    while (law->d < reduced->n_modes && law->d < LAW_COORDINATES &&
+           reduced->frequency_rad[law->d] < span_band * top_rad)
         law->d++;
     size_t most = GAUSS * (SPAN_ELEMENTS + model->n_regions);
     law->g = bf_alloc(law->d * reduced->n, sizeof(double));
@@ -157,7 +158,8 @@ static void find_uses(struct law *law, const double p[])
     law->uses_w = law->uses_v = law->uses_w_old = law->g_at != NULL || law->effect->n_law_states > 0;
     for (int i = 1; i <= 8; i++) {
         double x = (i % 2 ? 1.0 : -1.0) * pow(10.0, -0.5 * i);
-        struct beam_law_input in = {.w = {x, -0.7 * x}, .v = {1.3 * x, x}, .w_old = {0.9 * x, x}, .t_s = i, .dt_s = 1e-3};
+        struct beam_law_input in = {
+            .w = {x, -0.7 * x}, .v = {1.3 * x, x}, .w_old = {0.9 * x, x}, .t_s = i, .dt_s = 1e-3};
         struct beam_law_output o;
         memset(&o, 0, sizeof o);
         if (law->effect->law(p, &in, &o) != 0)
@@ -174,8 +176,8 @@ enum bf_status law_new(const struct model *model, const struct reduced *reduced,
                        size_t effect_index, double top_rad, struct law *out, struct bf_error *err)
 {
     const struct beam_effect *effect = model->effects[effect_index].effect;
-    *out = (struct law){.effect = effect, .effect_index = effect_index, .at_parameter = SIZE_MAX,
-                        .width_parameter = SIZE_MAX};
+    *out = (struct law){
+        .effect = effect, .effect_index = effect_index, .at_parameter = SIZE_MAX, .width_parameter = SIZE_MAX};
     if (effect->law == NULL)
         return BF_OK;
     double p[BEAM_EFFECT_PARAMETERS] = {0};

@@ -13,24 +13,24 @@
 #include "system.h"
 
 enum {
-    LAW_COORDINATES = 8,                              /* of one law, at most */
-    LAW_DEPENDENCIES = BEAM_EFFECT_PARAMETERS + 4     /* own parameters, and weights EI/ρ of up to 4 materials */
+    LAW_COORDINATES = 8,                          /* of one law, at most */
+    LAW_DEPENDENCIES = BEAM_EFFECT_PARAMETERS + 4 /* own parameters, and weights EI/ρ of up to 4 materials */
 };
 
 struct law {
     const struct beam_effect *effect;
     size_t effect_index;
-    size_t d;                 /* coordinates; 0: the effect has no law */
-    double *g;                /* [d][n] functionals of the coordinates */
-    double *g_at, *g_width;   /* [n] derivative of a point law's functional; NULL when its place is no parameter */
+    size_t d;               /* coordinates; 0: the effect has no law */
+    double *g;              /* [d][n] functionals of the coordinates */
+    double *g_at, *g_width; /* [n] derivative of a point law's functional; NULL when its place is no parameter */
     size_t at_parameter, width_parameter; /* in the parameter vector; SIZE_MAX: none */
-    bool uses_w, uses_v, uses_w_old; /* the force depends on the coordinate, its rate, its value a step ago */
+    bool uses_w, uses_v, uses_w_old;      /* the force depends on the coordinate, its rate, its value a step ago */
     size_t n_points, width;
-    double *psi;              /* [n_points][width][d] */
-    double *quadrature;       /* [n_points] */
-    size_t *material;         /* [n_points] */
+    double *psi;        /* [n_points][width][d] */
+    double *quadrature; /* [n_points] */
+    size_t *material;   /* [n_points] */
     enum beam_weight weight;
-    size_t n_dependencies;    /* parameters the force depends on at given coordinates */
+    size_t n_dependencies; /* parameters the force depends on at given coordinates */
     size_t dependency[LAW_DEPENDENCIES];
 };
 

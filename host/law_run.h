@@ -22,7 +22,7 @@ struct law_run {
     size_t record;
     const struct record_plan *plan;
     const struct response_grid *grid;
-    bool uses_w;                    /* some force depends on a coordinate itself, now or a step ago */
+    bool uses_w; /* some force depends on a coordinate itself, now or a step ago */
     size_t D, N; /* coordinates; steps */
     int oversample;
     double h_s;

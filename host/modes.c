@@ -55,8 +55,8 @@ static enum bf_status space_new(const struct model *model, const struct reduced_
 enum bf_status modes_frequencies(const struct model *model, size_t n_splines, bool uniform, size_t n_modes,
                                  double frequency_Hz[], struct bf_error *err)
 {
-    struct reduced_options options = {.n_splines = n_splines, .top_rad = INFINITY, .min_modes = n_modes,
-                                      .max_modes = n_modes, .uniform = uniform};
+    struct reduced_options options = {
+        .n_splines = n_splines, .top_rad = INFINITY, .min_modes = n_modes, .max_modes = n_modes, .uniform = uniform};
     struct reduced reduced;
     enum bf_status status = reduced_new(model, &options, &reduced, err);
     if (status != BF_OK)
@@ -81,8 +81,8 @@ static enum bf_status deployed_frequencies(const struct model *model, size_t *n_
                                            double frequency_Hz[], struct bf_error *err)
 {
     size_t kept = DEPLOYED_DIMENSION - count_statics(model);
-    struct reduced_options options = {.top_rad = INFINITY, .min_modes = kept, .max_modes = kept, .statics = 1,
-                                      .limit = DEPLOYED_DIMENSION};
+    struct reduced_options options = {
+        .top_rad = INFINITY, .min_modes = kept, .max_modes = kept, .statics = 1, .limit = DEPLOYED_DIMENSION};
     struct space space;
     enum bf_status status = space_new(model, &options, &space, err);
     if (status != BF_OK)
@@ -142,7 +142,8 @@ static enum bf_status compare_spaces(const struct model *model, double band_Hz, 
 {
     double *other = bf_alloc(out->n, sizeof *other);
     size_t n_uniform = out->n < 8 ? out->n : 8;
-    enum bf_status status = deployed_frequencies(model, &out->deployed_modes, &out->deployed_statics, out->n, other, err);
+    enum bf_status status =
+        deployed_frequencies(model, &out->deployed_modes, &out->deployed_statics, out->n, other, err);
     for (size_t k = 0; status == BF_OK && k < out->n; k++)
         out->mode[k].deployed_error = other[k] / out->mode[k].undamped_Hz - 1.0;
     if (status == BF_OK)
@@ -153,8 +154,8 @@ static enum bf_status compare_spaces(const struct model *model, double band_Hz, 
         status = modes_frequencies(model, 2 * SPLINES, false, out->n, other, err);
     for (size_t k = 0; status == BF_OK && k < out->n; k++)
         out->convergence = fmax(out->convergence, fabs(out->mode[k].undamped_Hz / other[k] - 1.0));
-    while (out->in_band < out->n && (band_Hz > 0.0 ? out->mode[out->in_band].undamped_Hz <= band_Hz
-                                                   : out->in_band < out->deployed_modes))
+    while (out->in_band < out->n &&
+           (band_Hz > 0.0 ? out->mode[out->in_band].undamped_Hz <= band_Hz : out->in_band < out->deployed_modes))
         out->in_band++;
     free(other);
     return status;
@@ -163,8 +164,8 @@ static enum bf_status compare_spaces(const struct model *model, double band_Hz, 
 enum bf_status modes_compute(const struct model *model, size_t n_modes, double band_Hz, size_t n_points,
                              struct modes *out, struct bf_error *err)
 {
-    struct reduced_options options = {.n_splines = SPLINES, .top_rad = INFINITY, .min_modes = n_modes + 6,
-                                      .max_modes = n_modes + 6, .statics = 2};
+    struct reduced_options options = {
+        .n_splines = SPLINES, .top_rad = INFINITY, .min_modes = n_modes + 6, .max_modes = n_modes + 6, .statics = 2};
     struct space space;
     *out = (struct modes){.n = n_modes, .n_points = n_points};
     enum bf_status status = space_new(model, &options, &space, err);

@@ -8,7 +8,7 @@
 enum { DEPLOYED_DIMENSION = 10 };
 
 struct mode {
-    double frequency_Hz;   /* |p|/2π of the damped pole */
+    double frequency_Hz; /* |p|/2π of the damped pole */
     double undamped_Hz;
     double damping_ratio;  /* −Re p/|p| */
     double deployed_error; /* relative error of undamped_Hz in the space that goes on the target; NAN beyond it */
@@ -18,12 +18,12 @@ struct mode {
 struct modes {
     size_t n;
     struct mode *mode;
-    size_t in_band;          /* modes that the deployed space must have right */
+    size_t in_band;                          /* modes that the deployed space must have right */
     size_t deployed_modes, deployed_statics; /* what spans the deployed space */
-    double convergence;      /* largest relative change of the modes' frequencies when the splines are doubled */
+    double convergence; /* largest relative change of the modes' frequencies when the splines are doubled */
     size_t n_points;
-    double *x_m;             /* [n_points] */
-    double *shape;           /* [n][n_points], largest value 1 */
+    double *x_m;   /* [n_points] */
+    double *shape; /* [n][n_points], largest value 1 */
 };
 
 /* n_modes lowest modes; band_Hz: modes up to this are 'in band' (0: as many as the deployed space spans). */

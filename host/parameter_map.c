@@ -43,8 +43,8 @@ struct parameter_map parameter_map_new(const struct model *model, const struct p
         case ROLE_EFFECT:
             for (size_t r = 0; r < records; r++)
                 if (refs[i].record < 0 || (size_t)refs[i].record == r)
-                    map.effect[(r * model->n_effects + refs[i].owner) * BEAM_EFFECT_PARAMETERS +
-                               (size_t)refs[i].slot] = i;
+                    map.effect[(r * model->n_effects + refs[i].owner) * BEAM_EFFECT_PARAMETERS + (size_t)refs[i].slot] =
+                        i;
             break;
         }
     }

@@ -21,17 +21,17 @@ struct predict_options {
     enum intersample intersample; /* 0: band limited */
     int oversample;               /* of the nonlinear grid; 0: 8, checked by predict_convergence() */
     int threads;                  /* for nonlinear records; 0: one a processor */
-    bool uniform_splines;         /* equidistant knots, not on the region edges: the seed paper's space, for comparison */
-    size_t fine_splines;          /* dimension of the fine spline space; 0: 160 */
-    size_t modes;                 /* modes of the reduced space; 0: enough for 4 × the band */
+    bool uniform_splines; /* equidistant knots, not on the region edges: the seed paper's space, for comparison */
+    size_t fine_splines;  /* dimension of the fine spline space; 0: 160 */
+    size_t modes;         /* modes of the reduced space; 0: enough for 4 × the band */
 };
 
 /* One output of one record. */
 struct predict_channel {
-    size_t record, output;        /* indices into the record list and model->outputs */
-    size_t row, n;                /* its rows in the stacked vectors */
+    size_t record, output; /* indices into the record list and model->outputs */
+    size_t row, n;         /* its rows in the stacked vectors */
     double dt_s;
-    const double *measured;       /* [n], the record's column */
+    const double *measured; /* [n], the record's column */
 };
 
 /*
@@ -39,12 +39,12 @@ struct predict_channel {
  * d(y + Σ amplitude · column) at the amplitudes of the last predictor_set_nuisance() (0 before).
  */
 struct prediction {
-    size_t n_rows;                /* of the current window */
-    size_t n_parameters;          /* of model_parameters(); fixed ones included (their columns are filled too) */
-    size_t n_nuisance;            /* linear unknowns of free-decay records: initial modal states */
-    double *y;                    /* [n_rows] */
-    double *jacobian;             /* [n_parameters][n_rows], d y/d parameter (physical, not logarithmic); NULL unless asked */
-    double *nuisance;             /* [n_nuisance][n_rows], columns of the linear unknowns (zero outside their record) */
+    size_t n_rows;       /* of the current window */
+    size_t n_parameters; /* of model_parameters(); fixed ones included (their columns are filled too) */
+    size_t n_nuisance;   /* linear unknowns of free-decay records: initial modal states */
+    double *y;           /* [n_rows] */
+    double *jacobian;    /* [n_parameters][n_rows], d y/d parameter (physical, not logarithmic); NULL unless asked */
+    double *nuisance;    /* [n_nuisance][n_rows], columns of the linear unknowns (zero outside their record) */
 };
 
 struct predictor;

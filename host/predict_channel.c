@@ -97,8 +97,8 @@ bool channel_filter_derivative(const struct run *run, size_t record, size_t outp
     int slot;
     struct bf_error err;
     struct beam_filter_output filter;
-    if (!find_slot(run, record, parameter, &owner, &slot) ||
-        run->p->model.effects[owner].effect->filter == NULL || !effect_on_output(&run->p->model, owner, output))
+    if (!find_slot(run, record, parameter, &owner, &slot) || run->p->model.effects[owner].effect->filter == NULL ||
+        !effect_on_output(&run->p->model, owner, output))
         return false;
     for (size_t k = 0; k < m; k++)
         dF[k] = 1.0;

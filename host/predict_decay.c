@@ -44,9 +44,9 @@ size_t decay_unknowns(const struct predictor *p, size_t record)
 }
 
 struct decay {
-    double complex p, shape;        /* shape = c p^ν F(p) gain */
+    double complex p, shape; /* shape = c p^ν F(p) gain */
     double complex amplitude;
-    double *column_re, *column_im;  /* [n] */
+    double *column_re, *column_im; /* [n] */
 };
 
 static enum bf_status make_decay(const struct run *run, const struct predict_channel *channel, size_t pole,

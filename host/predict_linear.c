@@ -14,7 +14,7 @@ struct pair {
 
 struct grid_work {
     size_t grid, m;
-    struct pair *pairs;    /* [n_outputs][n_inputs] */
+    struct pair *pairs;                  /* [n_outputs][n_inputs] */
     double complex *F, *Y, *D, *Z, *sum; /* [m] filters, response, with gain and residuals, scratch */
 };
 
@@ -77,8 +77,8 @@ static void sum_inputs(const struct run *run, const struct grid_work *w, const s
     }
 }
 
-static enum bf_status put(const struct run *run, const struct grid_work *w, double scale, const double complex F[], const double complex Y[], double out[],
-                          struct bf_error *err)
+static enum bf_status put(const struct run *run, const struct grid_work *w, double scale, const double complex F[],
+                          const double complex Y[], double out[], struct bf_error *err)
 {
     for (size_t k = 0; k < w->m; k++)
         w->Z[k] = scale * (F[k] * Y[k]);
@@ -166,8 +166,8 @@ static enum bf_status channel_response(const struct run *run, const struct grid_
     size_t gain_parameter;
     double gain = output_gain(run, channel->output, &gain_parameter);
     bool filtered;
-    enum bf_status status = channel_filter(run, channel->record, channel->output, p->grids[w->grid].s, w->m, w->F,
-                                           &filtered, err);
+    enum bf_status status =
+        channel_filter(run, channel->record, channel->output, p->grids[w->grid].s, w->m, w->F, &filtered, err);
     if (status != BF_OK)
         return status;
     sum_inputs(run, w, &p->plans[channel->record], channel->output, SIZE_MAX, w->Y);

@@ -21,11 +21,11 @@ struct record_meta {
 };
 
 struct record {
-    char *path;          /* as given */
-    char sha256[65];     /* of the file's bytes, lower-case hex; "" when it was not read from a file */
-    size_t n;            /* samples, ≥ 2 */
-    double t0_s, dt_s;   /* uniform axis: t_k = t0 + k dt */
-    size_t n_columns;    /* time_s not counted */
+    char *path;        /* as given */
+    char sha256[65];   /* of the file's bytes, lower-case hex; "" when it was not read from a file */
+    size_t n;          /* samples, ≥ 2 */
+    double t0_s, dt_s; /* uniform axis: t_k = t0 + k dt */
+    size_t n_columns;  /* time_s not counted */
     struct record_column *columns;
     size_t n_meta;
     struct record_meta *meta;

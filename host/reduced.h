@@ -32,9 +32,9 @@ struct block {
 struct reduced {
     struct fine_space space;
     size_t n;
-    double *V;              /* [space.n × n], columns orthonormal in M at the base */
-    size_t n_modes;         /* leading columns that are modes */
-    double *frequency_rad;  /* [n_modes] undamped circular frequencies at the base */
+    double *V;             /* [space.n × n], columns orthonormal in M at the base */
+    size_t n_modes;        /* leading columns that are modes */
+    double *frequency_rad; /* [n_modes] undamped circular frequencies at the base */
     size_t n_blocks;
     struct block *blocks;
 };
@@ -43,9 +43,9 @@ struct reduced_options {
     size_t n_splines; /* 0: 160 */
     double top_rad;   /* modes below this circular frequency are taken (at least min_modes) */
     size_t min_modes, max_modes;
-    int statics;      /* 0: modes only; 1: static responses too; 2: and their first dynamic corrections */
-    bool uniform;     /* equidistant knots, not on the region edges */
-    size_t limit;     /* dimension at most; 0: no limit */
+    int statics;  /* 0: modes only; 1: static responses too; 2: and their first dynamic corrections */
+    bool uniform; /* equidistant knots, not on the region edges */
+    size_t limit; /* dimension at most; 0: no limit */
 };
 
 /* Effect parameters of the base: p[effect][slot]; material etc. are taken from the model. */

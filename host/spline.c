@@ -90,7 +90,8 @@ static void differentiate(const double *t, size_t i, size_t p, const double lowe
         const double *u = t + i - p + j;
         double left = j > 0 ? lower[j - 1] / (u[p] - u[0]) : 0.0;
         double right = j < p ? lower[j] / (u[p + 1] - u[1]) : 0.0;
-        upper[j] = (double)p * (left - right); /* B'_{m,p} = p (B_{m,p−1}/(t_{m+p}−t_m) − B_{m+1,p−1}/(t_{m+p+1}−t_{m+1})) */
+        upper[j] =
+            (double)p * (left - right); /* B'_{m,p} = p (B_{m,p−1}/(t_{m+p}−t_m) − B_{m+1,p−1}/(t_{m+p+1}−t_{m+1})) */
     }
 }
 

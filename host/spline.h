@@ -12,9 +12,9 @@
 enum { SPLINE_ORDER = 4 };
 
 struct spline {
-    size_t n;         /* basis functions, before any boundary condition */
-    size_t n_knots;   /* n + 4 */
-    double *knots;    /* non-decreasing; 4-fold at both ends, 2-fold at the edges */
+    size_t n;       /* basis functions, before any boundary condition */
+    size_t n_knots; /* n + 4 */
+    double *knots;  /* non-decreasing; 4-fold at both ends, 2-fold at the edges */
 };
 
 /* Values and derivatives of the four functions first … first+3 at x: d[k][j] = k-th derivative of function first+j. */

@@ -125,7 +125,8 @@ static void use_term(const struct system *s, const struct block *block, const st
         read_coefficients(&term->by_parameter[slot], d);
         for (int k = 0; k < COEFFICIENTS; k++)
             if (d[k] < 0.0 || d[k] > 0.0)
-                depend(use, parameter_map_slot(s->map, 0, block->effect, slot), k, k == OF_RELAXATION ? d[k] : w * d[k]);
+                depend(use, parameter_map_slot(s->map, 0, block->effect, slot), k,
+                       k == OF_RELAXATION ? d[k] : w * d[k]);
     }
 }
 

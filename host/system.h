@@ -18,8 +18,8 @@ struct parameter_map {
     size_t n, n_records;
     size_t *EI, *rho, *cDI; /* [materials] */
     size_t gamma, Ks, KB;
-    size_t *residual;       /* [n_residuals] */
-    size_t *effect;         /* [n_records][n_effects][BEAM_EFFECT_PARAMETERS]; record 0 for shared parameters */
+    size_t *residual; /* [n_residuals] */
+    size_t *effect;   /* [n_records][n_effects][BEAM_EFFECT_PARAMETERS]; record 0 for shared parameters */
     size_t n_effects;
 };
 
@@ -35,8 +35,8 @@ static inline size_t parameter_map_slot(const struct parameter_map *map, size_t 
 }
 
 struct pole_derivative {
-    double complex *p;  /* [n_poles] δp_k */
-    double complex *Z;  /* [n_all × n_poles], column-major: δ(cᵀφ_k) = −Σ_j (cᵀφ_j) Z(j, k) */
+    double complex *p; /* [n_poles] δp_k */
+    double complex *Z; /* [n_all × n_poles], column-major: δ(cᵀφ_k) = −Σ_j (cᵀφ_j) Z(j, k) */
 };
 
 struct system {
@@ -44,14 +44,14 @@ struct system {
     const struct reduced *reduced;
     const struct parameter_map *map;
     size_t n;
-    double *M, *C, *K;        /* [n × n], effects included */
-    double *omega_rad;        /* [n] undamped circular frequencies, ascending */
-    double *modes;            /* [n × n] undamped modes, M-orthonormal columns */
-    size_t n_poles;           /* one of each conjugate pair (Im > 0), then the real ones */
+    double *M, *C, *K; /* [n × n], effects included */
+    double *omega_rad; /* [n] undamped circular frequencies, ascending */
+    double *modes;     /* [n × n] undamped modes, M-orthonormal columns */
+    size_t n_poles;    /* one of each conjugate pair (Im > 0), then the real ones */
     size_t n_pairs;
-    size_t n_all;             /* 2 n_pairs + reals: order of Z's rows: pairs, reals, conjugates of the pairs */
-    double complex *p;        /* [n_poles] */
-    double complex *phi;      /* [n × n_poles] */
+    size_t n_all;        /* 2 n_pairs + reals: order of Z's rows: pairs, reals, conjugates of the pairs */
+    double complex *p;   /* [n_poles] */
+    double complex *phi; /* [n × n_poles] */
     struct pole_derivative *derivative; /* [map->n]; members NULL where not asked */
     struct system_work *work;
 };

@@ -14,7 +14,8 @@
 static const char help[] =
     "Usage: beamfit modes MODEL [-n COUNT] [--band HZ] [--shapes FILE] [--convergence] [--plot DIR] [--json]\n"
     "\n"
-    "Natural frequencies, damping ratios and shapes of a model, linear effects included, from a converged spline model;\n"
+    "Natural frequencies, damping ratios and shapes of a model, linear effects included, from a converged spline "
+    "model;\n"
     "and the frequency errors of the 10-dimensional space that would go on the target (lowest modes and static\n"
     "responses to inputs and outputs) and of the seed paper's 10 equidistant cubic splines.\n"
     "\n"
@@ -24,7 +25,8 @@ static const char help[] =
     "  --convergence       also the error of each mode against the number of elements, for equidistant knots and for\n"
     "                      double knots on the region edges\n"
     "  --plot DIR          shapes, and with --convergence the errors, as PNG and PDF in DIR\n"
-    "  --json              {\"modes\": [{\"frequency_Hz\", \"damping_ratio\", ...}], \"deployed\": {\"dimension\", \"basis\",\n"
+    "  --json              {\"modes\": [{\"frequency_Hz\", \"damping_ratio\", ...}], \"deployed\": {\"dimension\", "
+    "\"basis\",\n"
     "                      \"relative_error\": [one for each mode in band]}}\n"
     "\n"
     "Example:\n"
@@ -115,9 +117,15 @@ static enum bf_status plot_shapes(const struct arguments *a, const struct modes 
         (void)snprintf(legend[k], sizeof legend[k], "mode %zu, %.4g Hz", k + 1, m->mode[k].undamped_Hz);
         lines[k] = (struct plot_line){legend[k], m->n_points, m->x_m, m->shape + k * m->n_points};
     }
-    struct plot_convergence plot = {.directory = a->plot, .stem = "shapes", .title = "Mode shapes",
-                                    .x_label = "distance from the clamp (m)", .y_label = "deflection (largest 1)",
-                                    .n_lines = n, .lines = lines, .linear_x = true, .linear_y = true};
+    struct plot_convergence plot = {.directory = a->plot,
+                                    .stem = "shapes",
+                                    .title = "Mode shapes",
+                                    .x_label = "distance from the clamp (m)",
+                                    .y_label = "deflection (largest 1)",
+                                    .n_lines = n,
+                                    .lines = lines,
+                                    .linear_x = true,
+                                    .linear_y = true};
     return plot_convergence(&plot, err);
 }
 
@@ -147,8 +155,8 @@ static void print_convergence(const struct convergence *c, size_t n)
 {
     size_t shown = n < 5 ? n : 5;
     for (int uniform = 1; uniform >= 0; uniform--) {
-        (void)printf("\nRelative frequency error, %s\n elements", uniform ? "equidistant knots (C²; the seed paper's space)"
-                                                                          : "double knots on the region edges");
+        (void)printf("\nRelative frequency error, %s\n elements",
+                     uniform ? "equidistant knots (C²; the seed paper's space)" : "double knots on the region edges");
         for (size_t k = 0; k < shown; k++)
             (void)printf("    mode %zu", k + 1);
         for (int i = 0; i < SIZES; i++) {
@@ -160,7 +168,8 @@ static void print_convergence(const struct convergence *c, size_t n)
     }
 }
 
-static enum bf_status plot_errors(const struct arguments *a, const struct convergence *c, size_t n, struct bf_error *err)
+static enum bf_status plot_errors(const struct arguments *a, const struct convergence *c, size_t n,
+                                  struct bf_error *err)
 {
     double x[SIZES], y[6][SIZES];
     char legend[6][64];
@@ -177,9 +186,13 @@ static enum bf_status plot_errors(const struct arguments *a, const struct conver
             lines[count] = (struct plot_line){legend[count], SIZES, x, y[count]};
         }
     }
-    struct plot_convergence plot = {.directory = a->plot, .stem = "convergence", .title = "Convergence of frequencies",
-                                    .x_label = "cubic spline elements (equidistant knots: dimension less one)", .y_label = "relative frequency error",
-                                    .n_lines = count, .lines = lines};
+    struct plot_convergence plot = {.directory = a->plot,
+                                    .stem = "convergence",
+                                    .title = "Convergence of frequencies",
+                                    .x_label = "cubic spline elements (equidistant knots: dimension less one)",
+                                    .y_label = "relative frequency error",
+                                    .n_lines = count,
+                                    .lines = lines};
     return plot_convergence(&plot, err);
 }
 

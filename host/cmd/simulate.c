@@ -12,7 +12,8 @@
 static const char help[] =
     "Usage: beamfit simulate MODEL --input RECORD -o OUT [options]\n"
     "\n"
-    "Runs a model on the inputs of a record, from rest, and writes time, the inputs and every output of the model as a\n"
+    "Runs a model on the inputs of a record, from rest, and writes time, the inputs and every output of the model as "
+    "a\n"
     "record. Outputs that RECORD also holds are not used.\n"
     "\n"
     "  -i, --input RECORD    the record whose columns named like the model's inputs drive the model; inputs that it\n"

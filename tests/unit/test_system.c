@@ -26,7 +26,8 @@ struct fixture {
 static void open_fixture(struct fixture *f, const char *effects)
 {
     struct bf_error err;
-    struct reduced_options options = {.n_splines = 60, .top_rad = 6000.0, .min_modes = 6, .max_modes = 20, .statics = 2};
+    struct reduced_options options = {
+        .n_splines = 60, .top_rad = 6000.0, .min_modes = 6, .max_modes = 20, .statics = 2};
     fixture_model(&f->model, effects);
     assert_int_equal(reduced_new(&f->model, &options, &f->reduced, &err), BF_OK);
     f->n = model_parameters(&f->model, NULL, 0, &f->refs);
