@@ -7,6 +7,7 @@
 #include "error.h"
 #undef bf_fail
 #undef bf_fail_at
+#undef bf_alloc
 
 /* One printable line: text quoted from a hostile file must not move the cursor or add lines. */
 static void make_one_line(char *text)

@@ -33,11 +33,6 @@ enum bf_status bf_fail(struct bf_error *err, enum bf_status status, const char *
 enum bf_status bf_fail_at(struct bf_error *err, const char *file, long line, const char *format, ...)
     __attribute__((format(printf, 4, 5)));
 
-#ifdef __clang_analyzer__ /* let clang's analyser see the status that they return */
-#define bf_fail(err, status, ...)        ((bf_fail)(err, status, __VA_ARGS__), (status))
-#define bf_fail_at(err, file, line, ...) ((bf_fail_at)(err, file, line, __VA_ARGS__), BF_BAD_FILE)
-#endif
-
 /* A note for the person at the terminal, on standard error: "beamfit: warning: …" (never an error). */
 void bf_warn(const char *format, ...) __attribute__((format(printf, 1, 2)));
 
@@ -45,5 +40,19 @@ void bf_warn(const char *format, ...) __attribute__((format(printf, 1, 2)));
 void *bf_alloc(size_t count, size_t size);
 void *bf_grow(void *old, size_t count, size_t size);
 char *bf_strdup(const char *text);
+
+#ifdef __clang_analyzer__ /* let clang's analyser see what stands in error.c: the status, and zeroed memory, never NULL */
+#include <stdlib.h>
+static inline void *bf_alloc_known(size_t count, size_t size)
+{
+    void *p = calloc(count > 0 ? count : 1, size > 0 ? size : 1);
+    if (p == NULL)
+        abort();
+    return p;
+}
+#define bf_fail(err, status, ...) ((bf_fail)(err, status, __VA_ARGS__), (status))
+#define bf_fail_at(err, file, line, ...) ((bf_fail_at)(err, file, line, __VA_ARGS__), BF_BAD_FILE)
+#define bf_alloc(count, size) bf_alloc_known(count, size)
+#endif
 
 #endif

@@ -175,7 +175,7 @@ static void report(const struct noise_tiles *w, const double *count, bool white,
 static bool white_floor(struct noise_tiles *w, struct noise_floor *out)
 {
     const size_t nr = w->n_rows;
-    double mean[FLOOR_ROWS_MAX], count[FLOOR_ROWS_MAX], total = 0.0;
+    double mean[FLOOR_ROWS_MAX] = {0.0}, count[FLOOR_ROWS_MAX] = {0.0}, total = 0.0;
     double level = 1.3 * low_level(w, 0.05);
     for (int pass = 0; pass < 60; pass++) {
         const double old = level;

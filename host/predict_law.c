@@ -61,7 +61,7 @@ enum bf_status predict_laws(const struct run *run, struct bf_error *err)
     if (status != BF_OK)
         return status;
     struct law_queue queue = {.run = run};
-    struct law_worker workers[MOST_WORKERS];
+    struct law_worker workers[MOST_WORKERS] = {{.queue = &queue}};
     pthread_t threads[MOST_WORKERS];
     size_t n = worker_count(run->p), started = 0;
     for (size_t i = 0; i < n; i++)

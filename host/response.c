@@ -204,12 +204,12 @@ static void expand(const struct response_kernel *kernel, int order, const double
                    const double complex d_p[], struct expansion *x)
 {
     const struct system *s = kernel->system;
-    bool held = kernel->grid->intersample != INTERSAMPLE_BAND_LIMITED;
+    const bool held = kernel->grid->intersample != INTERSAMPLE_BAND_LIMITED, derivative = x->derivative;
     size_t t = 0, far = 0;
     for (size_t k = 0; k < s->n_poles; k++) {
         double multiplicity = k < s->n_pairs ? 2.0 : 1.0;
         double complex value = alpha[k] * beta[k], r = value, q = 0.0, dr = 0.0, dp = 0.0;
-        if (x->derivative) {
+        if (derivative) {
             dr = d_alpha[k] * beta[k] + alpha[k] * d_beta[k];
             dp = d_p != NULL ? d_p[k] : 0.0;
             r = held ? value : dr;

@@ -68,7 +68,7 @@ void system_functional(const struct system *system, const double g[], double com
 void system_functional_derivative(const struct system *system, size_t i, const double complex alpha[],
                                   double complex d_alpha[]);
 
-/* A(s) assembled, [n × n], for checks and direct solves. */
-void system_dynamic_stiffness(const struct system *system, double complex s, double complex A[]);
+/* A(at) assembled, [n × n], for checks and direct solves. */
+void system_dynamic_stiffness(const struct system *s, double complex at, double complex A[]);
 
 #endif

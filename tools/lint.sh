@@ -23,6 +23,7 @@ echo "clang-tidy: ${#units[@]} files"
 eval "flags=(-fgnuc-version=4.8 $LINT_FLAGS -Itests -Itests/truth -Itests/fuzz)"
 tidy_one=$(cat <<'SH'
 file=$1; shift
+[ "$file" != tests/beam_shadow.c ] || set -- "$@" -DBEAM_FLOAT # the one file that is only ever float
 answer=$(clang-tidy --quiet "$file" -- "$@" 2>/dev/null) || { printf '%s\n' "$answer"; exit 1; }
 SH
 )
