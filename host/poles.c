@@ -13,6 +13,9 @@ static const double real_pole = 1e-9;
 /* Modes slower than this part of the fastest are scaled as if they had it: rigid modes have no ω of their own. */
 static const double rigid_scale = 1e-6;
 
+/* A direction whose part in a memory term is smaller than this part of the largest has no memory. */
+static const double no_memory = 1e-7;
+
 /* ---- First-order form in scaled undamped modal coordinates: x̂ = Ωx, v, and memory states ξ̂ ---- */
 
 struct first_order {
@@ -32,104 +35,121 @@ void system_to_modal(const struct system *s, const double B[], double work[], do
     dense_gemm(true, false, s->n, s->n, s->n, 1.0, s->modes, work, 0.0, out);
 }
 
-/* n memory states at `first`: ξ̂' = Ωv − ξ̂/τ, force −B Ω⁻¹ ξ̂ (B holds E). */
-static void add_memory_form(struct first_order *f, const double B[], double tau, size_t first)
-{
-    size_t n = f->n, d = f->dimension;
-    for (size_t j = 0; j < n; j++) {
-        f->A[(first + j) + (n + j) * d] = f->scale[j];
-        f->A[(first + j) + (first + j) * d] = -1.0 / tau;
-        for (size_t i = 0; i < n; i++)
-            f->A[(n + i) + (first + j) * d] = -B[i + j * n] / f->scale[j];
-    }
-}
-
-/* One memory state for B = g gᵀ: ξ' = gᵀv − ξ/τ, force −E g ξ. */
-static void add_memory_place(struct first_order *f, const double B[], double E, double tau, size_t first)
-{
-    size_t n = f->n, d = f->dimension, largest = 0;
-    for (size_t i = 1; i < n; i++)
-        if (B[i + i * n] > B[largest + largest * n])
-            largest = i;
-    double root = sqrt(B[largest + largest * n]); /* g = B(:, l)/√B(l, l) */
-    if (!(root > 0.0))
-        root = 1.0;
-    f->A[first + first * d] = -1.0 / tau;
-    for (size_t i = 0; i < n; i++) {
-        f->A[first + (n + i) * d] = B[i + largest * n] / root;
-        f->A[(n + i) + first * d] = -E * B[i + largest * n] / root;
-    }
-}
+/* Σ E B of a term as Σ_r λ_r (Ωq_r)(Ωq_r)ᵀ in undamped modes: one memory state for each r. */
+struct memory {
+    size_t rank;
+    double tau;
+    double *lambda, *q; /* [rank], [rank][n] */
+};
 
 static bool same_term(const struct block *a, const struct block *b)
 {
     return a->kind == b->kind && a->effect == b->effect && a->term == b->term;
 }
 
-/* A form has one block a material, all with one τ: they share the states of the first. */
-static size_t memory_states(const struct system *s, size_t block)
+/* A form has one block a material, all with one τ: the first of them leads. */
+static bool leads_memory(const struct system *s, size_t block)
 {
     const struct block *blocks = s->reduced->blocks;
-    if (!has_memory(&s->work->use[block]))
-        return 0;
-    if (blocks[block].kind == BLOCK_PLACE)
-        return 1;
     for (size_t b = 0; b < block; b++)
         if (same_term(&blocks[b], &blocks[block]) && has_memory(&s->work->use[b]))
-            return 0;
-    return s->n;
+            return false;
+    return has_memory(&s->work->use[block]);
 }
 
-/* Σ E B over the blocks of a term, in undamped modes. */
-static void memory_matrix(const struct system *s, size_t block, double work[], double out[])
+/* Ω⁻¹ Φᵀ(Σ E B)Φ Ω⁻¹ over the blocks of a term. */
+static void memory_matrix(const struct system *s, size_t block, const double scale[], double out[])
 {
-    size_t size = s->n * s->n;
-    double *sum = bf_alloc(size, sizeof *sum);
+    size_t n = s->n, size = n * n;
+    double *sum = bf_alloc(2 * size, sizeof *sum);
     for (size_t b = block; b < s->reduced->n_blocks; b++) {
         const struct block_use *use = &s->work->use[b];
         if (same_term(&s->reduced->blocks[b], &s->reduced->blocks[block]) && has_memory(use))
             for (size_t i = 0; i < size; i++)
                 sum[i] += use->value[OF_MEMORY] * use->B[i];
     }
-    system_to_modal(s, sum, work, out);
+    system_to_modal(s, sum, sum + size, out);
+    for (size_t i = 0; i < size; i++)
+        out[i] /= scale[i % n] * scale[i / n];
     free(sum);
 }
 
-static struct first_order first_order_new(const struct system *s)
+/* Directions without memory get no state: it would be a pole at exactly −1/τ that nothing sees. */
+static enum bf_status memory_new(const struct system *s, size_t block, const double scale[], struct memory *out,
+                                 struct bf_error *err)
 {
     size_t n = s->n;
-    struct first_order f = {.n = n, .dimension = 2 * n};
-    for (size_t b = 0; b < s->reduced->n_blocks; b++)
-        f.dimension += memory_states(s, b);
-    size_t d = f.dimension;
-    f.A = bf_alloc(d * d, sizeof(double));
-    f.scale = bf_alloc(n, sizeof(double));
-    double *work = bf_alloc(2 * n * n, sizeof *work), *B = work + n * n;
-    system_to_modal(s, s->C, work, B);
-    for (size_t j = 0; j < n; j++) {
-        f.scale[j] = fmax(s->omega_rad[j], rigid_scale * s->omega_rad[n - 1]);
-        f.A[j + (n + j) * d] = f.scale[j];
-        f.A[(n + j) + j * d] = -s->omega_rad[j] * s->omega_rad[j] / f.scale[j];
-        for (size_t i = 0; i < n; i++)
-            f.A[(n + i) + (n + j) * d] = -B[i + j * n];
-    }
-    size_t first = 2 * n;
-    for (size_t b = 0; b < s->reduced->n_blocks; b++) {
-        size_t states = memory_states(s, b);
-        if (states == 0)
+    double *B = bf_alloc(2 * n * n, sizeof *B), *vectors = B + n * n;
+    *out = (struct memory){.tau = s->work->use[block].value[OF_RELAXATION]};
+    out->lambda = bf_alloc(n, sizeof(double));
+    out->q = bf_alloc(n * n, sizeof(double));
+    double *values = bf_alloc(n, sizeof *values);
+    memory_matrix(s, block, scale, B);
+    enum bf_status status = dense_symmetric_eigen(n, B, NULL, values, vectors, err);
+    double largest = fmax(fabs(values[0]), fabs(values[n - 1]));
+    for (size_t k = 0; status == BF_OK && k < n; k++) {
+        if (fabs(values[k]) <= no_memory * largest)
             continue;
-        const struct block_use *use = &s->work->use[b];
-        if (s->reduced->blocks[b].kind == BLOCK_PLACE) {
-            system_to_modal(s, use->B, work, B);
-            add_memory_place(&f, B, use->value[OF_MEMORY], use->value[OF_RELAXATION], first);
-        } else {
-            memory_matrix(s, b, work, B);
-            add_memory_form(&f, B, use->value[OF_RELAXATION], first);
+        memcpy(out->q + out->rank * n, vectors + k * n, n * sizeof *out->q);
+        out->lambda[out->rank++] = values[k];
+    }
+    free(B);
+    free(values);
+    return status;
+}
+
+/* ξ' = (Ωq)ᵀv − ξ/τ, force −λ Ωq ξ. */
+static void add_memory(struct first_order *f, const struct memory *memory, size_t first)
+{
+    size_t n = f->n, d = f->dimension;
+    for (size_t r = 0; r < memory->rank; r++) {
+        size_t state = first + r;
+        f->A[state + state * d] = -1.0 / memory->tau;
+        for (size_t i = 0; i < n; i++) {
+            double g = f->scale[i] * memory->q[r * n + i];
+            f->A[state + (n + i) * d] = g;
+            f->A[(n + i) + state * d] = -memory->lambda[r] * g;
         }
-        first += states;
+    }
+}
+
+static void fill_motion(const struct system *s, struct first_order *f)
+{
+    size_t n = f->n, d = f->dimension;
+    double *work = bf_alloc(2 * n * n, sizeof *work), *C = work + n * n;
+    system_to_modal(s, s->C, work, C);
+    for (size_t j = 0; j < n; j++) {
+        f->A[j + (n + j) * d] = f->scale[j];
+        f->A[(n + j) + j * d] = -s->omega_rad[j] * s->omega_rad[j] / f->scale[j];
+        for (size_t i = 0; i < n; i++)
+            f->A[(n + i) + (n + j) * d] = -C[i + j * n];
     }
     free(work);
-    return f;
+}
+
+static enum bf_status first_order_new(const struct system *s, struct first_order *f, struct bf_error *err)
+{
+    size_t n = s->n, n_blocks = s->reduced->n_blocks;
+    *f = (struct first_order){.n = n, .dimension = 2 * n};
+    f->scale = bf_alloc(n, sizeof(double));
+    for (size_t j = 0; j < n; j++)
+        f->scale[j] = fmax(s->omega_rad[j], rigid_scale * s->omega_rad[n - 1]);
+    struct memory *memory = bf_alloc(n_blocks, sizeof *memory);
+    enum bf_status status = BF_OK;
+    for (size_t b = 0; status == BF_OK && b < n_blocks; b++) {
+        if (leads_memory(s, b))
+            status = memory_new(s, b, f->scale, &memory[b], err);
+        f->dimension += memory[b].rank;
+    }
+    f->A = bf_alloc(f->dimension * f->dimension, sizeof(double));
+    fill_motion(s, f);
+    for (size_t b = 0, first = 2 * n; b < n_blocks; first += memory[b++].rank) {
+        add_memory(f, &memory[b], first);
+        free(memory[b].lambda);
+        free(memory[b].q);
+    }
+    free(memory);
+    return status;
 }
 
 /* ---- Normalisation ---- */
@@ -208,10 +228,12 @@ static enum bf_status collect(struct system *s, const struct first_order *f, con
 
 enum bf_status poles_compute(struct system *s, struct bf_error *err)
 {
-    struct first_order f = first_order_new(s);
+    struct first_order f;
+    enum bf_status status = first_order_new(s, &f, err);
     size_t d = f.dimension;
     double complex *values = bf_alloc(d, sizeof *values), *vectors = bf_alloc(d * d, sizeof *vectors);
-    enum bf_status status = dense_general_eigen(d, f.A, values, NULL, vectors, err);
+    if (status == BF_OK)
+        status = dense_general_eigen(d, f.A, values, NULL, vectors, err);
     if (status == BF_OK)
         status = collect(s, &f, values, vectors, err);
     free(values);

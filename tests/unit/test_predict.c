@@ -207,7 +207,8 @@ static void window_is_the_beginning(void **state)
     case_run(&c, NULL);
     for (size_t ch = 0; ch < CHANNELS; ch++) {
         assert_int_equal(channels[ch].n, 103); /* ceil(0.1 · 1024) */
-        assert_true(nrmse(c.out.y + channels[ch].row, whole + ch * SAMPLES, channels[ch].n) < 1e-4);
+        double error = nrmse(c.out.y + channels[ch].row, whole + ch * SAMPLES, channels[ch].n);
+        assert_true(error < 2e-4); /* the input fades out behind the window instead of going on */
     }
     assert_int_equal(predictor_window(c.predictor, INFINITY, &err), BF_OK);
     case_run(&c, NULL);
@@ -284,10 +285,10 @@ static void records_that_do_not_fit_are_refused(void **state)
     double zero[8] = {0};
     struct record no_input = {.path = strdup("a.csv"), .n = 8, .dt_s = dt_s};
     record_add_column(&no_input, "piezo_V", zero);
-    refuse(&no_input, "", BF_BAD_FILE, "no column is an input");
+    refuse(&no_input, "", BF_BAD_FILE, "is an input of the model");
     struct record no_output = {.path = strdup("b.csv"), .n = 8, .dt_s = dt_s};
     record_add_column(&no_output, "hammer_N", zero);
-    refuse(&no_output, "", BF_BAD_FILE, "no column is an output");
+    refuse(&no_output, "", BF_BAD_FILE, "is an output of the model");
     struct record late = case_record("c.csv", SAMPLES, dt_s, 1.0, false);
     record_add_meta(&late, "free_from_s", "7.0");
     refuse(&late, "", BF_BAD_FILE, "free_from_s");

@@ -86,8 +86,11 @@ static const char *const cases[] = {
     "  - {kind: hysteretic_damping, loss_factor: 0.01}\n",
     "  - {kind: viscoelastic, strength_Nm2: 0.035, relaxation_s: 0.006}\n",
     "  - {kind: viscoelastic, strength_Nm2: 0.02, relaxation_s: 0.002}\n  - {kind: tip_mass, mass_kg: 0.001}\n",
+    "  - {kind: electrical_coupling}\n", /* memory over a part of the span: fewer states than coordinates */
 };
 enum { CASES = sizeof cases / sizeof *cases };
+/* The last has poles that nearly coincide and hardly act; its derivatives are tested in test_predict_gradients.c. */
+enum { DERIVATIVE_CASES = CASES - 1 };
 
 static void functionals(const struct fixture *f, double b[], double c[])
 {
@@ -177,7 +180,7 @@ static void derivative_of(struct fixture *f, size_t i, const double b[], const d
 static void derivatives_match_differences(void **state)
 {
     (void)state;
-    for (int i = 0; i < CASES; i++) {
+    for (int i = 0; i < DERIVATIVE_CASES; i++) {
         struct fixture f;
         struct bf_error err;
         open_fixture(&f, cases[i]);
