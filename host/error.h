@@ -50,9 +50,9 @@ static inline void *bf_alloc_known(size_t count, size_t size)
         abort();
     return p;
 }
-#define bf_fail(err, status, ...) ((bf_fail)(err, status, __VA_ARGS__), (status))
+#define bf_fail(err, status, ...)        ((bf_fail)(err, status, __VA_ARGS__), (status))
 #define bf_fail_at(err, file, line, ...) ((bf_fail_at)(err, file, line, __VA_ARGS__), BF_BAD_FILE)
-#define bf_alloc(count, size) bf_alloc_known(count, size)
+#define bf_alloc(count, size)            bf_alloc_known(count, size)
 #endif
 
 #endif
