@@ -23,6 +23,9 @@ static const char help[] =
     "  --global              the same as --start search\n"
     "  --no-search           never search, even when the noise floor is missed\n"
     "  --intersample HOW     what inputs do between samples: bl (band-limited, default), foh (linear), zoh (held)\n"
+    "  --splines N[,uniform] dimension of the spline space, 5 to 1000 (default 160). ',uniform' spaces the knots evenly,\n"
+    "                        whatever the edges of the patch (the seed paper's space). To see what a coarse space\n"
+    "                        does to the estimates; it makes them wrong\n"
     "  --force               FITTED may be MODEL itself\n"
     "  --json                the answer as JSON on standard output, and nothing else\n"
     "\n"
@@ -65,6 +68,20 @@ static enum bf_status choose(const char *option, const char *text, const char *c
     return bf_fail(err, BF_USAGE, "%s %s is unknown; beamfit fit --help lists what it can be", option, text);
 }
 
+/* N or N,uniform */
+static enum bf_status choose_splines(const char *text, struct predict_options *predict, struct bf_error *err)
+{
+    enum { FEWEST = 5, MOST = 1000 };
+    char *end;
+    const long n = strtol(text, &end, 10);
+    predict->uniform_splines = strcmp(end, ",uniform") == 0;
+    if (end == text || (*end && !predict->uniform_splines) || n < FEWEST || n > MOST)
+        return bf_fail(err, BF_USAGE, "--splines %s: give a number from %d to %d, and ',uniform' for even knots", text,
+                       FEWEST, MOST);
+    predict->fine_splines = (size_t)n;
+    return BF_OK;
+}
+
 static enum bf_status take_option(struct arguments *a, int code, struct bf_error *err)
 {
     static const char *const starts[] = {"given", "near", "search"}; /* order of enum fit_start */
@@ -89,6 +106,9 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
         status = choose("--intersample", optarg, holds, 3, &chosen, err);
         a->fit.predict.intersample = (enum intersample)chosen;
         break;
+    case 'N':
+        status = choose_splines(optarg, &a->fit.predict, err);
+        break;
     case 'f':
         a->force = true;
         break;
@@ -111,6 +131,7 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
         {"global", no_argument, NULL, 'g'},
         {"no-search", no_argument, NULL, 'n'},
         {"intersample", required_argument, NULL, 'i'},
+        {"splines", required_argument, NULL, 'N'},
         {"force", no_argument, NULL, 'f'},
         {"json", no_argument, NULL, 'j'},
         {0},
