@@ -167,6 +167,8 @@ $(B)/bench/step_double: tests/bench/step.c $(B)/libbeam.a
 $(B)/bench/step_float: tests/bench/step.c $(B)/libbeamf.a
 	@mkdir -p $(@D)
 	$(call say,$@)$(CC) $(LIBFLAGS) -DBEAM_FLOAT $^ -lm -o $@
+experiments: $(B)/beamfit $(B)/beam_truth ## docs/experiments.md: estimates against the dimension N, and EI(x) in pieces
+	@tools/experiments.sh $(B) $(B)/experiments
 data: $(B)/beam_truth ## make data/paper again: simulated recordings with the paper's values
 	$(B)/beam_truth data/paper/b1tapih.txt data/paper/b1taoiv.txt -o data/paper
 	cd data && sha256sum paper/*.csv > SHA256SUMS
@@ -197,4 +199,4 @@ help: ## this list
 DEPFILES = $(SHADOWS:.o=.d) $(BEAM_SHADOWS:.o=.d) $(LIB_OBJ:.o=.d) $(FLOAT_OBJ:.o=.d) $(CPLX_OBJ:.o=.d) $(HOST_OBJ:.o=.d) $(B)/host/main.d \
            $(UNIT_TESTS:%=%.d) $(SYSTEM_TESTS:%=%.d) $(SYSTEM_COMMON:.o=.d) $(TRUTH_OBJ:.o=.d)
 -include $(wildcard $(DEPFILES))
-.PHONY: all tests unit test test-both demo deps lint layers size bench data fuzz install uninstall clean help
+.PHONY: all tests unit test test-both demo deps lint layers size bench experiments data fuzz install uninstall clean help

@@ -246,11 +246,28 @@ static enum bf_status try_step(struct search *s, bool *moved, struct bf_error *e
     else if (ratio > 0.7)
         s->radius = fmin(fmax(s->radius, 2.5 * length), s->options.radius_max);
     if (ratio > 1e-4) {
-        memcpy(s->x, s->trial, n * sizeof *s->x);
+        for (size_t i = 0; i < n; i++) { /* trial keeps the place left */
+            const double left = s->x[i];
+            s->x[i] = s->trial[i], s->trial[i] = left;
+        }
         s->out->half_square = value;
         *moved = true;
     }
     return BF_OK;
+}
+
+/*
+ * After a step. The problem may refine itself where it arrives (a rebased model); when the fall from `before` is not real there, the
+ * step is taken back and a shorter one will follow. Without this a badly determined direction is followed without end.
+ */
+static enum bf_status arrive(struct search *s, double before, struct bf_error *err)
+{
+    const enum bf_status status = linearise(s, err);
+    if (status || s->out->half_square <= before)
+        return status;
+    memcpy(s->x, s->trial, s->problem->n * sizeof *s->x);
+    s->radius = fmin(s->radius, 0.25 * dense_norm(s->problem->n, s->step));
+    return linearise(s, err);
 }
 
 static enum bf_status descend(struct search *s, struct bf_error *err)
@@ -267,13 +284,14 @@ static enum bf_status descend(struct search *s, struct bf_error *err)
             break;
         }
         bool moved;
+        const double before = s->out->half_square;
         status = try_step(s, &moved, err);
         if (!status && !moved && s->radius < 1e-10) {
             s->out->end = OPTIMISE_STALLED;
             break;
         }
         if (!status && moved)
-            status = linearise(s, err);
+            status = arrive(s, before, err);
     }
     if (!status && s->out->end == OPTIMISE_ITERATIONS && small_enough(s))
         s->out->end = OPTIMISE_CONVERGED;

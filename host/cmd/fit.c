@@ -23,7 +23,8 @@ static const char help[] =
     "  --global              the same as --start search\n"
     "  --no-search           never search, even when the noise floor is missed\n"
     "  --intersample HOW     what inputs do between samples: bl (band-limited, default), foh (linear), zoh (held)\n"
-    "  --splines N[,uniform] dimension of the spline space, 5 to 1000 (default 160). ',uniform' spaces the knots evenly,\n"
+    "  --splines N[,uniform] dimension of the spline space, 5 to 1000 (default 160). ',uniform' spaces the knots "
+    "evenly,\n"
     "                        whatever the edges of the patch (the seed paper's space). To see what a coarse space\n"
     "                        does to the estimates; it makes them wrong\n"
     "  --force               FITTED may be MODEL itself\n"
@@ -125,16 +126,11 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
 static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
 {
     static const struct option options[] = {
-        {"output", required_argument, NULL, 'o'},
-        {"check", no_argument, NULL, 'c'},
-        {"start", required_argument, NULL, 's'},
-        {"global", no_argument, NULL, 'g'},
-        {"no-search", no_argument, NULL, 'n'},
-        {"intersample", required_argument, NULL, 'i'},
-        {"splines", required_argument, NULL, 'N'},
-        {"force", no_argument, NULL, 'f'},
-        {"json", no_argument, NULL, 'j'},
-        {0},
+        {"output", required_argument, NULL, 'o'},  {"check", no_argument, NULL, 'c'},
+        {"start", required_argument, NULL, 's'},   {"global", no_argument, NULL, 'g'},
+        {"no-search", no_argument, NULL, 'n'},     {"intersample", required_argument, NULL, 'i'},
+        {"splines", required_argument, NULL, 'N'}, {"force", no_argument, NULL, 'f'},
+        {"json", no_argument, NULL, 'j'},          {0},
     };
     bool checking = false;
     int code;

@@ -196,6 +196,41 @@ static void a_step_without_a_value_is_shortened(void **state)
     assert_int_equal(optimise_local(&problem, &options, x, &result, &err), BF_NUMERIC);
 }
 
+/* arctan x, seen between refinements through its tangent at the last one, which promises falls that are not there. */
+static enum bf_status tangent_value(void *context, const double x[], double *half_square, struct bf_error *err)
+{
+    (void)err;
+    const double base = *(const double *)context, r = atan(base) + (x[0] - base) / (1.0 + base * base);
+    *half_square = 0.5 * r * r;
+    return BF_OK;
+}
+
+static enum bf_status tangent_derivative(void *context, const double x[], double *half_square, double gradient[],
+                                         double gram[], struct bf_error *err)
+{
+    double *base = context;
+    if (fabs(x[0] - *base) > 0.03)
+        *base = x[0];
+    const double slope = 1.0 / (1.0 + *base * *base);
+    gram[0] = slope * slope;
+    gradient[0] = slope * (atan(*base) + (x[0] - *base) * slope);
+    return tangent_value(context, x, half_square, err);
+}
+
+static void a_fall_that_a_refinement_denies_is_taken_back(void **state)
+{
+    (void)state;
+    struct bf_error err;
+    double base = 1e3, x[1] = {3.0}; /* from 3 a Gauss-Newton step goes to -9.5, and on for ever */
+    const struct least_squares problem = {
+        .n = 1, .context = &base, .value = tangent_value, .derivative = tangent_derivative};
+    const struct optimise_options options = {.radius = 100.0, .radius_max = 100.0};
+    struct optimise_result result;
+    assert_int_equal(optimise_local(&problem, &options, x, &result, &err), BF_OK);
+    assert_int_equal(result.end, OPTIMISE_CONVERGED);
+    assert_near(x[0], 0.0, 2e-3);
+}
+
 static void an_interruption_keeps_the_best(void **state)
 {
     (void)state;
@@ -288,6 +323,7 @@ int main(void)
         cmocka_unit_test(far_bounds_do_not_fake_convergence),
         cmocka_unit_test(the_decrement_sees_the_distance),
         cmocka_unit_test(a_step_without_a_value_is_shortened),
+        cmocka_unit_test(a_fall_that_a_refinement_denies_is_taken_back),
         cmocka_unit_test(an_interruption_keeps_the_best),
         cmocka_unit_test(the_polish_finds_what_is_left_and_nothing_at_the_optimum),
         cmocka_unit_test(every_global_search_leaves_the_local_minimum),
