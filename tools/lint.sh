@@ -1,13 +1,13 @@
 #!/bin/bash
 # SPDX-License-Identifier: GPL-3.0-or-later
-# lint.sh [FILE...] — clang-format, cppcheck, clang-tidy and shell syntax over the given or all committed sources.
+# lint.sh [FILE...] — clang-format, cppcheck, clang-tidy and shell syntax over the given or all sources of the tree.
 # LINT_FLAGS: the compiler's flags (the Makefile gives them). JOBS: how many programs at once.
 set -u
 cd "$(dirname "$0")/.." || exit 1
 : "${LINT_FLAGS:?run make lint, which knows the compiler flags}" "${JOBS:=2}"
 failed=0
 
-if [ $# -gt 0 ]; then sources=("$@"); else mapfile -t sources < <(git ls-files '*.c' '*.h'); fi
+if [ $# -gt 0 ]; then sources=("$@"); else mapfile -t sources < <(find lib host firmware tests tools -name '*.[ch]' | sort); fi
 mapfile -t units < <(printf '%s\n' "${sources[@]}" | grep '\.c$')
 
 echo "clang-format: ${#sources[@]} files"
@@ -30,7 +30,7 @@ SH
 for unit in "${units[@]}"; do printf '%s\0' "$unit"; done |
     xargs -0 -r -P "$JOBS" -I{} sh -c "$tidy_one" tidy {} "${flags[@]}" || failed=1
 
-for script in $(git ls-files '*.sh' tests/run .ci/run); do bash -n "$script" || failed=1; done
+for script in tools/*.sh tests/*/*.sh tests/run .ci/run; do bash -n "$script" || failed=1; done
 
 [ "$failed" = 0 ] && echo 'lint: clean'
 exit "$failed"
