@@ -73,8 +73,8 @@ static void sum_inputs(const struct run *run, const struct grid_work *w, const s
         else if (derivative != SIZE_MAX)
             H = pair->dH + derivative * w->m;
         for (size_t k = 0; k < w->m; k++)
-            sum[k] +=
-                gain * (H[k] * plan->U[i][k]); /* NOLINT(clang-analyzer-core.NullDereference): every pair is filled */
+            /* every pair is filled: NOLINTNEXTLINE(clang-analyzer-core.NullDereference) */
+            sum[k] += gain * (H[k] * plan->U[i][k]);
     }
 }
 
