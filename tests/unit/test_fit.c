@@ -265,7 +265,7 @@ static void a_trapped_fit_is_searched_out(void **state)
     struct fit_result result;
     double sigma[2];
     struct beam start = handbook;
-    start.EI_patch = 0.1 * truth.EI_patch, start.rho_patch = 5.0 * truth.rho_patch;
+    start.EI_patch = 0.1 * truth.EI_patch, start.rho_patch = 8.0 * truth.rho_patch;
     seed = 31;
     make_record("hit.csv", 0.02, 1.0, &record, sigma);
     make_model(&start, &model);
