@@ -51,9 +51,13 @@ static struct json *text_value(const char *text)
     return outer(json ? json : escaped(text));
 }
 
+/* Whole numbers print without ".0": a count is a count. */
 static struct json *number_value(double x)
 {
-    return outer(isfinite(x) ? json_real(x) : json_null());
+    if (!isfinite(x))
+        return outer(json_null());
+    bool whole = fabs(x) < 1e15 && floor(x) >= x;
+    return outer(whole ? json_integer((json_int_t)x) : json_real(x));
 }
 
 struct json *json_put(struct json *object, const char *key, struct json *child)
