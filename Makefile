@@ -151,7 +151,7 @@ layers: ## who includes whom, which file sees which library, licence lines
 	@tools/layers.sh
 size: $(B)/libbeamf.a ## size and stack of the library per function; nm proves what it does not use
 	@tools/size.sh $(B)/size
-BENCH := $(addprefix $(B)/bench/,reference_fit_24x16 reference_fit_40x64 simulate step_float step_double)
+BENCH := $(addprefix $(B)/bench/,reference_fit_24x16 reference_fit_40x64 reference_fit_60x128 simulate step_float step_double)
 bench: all $(B)/beam_truth $(BENCH) ## our fit beside a plain reference, and the instructions of one step
 	@tests/bench/run.sh $(B)
 $(B)/bench/reference_fit_%: tests/bench/reference_fit.c tests/bench/reference_model.c tests/bench/reference_model.h

@@ -14,10 +14,10 @@
 
 enum { P_EI_BEAM, P_EI_PATCH, P_RHO_BEAM, P_RHO_PATCH, P_CDI_BEAM, P_CDI_PATCH, P_GAMMA, P_KS, P_KB, PARAMETERS };
 #ifndef REFERENCE_MODES
-#define REFERENCE_MODES 40
+#define REFERENCE_MODES 60
 #endif
 #ifndef REFERENCE_OVERSAMPLE
-#define REFERENCE_OVERSAMPLE 64 /* a power of two */
+#define REFERENCE_OVERSAMPLE 128 /* a power of two */
 #endif
 enum {
     MODES = REFERENCE_MODES,

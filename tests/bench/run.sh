@@ -21,7 +21,7 @@ ours=$(awk -v a="$begin" -v b="$(date +%s.%N)" 'BEGIN {printf "%.3f", b - a}')
 ours_ratio=$(sed -n 's/^  "noise_ratio": *\([0-9.eE+-]*\).*/\1/p' "$work/fit.json") # of the whole fit: one level deep
 printf '  %-58s %9s  %12s  %s\n' program seconds noise_ratio 'times ours'
 printf '  %-58s %9.3f  %12.3f  %s\n' 'beamfit fit (whole process, files included)' "$ours" "${ours_ratio:-nan}" 1
-for variant in 24x16 40x64; do
+for variant in 24x16 40x64 60x128; do
     "${one_core[@]}" "$work/reference_fit_$variant" "$here/model.yaml" "${records[@]}" >"$work/reference_$variant" 2>/dev/null
     seconds=$(value seconds "$work/reference_$variant")
     printf '  %-58s %9.3f  %12.3f  %s\n' "plain: dense state space, ${variant%x*} modes, hold on ${variant#*x}x grid" \
@@ -39,7 +39,7 @@ while read -r name text; do
 done <<'ROWS'
 ours beamfit, outputs only
 ours_with_derivatives beamfit, outputs and their derivatives by all parameters
-plain plain dense loop, 40 modes, hold on 64x grid, outputs only
+plain plain dense loop, 60 modes, hold on 128x grid, outputs only
 ROWS
 
 echo
