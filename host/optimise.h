@@ -22,7 +22,8 @@ struct least_squares {
     enum bf_status (*value)(void *context, const double x[], double *half_square, struct bf_error *err);
     /*
      * Value, gradient[n] = Jᵀr and gram[n × n] = JᵀJ. The problem may refine itself before (a rebased model), so this
-     * value may differ slightly from that of value(); later values must be consistent with this one.
+     * value may differ slightly from that of value(); later values must be consistent with this one. A step that it shows to
+     * have gone uphill is taken back.
      */
     enum bf_status (*derivative)(void *context, const double x[], double *half_square, double gradient[], double gram[],
                                  struct bf_error *err);
