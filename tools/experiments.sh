@@ -88,7 +88,7 @@ draw_convergence() {
     cat >convergence.gp <<'GP'
 set logscale xy
 set format y "10^{%L}"
-set xlabel "Dimension N of the spline space"
+set xlabel "Elements N of the spline space"
 set ylabel "|estimate / truth - 1|"
 set xtics (10, 20, 40, 80)
 set xrange [8:100]
@@ -145,7 +145,7 @@ pieces() { # M RECORD: a row per stiffness; its logarithm is what was estimated,
 record clean 0.0001
 record noisy 0.004
 
-echo "1. Theorem 2 in practice: estimates in a space of N splines, from the same clean record (noise 0.01 %)"
+echo "1. Theorem 2 in practice: estimates in a space of splines on N elements, from the same clean record (noise 0.01 %)"
 declare -A free=([all]='everything free but rho_beam' [stiffness]='EI_beam and Ks free, the rest true')
 declare -A knots=([uniform]='equidistant knots' [edges]='knots on the edges of the patch')
 for what in all stiffness; do

@@ -5,6 +5,7 @@
 #include "atomic_file.h"
 #include "commands.h"
 #include "fit.h"
+#include "fit_own.h"
 #include "options.h"
 #include "progress.h"
 
@@ -23,10 +24,10 @@ static const char help[] =
     "  --global              the same as --start search\n"
     "  --no-search           never search, even when the noise floor is missed\n"
     "  --intersample HOW     what inputs do between samples: bl (band-limited, default), foh (linear), zoh (held)\n"
-    "  --splines N[,uniform] dimension of the spline space, 5 to 1000 (default 160). ',uniform' spaces the knots "
-    "evenly,\n"
-    "                        whatever the edges of the patch (the seed paper's space). To see what a coarse space\n"
-    "                        does to the estimates; it makes them wrong\n"
+    "  --splines N[,uniform] elements of the spline space, 5 to 1000 (default 160, with double knots on the edges of\n"
+    "                        regions). ',uniform' spaces the knots evenly, whatever the edges: dimension N + 1 when one\n"
+    "                        end is clamped; the seed paper's space is 9,uniform. To see what a coarse space does to\n"
+    "                        the estimates; it makes them wrong\n"
     "  --force               FITTED may be MODEL itself\n"
     "  --json                the answer as JSON on standard output, and nothing else\n"
     "\n"
@@ -193,6 +194,7 @@ struct work {
     struct fit_result result;
     struct fit_channel_error *check;
     size_t n_check;
+    struct own_values own; /* of the held-out records */
 };
 
 static void work_free(struct work *w)
@@ -202,6 +204,7 @@ static void work_free(struct work *w)
     for (size_t i = 0; i < w->n_held_out; i++)
         record_free(&w->held_out[i]);
     free(w->fitted), free(w->held_out), free(w->check);
+    own_values_free(&w->own);
     fit_free(&w->result);
     model_free(&w->model);
 }
@@ -214,10 +217,13 @@ static enum bf_status fit_and_answer(const struct arguments *a, struct work *w, 
     if (status)
         return status;
     fit_into_model(&w->result, w->fitted, &check, &w->model);
-    status = fit_errors(&w->model, w->held_out, w->n_held_out, &a->fit, &w->check, &w->n_check, err);
+    status = own_values_find(&w->model, w->held_out, w->n_held_out, &a->fit, &w->own, err);
+    if (!status)
+        status = fit_errors(w->own.model, w->held_out, w->n_held_out, &a->fit, &w->check, &w->n_check, err);
     if (status)
         return status;
     check.channels = w->check, check.n_channels = w->n_check;
+    check.notes = w->own.notes, check.n_notes = w->own.n_notes;
     fit_into_model(&w->result, w->fitted, &check, &w->model);
     status = model_write(a->output, &w->model, err);
     if (status)
