@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "compare.h"
 #include "compare_predict.h"
+#include "fit_own.h"
 #include "reduced.h"
 #include "spectrum.h"
 
@@ -231,24 +232,35 @@ enum bf_status compare_run(const struct model *model, const struct record record
 {
     struct solved_prediction s;
     *out = (struct comparison){.model = model, .records = records, .n_records = n_records, .n_held_out = n_held_out};
-    enum bf_status status = solved_prediction_new(model, records, n_records, options, &s, err);
-    if (status != BF_OK)
+    struct own_values own;
+    struct fit_options fit = {.quiet = true};
+    if (options != NULL)
+        fit.predict = *options;
+    enum bf_status status = own_values_find(model, records, n_records, &fit, &own, err);
+    if (status == BF_OK)
+        status = solved_prediction_new(own.model, records, n_records, options, &s, err);
+    if (status != BF_OK) {
+        own_values_free(&own);
         return status;
+    }
     identify_channels(&s, out);
     double *noise = bf_alloc(out->n_channels, sizeof *noise);
     status = find_modes(out, err);
     if (status == BF_OK)
         status = find_noise(out, noise, err);
     if (status == BF_OK)
-        status = solved_prediction_run(model, records, n_records, noise, &s, err);
+        status = solved_prediction_run(own.model, records, n_records, noise, &s, err);
     for (size_t i = 0; i < out->n_channels && status == BF_OK; i++)
         status = analyse_channel(out, &s, i, &out->channels[i], err);
     out->level = s.level;
     s.level = NULL;
+    out->notes = own.notes, out->n_notes = own.n_notes;
+    own.notes = NULL, own.n_notes = 0;
     total(out, false, &out->nrmse, &out->noise_ratio);
     total(out, true, &out->check_nrmse, &out->check_noise_ratio);
     free(noise);
     solved_prediction_free(&s);
+    own_values_free(&own);
     return status;
 }
 
@@ -264,6 +276,9 @@ void compare_free(struct comparison *comparison)
         free(c->bands);
         free(c->autocorrelation);
     }
+    for (size_t i = 0; i < comparison->n_notes; i++)
+        free(comparison->notes[i]);
+    free(comparison->notes);
     free(comparison->channels);
     free(comparison->frequency_Hz);
     free(comparison->level);

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
  * compare.h — measured against predicted, record by record and channel by channel, with a model as it is: nothing is
- * fitted but what no model can know, the initial state of a free decay and an unknown level of excitation (linear
- * unknowns, least squares). docs/compare.md says how to read the answer.
+ * fitted but what no model can know: the initial state of a free decay, an unknown level of excitation (linear
+ * unknowns, least squares), and per-record parameters of records that have no value of their own (fit_own.h). docs/compare.md says how to read the answer.
  */
 #ifndef BEAMFIT_COMPARE_H
 #define BEAMFIT_COMPARE_H
@@ -58,7 +58,9 @@ struct comparison {
     const struct model *model;
     const struct record *records;
     size_t n_records, n_held_out; /* the held-out records are the last ones */
-    double *level;                /* [n_records] factor of the excitation; 1 where it is known */
+    size_t n_notes;
+    char **notes;  /* per-record values that were estimated from the records themselves (fit_own.h) */
+    double *level; /* [n_records] factor of the excitation; 1 where it is known */
     size_t n_modes;
     double *frequency_Hz; /* of the model, up to the highest Nyquist frequency */
     size_t n_channels;

@@ -93,6 +93,9 @@ struct json *compare_json(const struct comparison *all)
             if (all->channels[i].record == r)
                 put_channel(channels, all, &all->channels[i]);
     }
+    struct json *notes = json_put(root, "notes", json_new_array());
+    for (size_t i = 0; i < all->n_notes; i++)
+        json_push_text(notes, all->notes[i]);
     json_put_number(root, "nrmse", all->nrmse);
     json_put_number(root, "noise_ratio", all->noise_ratio);
     json_put_number(root, "check_nrmse", all->check_nrmse);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "compare_predict.h"
 #include "dense.h"
+#include "fit_own.h"
 #include "residual.h"
 
 #include <stdlib.h>
@@ -130,7 +131,7 @@ enum bf_status solved_prediction_run(const struct model *model, const struct rec
 {
     const char **names = bf_alloc(n_records, sizeof *names);
     for (size_t r = 0; r < n_records; r++)
-        names[r] = records[r].path != NULL ? records[r].path : "";
+        names[r] = record_base_name(&records[r]);
     struct parameter_ref *refs = NULL;
     const size_t n = model_parameters(model, names, n_records, &refs);
     double *theta = bf_alloc(n + 1, sizeof *theta);

@@ -201,4 +201,9 @@ void compare_print(FILE *out, const struct comparison *all)
         (void)fputs("- ", out);
         text_print_wrapped(out, text, 2, text_columns());
     }
+    for (size_t i = 0; i < all->n_notes; i++) {
+        (void)snprintf(text, sizeof text, "%s.", all->notes[i]);
+        (void)fputs("- ", out);
+        text_print_wrapped(out, text, 2, text_columns());
+    }
 }

@@ -6,6 +6,7 @@
 #include <string.h>
 #include <time.h>
 #include "dense.h"
+#include "fit_own.h"
 #include "fit_result.h"
 #include "fit_stages.h"
 #include "noise.h"
@@ -35,13 +36,6 @@ static void work_free(struct fit_work *w)
     fit_problem_free(&w->problem);
     predictor_free(w->predictor);
     free(w->names), free(w->refs), free(w->sigma), free(w->noise), free(w->x);
-}
-
-/* Per-record values carry the base name of the record's file. */
-static const char *base_name(const char *path)
-{
-    const char *slash = path ? strrchr(path, '/') : NULL;
-    return slash ? slash + 1 : path ? path : "";
 }
 
 static double rms_of(const double x[], size_t n)
@@ -78,7 +72,7 @@ static enum bf_status work_new(struct fit_work *w, const struct model *model, co
     *w = (struct fit_work){.model = model, .records = records, .n_records = n_records};
     w->names = bf_alloc(n_records, sizeof *w->names);
     for (size_t r = 0; r < n_records; r++)
-        w->names[r] = base_name(records[r].path);
+        w->names[r] = record_base_name(&records[r]);
     w->n_refs = model_parameters(model, w->names, n_records, &w->refs);
     enum bf_status status = predictor_new(model, records, n_records, &options->predict, &w->predictor, err);
     if (!status)

@@ -98,6 +98,8 @@ struct fit_check {
     size_t n;
     const struct fit_channel_error *channels;
     size_t n_channels;
+    size_t n_notes; /* what was estimated from the records themselves (fit_own.h) */
+    char *const *notes;
 };
 
 /* Writes values, standard errors and the `fit:` block into the model; records are those of fit_run(). */

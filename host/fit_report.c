@@ -181,6 +181,9 @@ struct json *fit_json(const struct fit_result *result, const struct record recor
         put_records(held_out, check->records, check->n, check->channels, check->n_channels);
         json_put_number(held_out, "nrmse", nrmse);
         json_put_number(held_out, "noise_ratio", noise_ratio);
+        struct json *notes = json_put(held_out, "notes", json_new_array());
+        for (size_t k = 0; k < check->n_notes; k++)
+            json_push_text(notes, check->notes[k]);
     }
     put_minima(root, result);
     struct json *warnings = json_put(root, "warnings", json_new_array());
@@ -286,6 +289,8 @@ void fit_print(FILE *out, const struct fit_result *result, const struct record r
     print_channels(out, "Fitted records", records, result->channels, result->n_channels);
     if (check->n > 0)
         print_channels(out, "Held-out records", check->records, check->channels, check->n_channels);
+    for (size_t k = 0; k < check->n_notes; k++)
+        fprintf(out, "  %s.\n", check->notes[k]);
     print_null_directions(out, result);
     print_minima(out, result);
     if (result->n_warnings > 0)

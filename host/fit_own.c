@@ -1,0 +1,148 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "fit_own.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { STARTS = 3 }; /* turns of a phase: with one sinusoid at most one of them stands on the maximum */
+
+const char *record_base_name(const struct record *record)
+{
+    const char *slash = record->path ? strrchr(record->path, '/') : NULL;
+    return slash ? slash + 1 : record->path ? record->path : "";
+}
+
+void own_values_free(struct own_values *own)
+{
+    for (size_t i = 0; i < own->n_notes; i++)
+        free(own->notes[i]);
+    free(own->notes);
+    if (own->copy)
+        model_free(own->copy);
+    free(own->copy);
+    *own = (struct own_values){0};
+}
+
+static bool has_value(const struct model_effect *effect, int slot, const char *name)
+{
+    for (size_t i = 0; i < effect->n_per_record; i++)
+        if (effect->per_record[i].parameter == slot && strcmp(effect->per_record[i].record, name) == 0)
+            return true;
+    return false;
+}
+
+/* Free, of this record alone, and without a value. */
+static bool is_missing(const struct model *model, const struct parameter_ref *ref, const char *name)
+{
+    return ref->record >= 0 && !ref->info->fixed && !has_value(&model->effects[ref->owner], ref->slot, name);
+}
+
+static struct parameter *parameter_of(struct model *model, const struct parameter_ref *ref)
+{
+    return &model->effects[ref->owner].parameters[ref->slot];
+}
+
+/* Holds all parameters but the missing ones, which begin at the model's value plus `turn` where they are phases. */
+static void prepare(const struct model *model, const struct parameter_ref refs[], size_t n, const char *name,
+                    double turn, struct model *trial)
+{
+    for (size_t i = 0; i < trial->n_materials; i++)
+        trial->materials[i].EI.fixed = trial->materials[i].rho.fixed = trial->materials[i].cDI.fixed = true;
+    trial->gamma.fixed = trial->Ks.fixed = trial->KB.fixed = true;
+    for (size_t i = 0; i < trial->n_residuals; i++)
+        trial->residuals[i].compliance.fixed = true;
+    for (size_t i = 0; i < n; i++) {
+        if (refs[i].role != ROLE_EFFECT)
+            continue;
+        struct parameter *p = parameter_of(trial, &refs[i]);
+        p->fixed = !is_missing(model, &refs[i], name);
+        if (!p->fixed && strcmp(refs[i].info->unit, "rad") == 0)
+            p->value += turn;
+    }
+}
+
+/* The best of the starts; *out is empty when no start has a value. */
+static enum bf_status fit_one(const struct model *model, const struct record *record, const struct parameter_ref refs[],
+                              size_t n, const struct fit_options *options, struct fit_result *out, struct bf_error *err)
+{
+    const char *name = record_base_name(record);
+    double lowest = HUGE_VAL;
+    enum bf_status status = BF_OK;
+    *out = (struct fit_result){0};
+    for (int k = 0; k < STARTS && !status; k++) {
+        struct model trial;
+        struct fit_result result;
+        const struct fit_options near = {
+            .start = FIT_NEAR, .never_search = true, .quiet = true, .predict = options->predict};
+        status = model_copy(model, &trial, err);
+        if (status)
+            return status;
+        prepare(model, refs, n, name, 2.0 * M_PI * k / STARTS, &trial);
+        status = fit_run(&trial, record, 1, &near, &result, err);
+        model_free(&trial);
+        if (!status && result.nrmse < lowest) {
+            lowest = result.nrmse;
+            fit_free(out);
+            *out = result;
+        } else if (!status) {
+            fit_free(&result);
+        } else if (status == BF_NUMERIC || status == BF_BAD_FILE) {
+            status = BF_OK; /* no value there, or a record without an output: nothing to learn from it */
+        }
+    }
+    return status;
+}
+
+static void say(struct own_values *own, const struct parameter_ref *ref, const char *name, double value)
+{
+    char text[512];
+    (void)snprintf(text, sizeof text,
+                   "%s of %.200s estimated from the record itself (%.4g %s): held-out errors allow for it",
+                   ref->info->name, name, value, ref->info->unit);
+    own->notes = bf_grow(own->notes, own->n_notes + 1, sizeof *own->notes);
+    own->notes[own->n_notes++] = bf_strdup(text);
+}
+
+static enum bf_status complete(const struct model *model, const struct record *record,
+                               const struct fit_options *options, struct own_values *own, struct bf_error *err)
+{
+    const char *name = record_base_name(record);
+    struct parameter_ref *refs;
+    const size_t n = model_parameters(model, &name, 1, &refs);
+    bool missing = false;
+    for (size_t i = 0; i < n; i++)
+        missing = missing || is_missing(model, &refs[i], name);
+    struct fit_result result = {0};
+    enum bf_status status = missing ? fit_one(model, record, refs, n, options, &result, err) : BF_OK;
+    for (size_t i = 0; i < n && !status && result.n_parameters == n; i++) {
+        if (!is_missing(model, &refs[i], name) || !result.parameters[i].identifiable)
+            continue;
+        if (!own->copy) {
+            own->copy = bf_alloc(1, sizeof *own->copy);
+            status = model_copy(model, own->copy, err);
+            own->model = own->copy;
+        }
+        double value = result.parameters[i].value;
+        if (strcmp(refs[i].info->unit, "rad") == 0)
+            value = remainder(value, 2.0 * M_PI);
+        if (!status) {
+            model_set_parameters(own->copy, &refs[i], 1, &value, &result.parameters[i].sd, &name);
+            say(own, &refs[i], name, value);
+        }
+    }
+    fit_free(&result);
+    free(refs);
+    return status;
+}
+
+enum bf_status own_values_find(const struct model *model, const struct record records[], size_t n_records,
+                               const struct fit_options *options, struct own_values *out, struct bf_error *err)
+{
+    enum bf_status status = BF_OK;
+    *out = (struct own_values){.model = model};
+    for (size_t r = 0; r < n_records && !status; r++)
+        status = complete(model, &records[r], options, out, err);
+    return status;
+}

@@ -1,0 +1,129 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* Per-record values of records that were not fitted: hum of another phase in every record. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <cmocka.h>
+
+#include "compare.h"
+#include "fit_own.h"
+#include "fit_rig.h"
+
+/* 20 times the noise, at 50 Hz in the patch voltage. */
+static void add_hum(struct record *record, double sigma, double phase_rad)
+{
+    for (size_t c = 0; c < record->n_columns; c++)
+        for (size_t k = 0; k < SAMPLES && strcmp(record->columns[c].name, "piezo_V") == 0; k++)
+            record->columns[c].x[k] += 20.0 * sigma * sin(2.0 * M_PI * 50.0 * (double)k / RATE_HZ + phase_rad);
+}
+
+/* The true beam with the true hum; only the record "hit.csv" has its phase in the model. */
+static void make_hum_model(double sigma, struct model *model)
+{
+    struct bf_error err;
+    make_model(&truth, model);
+    assert_int_equal(model_append_effect(model, "mains_hum", "piezo_V", &err), BF_OK);
+    struct model_effect *hum = &model->effects[0];
+    for (int i = 0; i < hum->effect->n_parameters; i++) {
+        if (strcmp(hum->parameters[i].name, "amplitude") == 0)
+            hum->parameters[i].value = 20.0 * sigma;
+        if (strcmp(hum->parameters[i].name, "frequency_Hz") == 0)
+            hum->parameters[i].value = 50.0;
+        if (strcmp(hum->parameters[i].name, "phase_rad") != 0)
+            continue;
+        hum->n_per_record = 1;
+        hum->per_record = calloc(1, sizeof *hum->per_record);
+        hum->per_record[0] = (struct per_record_value){.record = "hit.csv", .parameter = i, .value = 0.4};
+    }
+}
+
+/* Phases all round, π among them: from 0 that is the maximum of the misfit. */
+static void the_phase_of_a_held_out_record_comes_from_the_record(void **state)
+{
+    (void)state;
+    static const double phase[] = {0.3, 1.9, M_PI, -2.0};
+    for (size_t i = 0; i < sizeof phase / sizeof *phase; i++) {
+        struct record record;
+        struct model model;
+        struct own_values own;
+        struct bf_error err = {0};
+        double sigma[2], value = 0.0;
+        const struct fit_options options = {.quiet = true, .sigma = sigma};
+        struct fit_channel_error *errors;
+        size_t n;
+        seed = 40 + i;
+        make_record("some/where/held.csv", 0.02, 1.0, &record, sigma);
+        add_hum(&record, sigma[0], phase[i]);
+        make_hum_model(sigma[0], &model);
+        assert_int_equal(own_values_find(&model, &record, 1, &options, &own, &err), BF_OK);
+        assert_int_equal(own.n_notes, 1);
+        assert_non_null(strstr(own.notes[0], "phase_rad of held.csv"));
+        assert_int_equal(model.effects[0].n_per_record, 1);
+        assert_int_equal(own.model->effects[0].n_per_record, 2);
+        value = own.model->effects[0].per_record[1].value;
+        assert_near(remainder(value - phase[i], 2.0 * M_PI), 0.0, 0.02);
+        assert_int_equal(fit_errors(own.model, &record, 1, &options, &errors, &n, &err), BF_OK);
+        assert_near(errors[0].noise_ratio, 1.0, 0.08);
+        free(errors);
+        own_values_free(&own);
+        model_free(&model);
+        record_free(&record);
+    }
+}
+
+static void a_value_that_the_model_has_is_kept(void **state)
+{
+    (void)state;
+    struct record record;
+    struct model model;
+    struct own_values own;
+    struct comparison comparison;
+    struct bf_error err = {0};
+    double sigma[2];
+    const struct fit_options options = {.quiet = true};
+    seed = 50;
+    make_record("some/where/hit.csv", 0.02, 1.0, &record, sigma);
+    add_hum(&record, sigma[0], 0.4);
+    make_hum_model(sigma[0], &model);
+    assert_int_equal(own_values_find(&model, &record, 1, &options, &own, &err), BF_OK);
+    assert_ptr_equal(own.model, &model);
+    assert_int_equal(own.n_notes, 0);
+    own_values_free(&own);
+    assert_int_equal(compare_run(&model, &record, 1, 0, NULL, &comparison, &err), BF_OK);
+    assert_int_equal(comparison.n_notes, 0);
+    assert_near(comparison.channels[0].residual_rms / sigma[0], 1.0, 0.08);
+    compare_free(&comparison);
+    model_free(&model);
+    record_free(&record);
+}
+
+static void compare_allows_for_it_and_says_so(void **state)
+{
+    (void)state;
+    struct record record;
+    struct model model;
+    struct comparison comparison;
+    struct bf_error err = {0};
+    double sigma[2];
+    seed = 60;
+    make_record("held.csv", 0.02, 1.0, &record, sigma);
+    add_hum(&record, sigma[0], 2.5);
+    make_hum_model(sigma[0], &model);
+    assert_int_equal(compare_run(&model, &record, 1, 1, NULL, &comparison, &err), BF_OK);
+    assert_int_equal(comparison.n_notes, 1);
+    assert_near(comparison.channels[0].residual_rms / sigma[0], 1.0, 0.08);
+    compare_free(&comparison);
+    model_free(&model);
+    record_free(&record);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(the_phase_of_a_held_out_record_comes_from_the_record),
+        cmocka_unit_test(a_value_that_the_model_has_is_kept),
+        cmocka_unit_test(compare_allows_for_it_and_says_so),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
