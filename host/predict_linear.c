@@ -42,11 +42,11 @@ static void fill_pair(const struct run *run, size_t grid, size_t output, size_t 
     size_t m = p->grids[grid].m, n_poles = p->system->n_poles;
     const struct functional *c = &p->outputs[output], *b = &p->inputs[input];
     int order = output_order(p->model.outputs[output].kind);
-    pair->H = bf_alloc(m, sizeof *pair->H);
+    pair->H = bf_grow(NULL, m, sizeof *pair->H); /* not zeroed: what is used is filled here */
     response_value(p->kernels[grid], order, c->alpha, b->alpha, pair->H);
     if (run->want == NULL)
         return;
-    pair->dH = bf_alloc(m * p->map.n, sizeof *pair->dH);
+    pair->dH = bf_grow(NULL, m * p->map.n, sizeof *pair->dH);
     for (size_t j = 0; j < p->map.n; j++)
         if (run_structural(run, j))
             response_derivative(p->kernels[grid], order, c->alpha, b->alpha, c->d_alpha + j * n_poles,

@@ -111,7 +111,7 @@ enum bf_status response_back(const struct response_grid *grid, const double comp
     enum bf_status status = fft_get(grid->n_fft, &plan, err);
     if (status != BF_OK)
         return status;
-    double *padded = bf_alloc(grid->n_fft, sizeof *padded);
+    double *padded = bf_grow(NULL, grid->n_fft, sizeof *padded);
     fft_inverse(plan, Y, padded);
     for (size_t k = 0; k < grid->n; k++)
         y[k] = padded[k] / grid->weight[k];
