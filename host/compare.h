@@ -80,7 +80,7 @@ void compare_print(FILE *out, const struct comparison *comparison);
 /* What it means, in sentences (at most `size` bytes). */
 void compare_summary(const struct comparison *comparison, const struct comparison_channel *channel, char *text,
                      size_t size);
-/* formats.md, with further keys. */
+/* The answer for programs; its keys stand in `beamfit compare --help`. */
 struct json *compare_json(const struct comparison *comparison);
 /* Four panels and a residual page per channel: DIR/RECORD-CHANNEL.png and DIR/RECORD-CHANNEL-residual.png (and PDF). */
 enum bf_status compare_plot(const struct comparison *comparison, const char *directory, struct bf_error *err);

@@ -105,7 +105,7 @@ struct fit_check {
 /* Writes values, standard errors and the `fit:` block into the model; records are those of fit_run(). */
 void fit_into_model(const struct fit_result *result, const struct record records[], const struct fit_check *check,
                     struct model *model);
-/* The answer for programs (docs/formats.md). */
+/* The answer for programs; its keys stand in `beamfit fit --help`. */
 struct json *fit_json(const struct fit_result *result, const struct record records[], const struct fit_check *check);
 /* The answer for a person. */
 void fit_print(FILE *out, const struct fit_result *result, const struct record records[],

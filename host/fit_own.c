@@ -8,12 +8,6 @@
 
 enum { STARTS = 3 }; /* turns of a phase: with one sinusoid at most one of them stands on the maximum */
 
-const char *record_base_name(const struct record *record)
-{
-    const char *slash = record->path ? strrchr(record->path, '/') : NULL;
-    return slash ? slash + 1 : record->path ? record->path : "";
-}
-
 void own_values_free(struct own_values *own)
 {
     for (size_t i = 0; i < own->n_notes; i++)

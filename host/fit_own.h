@@ -25,7 +25,4 @@ enum bf_status own_values_find(const struct model *model, const struct record re
                                const struct fit_options *options, struct own_values *out, struct bf_error *err);
 void own_values_free(struct own_values *own);
 
-/* The name under which a model keeps a record's own values: the base name of its file. */
-const char *record_base_name(const struct record *record);
-
 #endif

@@ -10,6 +10,18 @@
 static const double modes_to_sampling = 2.0;
 enum { FEWEST_MODES = 8, MOST_MODES = 40 };
 
+enum bf_status intersample_from_text(const char *text, enum intersample *out, struct bf_error *err)
+{
+    static const char *const names[] = {"bl", "zoh", "foh"}; /* order of enum intersample */
+    for (int i = 0; i < 3; i++) {
+        if (strcmp(text, names[i]) == 0) {
+            *out = (enum intersample)i;
+            return BF_OK;
+        }
+    }
+    return bf_fail(err, BF_USAGE, "--intersample %s is unknown; it can be bl, foh or zoh", text);
+}
+
 int output_order(enum output_kind kind)
 {
     switch (kind) {
@@ -42,10 +54,8 @@ double output_gain(const struct run *run, size_t output, size_t *parameter)
 static const char **record_names(const struct record records[], size_t n)
 {
     const char **names = bf_alloc(n, sizeof *names);
-    for (size_t r = 0; r < n; r++) {
-        const char *slash = strrchr(records[r].path, '/');
-        names[r] = slash != NULL ? slash + 1 : records[r].path;
-    }
+    for (size_t r = 0; r < n; r++)
+        names[r] = record_base_name(&records[r]);
     return names;
 }
 

@@ -17,6 +17,9 @@
 
 enum intersample { INTERSAMPLE_BAND_LIMITED, INTERSAMPLE_ZERO_ORDER_HOLD, INTERSAMPLE_FIRST_ORDER_HOLD };
 
+/* What --intersample of the commands can be: bl, foh, zoh. BF_USAGE for anything else. */
+enum bf_status intersample_from_text(const char *text, enum intersample *out, struct bf_error *err);
+
 struct predict_options {
     enum intersample intersample; /* 0: band limited */
     int oversample;               /* of the nonlinear grid; 0: 8, checked by predict_convergence() */

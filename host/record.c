@@ -39,6 +39,12 @@ void record_add_meta(struct record *record, const char *key, const char *value)
     record->meta[record->n_meta++].value = bf_strdup(value);
 }
 
+const char *record_base_name(const struct record *record)
+{
+    const char *slash = record->path ? strrchr(record->path, '/') : NULL;
+    return slash ? slash + 1 : record->path ? record->path : "";
+}
+
 void record_free(struct record *record)
 {
     for (size_t i = 0; i < record->n_columns; i++) {

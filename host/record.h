@@ -41,6 +41,8 @@ const char *record_meta(const struct record *record, const char *key);      /* N
 /* Append a column (x is copied; [n]) or a metadata line. */
 void record_add_column(struct record *record, const char *name, const double *x);
 void record_add_meta(struct record *record, const char *key, const char *value);
+/* The file's name without its directories, under which per-record values are kept; "" for a record in memory. */
+const char *record_base_name(const struct record *record);
 void record_free(struct record *record);
 
 #endif

@@ -42,21 +42,18 @@ void place_functional(const struct fine_space *space, const struct place_points 
         fine_add_functional(space, points->derivative, points->at[i], points->scale[i], g);
 }
 
-void reduced_point(const struct reduced *reduced, int derivative, double at_m, double g[])
-{
-    struct place_points points = {.n = 1, .derivative = derivative, .at = {at_m}, .scale = {1.0}};
-    double *fine = bf_alloc(reduced->space.n, sizeof *fine);
-    place_functional(&reduced->space, &points, fine);
-    dense_gemv(true, reduced->space.n, reduced->n, 1.0, reduced->V, fine, 0.0, g); /* g = Vᵀ g_fine */
-    free(fine);
-}
-
 static void reduced_points(const struct reduced *reduced, const struct place_points *points, double g[])
 {
     double *fine = bf_alloc(reduced->space.n, sizeof *fine);
     place_functional(&reduced->space, points, fine);
-    dense_gemv(true, reduced->space.n, reduced->n, 1.0, reduced->V, fine, 0.0, g);
+    dense_gemv(true, reduced->space.n, reduced->n, 1.0, reduced->V, fine, 0.0, g); /* g = Vᵀ g_fine */
     free(fine);
+}
+
+void reduced_point(const struct reduced *reduced, int derivative, double at_m, double g[])
+{
+    struct place_points points = {.n = 1, .derivative = derivative, .at = {at_m}, .scale = {1.0}};
+    reduced_points(reduced, &points, g);
 }
 
 void reduced_place(const struct reduced *reduced, const struct beam_operator *place, const struct model *model,

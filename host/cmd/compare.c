@@ -56,7 +56,6 @@ static void add_name(struct names *names, const char *name)
 
 static enum bf_status take_option(struct arguments *a, int code, struct bf_error *err)
 {
-    static const char *const holds[] = {"bl", "zoh", "foh"}; /* order of enum intersample */
     switch (code) {
     case 'p':
         a->directory = optarg;
@@ -72,12 +71,7 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
                            optarg);
         return BF_OK;
     case 'i':
-        for (int i = 0; i < 3; i++)
-            if (strcmp(optarg, holds[i]) == 0) {
-                a->predict.intersample = (enum intersample)i;
-                return BF_OK;
-            }
-        return bf_fail(err, BF_USAGE, "--intersample %s is unknown; give bl, foh or zoh", optarg);
+        return intersample_from_text(optarg, &a->predict.intersample, err);
     default:
         return BF_USAGE;
     }

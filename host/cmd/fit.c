@@ -30,7 +30,10 @@ static const char help[] =
     "                        end is clamped; the seed paper's space is 9,uniform. To see what a coarse space does to\n"
     "                        the estimates; it makes them wrong\n"
     "  --force               FITTED may be MODEL itself\n"
-    "  --json                the answer as JSON on standard output, and nothing else\n"
+    "  --json                the answer as JSON on standard output, and nothing else: {\"records\": [{\"file\",\n"
+    "                        \"channels\": [{\"name\", \"nrmse\", \"noise_ratio\"}]}], \"nrmse\", \"noise_ratio\",\n"
+    "                        \"parameters\": {NAME: {\"value\", \"sd\", \"ci95\", \"identifiable\", ...}},\n"
+    "                        \"null_directions\", \"seconds\", \"evaluations\", \"converged\", ...}\n"
     "\n"
     "Ctrl-C ends the search: the best values so far are reported and written, with converged: false.\n"
     "\n"
@@ -88,7 +91,6 @@ static enum bf_status choose_splines(const char *text, struct predict_options *p
 static enum bf_status take_option(struct arguments *a, int code, struct bf_error *err)
 {
     static const char *const starts[] = {"given", "near", "search"}; /* order of enum fit_start */
-    static const char *const holds[] = {"bl", "zoh", "foh"};         /* order of enum intersample */
     int chosen = 0;
     enum bf_status status = BF_OK;
     switch (code) {
@@ -106,8 +108,7 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
         a->fit.never_search = true;
         break;
     case 'i':
-        status = choose("--intersample", optarg, holds, 3, &chosen, err);
-        a->fit.predict.intersample = (enum intersample)chosen;
+        status = intersample_from_text(optarg, &a->fit.predict.intersample, err);
         break;
     case 'N':
         status = choose_splines(optarg, &a->fit.predict, err);

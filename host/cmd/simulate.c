@@ -37,18 +37,6 @@ struct arguments {
     bool json;
 };
 
-static enum bf_status take_hold(const char *text, enum intersample *out, struct bf_error *err)
-{
-    static const char *const names[] = {"bl", "zoh", "foh"}; /* order of enum intersample */
-    for (int i = 0; i < 3; i++) {
-        if (strcmp(text, names[i]) == 0) {
-            *out = (enum intersample)i;
-            return BF_OK;
-        }
-    }
-    return bf_fail(err, BF_USAGE, "--intersample %s is unknown; it can be bl, foh or zoh", text);
-}
-
 static enum bf_status take_count(const char *option, const char *text, double most, int *out, struct bf_error *err)
 {
     double number;
@@ -80,7 +68,7 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
             a->output = optarg;
             break;
         case 'h':
-            status = take_hold(optarg, &a->predict.intersample, err);
+            status = intersample_from_text(optarg, &a->predict.intersample, err);
             break;
         case 'n':
             status = take_count("--oversample", optarg, 64.0, &a->predict.oversample, err);
@@ -125,7 +113,7 @@ static enum bf_status predict(const struct model *model, const struct record *st
     struct predictor *predictor;
     struct prediction prediction;
     struct parameter_ref *refs;
-    const char *slash = strrchr(stage->path, '/'), *name = slash != NULL ? slash + 1 : stage->path;
+    const char *name = record_base_name(stage);
     enum bf_status status = predictor_new(model, stage, 1, how, &predictor, err);
     if (status != BF_OK)
         return status;
