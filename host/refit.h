@@ -1,0 +1,72 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/*
+ * refit.h — one candidate model fitted to records, silently, from a baseline that is already fitted: for a caller that
+ * compares many candidates (diagnose) and for `fit`'s own starts of nonlinear effects. Noise is given, not estimated.
+ *
+ * New effects (those from options.first_new on) have starts of their own: a grid over sign, size, thresholds, time constants and
+ * places, ranked by a few steps in a short window; the best go through the staircase of fit_stages.h. Places are
+ * freed at the end, although a fit would hold them, and held again where the records do not tell them. Effects with a
+ * law start from a baseline of the weak records, see refit_law.c.
+ *
+ * Thread-safe: two refits may run at once (records, model and sigma are only read; they must outlive the call).
+ */
+#ifndef BEAMFIT_REFIT_H
+#define BEAMFIT_REFIT_H
+
+#include "predict.h"
+
+struct refit_options {
+    const double *sigma;  /* noise rms per channel in the order of predictor_channels(), > 0; unit of the channel */
+    int threads;          /* for records of nonlinear models; 0: 1 */
+    double abandon_above; /* χ²/n: stop when ten more steps like the next would not get below it; 0: never */
+    bool quick;           /* best start, few steps: good enough to rank, not for values; sd is NaN */
+    size_t first_new; /* effects of the model before this index hold fitted values and have no starts of their own */
+    size_t n_starts;  /* further starts, from elsewhere */
+    const double *starts;               /* [n_starts][n_parameters], order of model_parameters() */
+    bool (*interrupted)(void *context); /* asked before every evaluation; NULL: Ctrl-C only */
+    void *context;
+    struct predict_options predict; /* its threads are ignored */
+};
+
+struct refit_result {
+    size_t n_parameters; /* order of model_parameters(model, base names of the records) */
+    double *value;       /* [n_parameters] */
+    double *sd;      /* [n_parameters] one standard error, physical unit; NaN when held, not identifiable, or quick */
+    bool *estimated; /* [n_parameters] false: held */
+    bool *at_bound;  /* [n_parameters] */
+    size_t n_records;
+    double *level;       /* [n_records] factor of the excitation; 1 where it is known */
+    double half_square;  /* ½ Σ (r/σ)² + ½ Σ priors */
+    double chi2_per_row; /* Σ (r/σ)² / n_rows */
+    double noise_ratio;  /* root mean square over channels of rms(r)/σ */
+    size_t n_unknowns;   /* estimated parameters; linear unknowns of free decays not counted */
+    size_t n_rows;
+    double *residual; /* [n_rows] z − ŷ, stacked channel by channel, unit of the channel */
+    size_t n_channels;
+    struct predict_channel *channels; /* [n_channels] where each stands in residual */
+    bool converged;                   /* within a tenth of a standard error of a stationary point; quick: false */
+    bool abandoned, interrupted;
+    double distance; /* from the stationary point in standard errors, as the gradient tells it */
+    size_t n_starts; /* that were tried */
+    size_t evaluations;
+    double seconds;
+};
+
+/*
+ * The model's values are a start too; the model is not changed. Free *out with refit_free(), also after a failure.
+ * BF_BAD_FILE: no usable channel; BF_NUMERIC: no start has a value; BF_USAGE: an effect that cannot be predicted.
+ * Cost: about 30 evaluations of the prediction for a linear effect without inner parameters.
+ */
+enum bf_status refit_run(const struct model *model, const struct record records[], size_t n_records,
+                         const struct refit_options *options, struct refit_result *out, struct bf_error *err);
+void refit_free(struct refit_result *result);
+
+/*
+ * Errors on records that were not fitted: values that belong to one record alone (phases) are estimated from it, see fit_own.h.
+ * sigma as above for these records; *chi2_per_row and *noise_ratio as above.
+ */
+enum bf_status refit_check(const struct model *model, const struct record records[], size_t n_records,
+                           const double sigma[], const struct predict_options *predict, double *chi2_per_row,
+                           double *noise_ratio, struct bf_error *err);
+
+#endif
