@@ -122,6 +122,7 @@ struct truth_spec {
     double adc_headroom; /* full scale / largest value */
     bool adc_inputs;     /* inputs are converted too */
     uint64_t seed;
+    bool blind; /* the printed record does not state the truth */
 
     size_t elements;     /* at least, over the span */
     size_t modes;        /* ≤ 400 */

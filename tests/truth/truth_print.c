@@ -4,8 +4,14 @@
 
 #include <math.h>
 
-static void print_spec(const struct truth_spec *spec, FILE *stream)
+static void print_spec(const struct truth_record *record, const struct truth_spec *spec, FILE *stream)
 {
+    fprintf(stream,
+            "# noise: white%s, rms relative to the channel's rms:", spec->noise_ar[0] != 0 ? " through AR(2)" : "");
+    for (size_t c = 0; c < record->n_channels; c++)
+        fprintf(stream, " %s %.9g", record->channel[c].name, record->channel[c].noise);
+    fprintf(stream, "\n# adc bits: %u%s\n# seed: %llu\n", spec->adc_bits, spec->adc_inputs ? "" : " (outputs only)",
+            (unsigned long long)spec->seed);
     const struct truth_region *beam = &spec->region[0], *patch = &spec->region[1];
     fprintf(stream, "# truth EI_beam_Nm2: %.9g\n# truth EI_patch_Nm2: %.9g\n", beam->EI_Nm2, patch->EI_Nm2);
     fprintf(stream, "# truth rho_beam_kgpm: %.9g\n# truth rho_patch_kgpm: %.9g\n", beam->rho_kgpm, patch->rho_kgpm);
@@ -32,13 +38,8 @@ int truth_record_print(const struct truth_record *record, const struct truth_spe
         fprintf(stream, "# anti-alias filter: Butterworth order %zu at %.9g Hz, %s, every channel\n",
                 spec->filter_order, spec->filter_ratio * record->rate_Hz,
                 spec->filter_causal ? "one pass" : "forward and backward (zero phase)");
-    fprintf(stream,
-            "# noise: white%s, rms relative to the channel's rms:", spec->noise_ar[0] != 0 ? " through AR(2)" : "");
-    for (size_t c = 0; c < record->n_channels; c++)
-        fprintf(stream, " %s %.9g", record->channel[c].name, record->channel[c].noise);
-    fprintf(stream, "\n# adc bits: %u%s\n# seed: %llu\n", spec->adc_bits, spec->adc_inputs ? "" : " (outputs only)",
-            (unsigned long long)spec->seed);
-    print_spec(spec, stream);
+    if (!spec->blind)
+        print_spec(record, spec, stream);
     fputs("time_s", stream);
     for (size_t c = 0; c < record->n_channels; c++)
         fprintf(stream, ",%s", record->channel[c].name);

@@ -233,21 +233,21 @@ static int read_real(struct truth_spec *spec, const struct words *words, char *m
 /* Whole numbers and switches. */
 static int read_whole(struct truth_spec *spec, const struct words *words, char *message)
 {
-    double value[11] = {(double)spec->elements,     (double)spec->modes, (double)spec->oversampling,
-                        (double)spec->filter_order, spec->filter_causal, (double)spec->adc_bits,
-                        spec->adc_inputs,           (double)spec->seed,  spec->force_ode,
-                        spec->linear_hold,          spec->static_vectors};
+    double value[12] = {(double)spec->elements,     (double)spec->modes,  (double)spec->oversampling,
+                        (double)spec->filter_order, spec->filter_causal,  (double)spec->adc_bits,
+                        spec->adc_inputs,           (double)spec->seed,   spec->force_ode,
+                        spec->linear_hold,          spec->static_vectors, spec->blind};
     static const struct {
         const char *name;
         double least, most;
-    } limit[11] = {{"elements", 4, 1000},   {"modes", 1, 400},     {"oversampling", 0, 1000}, {"filter_order", 0, 20},
+    } limit[12] = {{"elements", 4, 1000},   {"modes", 1, 400},     {"oversampling", 0, 1000}, {"filter_order", 0, 20},
                    {"filter_causal", 0, 1}, {"adc_bits", 0, 32},   {"adc_inputs", 0, 1},      {"seed", 0, 0x1p53},
-                   {"force_ode", 0, 1},     {"linear_hold", 0, 1}, {"static_vectors", 0, 1}};
-    struct key keys[11];
-    for (size_t k = 0; k < 11; k++)
+                   {"force_ode", 0, 1},     {"linear_hold", 0, 1}, {"static_vectors", 0, 1},  {"blind", 0, 1}};
+    struct key keys[12];
+    for (size_t k = 0; k < 12; k++)
         keys[k] = (struct key){limit[k].name, &value[k], NULL};
-    int status = store(keys, 11, words, message);
-    for (size_t k = 0; k < 11; k++)
+    int status = store(keys, 12, words, message);
+    for (size_t k = 0; k < 12; k++)
         if (!(value[k] >= limit[k].least && value[k] <= limit[k].most))
             return truth_fail(message, "%s is out of range", limit[k].name);
     spec->elements = (size_t)value[0];
@@ -261,6 +261,7 @@ static int read_whole(struct truth_spec *spec, const struct words *words, char *
     spec->force_ode = value[8] > 0;
     spec->linear_hold = value[9] > 0;
     spec->static_vectors = value[10] > 0;
+    spec->blind = value[11] > 0;
     return status;
 }
 
