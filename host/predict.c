@@ -115,7 +115,8 @@ enum bf_status predictor_new(const struct model *model, const struct record reco
         predictor_free(p);
         return status;
     }
-    warn_of_time(p);
+    if (!p->options.quiet)
+        warn_of_time(p);
     *out = p;
     return BF_OK;
 }
