@@ -112,6 +112,7 @@ static enum bf_status settle_unknowns(struct fit_problem *p, struct bf_error *er
         p->want[u.ref] = u.scale > 0.0;
         if (u.scale == 0.0)
             continue;
+        u.least_scale = u.scale;
         set_prior(&u, p->refs[u.ref].info);
         p->unknowns[kept] = u;
         set_bounds(p, kept++, p->theta[u.ref]);
@@ -223,6 +224,32 @@ void fit_problem_to_theta(const struct fit_problem *p, const double x[], double 
 double fit_problem_slope(const struct fit_problem *p, size_t i, const double x[])
 {
     return p->unknowns[i].logarithmic ? exp(x[i]) : p->unknowns[i].scale;
+}
+
+void fit_problem_rescale(struct fit_problem *p, double x[])
+{
+    for (size_t i = 0; i < p->n_unknowns; i++) {
+        struct unknown *u = &p->unknowns[i];
+        const struct parameter_ref *ref = &p->refs[u->ref];
+        if (u->logarithmic || ref->role != ROLE_EFFECT)
+            continue;
+        const struct beam_parameter_info *info = &p->model->effects[ref->owner].effect->parameters[ref->slot];
+        const double scale = fmax(u->least_scale, fabs(x[i]) * u->scale), factor = u->scale / scale;
+        if (info->flags & (BEAM_PARAMETER_POSITION | BEAM_PARAMETER_PER_RECORD) || !isfinite(scale))
+            continue;
+        u->scale = scale;
+        x[i] *= factor, p->base[i] *= factor;
+        set_prior(u, ref->info);
+        set_bounds(p, i, p->theta[u->ref]);
+        p->at_valid = false;
+    }
+}
+
+void fit_problem_hold(struct fit_problem *p, size_t i, bool held)
+{
+    p->held[i] = held;
+    p->want[p->unknowns[i].ref] = !held;
+    p->at_valid = false;
 }
 
 /* ---- Stages ---- */
@@ -353,10 +380,14 @@ static enum bf_status view_derivative(void *context, const double x[], double *h
     return BF_OK;
 }
 
+bool fit_problem_interrupted(const struct fit_problem *p)
+{
+    return p->stop || progress_interrupted() || (p->interrupted && p->interrupted(p->context));
+}
+
 static bool view_interrupted(void *context)
 {
-    const struct fit_problem *p = context;
-    return p->stop || progress_interrupted();
+    return fit_problem_interrupted(context);
 }
 
 struct least_squares fit_problem_view(struct fit_problem *p)

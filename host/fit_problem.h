@@ -19,7 +19,7 @@
 struct unknown {
     size_t ref;       /* index into refs */
     bool logarithmic; /* x = ln θ, else x = θ/scale */
-    double scale;
+    double scale, least_scale;
     double prior, prior_x; /* standard deviation and centre in x; prior 0: none */
 };
 
@@ -59,8 +59,11 @@ struct fit_problem {
     double *coefficients; /* [n_nuisance] */
     double *at; /* [n_unknowns] x of the last evaluation with a Jacobian, while residual and Jacobian hold it */
     bool at_valid;
-    size_t runs; /* predictor evaluations so far */
-    bool stop;   /* set by the caller or by Ctrl-C */
+    size_t runs;                        /* predictor evaluations so far */
+    bool stop;                          /* set by the caller or by Ctrl-C */
+    bool (*interrupted)(void *context); /* asked before every evaluation, besides Ctrl-C; may be NULL */
+    void *context;
+    double abandon_above; /* χ²/n; the last step of a staircase ends when it would not get below; 0: never */
 };
 
 /* refs, names, records and predictor are borrowed; sigma[n_channels] is copied. start: θ[n_refs]. */
@@ -83,6 +86,15 @@ void fit_problem_to_x(const struct fit_problem *p, const double theta[], double 
 void fit_problem_to_theta(const struct fit_problem *p, const double x[], double theta[]);
 /* dθ/dx of unknown i. */
 double fit_problem_slope(const struct fit_problem *p, size_t i, const double x[]);
+
+/*
+ * A step of 1 must stay large: the scale of an effect's strength that has outgrown it becomes its size; x[n_unknowns] follows.
+ * Never smaller than it was to begin with.
+ */
+void fit_problem_rescale(struct fit_problem *p, double x[]);
+/* Unknown i is not moved, and no derivative by it is computed. */
+void fit_problem_hold(struct fit_problem *p, size_t i, bool held);
+bool fit_problem_interrupted(const struct fit_problem *p);
 
 /* Fills residual, fitted (and jacobian). data_square: ½‖data rows‖². BF_NUMERIC when there is no value at x. */
 enum bf_status fit_problem_evaluate(struct fit_problem *p, const double x[], bool with_jacobian, double *data_square,

@@ -157,7 +157,7 @@ static enum bf_status scan_effect(struct search_state *s, size_t effect)
     double *x = bf_alloc(p->n_unknowns, sizeof *x);
     enum bf_status status = BF_OK;
     const size_t stride = total > GRID_STARTS ? (total + GRID_STARTS - 1) / GRID_STARTS : 1;
-    for (size_t k = 0; k < total && !status && !progress_interrupted(); k += stride) {
+    for (size_t k = 0; k < total && !status && !fit_problem_interrupted(p); k += stride) {
         memcpy(x, s->start, p->n_unknowns * sizeof *x);
         for (size_t i = 0; i < p->n_unknowns; i++) {
             const struct parameter_ref *ref = &p->refs[p->unknowns[i].ref];
@@ -201,7 +201,7 @@ static enum bf_status climb(struct search_state *s, struct progress *bar, struct
     const size_t n = s->p->n_unknowns;
     double *x = bf_alloc(n, sizeof *x);
     enum bf_status status = BF_OK;
-    for (size_t k = 0; k < s->promising->n && !status && !progress_interrupted(); k++) {
+    for (size_t k = 0; k < s->promising->n && !status && !fit_problem_interrupted(s->p); k++) {
         struct optimise_result result;
         memcpy(x, s->promising->x + k * n, n * sizeof *x);
         status = staircase_run(s->p, s->stairs, bar, x, &result, s->err);

@@ -48,19 +48,23 @@ static void say(struct progress *bar, double fraction, const struct fit_problem 
     progress_update(bar, fraction, note);
 }
 
-enum bf_status staircase_last(struct fit_problem *p, double x[], struct optimise_result *out, struct bf_error *err)
+enum bf_status staircase_last(struct fit_problem *p, bool quick, double x[], struct optimise_result *out,
+                              struct bf_error *err)
 {
-    static const int rounds = 6;
+    const int rounds = quick ? 1 : 6;
     static const double settled = 1e-3; /* the reduced space is exact to second order in this */
     enum bf_status status = fit_problem_stage(p, 0.0, 0.0, x, err);
     int values = 0, derivatives = 0;
     for (int round = 0; round < rounds && !status; round++) {
-        const struct optimise_options options = {
-            .iterations = 40, .tolerance = 1e-4, .relative = 1e-4 / (double)p->n_rows};
+        const struct optimise_options options = {.iterations = quick ? 4 : 40,
+                                                 .tolerance = 1e-4,
+                                                 .relative = 1e-4 / (double)p->n_rows,
+                                                 .hopeless = 0.5 * p->abandon_above * (double)p->n_rows};
         const struct least_squares view = fit_problem_view(p);
         status = optimise_local(&view, &options, x, out, err);
         values += out->values, derivatives += out->derivatives;
-        if (status || out->end == OPTIMISE_INTERRUPTED || fit_problem_moved(p, x) < settled)
+        if (status || out->end == OPTIMISE_INTERRUPTED || out->end == OPTIMISE_HOPELESS ||
+            fit_problem_moved(p, x) < settled)
             break;
         status = fit_problem_rebase(p, x, err);
     }
@@ -75,6 +79,7 @@ enum bf_status staircase_last(struct fit_problem *p, double x[], struct optimise
 static enum bf_status one_stage(struct fit_problem *p, double decay_ps, double floor, double x[],
                                 struct optimise_result *out, struct bf_error *err)
 {
+    fit_problem_rescale(p, x);
     enum bf_status status = fit_problem_stage(p, decay_ps, floor, x, err);
     const struct optimise_options options = {.iterations = 20, .tolerance = 1e-2, .relative = 1e-2};
     const struct least_squares view = fit_problem_view(p);
@@ -105,12 +110,12 @@ enum bf_status staircase_run(struct fit_problem *p, const struct staircase *stai
             return status;
         const double misfit = sqrt(fit_problem_mean_square(p));
         say(bar, 0.8 * (1.0 - log(fmax(s * stairs->longest_s, 1.0)) / span), p);
-        s /= next_factor(misfit);
+        s /= stairs->gentle ? 3.0 : next_factor(misfit);
     }
     if (!status)
         status = phases_find(p, x, err);
     if (!status)
-        status = staircase_last(p, x, out, err);
+        status = staircase_last(p, stairs->quick, x, out, err);
     say(bar, 0.9, p);
     return status;
 }

@@ -209,6 +209,11 @@ static bool small_enough(const struct search *s)
     return s->out->decrement <= s->options.tolerance || s->out->decrement <= s->options.relative * s->out->half_square;
 }
 
+static bool hopeless(const struct search *s)
+{
+    return s->options.hopeless > 0.0 && s->out->half_square - 10.0 * s->out->decrement > s->options.hopeless;
+}
+
 static enum bf_status choose_step(struct search *s, double *expected, struct bf_error *err)
 {
     const size_t n = s->problem->n;
@@ -279,8 +284,8 @@ static enum bf_status descend(struct search *s, struct bf_error *err)
             s->out->end = OPTIMISE_CONVERGED;
             break;
         }
-        if (interrupted(s->problem)) {
-            s->out->end = OPTIMISE_INTERRUPTED;
+        if (interrupted(s->problem) || hopeless(s)) {
+            s->out->end = interrupted(s->problem) ? OPTIMISE_INTERRUPTED : OPTIMISE_HOPELESS;
             break;
         }
         bool moved;
