@@ -190,7 +190,7 @@ static enum bf_status search(struct fit_work *w, const struct staircase *stairs,
         memcpy(w->x, minima.x, p->n_unknowns * sizeof *w->x);
         const double lowest = minima.half_square[0];
         if (!progress_interrupted())
-            status = staircase_last(p, false, w->x, best, err);
+            status = staircase_last(p, stairs, w->x, best, err);
         else
             status = fit_problem_stage(p, 0.0, 0.0, w->x, err);
         keep_minima(w, &minima, lowest, out);
@@ -227,7 +227,7 @@ static enum bf_status descend(struct fit_work *w, const struct fit_options *opti
     struct fit_problem *p = &w->problem;
     struct optimise_result found;
     const struct staircase stairs = staircase_for(w->model, w->records, w->n_records);
-    enum bf_status status = options->start == FIT_NEAR ? staircase_last(p, false, w->x, &found, err)
+    enum bf_status status = options->start == FIT_NEAR ? staircase_last(p, &stairs, w->x, &found, err)
                                                        : staircase_run(p, &stairs, bar, w->x, &found, err);
     if (status)
         return status;

@@ -29,7 +29,7 @@ static double rough_first_Hz(const struct model *model)
 
 struct staircase staircase_for(const struct model *model, const struct record records[], size_t n_records)
 {
-    struct staircase s = {.first_ps = 4.5 * rough_first_Hz(model)};
+    struct staircase s = {.first_ps = 4.5 * rough_first_Hz(model), .iterations = 40, .rounds = 6, .relative = 1e-4};
     double longest_dt_s = 0.0;
     for (size_t r = 0; r < n_records; r++) {
         s.longest_s = fmax(s.longest_s, (double)records[r].n * records[r].dt_s);
@@ -48,17 +48,17 @@ static void say(struct progress *bar, double fraction, const struct fit_problem 
     progress_update(bar, fraction, note);
 }
 
-enum bf_status staircase_last(struct fit_problem *p, bool quick, double x[], struct optimise_result *out,
-                              struct bf_error *err)
+enum bf_status staircase_last(struct fit_problem *p, const struct staircase *stairs, double x[],
+                              struct optimise_result *out, struct bf_error *err)
 {
-    const int rounds = quick ? 1 : 6;
     static const double settled = 1e-3; /* the reduced space is exact to second order in this */
+    fit_problem_rescale(p, x);
     enum bf_status status = fit_problem_stage(p, 0.0, 0.0, x, err);
     int values = 0, derivatives = 0;
-    for (int round = 0; round < rounds && !status; round++) {
-        const struct optimise_options options = {.iterations = quick ? 4 : 40,
+    for (int round = 0; round < stairs->rounds && !status; round++) {
+        const struct optimise_options options = {.iterations = stairs->iterations,
                                                  .tolerance = 1e-4,
-                                                 .relative = 1e-4 / (double)p->n_rows,
+                                                 .relative = stairs->relative / (double)p->n_rows,
                                                  .hopeless = 0.5 * p->abandon_above * (double)p->n_rows};
         const struct least_squares view = fit_problem_view(p);
         status = optimise_local(&view, &options, x, out, err);
@@ -76,8 +76,8 @@ enum bf_status staircase_last(struct fit_problem *p, bool quick, double x[], str
  * Early stages only need to bring x into the valley of the next one, and a model that lacks something must not be driven
  * by the little it cannot explain: the floor caps the weights at a share of the signal.
  */
-static enum bf_status one_stage(struct fit_problem *p, double decay_ps, double floor, double x[],
-                                struct optimise_result *out, struct bf_error *err)
+enum bf_status staircase_step(struct fit_problem *p, double decay_ps, double floor, double x[],
+                              struct optimise_result *out, struct bf_error *err)
 {
     fit_problem_rescale(p, x);
     enum bf_status status = fit_problem_stage(p, decay_ps, floor, x, err);
@@ -105,7 +105,7 @@ enum bf_status staircase_run(struct fit_problem *p, const struct staircase *stai
     const double span = log(fmax(s * stairs->longest_s, 2.0));
     phases_hold(p, x);
     while (!status && s * stairs->longest_s > 1.0) {
-        status = one_stage(p, s, floor, x, out, err);
+        status = staircase_step(p, s, floor, x, out, err);
         if (status || out->end == OPTIMISE_INTERRUPTED)
             return status;
         const double misfit = sqrt(fit_problem_mean_square(p));
@@ -115,7 +115,7 @@ enum bf_status staircase_run(struct fit_problem *p, const struct staircase *stai
     if (!status)
         status = phases_find(p, x, err);
     if (!status)
-        status = staircase_last(p, stairs->quick, x, out, err);
+        status = staircase_last(p, stairs, x, out, err);
     say(bar, 0.9, p);
     return status;
 }

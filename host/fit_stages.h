@@ -16,16 +16,21 @@ struct staircase {
     double first_ps;  /* largest s */
     double longest_s; /* longest record */
     bool gentle;      /* s/3 in every step: the phase of a nonlinear motion drifts faster than a linear one's */
-    bool quick;       /* the last step ends after a few iterations, without a second look at its reduced space */
+    int iterations;   /* of the last step, per reduced space */
+    int rounds;       /* reduced spaces of the last step, at most */
+    double relative;  /* the last step ends when ½‖r‖² would fall by less than this share, divided by the rows */
 };
 struct staircase staircase_for(const struct model *model, const struct record records[], size_t n_records);
 
 /* From x through every window down to the whole records with the weights of the noise. x[n_unknowns] in/out. */
 enum bf_status staircase_run(struct fit_problem *p, const struct staircase *stairs, struct progress *bar, double x[],
                              struct optimise_result *out, struct bf_error *err);
-/* The last step alone: whole records, weights of the noise, rebased until the optimum stays where it is (once when quick). */
-enum bf_status staircase_last(struct fit_problem *p, bool quick, double x[], struct optimise_result *out,
-                              struct bf_error *err);
+/* The last step alone: whole records, weights of the noise, rebased until the optimum stays where it is. */
+enum bf_status staircase_last(struct fit_problem *p, const struct staircase *stairs, double x[],
+                              struct optimise_result *out, struct bf_error *err);
+/* One step: floor is the share of the windowed signal that counts as noise besides σ. */
+enum bf_status staircase_step(struct fit_problem *p, double decay_ps, double floor, double x[],
+                              struct optimise_result *out, struct bf_error *err);
 
 /*
  * Effects that are a sinusoid of unknown amplitude and phase (hum, base motion) have a minimum in every wrong phase, and

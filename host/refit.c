@@ -75,7 +75,9 @@ static enum bf_status work_new(struct refit_work *w, const struct model *model, 
     p->interrupted = options->interrupted, p->context = options->context;
     p->abandon_above = options->abandon_above;
     w->stairs = staircase_for(&w->model, records, n_records);
-    w->stairs.quick = options->quick;
+    w->stairs.relative = 2e-3;
+    w->stairs.iterations = options->quick ? 5 : 15;
+    w->stairs.rounds = options->quick ? 1 : 4;
     w->theta0 = bf_alloc(w->n_refs, sizeof *w->theta0);
     for (size_t i = 0; i < w->n_refs; i++)
         w->theta0[i] = w->refs[i].value;
@@ -89,13 +91,6 @@ static bool is_new(const struct refit_work *w, size_t unknown)
 {
     const struct parameter_ref *ref = &w->refs[w->problem.unknowns[unknown].ref];
     return ref->role == ROLE_EFFECT && ref->owner >= w->options->first_new;
-}
-
-static void hold_positions(struct refit_work *w, bool held)
-{
-    for (size_t i = 0; i < w->problem.n_unknowns; i++)
-        if (is_new(w, i) && is_position(effect_parameter(&w->problem, i)))
-            fit_problem_hold(&w->problem, i, held);
 }
 
 /*
@@ -195,6 +190,33 @@ static enum bf_status rank_starts(struct refit_work *w, struct starts *kept, str
     }
     start_grid_free(&grid);
     free(theta), free(x);
+    return status;
+}
+
+/* In a window ten times as long; what is left goes down the staircase from there. */
+static enum bf_status rank_again(struct refit_work *w, const struct starts *many, struct starts *few,
+                                 struct bf_error *err)
+{
+    static const double floor = 0.02, longer = 10.0;
+    struct fit_problem *p = &w->problem;
+    double *x = bf_alloc(p->n_unknowns, sizeof *x), *theta = bf_alloc(w->n_refs, sizeof *theta);
+    enum bf_status status = BF_OK;
+    memcpy(theta, w->theta0, w->n_refs * sizeof *theta);
+    if (many->n > 1)
+        w->stairs.first_ps /= longer;
+    for (size_t k = 0; k < many->n && !status && !fit_problem_interrupted(p); k++) {
+        struct optimise_result result = {0};
+        starts_to_x(p, many->theta + k * w->n_refs, x);
+        if (many->n > 1)
+            status = staircase_step(p, w->stairs.first_ps, floor, x, &result, err);
+        if (!status) {
+            fit_problem_to_theta(p, x, theta);
+            starts_add(few, theta, result.half_square);
+        } else if (status == BF_NUMERIC) {
+            status = BF_OK;
+        }
+    }
+    free(x), free(theta);
     return status;
 }
 
@@ -300,32 +322,19 @@ static enum bf_status finish(struct refit_work *w, struct refit_result *out, str
     return w->options->quick ? BF_OK : fill_errors(w, out, err);
 }
 
-/* ---- Places ---- */
-
-/* Places move too; held again where they were when the records do not tell them. */
-static enum bf_status free_places(struct refit_work *w, struct bf_error *err)
-{
-    struct fit_problem *p = &w->problem;
-    bool any = false;
-    for (size_t i = 0; i < p->n_unknowns; i++)
-        any = any || (is_new(w, i) && is_position(effect_parameter(p, i)));
-    if (!any || w->found.end == OPTIMISE_HOPELESS || fit_problem_interrupted(p))
-        return BF_OK;
-    hold_positions(w, false);
-    return staircase_last(p, w->options->quick, w->x, &w->found, err);
-}
-
 static enum bf_status search(struct refit_work *w, struct bf_error *err)
 {
-    struct starts starts = starts_new(w->options->quick ? 1 : 2, w->n_refs);
-    hold_positions(w, true);
+    const bool quick = w->options->quick;
+    struct starts many = starts_new(quick ? 3 : 6, w->n_refs), few = starts_new(quick ? 1 : 2, w->n_refs);
     enum bf_status status = lift_sunken(w, err);
     if (!status)
-        status = rank_starts(w, &starts, err);
+        status = rank_starts(w, &many, err);
     if (!status)
-        status = descend(w, &starts, err);
-    starts_free(&starts);
-    return status ? status : free_places(w, err);
+        status = rank_again(w, &many, &few, err);
+    if (!status)
+        status = descend(w, &few, err);
+    starts_free(&many), starts_free(&few);
+    return status;
 }
 
 enum bf_status refit_run(const struct model *model, const struct record records[], size_t n_records,
