@@ -167,6 +167,15 @@ $(B)/bench/step_double: tests/bench/step.c $(B)/libbeam.a
 $(B)/bench/step_float: tests/bench/step.c $(B)/libbeamf.a
 	@mkdir -p $(@D)
 	$(call say,$@)$(CC) $(LIBFLAGS) -DBEAM_FLOAT $^ -lm -o $@
+# Recordings are simulated once below HIDDEN and kept. CASES: names, strengths, effects, rigs, or options of tests/hidden/run.py.
+HIDDEN ?= build/hidden
+CASES  ?=
+N      ?= 200
+hidden: $(B)/beamfit $(B)/beam_truth ## diagnose the hidden cases and judge it [CASES='h08 subtle tip_mass --open']
+	@tools/deps.sh build test
+	@python3 tests/hidden/run.py --build $(B) --work $(HIDDEN) --jobs $(JOBS) $(CASES)
+false-alarms: $(B)/beamfit $(B)/beam_truth ## diagnose N=200 sets that hide nothing under coloured noise
+	@python3 tests/hidden/false_alarms.py --build $(B) --work $(HIDDEN)/false_alarms --jobs $(JOBS) $(N)
 experiments: $(B)/beamfit $(B)/beam_truth ## docs/experiments.md: estimates against the dimension N, and EI(x) in pieces
 	@tools/experiments.sh $(B) $(B)/experiments
 data: $(B)/beam_truth ## make data/paper again: simulated recordings with the paper's values
@@ -199,4 +208,4 @@ help: ## this list
 DEPFILES = $(SHADOWS:.o=.d) $(BEAM_SHADOWS:.o=.d) $(LIB_OBJ:.o=.d) $(FLOAT_OBJ:.o=.d) $(CPLX_OBJ:.o=.d) $(HOST_OBJ:.o=.d) $(B)/host/main.d \
            $(UNIT_TESTS:%=%.d) $(SYSTEM_TESTS:%=%.d) $(SYSTEM_COMMON:.o=.d) $(TRUTH_OBJ:.o=.d)
 -include $(wildcard $(DEPFILES))
-.PHONY: all tests unit test test-both demo deps lint layers size bench experiments data fuzz install uninstall clean help
+.PHONY: all tests unit test test-both demo deps lint layers size bench hidden false-alarms experiments data fuzz install uninstall clean help

@@ -28,23 +28,28 @@ class Rig:
     def __init__(self, name):
         self.name = name
         self.model = os.path.join(DATA, "rigs", name + ".yaml")
-        self.records = {}
-        common, current = [], []
-        lines = list(statements(os.path.join(DATA, "rigs", name + ".txt")))
-        if lines and lines[0].startswith("like "):
-            lines = list(statements(os.path.join(DATA, "rigs", lines[0].split()[1] + ".txt"))) + lines[1:]
-        for line in lines:
+        self.common, self.records = [], {}
+        self.read(name)
+        self.noise = next(float(line.split()[1]) for line in self.common if line.startswith("noise "))
+
+    def read(self, name):
+        """Lines before the first 'record' are for all records; 'like OTHER' takes over another rig's lines first."""
+        current = None
+        for line in statements(os.path.join(DATA, "rigs", name + ".txt")):
             words = line.split()
-            if words[0] == "record":
+            if words[0] == "like":
+                self.read(words[1])
+            elif words[0] == "record":
                 current = words[1:]
                 for record in current:
-                    self.records.setdefault(record, list(common))
-            elif current:
+                    self.records.setdefault(record, list(self.common))
+            elif current is not None:
                 for record in current:
                     self.records[record].append(line)
             else:
-                common.append(line)
-        self.noise = next(float(line.split()[-1]) for line in common if line.split()[0] == "noise")
+                self.common.append(line)
+                for lines in self.records.values():
+                    lines.append(line)
 
     def outputs(self, record):
         return {line.split()[1] for line in self.records[record] if line.startswith("output ")}
