@@ -34,8 +34,10 @@ struct motion {
     const struct predict_channel *channels; /* borrowed from the predictor */
     double *theta;                          /* [n_parameters] */
     double *sigma;                          /* [n_channels] noise rms, unit of the channel */
-    double *weight;                         /* [n_channels] 1/√(σ² + (floor·rms z)²), 0 for a free decay */
-    double *residual;                       /* [n_rows] z − ŷ */
+    double floor;
+    double *weight;         /* [n_channels] 1/√(σ² + (floor·rms z)²), 0 for a free decay */
+    double *residual;       /* [n_rows] z − ŷ */
+    double complex **chain; /* [n_channels][m] gain and filters of the channel */
     struct transfer_modes modes;
     struct motion_record *records; /* [n_records] */
     bool *free;                    /* [n_parameters] estimated by the regressions */
@@ -70,11 +72,10 @@ enum bf_status motion_transform(const struct motion *motion, size_t record, cons
 /* What forces at functionals g do to every channel. Transfer functions are kept, so that many forces cost little. */
 struct motion_paths {
     size_t d;           /* functionals */
-    double complex **H; /* [n_channels][d · m], gain and filters included; shared between channels where equal */
-    bool *own;
+    double complex **H; /* [n_channels][d · m] before gain and filters; channels of one output may share it */
+    bool *own;          /* [n_channels] */
 };
-enum bf_status motion_paths_new(const struct motion *motion, const double g[], size_t d, struct motion_paths *out,
-                                struct bf_error *err);
+void motion_paths_new(const struct motion *motion, const double g[], size_t d, struct motion_paths *out);
 void motion_paths_free(const struct motion *motion, struct motion_paths *paths);
 /* rows += −H F of a record; F: [d][m], rows: [n_rows] stacked as the prediction. */
 enum bf_status motion_respond(const struct motion *motion, const struct motion_paths *paths, size_t record,

@@ -13,6 +13,7 @@
 #include "predict.h"
 #include "reduced.h"
 #include "response.h"
+#include "system.h"
 
 /* One record on its Laplace line. Pointers are the predictor's. */
 struct transfer_record {
@@ -34,6 +35,8 @@ struct transfer_modes {
 
 const struct model *transfer_model(const struct predictor *predictor);
 const struct reduced *transfer_reduced(const struct predictor *predictor);
+const struct parameter_map *transfer_map(const struct predictor *predictor);
+bool transfer_nonlinear(const struct predictor *predictor); /* some effect of the model has a law */
 size_t transfer_parameters(const struct predictor *predictor, const struct parameter_ref **refs);
 size_t transfer_records(const struct predictor *predictor);
 struct transfer_record transfer_record(const struct predictor *predictor, size_t record);

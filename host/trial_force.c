@@ -1,0 +1,200 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "trial_work.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Points a sample: a force over the span is smooth (products of motions), a force at a point may have corners. */
+enum { OVERSAMPLE_POINT = 4, OVERSAMPLE_SPAN = 2 };
+
+static const char **names_of(const struct motion *motion)
+{
+    const char **names = bf_alloc(motion->n_records, sizeof *names);
+    for (size_t r = 0; r < motion->n_records; r++)
+        names[r] = record_base_name(transfer_record(motion->predictor, r).record);
+    return names;
+}
+
+static double shortest_step(const struct motion *motion)
+{
+    double dt = INFINITY;
+    for (size_t c = 0; c < motion->n_channels; c++)
+        dt = fmin(dt, motion->channels[c].dt_s);
+    return dt;
+}
+
+static void allocate(struct trial_force *force)
+{
+    const struct motion *motion = force->motion;
+    size_t longest = 0;
+    force->w = bf_alloc(motion->n_records, sizeof *force->w);
+    force->v = bf_alloc(motion->n_records, sizeof *force->v);
+    for (size_t r = 0; r < motion->n_records; r++) {
+        size_t steps = motion->records[r].n * (size_t)force->oversample;
+        if (!motion->records[r].valid)
+            continue;
+        longest = steps > longest ? steps : longest;
+        force->w[r] = bf_alloc(steps * force->law.d, sizeof(double));
+        force->v[r] = bf_alloc(steps * force->law.d, sizeof(double));
+    }
+    force->F_work = bf_alloc(longest * force->law.d, sizeof(double));
+}
+
+enum bf_status trial_force_new(const struct motion *motion, const struct beam_effect *effect, struct trial_force *out,
+                               struct bf_error *err)
+{
+    *out = (struct trial_force){.motion = motion};
+    enum bf_status status = model_copy(transfer_model(motion->predictor), &out->model, err);
+    if (status == BF_OK)
+        status = model_append_effect(&out->model, effect->id, "", err);
+    if (status != BF_OK) {
+        trial_force_free(out);
+        return status;
+    }
+    const char **names = names_of(motion);
+    out->effect = out->model.n_effects - 1;
+    out->n_parameters = model_parameters(&out->model, names, motion->n_records, &out->refs);
+    free(names);
+    out->map = parameter_map_new(&out->model, out->refs, out->n_parameters, motion->n_records);
+    out->theta = bf_alloc(out->n_parameters, sizeof(double));
+    for (size_t j = 0; j < out->n_parameters; j++)
+        out->theta[j] = out->refs[j].value;
+    memcpy(out->theta, motion->theta, motion->n_parameters * sizeof(double)); /* the effect's own stand last */
+    status = law_new(&out->model, transfer_reduced(motion->predictor), &out->map, out->effect,
+                     acos(-1.0) / shortest_step(motion), &out->law, err);
+    if (status == BF_OK && out->law.d == 0)
+        status = bf_fail(err, BF_USAGE, "effect %s has no force law", effect->id);
+    if (status != BF_OK) {
+        trial_force_free(out);
+        return status;
+    }
+    out->oversample = out->law.g_at != NULL ? OVERSAMPLE_POINT : OVERSAMPLE_SPAN;
+    allocate(out);
+    return BF_OK;
+}
+
+void trial_force_free(struct trial_force *force)
+{
+    for (size_t r = 0; force->w != NULL && r < force->motion->n_records; r++) {
+        free(force->w[r]);
+        free(force->v[r]);
+    }
+    free(force->w);
+    free(force->v);
+    free(force->F_work);
+    if (force->motion != NULL)
+        motion_paths_free(force->motion, &force->paths);
+    law_free(&force->law);
+    parameter_map_free(&force->map);
+    free(force->refs);
+    free(force->theta);
+    model_free(&force->model);
+    *force = (struct trial_force){0};
+}
+
+/* ---- Motion at the place ---- */
+
+static enum bf_status fill_motion(struct trial_force *force, size_t record, struct bf_error *err)
+{
+    const struct motion *motion = force->motion;
+    size_t d = force->law.d, steps = motion->records[record].n * (size_t)force->oversample;
+    double *w = bf_alloc(2 * steps, sizeof *w), *v = w + steps;
+    enum bf_status status = BF_OK;
+    for (size_t c = 0; status == BF_OK && c < d; c++) {
+        status = motion_of(motion, record, force->law.g + c * motion->modes.dimension, force->oversample, w, v, err);
+        for (size_t k = 0; k < steps; k++) {
+            force->w[record][k * d + c] = w[k];
+            force->v[record][k * d + c] = v[k];
+        }
+    }
+    free(w);
+    return status;
+}
+
+enum bf_status trial_force_place(struct trial_force *force, const double p[BEAM_EFFECT_PARAMETERS],
+                                 struct bf_error *err)
+{
+    const struct motion *motion = force->motion;
+    struct law *law = &force->law;
+    double *theta = force->theta;
+    bool same = force->placed;
+    for (int s = 0; s < law->effect->n_parameters; s++) {
+        size_t j = parameter_map_slot(&force->map, 0, force->effect, s);
+        if (j == law->at_parameter || j == law->width_parameter)
+            same = same && fabs(theta[j] - p[s]) <= 1e-12 * fabs(p[s]);
+        theta[j] = p[s];
+    }
+    if (same)
+        return BF_OK;
+    force->placed = false;
+    enum bf_status status = law_move(law, &force->model, transfer_reduced(motion->predictor), p, err);
+    for (size_t r = 0; status == BF_OK && r < motion->n_records; r++)
+        if (motion->records[r].valid)
+            status = fill_motion(force, r, err);
+    if (status != BF_OK)
+        return status;
+    motion_paths_free(motion, &force->paths);
+    motion_paths_new(motion, law->g, law->d, &force->paths);
+    force->placed = true;
+    return BF_OK;
+}
+
+void trial_force_scales(const struct trial_force *force, double *w, double *v)
+{
+    size_t d = force->law.d;
+    *w = *v = 0.0;
+    for (size_t r = 0; r < force->motion->n_records; r++) {
+        if (!force->motion->records[r].valid)
+            continue;
+        for (size_t k = 0; k < force->motion->records[r].n * (size_t)force->oversample; k++) {
+            *w = fmax(*w, fabs(force->w[r][k * d]));
+            *v = fmax(*v, fabs(force->v[r][k * d]));
+        }
+    }
+}
+
+/* ---- Force ---- */
+
+static enum bf_status march(struct trial_force *force, size_t record, struct bf_error *err)
+{
+    const struct law *law = &force->law;
+    size_t d = law->d, steps = force->motion->records[record].n * (size_t)force->oversample;
+    double h = transfer_record(force->motion->predictor, record).grid->dt_s / (double)force->oversample;
+    double z[BEAM_LAW_STATES] = {0}, still[LAW_COORDINATES] = {0}, sum = 0.0;
+    struct law_force out;
+    const double *w = force->w[record], *v = force->v[record], *w_old = still;
+    for (size_t k = 0; k < steps; k++, w_old = w, w += d, v += d) {
+        struct law_motion motion = {.w = w, .v = v, .w_old = w_old, .z = z, .t_s = h * (double)k, .dt_s = h};
+        if (law_evaluate(law, &force->map, force->theta, &motion, false, false, &out) != 0)
+            return bf_fail(err, BF_NUMERIC, "effect %s: a parameter is outside its physical range", law->effect->id);
+        for (size_t c = 0; c < d; c++)
+            sum += fabs(force->F_work[k * d + c] = out.f[c]);
+        if (law->effect->n_law_states > 0)
+            memcpy(z, out.z, sizeof z);
+    }
+    return isfinite(sum) ? BF_OK : bf_fail(err, BF_NUMERIC, "effect %s: its force is not finite", law->effect->id);
+}
+
+enum bf_status trial_force_rows(struct trial_force *force, const double p[BEAM_EFFECT_PARAMETERS], double rows[],
+                                struct bf_error *err)
+{
+    const struct motion *motion = force->motion;
+    enum bf_status status = trial_force_place(force, p, err);
+    memset(rows, 0, motion->n_rows * sizeof *rows);
+    force->evaluations++;
+    for (size_t r = 0; status == BF_OK && r < motion->n_records; r++) {
+        size_t m = motion->records[r].m;
+        if (!motion->records[r].valid)
+            continue;
+        double complex *F = bf_alloc(force->law.d * m, sizeof *F);
+        status = march(force, r, err);
+        for (size_t c = 0; status == BF_OK && c < force->law.d; c++)
+            status = motion_transform(motion, r, force->F_work + c, force->law.d, force->oversample, F + c * m, err);
+        if (status == BF_OK)
+            status = motion_respond(motion, &force->paths, r, F, rows, err);
+        free(F);
+    }
+    return status;
+}
