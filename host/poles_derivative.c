@@ -64,6 +64,12 @@ static void add_change(const struct system *s, const struct block_use *use, cons
     }
 }
 
+/* dd/d parameter of a space that moves by d; 0: it does not. */
+static double shift_by(const struct system *s, size_t parameter)
+{
+    return s->block_by_shift != NULL ? s->shift_by[parameter] : 0.0;
+}
+
 /* A moved place: δA = a(s) dB/d(at). */
 static void add_move(const struct system *s, const struct block_use *use, const double complex Q[],
                      struct pole_change *change)
@@ -91,6 +97,11 @@ static void modal_damping_change(const struct system *s, size_t parameter, doubl
         for (size_t e = 0; use->position == parameter && e < n * n; e++) {
             dK[e] += use->value[OF_STIFFNESS] * use->B_at[e];
             dM[e] += use->value[OF_MASS] * use->B_at[e];
+        }
+        double shift = shift_by(s, parameter);
+        for (size_t e = 0; (shift < 0.0 || shift > 0.0) && s->block_by_shift[b] != NULL && e < n * n; e++) {
+            dK[e] += shift * use->value[OF_STIFFNESS] * s->block_by_shift[b][e];
+            dM[e] += shift * use->value[OF_MASS] * s->block_by_shift[b][e];
         }
     }
     system_to_modal(s, dK, work, X);
@@ -128,6 +139,8 @@ static void finish_derivative(const struct system *s, const struct pole_change *
 
 static bool depends_on(const struct system *s, size_t parameter)
 {
+    if (shift_by(s, parameter) < 0.0 || shift_by(s, parameter) > 0.0)
+        return true;
     for (size_t b = 0; b < s->reduced->n_blocks; b++) {
         const struct block_use *use = &s->work->use[b];
         if (use->position == parameter)
@@ -148,6 +161,23 @@ static void add_block_changes(const struct system *s, size_t parameter, size_t b
             add_change(s, use, use->dependency[d].d, Q, change);
     if (use->position == parameter)
         add_move(s, use, Q_at, change);
+}
+
+/* The whole space moves. */
+static void add_shift(const struct system *s, size_t parameter, double work[], double complex Q[],
+                      struct pole_change *change)
+{
+    double by = shift_by(s, parameter);
+    for (size_t b = 0; (by < 0.0 || by > 0.0) && b < s->reduced->n_blocks; b++) {
+        if (s->block_by_shift[b] == NULL)
+            continue;
+        double scaled[COEFFICIENTS];
+        const double *value = s->work->use[b].value;
+        for (int c = 0; c < COEFFICIENTS; c++)
+            scaled[c] = c == OF_RELAXATION ? 0.0 : by * value[c];
+        pole_products(s, s->block_by_shift[b], work, Q);
+        add_change(s, &s->work->use[b], scaled, Q, change);
+    }
 }
 
 static void add_modal_changes(const struct system *s, size_t parameter, double work[], double complex Q[],
@@ -183,6 +213,7 @@ enum bf_status poles_differentiate(struct system *s, const bool want[], struct b
         memset(change.W_s, 0, P * sizeof *change.W_s);
         for (size_t b = 0; b < n_blocks; b++)
             add_block_changes(s, i, b, Q + b * size, Q_at + b * size, &change);
+        add_shift(s, i, work, Q_at + n_blocks * size, &change);
         add_modal_changes(s, i, work, Q_at + n_blocks * size, &change);
         finish_derivative(s, &change, &s->derivative[i]);
     }

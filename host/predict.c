@@ -59,7 +59,7 @@ static const char **record_names(const struct record records[], size_t n)
     return names;
 }
 
-static void use_parameters(struct predictor *p, const double theta[])
+void predictor_use(struct predictor *p, const double theta[])
 {
     const char **names = record_names(p->records, p->n_records);
     model_set_parameters(&p->model, p->refs, p->map.n, theta, NULL, names);
@@ -103,6 +103,7 @@ enum bf_status predictor_new(const struct model *model, const struct record reco
         size_t n = model_parameters(&p->model, names, n_records, &p->refs);
         free(names);
         p->map = parameter_map_new(&p->model, p->refs, n, n_records);
+        geometry_new(p);
         double *theta = bf_alloc(n, sizeof *theta);
         for (size_t i = 0; i < n; i++)
             theta[i] = p->refs[i].value;
@@ -122,17 +123,6 @@ enum bf_status predictor_new(const struct model *model, const struct record reco
 }
 
 /* ---- Freeing ---- */
-
-static void free_functionals(struct functional **list, size_t n)
-{
-    for (size_t i = 0; *list != NULL && i < n; i++) {
-        free((*list)[i].g);
-        free((*list)[i].alpha);
-        free((*list)[i].d_alpha);
-    }
-    free(*list);
-    *list = NULL;
-}
 
 static void free_kernels(struct predictor *p)
 {
@@ -157,13 +147,30 @@ static void free_grids(struct predictor *p)
 static void free_base(struct predictor *p)
 {
     free_kernels(p);
-    free_functionals(&p->coordinates, p->n_coordinates);
+    functionals_free(&p->coordinates, p->n_coordinates);
     laws_free(p);
-    free_functionals(&p->inputs, p->model.n_inputs);
-    free_functionals(&p->outputs, p->model.n_outputs);
+    functionals_free(&p->inputs, p->n_sources);
+    functionals_free(&p->outputs, p->model.n_outputs);
+    functionals_free(&p->base_load, 1);
     system_free(p->system);
     p->system = NULL;
     reduced_free(&p->reduced);
+}
+
+static void plan_free(struct record_plan *plan, size_t n_inputs)
+{
+    for (size_t i = 0; plan->U != NULL && i < n_inputs; i++) {
+        free(plan->recorded[i]);
+        free(plan->driven[i]);
+    }
+    for (size_t c = 0; c < plan->n_changes; c++)
+        free(plan->changes[c].U);
+    free(plan->changes);
+    free(plan->recorded);
+    free(plan->driven);
+    free(plan->U);
+    free(plan->input);
+    free(plan->source);
 }
 
 void predictor_free(struct predictor *p)
@@ -172,12 +179,10 @@ void predictor_free(struct predictor *p)
         return;
     free_grids(p);
     free_base(p);
-    for (size_t r = 0; r < p->n_records; r++) {
-        for (size_t i = 0; p->plans[r].U != NULL && i < p->model.n_inputs; i++)
-            free(p->plans[r].U[i]);
-        free(p->plans[r].U);
-        free(p->plans[r].input);
-    }
+    for (size_t r = 0; r < p->n_records; r++)
+        plan_free(&p->plans[r], p->model.n_inputs);
+    geometry_free(p);
+    free(p->sources);
     free(p->plans);
     free(p->channels);
     free(p->refs);
@@ -197,14 +202,6 @@ size_t predictor_channels(const struct predictor *p, const struct predict_channe
 }
 
 /* ---- Base and window ---- */
-
-static struct functional *new_functionals(size_t count, size_t n)
-{
-    struct functional *list = bf_alloc(count, sizeof *list);
-    for (size_t i = 0; i < count; i++)
-        list[i].g = bf_alloc(n, sizeof(double));
-    return list;
-}
 
 /* Once, at the first base: the number of unknowns of a fit does not change when a mode crosses the edge of the band. */
 static void count_nuisance(struct predictor *p)
@@ -233,20 +230,18 @@ enum bf_status predictor_rebase(struct predictor *p, const double parameters[], 
     if (p->options.modes > 0)
         options.min_modes = options.max_modes = p->options.modes;
     free_base(p);
-    use_parameters(p, parameters);
-    enum bf_status status = reduced_new(&p->model, &options, &p->reduced, err);
+    predictor_use(p, parameters);
+    enum bf_status status = geometry_place(p, parameters, err);
+    if (status == BF_OK)
+        status = reduced_new(&p->model, &options, &p->reduced, err);
     if (status == BF_OK)
         status = system_new(&p->model, &p->reduced, &p->map, &p->system, err);
     if (status == BF_OK)
         status = system_evaluate(p->system, parameters, NULL, err);
+    if (status == BF_OK)
+        status = geometry_rebase(p, err);
     if (status != BF_OK)
         return status;
-    p->inputs = new_functionals(p->model.n_inputs, p->reduced.n);
-    p->outputs = new_functionals(p->model.n_outputs, p->reduced.n);
-    for (size_t i = 0; i < p->model.n_inputs; i++)
-        reduced_input(&p->reduced, &p->model.inputs[i], p->inputs[i].g);
-    for (size_t o = 0; o < p->model.n_outputs; o++)
-        reduced_output(&p->reduced, &p->model.outputs[o], p->outputs[o].g);
     count_nuisance(p);
     return laws_new(p, err);
 }
@@ -283,7 +278,7 @@ static enum bf_status window_record(struct predictor *p, size_t r, struct bf_err
     for (size_t i = 0; status == BF_OK && i < p->model.n_inputs; i++) {
         if (plan->input[i] == NULL)
             continue;
-        plan->U[i] = bf_grow(plan->U[i], grid->m, sizeof *plan->U[i]);
+        plan->U[i] = plan->recorded[i] = bf_grow(plan->recorded[i], grid->m, sizeof *plan->U[i]);
         response_tail(grid, plan->input[i] + plan->start, available, x);
         status = response_transform(grid, x, grid->n + grid->n_tail, plan->U[i], err);
     }
@@ -321,7 +316,10 @@ void predictor_set_nuisance(struct predictor *p, const double amplitude[])
 
 enum bf_status predictor_clone(const struct predictor *from, struct predictor **out, struct bf_error *err)
 {
-    enum bf_status status = predictor_new(&from->model, from->records, from->n_records, &from->options, out, err);
+    struct model model;
+    geometry_original(from, &model);
+    enum bf_status status = predictor_new(&model, from->records, from->n_records, &from->options, out, err);
+    model_free(&model);
     if (status == BF_OK && isfinite(from->t_end_s)) {
         status = predictor_window(*out, from->t_end_s, err);
         if (status != BF_OK)
@@ -331,22 +329,6 @@ enum bf_status predictor_clone(const struct predictor *from, struct predictor **
 }
 
 /* ---- Run ---- */
-
-void functionals_evaluate(const struct run *run, struct functional list[], size_t count)
-{
-    const struct system *s = run->p->system;
-    for (size_t i = 0; i < count; i++) {
-        struct functional *f = &list[i];
-        f->alpha = bf_grow(f->alpha, s->n_poles, sizeof *f->alpha);
-        system_functional(s, f->g, f->alpha);
-        if (run->want == NULL)
-            continue;
-        f->d_alpha = bf_grow(f->d_alpha, run->p->map.n * s->n_poles, sizeof *f->d_alpha);
-        for (size_t j = 0; j < run->p->map.n; j++)
-            if (run_structural(run, j))
-                system_functional_derivative(s, j, f->alpha, f->d_alpha + j * s->n_poles);
-    }
-}
 
 static enum bf_status finish_channels(const struct run *run, struct bf_error *err)
 {
@@ -358,6 +340,89 @@ static enum bf_status finish_channels(const struct run *run, struct bf_error *er
             status = bf_fail(err, BF_NUMERIC,
                              "the model grows without bound at these parameters (negative damping or "
                              "an unstable effect)");
+    return status;
+}
+
+static enum bf_status run_once(const struct run *run, struct bf_error *err)
+{
+    struct predictor *p = run->p;
+    free_kernels(p);
+    enum bf_status status = geometry_evaluate(run, err);
+    if (status == BF_OK)
+        status = system_evaluate(p->system, run->theta, run->want, err);
+    if (status == BF_OK)
+        status = drives_evaluate(run, err);
+    if (status != BF_OK)
+        return status;
+    for (size_t g = 0; g < p->n_grids; g++)
+        p->kernels[g] = response_kernel_new(p->system, &p->grids[g]);
+    functionals_evaluate(run, p->inputs, p->n_sources);
+    functionals_evaluate(run, p->outputs, p->model.n_outputs);
+    if (p->base_load != NULL)
+        functionals_evaluate(run, p->base_load, 1);
+    status = predict_linear(run, err);
+    if (status == BF_OK)
+        status = predict_base(run, err);
+    if (status == BF_OK && p->nonlinear)
+        status = predict_laws(run, err);
+    for (size_t r = 0; status == BF_OK && r < p->n_records; r++)
+        if (p->plans[r].free_decay)
+            status = predict_decay(run, r, err);
+    if (status == BF_OK)
+        status = finish_channels(run, err);
+    return status;
+}
+
+static bool by_clock(const struct run *run, size_t parameter)
+{
+    double by = run->p->geometry.clock_by[parameter];
+    return run_wants(run, parameter) && (by < 0.0 || by > 0.0);
+}
+
+/* dy by one parameter of the clock: differences of order four, over 0.02 rad at the Nyquist frequency of the last sample. */
+static enum bf_status difference_clock(const struct run *run, size_t parameter, double column[], struct bf_error *err)
+{
+    const double at[4] = {-2.0, -1.0, 1.0, 2.0}, weight[4] = {1.0 / 12.0, -8.0 / 12.0, 8.0 / 12.0, -1.0 / 12.0};
+    struct predictor *p = run->p;
+    size_t longest = 1;
+    for (size_t r = 0; r < p->n_records; r++)
+        longest = p->plans[r].n > longest ? p->plans[r].n : longest;
+    double h = 0.02 / (acos(-1.0) * (double)longest) / fabs(p->geometry.clock_by[parameter]);
+    double *theta = bf_alloc(p->map.n, sizeof *theta);
+    struct run moved = {.p = p, .theta = theta, .out = run->out};
+    enum bf_status status = BF_OK;
+    memcpy(theta, run->theta, p->map.n * sizeof *theta);
+    for (int i = 0; status == BF_OK && i < 4; i++) {
+        theta[parameter] = run->theta[parameter] + at[i] * h;
+        status = run_once(&moved, err);
+        for (size_t k = 0; status == BF_OK && k < p->n_rows; k++)
+            column[k] += weight[i] / h * p->y[k];
+    }
+    free(theta);
+    return status;
+}
+
+/* Laws have no derivative by the clock of their own: those columns are differences of whole runs. */
+static enum bf_status run_with_clock(const struct run *run, struct bf_error *err)
+{
+    struct predictor *p = run->p;
+    bool *analytic = bf_alloc(p->map.n, sizeof *analytic);
+    double *columns = bf_alloc(p->map.n * p->n_rows, sizeof *columns);
+    enum bf_status status = BF_OK;
+    for (size_t j = 0; j < p->map.n; j++) {
+        analytic[j] = run_wants(run, j) && !by_clock(run, j);
+        if (status == BF_OK && by_clock(run, j))
+            status = difference_clock(run, j, columns + j * p->n_rows, err);
+    }
+    struct run rest = *run;
+    rest.want = analytic;
+    if (status == BF_OK)
+        status = run_once(&rest, err);
+    for (size_t j = 0; status == BF_OK && j < p->map.n; j++)
+        if (by_clock(run, j))
+            memcpy(p->jacobian + j * p->n_rows, columns + j * p->n_rows, p->n_rows * sizeof *columns);
+    free(analytic);
+    free(columns);
     return status;
 }
 
@@ -374,21 +439,8 @@ enum bf_status predictor_run(struct predictor *p, const double parameters[], con
         memset(p->jacobian, 0, p->n_rows * p->map.n * sizeof *p->jacobian);
     }
     memset(p->nuisance, 0, p->n_rows * p->n_nuisance * sizeof *p->nuisance);
-    free_kernels(p);
-    enum bf_status status = system_evaluate(p->system, parameters, want_jacobian, err);
-    if (status != BF_OK)
-        return status;
-    for (size_t g = 0; g < p->n_grids; g++)
-        p->kernels[g] = response_kernel_new(p->system, &p->grids[g]);
-    functionals_evaluate(&run, p->inputs, p->model.n_inputs);
-    functionals_evaluate(&run, p->outputs, p->model.n_outputs);
-    status = predict_linear(&run, err);
-    if (status == BF_OK && p->nonlinear)
-        status = predict_laws(&run, err);
-    for (size_t r = 0; status == BF_OK && r < p->n_records; r++)
-        if (p->plans[r].free_decay)
-            status = predict_decay(&run, r, err);
-    if (status == BF_OK)
-        status = finish_channels(&run, err);
-    return status;
+    bool differences = false;
+    for (size_t j = 0; p->nonlinear && j < p->map.n; j++)
+        differences = differences || by_clock(&run, j);
+    return differences ? run_with_clock(&run, err) : run_once(&run, err);
 }

@@ -3,6 +3,7 @@
 #include "predict_work.h"
 
 #include <math.h>
+#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -15,6 +16,9 @@ static enum bf_status bind_record(struct predictor *p, size_t r, struct bf_error
     *plan = (struct record_plan){.record = record, .first_channel = p->n_channels};
     plan->free_decay = excitation != NULL && strcmp(excitation, "free_decay") == 0;
     plan->input = bf_alloc(p->model.n_inputs, sizeof *plan->input);
+    plan->source = bf_alloc(p->model.n_inputs, sizeof *plan->source);
+    plan->recorded = bf_alloc(p->model.n_inputs, sizeof *plan->recorded);
+    plan->driven = bf_alloc(p->model.n_inputs, sizeof *plan->driven);
     plan->U = bf_alloc(p->model.n_inputs, sizeof *plan->U);
     size_t n_inputs = 0;
     for (size_t i = 0; i < p->model.n_inputs && !plan->free_decay; i++) {
@@ -64,11 +68,38 @@ static enum bf_status check_effects(const struct predictor *p, struct bf_error *
         if (!found)
             return bf_fail(err, BF_BAD_FILE, "effect %s acts on no channel of the model; name one with 'channel:'",
                            effect->id);
-        if (effect->base != NULL || effect->geometry != NULL || effect->drive != NULL)
-            return bf_fail(err, BF_USAGE, "effect %s is known but cannot be simulated by this version; drop it",
+        if (effect->base != NULL && effect->tone == NULL)
+            return bf_fail(err, BF_USAGE, "effect %s shakes the clamp but states no tone; the host needs one",
                            effect->id);
     }
     return BF_OK;
+}
+
+static bool shifted(const struct model *model, size_t input)
+{
+    for (size_t e = 0; model->inputs[input].kind == INPUT_POINT_FORCE && e < model->n_effects; e++)
+        if (model->effects[e].effect->geometry != NULL && effect_on_input(model, e, input))
+            return true;
+    return false;
+}
+
+/* An input that effects shift acts in every record at a place of its own. */
+static void make_sources(struct predictor *p)
+{
+    p->n_sources = p->model.n_inputs;
+    p->sources = bf_alloc(p->n_sources, sizeof *p->sources);
+    for (size_t i = 0; i < p->model.n_inputs; i++)
+        p->sources[i] = (struct source){i, SIZE_MAX};
+    for (size_t r = 0; r < p->n_records; r++) {
+        for (size_t i = 0; i < p->model.n_inputs; i++) {
+            p->plans[r].source[i] = i;
+            if (p->plans[r].input[i] == NULL || !shifted(&p->model, i))
+                continue;
+            p->sources = bf_grow(p->sources, p->n_sources + 1, sizeof *p->sources);
+            p->sources[p->n_sources] = (struct source){i, r};
+            p->plans[r].source[i] = p->n_sources++;
+        }
+    }
 }
 
 enum bf_status predictor_bind(struct predictor *p, struct bf_error *err)
@@ -76,5 +107,7 @@ enum bf_status predictor_bind(struct predictor *p, struct bf_error *err)
     enum bf_status status = BF_OK;
     for (size_t r = 0; status == BF_OK && r < p->n_records; r++)
         status = bind_record(p, r, err);
+    if (status == BF_OK)
+        make_sources(p);
     return status == BF_OK ? check_effects(p, err) : status;
 }

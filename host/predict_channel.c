@@ -5,6 +5,7 @@
  */
 #include "predict_work.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 static bool names_channel(const struct model *model, size_t e, const char *name)
@@ -23,13 +24,30 @@ bool effect_on_output(const struct model *model, size_t e, size_t output)
            (effect->channels == BEAM_CHANNELS_PATCH_OUTPUT && model->outputs[output].kind == OUTPUT_PATCH_STRAIN);
 }
 
+/* A geometry effect that shifts point forces, and not the patch or the clock alone. */
+static bool shifts_inputs(const struct beam_effect *effect)
+{
+    double p[BEAM_EFFECT_PARAMETERS] = {0};
+    struct beam_geometry at = {0};
+    for (int s = 0; s < effect->n_parameters; s++)
+        p[s] = effect->parameters[s].start;
+    if (effect->geometry == NULL || effect->geometry(p, &at) != 0)
+        return false;
+    for (int s = 0; s < effect->n_parameters; s++)
+        if (at.by_parameter[1][s] < 0.0 || at.by_parameter[1][s] > 0.0)
+            return true;
+    return false;
+}
+
 bool effect_on_input(const struct model *model, size_t e, size_t input)
 {
     const struct beam_effect *effect = model->effects[e].effect;
-    if (effect->drive == NULL && effect->geometry == NULL)
+    if (effect->drive == NULL && !shifts_inputs(effect))
         return false;
     if (model->effects[e].channel[0] != '\0')
         return names_channel(model, e, model->inputs[input].name);
+    if (effect->drive == NULL)
+        return model->inputs[input].kind == INPUT_POINT_FORCE;
     return (effect->channels == BEAM_CHANNELS_PATCH_INPUT && model->inputs[input].kind == INPUT_PATCH_MOMENT) ||
            (effect->channels == BEAM_CHANNELS_POINT_INPUT && model->inputs[input].kind == INPUT_POINT_FORCE);
 }
@@ -78,6 +96,31 @@ enum bf_status channel_filter(const struct run *run, size_t record, size_t outpu
             F[k] *= filter_at(&filter.value, s[k]);
     }
     return BF_OK;
+}
+
+/* d ln F/ds of one filter. */
+static double complex filter_slope(const struct beam_filter *f, double complex s)
+{
+    return f->b1 / (f->b1 * s + f->b0) - f->a1 / (f->a1 * s + f->a0) - f->delay_s;
+}
+
+enum bf_status channel_filter_slope(const struct run *run, size_t record, size_t output, const double complex s[],
+                                    size_t m, double complex slope[], struct bf_error *err)
+{
+    bool any;
+    double complex *F = bf_grow(NULL, m, sizeof *F);
+    enum bf_status status = channel_filter(run, record, output, s, m, F, &any, err);
+    memset(slope, 0, m * sizeof *slope);
+    for (size_t e = 0; status == BF_OK && any && e < run->p->model.n_effects; e++) {
+        struct beam_filter_output filter;
+        if (run->p->model.effects[e].effect->filter == NULL || !effect_on_output(&run->p->model, e, output))
+            continue;
+        status = effect_filter(run, record, e, &filter, err);
+        for (size_t k = 0; status == BF_OK && k < m; k++)
+            slope[k] += F[k] * filter_slope(&filter.value, s[k]);
+    }
+    free(F);
+    return status;
 }
 
 /* The effect and slot that stand at `parameter` in this record. */
@@ -132,6 +175,28 @@ static void scale_row(const struct run *run, const struct predict_channel *chann
             run_column(run, j, channel)[k] *= y_v;
 }
 
+/* A signal of time under another clock: t ∂signal/∂t, from a difference of order four. */
+static void signal_by_clock(const struct run *run, const struct predict_channel *channel,
+                            const struct beam_effect *effect, const double parameters[], size_t k, double t)
+{
+    const double h = 0.01 * channel->dt_s, weight[2] = {8.0 / 12.0, -1.0 / 12.0};
+    double slope = 0.0;
+    bool known = false;
+    for (size_t j = 0; j < run->p->map.n; j++) {
+        double by = run->p->geometry.clock_by[j];
+        if (!run_wants(run, j) || !(by < 0.0 || by > 0.0))
+            continue;
+        for (int i = 1; !known && i <= 2; i++) {
+            struct beam_sample_output up = {.y = 0.0}, down = {.y = 0.0};
+            if (effect->signal(parameters, t + i * h, 0.0, &up) == 0 &&
+                effect->signal(parameters, t - i * h, 0.0, &down) == 0)
+                slope += weight[i - 1] * (up.y - down.y) / h;
+        }
+        known = true;
+        run_column(run, j, channel)[k] += by * slope * t / run->p->geometry.clock;
+    }
+}
+
 static enum bf_status apply_sample_effect(const struct run *run, const struct predict_channel *channel, size_t e,
                                           struct bf_error *err)
 {
@@ -139,11 +204,12 @@ static enum bf_status apply_sample_effect(const struct run *run, const struct pr
     const struct record_plan *plan = &p->plans[channel->record];
     const struct beam_effect *effect = p->model.effects[e].effect;
     const double *u = drive_column(run, plan);
+    const double dt_s = p->grids[plan->grid].dt_s; /* of the true clock */
     double parameters[BEAM_EFFECT_PARAMETERS];
     parameter_map_effect(&p->map, channel->record, e, run->theta, parameters);
     for (size_t k = 0; k < channel->n; k++) {
         struct beam_sample_output out = {.y_v = 1.0};
-        double *y = &run->out->y[channel->row + k], t = (double)(plan->start + k) * channel->dt_s;
+        double *y = &run->out->y[channel->row + k], t = (double)(plan->start + k) * dt_s;
         int failed = effect->map != NULL ? effect->map(parameters, *y, u != NULL ? u[k] : 0.0, &out)
                                          : effect->signal(parameters, t, *y, &out);
         if (failed != 0)
@@ -158,6 +224,8 @@ static enum bf_status apply_sample_effect(const struct run *run, const struct pr
             if (run_wants(run, j))
                 run_column(run, j, channel)[k] += out.y_p[slot];
         }
+        if (effect->signal != NULL)
+            signal_by_clock(run, channel, effect, parameters, k, t);
     }
     return BF_OK;
 }

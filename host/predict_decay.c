@@ -67,10 +67,15 @@ static enum bf_status make_decay(const struct run *run, const struct predict_cha
     return status;
 }
 
-static void fill_columns(const struct predict_channel *channel, const struct decay *d)
+static double interval_s(const struct run *run, const struct predict_channel *channel)
+{
+    return run->p->grids[run->p->plans[channel->record].grid].dt_s; /* of the true clock */
+}
+
+static void fill_columns(const struct predict_channel *channel, double dt_s, const struct decay *d)
 {
     for (size_t k = 0; k < channel->n; k++) {
-        double complex x = 2.0 * d->shape * cexp(d->p * (double)k * channel->dt_s);
+        double complex x = 2.0 * d->shape * cexp(d->p * (double)k * dt_s);
         d->column_re[k] = creal(x);
         d->column_im[k] = -cimag(x);
     }
@@ -111,10 +116,11 @@ static void add_derivatives(const struct run *run, const struct predict_channel 
         if (!run_wants(run, j))
             continue;
         double complex dp, change = relative_change(run, channel, pole, j, &dp);
+        dp += d->p * run->p->geometry.clock_by[j] / run->p->geometry.clock; /* d(p t) by the clock */
         double *column = run_column(run, j, channel);
         for (size_t k = 0; k < channel->n; k++) {
             double complex x = CMPLX(d->column_re[k], -d->column_im[k]); /* 2 shape e^(pt) */
-            column[k] += creal(d->amplitude * x * (change + dp * (double)k * channel->dt_s));
+            column[k] += creal(d->amplitude * x * (change + dp * (double)k * interval_s(run, channel)));
         }
     }
 }
@@ -134,7 +140,7 @@ enum bf_status predict_decay(const struct run *run, size_t record, struct bf_err
             status = make_decay(run, channel, poles[i], plan->first_nuisance + 2 * i, &d, err);
             if (status != BF_OK)
                 break;
-            fill_columns(channel, &d);
+            fill_columns(channel, interval_s(run, channel), &d);
             if (run->want != NULL)
                 add_derivatives(run, channel, &d, poles[i]);
         }

@@ -14,13 +14,14 @@ struct pair {
 
 struct grid_work {
     size_t grid, m;
-    struct pair *pairs;                  /* [n_outputs][n_inputs] */
+    struct pair *pairs;                  /* [n_outputs][n_sources] */
     double complex *F, *Y, *D, *Z, *sum; /* [m] filters, response, with gain and residuals, scratch */
 };
 
-static bool record_uses(const struct record_plan *plan, const struct predictor *p, size_t output, size_t input)
+static bool record_uses(const struct record_plan *plan, const struct predictor *p, size_t output, size_t source)
 {
-    if (plan->input[input] == NULL)
+    size_t input = p->sources[source].input;
+    if (plan->input[input] == NULL || plan->source[input] != source)
         return false;
     for (size_t c = 0; c < plan->n_channels; c++)
         if (p->channels[plan->first_channel + c].output == output)
@@ -28,19 +29,25 @@ static bool record_uses(const struct record_plan *plan, const struct predictor *
     return false;
 }
 
-static bool pair_needed(const struct predictor *p, size_t grid, size_t output, size_t input)
+static bool pair_needed(const struct predictor *p, size_t grid, size_t output, size_t source)
 {
     for (size_t r = 0; r < p->n_records; r++)
-        if (p->plans[r].grid == grid && record_uses(&p->plans[r], p, output, input))
+        if (p->plans[r].grid == grid && record_uses(&p->plans[r], p, output, source))
             return true;
     return false;
 }
 
-static void fill_pair(const struct run *run, size_t grid, size_t output, size_t input, struct pair *pair)
+static bool pair_depends(const struct run *run, size_t output, size_t source, size_t parameter)
+{
+    return functional_depends(run, &run->p->outputs[output], parameter) ||
+           functional_depends(run, &run->p->inputs[source], parameter);
+}
+
+static void fill_pair(const struct run *run, size_t grid, size_t output, size_t source, struct pair *pair)
 {
     const struct predictor *p = run->p;
     size_t m = p->grids[grid].m, n_poles = p->system->n_poles;
-    const struct functional *c = &p->outputs[output], *b = &p->inputs[input];
+    const struct functional *c = &p->outputs[output], *b = &p->inputs[source];
     int order = output_order(p->model.outputs[output].kind);
     pair->H = bf_grow(NULL, m, sizeof *pair->H); /* not zeroed: what is used is filled here */
     response_value(p->kernels[grid], order, c->alpha, b->alpha, pair->H);
@@ -48,7 +55,7 @@ static void fill_pair(const struct run *run, size_t grid, size_t output, size_t 
         return;
     pair->dH = bf_grow(NULL, m * p->map.n, sizeof *pair->dH);
     for (size_t j = 0; j < p->map.n; j++)
-        if (run_structural(run, j))
+        if (pair_depends(run, output, source, j))
             response_derivative(p->kernels[grid], order, c->alpha, b->alpha, c->d_alpha + j * n_poles,
                                 b->d_alpha + j * n_poles, p->system->derivative[j].p, pair->dH + j * m);
 }
@@ -64,11 +71,11 @@ static void sum_inputs(const struct run *run, const struct grid_work *w, const s
             continue;
         size_t parameter;
         double gain = input_gain(run, i, &parameter);
-        const struct pair *pair = &w->pairs[output * p->model.n_inputs + i];
+        const struct pair *pair = &w->pairs[output * p->n_sources + plan->source[i]];
         const double complex *H = pair->H;
         if (derivative != SIZE_MAX && derivative == parameter)
             gain = 1.0; /* d/dKB */
-        else if (derivative != SIZE_MAX && derivative == p->map.KB)
+        else if (derivative != SIZE_MAX && !pair_depends(run, output, plan->source[i], derivative))
             continue;
         else if (derivative != SIZE_MAX)
             H = pair->dH + derivative * w->m;
@@ -113,11 +120,11 @@ static enum bf_status put_derivatives(const struct run *run, const struct grid_w
 }
 
 /* Y += scale · s^ν U: the direct path of a residual; Ks and KB do not act on it. */
-static void residual_path(const struct run *run, const struct grid_work *w, const struct record_plan *plan,
+static void residual_path(const struct run *run, const struct grid_work *w, const double complex U[],
                           const struct model_residual *residual, double scale, double complex Y[])
 {
     int order = output_order(run->p->model.outputs[residual->output].kind);
-    const double complex *s = run->p->grids[w->grid].s, *U = plan->U[residual->input];
+    const double complex *s = run->p->grids[w->grid].s;
     for (size_t k = 0; k < w->m; k++) {
         double complex power = scale;
         for (int i = 0; i < order; i++)
@@ -142,7 +149,8 @@ static enum bf_status residual_derivatives(const struct run *run, const struct g
         if (!run_wants(run, parameter) || !residual_acts(run, channel, i))
             continue;
         memset(w->sum, 0, w->m * sizeof *w->sum);
-        residual_path(run, w, &p->plans[channel->record], &p->model.residuals[i], 1.0, w->sum);
+        residual_path(run, w, p->plans[channel->record].U[p->model.residuals[i].input], &p->model.residuals[i], 1.0,
+                      w->sum);
         status = put(run, w, 1.0, w->F, w->sum, run_column(run, parameter, channel), err);
     }
     return status;
@@ -156,8 +164,104 @@ static void unfiltered(const struct run *run, const struct grid_work *w, const s
         w->D[k] = gain * w->Y[k];
     for (size_t i = 0; i < run->p->model.n_residuals; i++)
         if (residual_acts(run, channel, i))
-            residual_path(run, w, &run->p->plans[channel->record], &run->p->model.residuals[i],
-                          run->theta[run->p->map.residual[i]], w->D);
+            residual_path(run, w, run->p->plans[channel->record].U[run->p->model.residuals[i].input],
+                          &run->p->model.residuals[i], run->theta[run->p->map.residual[i]], w->D);
+}
+
+/* out += F⁻¹[scale F Y]. */
+static enum bf_status add(const struct run *run, const struct grid_work *w, double scale, const double complex F[],
+                          const double complex Y[], double out[], struct bf_error *err)
+{
+    size_t n = run->p->grids[w->grid].n;
+    double *y = bf_grow(NULL, n, sizeof *y);
+    enum bf_status status = put(run, w, scale, F, Y, y, err);
+    for (size_t k = 0; status == BF_OK && k < n; k++)
+        out[k] += y[k];
+    free(y);
+    return status;
+}
+
+/* By a drive's parameter: the same paths, under the change of the input. */
+static enum bf_status drive_derivatives(const struct run *run, const struct grid_work *w,
+                                        const struct predict_channel *channel, struct bf_error *err)
+{
+    const struct predictor *p = run->p;
+    const struct record_plan *plan = &p->plans[channel->record];
+    enum bf_status status = BF_OK;
+    for (size_t c = 0; status == BF_OK && c < plan->n_changes; c++) {
+        const struct drive_change *change = &plan->changes[c];
+        size_t parameter;
+        double gain = output_gain(run, channel->output, &parameter) * input_gain(run, change->input, &parameter);
+        const double complex *H = w->pairs[channel->output * p->n_sources + plan->source[change->input]].H;
+        for (size_t k = 0; k < w->m; k++)
+            w->sum[k] = gain * (H[k] * change->U[k]);
+        for (size_t i = 0; i < p->model.n_residuals; i++)
+            if (residual_acts(run, channel, i) && p->model.residuals[i].input == change->input)
+                residual_path(run, w, change->U, &p->model.residuals[i], run->theta[p->map.residual[i]], w->sum);
+        status = add(run, w, 1.0, w->F, w->sum, run_column(run, change->parameter, channel), err);
+    }
+    return status;
+}
+
+/*
+ * By the clock c, s = s₀/c: s^ν Σ αβ/(s − p) changes by (1/c)[(1 − ν) H + s^ν Σ αβ p/(s − p)²], which is what a change
+ * δα = (1 − ν)α/c, δp = p/c does; filters by −(s/c) dF/ds, a residual path by −ν/c.
+ */
+static enum bf_status clock_change(const struct run *run, const struct grid_work *w,
+                                   const struct predict_channel *channel, double complex sum[], struct bf_error *err)
+{
+    const struct predictor *p = run->p;
+    const struct record_plan *plan = &p->plans[channel->record];
+    int order = output_order(p->model.outputs[channel->output].kind);
+    size_t n_poles = p->system->n_poles, parameter;
+    double clock = p->geometry.clock, Ks = output_gain(run, channel->output, &parameter);
+    const struct functional *c = &p->outputs[channel->output];
+    double complex *H = bf_alloc(w->m + 3 * n_poles, sizeof *H), *da = H + w->m, *zero = da + n_poles;
+    double complex *dp = zero + n_poles;
+    for (size_t k = 0; k < n_poles; k++) {
+        da[k] = (1.0 - order) / clock * c->alpha[k];
+        dp[k] = p->system->p[k] / clock;
+    }
+    memset(sum, 0, w->m * sizeof *sum);
+    for (size_t i = 0; i < p->model.n_inputs; i++) {
+        if (plan->input[i] == NULL)
+            continue;
+        double gain = Ks * input_gain(run, i, &parameter);
+        response_derivative(p->kernels[w->grid], order, c->alpha, p->inputs[plan->source[i]].alpha, da, zero, dp, H);
+        for (size_t k = 0; k < w->m; k++)
+            sum[k] += gain * (H[k] * plan->U[i][k]);
+    }
+    for (size_t i = 0; i < p->model.n_residuals; i++)
+        if (residual_acts(run, channel, i))
+            residual_path(run, w, plan->U[p->model.residuals[i].input], &p->model.residuals[i],
+                          -order / clock * run->theta[p->map.residual[i]], sum);
+    for (size_t k = 0; k < w->m; k++)
+        sum[k] *= w->F[k];
+    enum bf_status status =
+        channel_filter_slope(run, channel->record, channel->output, p->grids[w->grid].s, w->m, H, err);
+    for (size_t k = 0; k < w->m; k++)
+        sum[k] -= p->grids[w->grid].s[k] / clock * H[k] * w->D[k];
+    free(H);
+    return status;
+}
+
+static enum bf_status clock_derivatives(const struct run *run, const struct grid_work *w,
+                                        const struct predict_channel *channel, struct bf_error *err)
+{
+    enum bf_status status = BF_OK;
+    for (size_t j = 0; status == BF_OK && j < run->p->map.n; j++) {
+        double by = run->p->geometry.clock_by[j];
+        if (!run_wants(run, j) || !(by < 0.0 || by > 0.0))
+            continue;
+        double complex *change = bf_grow(NULL, 2 * w->m, sizeof *change), *one = change + w->m;
+        for (size_t k = 0; k < w->m; k++)
+            one[k] = 1.0;
+        status = clock_change(run, w, channel, change, err);
+        if (status == BF_OK)
+            status = add(run, w, by, one, change, run_column(run, j, channel), err);
+        free(change);
+    }
+    return status;
 }
 
 static enum bf_status channel_response(const struct run *run, const struct grid_work *w,
@@ -178,21 +282,25 @@ static enum bf_status channel_response(const struct run *run, const struct grid_
         status = put_derivatives(run, w, channel, err);
     if (status == BF_OK && run->want != NULL)
         status = residual_derivatives(run, w, channel, err);
+    if (status == BF_OK && run->want != NULL)
+        status = drive_derivatives(run, w, channel, err);
+    if (status == BF_OK && run->want != NULL)
+        status = clock_derivatives(run, w, channel, err);
     return status;
 }
 
 static enum bf_status grid_response(const struct run *run, size_t grid, struct bf_error *err)
 {
     const struct predictor *p = run->p;
-    size_t n_pairs = p->model.n_outputs * p->model.n_inputs;
+    size_t n_pairs = p->model.n_outputs * p->n_sources;
     struct grid_work w = {.grid = grid, .m = p->grids[grid].m};
     w.pairs = bf_alloc(n_pairs, sizeof *w.pairs);
     w.F = bf_alloc(5 * w.m, sizeof *w.F);
     w.Y = w.F + w.m, w.D = w.Y + w.m, w.Z = w.D + w.m, w.sum = w.Z + w.m;
     for (size_t o = 0; o < p->model.n_outputs; o++)
-        for (size_t i = 0; i < p->model.n_inputs; i++)
+        for (size_t i = 0; i < p->n_sources; i++)
             if (pair_needed(p, grid, o, i))
-                fill_pair(run, grid, o, i, &w.pairs[o * p->model.n_inputs + i]);
+                fill_pair(run, grid, o, i, &w.pairs[o * p->n_sources + i]);
     enum bf_status status = BF_OK;
     for (size_t c = 0; status == BF_OK && c < p->n_channels; c++) {
         const struct record_plan *plan = &p->plans[p->channels[c].record];

@@ -2,6 +2,7 @@
 #include "reduced_work.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #include "dense.h"
 
@@ -88,7 +89,7 @@ static bool root_released(const struct model *model)
 enum bf_status reduced_new(const struct model *model, const struct reduced_options *options, struct reduced *out,
                            struct bf_error *err)
 {
-    *out = (struct reduced){0};
+    *out = (struct reduced){.uniform = options->uniform};
     enum bf_status status = fine_new(model, options->n_splines ? options->n_splines : DEFAULT_SPLINES,
                                      root_released(model), !options->uniform, &out->space, err);
     if (status != BF_OK)
@@ -108,6 +109,36 @@ enum bf_status reduced_new(const struct model *model, const struct reduced_optio
     free(basis.work);
     if (status == BF_OK)
         status = project_blocks(out, model, err);
+    if (status != BF_OK)
+        reduced_free(out);
+    return status;
+}
+
+/* x of the region it lies in, stretched from the one model's edges to the other's. */
+static double stretched(const struct model *from, const struct model *to, double x)
+{
+    for (size_t r = 0; r < from->n_regions; r++) {
+        const struct region *a = &from->regions[r], *b = &to->regions[r];
+        if (x <= a->to_m || r + 1 == from->n_regions)
+            return x < a->to_m ? b->from_m + (x - a->from_m) * ((b->to_m - b->from_m) / (a->to_m - a->from_m))
+                               : b->to_m;
+    }
+    return x;
+}
+
+enum bf_status reduced_move(const struct reduced *from, const struct model *from_model, const struct model *to_model,
+                            struct reduced *out, struct bf_error *err)
+{
+    const struct spline *old = &from->space.spline;
+    *out = (struct reduced){.space = from->space, .n = from->n, .n_modes = from->n_modes, .uniform = from->uniform};
+    double *knots = out->space.spline.knots = bf_alloc(old->n_knots, sizeof *knots);
+    for (size_t k = 0; k < old->n_knots; k++)
+        knots[k] = from->uniform ? old->knots[k] : stretched(from_model, to_model, old->knots[k]);
+    out->V = bf_alloc(from->space.n * from->n, sizeof *out->V);
+    memcpy(out->V, from->V, from->space.n * from->n * sizeof *out->V);
+    out->frequency_rad = bf_alloc(from->n_modes, sizeof *out->frequency_rad);
+    memcpy(out->frequency_rad, from->frequency_rad, from->n_modes * sizeof *out->frequency_rad);
+    enum bf_status status = project_blocks(out, to_model, err);
     if (status != BF_OK)
         reduced_free(out);
     return status;

@@ -37,6 +37,7 @@ struct reduced {
     double *frequency_rad; /* [n_modes] undamped circular frequencies at the base */
     size_t n_blocks;
     struct block *blocks;
+    bool uniform; /* knots are not on the region edges */
 };
 
 struct reduced_options {
@@ -61,6 +62,16 @@ void reduced_place(const struct reduced *reduced, const struct beam_operator *pl
 /* Functionals of the model's channels, [n]; gains (Ks, KB) not included. */
 void reduced_input(const struct reduced *reduced, const struct model_input *input, double g[]);
 void reduced_output(const struct reduced *reduced, const struct model_output *output, double g[]);
+
+/* L[n] = Vᵀ ∫ φ dx over a material. */
+void reduced_load(const struct reduced *reduced, const struct model *model, size_t material, double L[]);
+
+/*
+ * The same vectors on a beam whose region edges have moved: the knots of every region are stretched along with it and all
+ * blocks projected anew, so that everything is a smooth function of the edges. `from_model` is the model of `from`.
+ */
+enum bf_status reduced_move(const struct reduced *from, const struct model *from_model, const struct model *to_model,
+                            struct reduced *out, struct bf_error *err);
 
 /* The term `term` of effect `e` at the model's parameters. */
 enum bf_status effect_terms(const struct model *model, size_t e, struct beam_term out[BEAM_EFFECT_TERMS],

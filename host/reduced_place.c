@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "reduced_work.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -79,6 +80,26 @@ void reduced_output(const struct reduced *reduced, const struct model_output *ou
     if (output->kind == OUTPUT_PATCH_STRAIN)
         points = place_slope_difference(output->from_m, output->to_m);
     reduced_points(reduced, &points, g);
+}
+
+/* Two-point Gauss on every element: exact for a cubic. */
+void reduced_load(const struct reduced *reduced, const struct model *model, size_t material, double L[])
+{
+    const struct fine_space *space = &reduced->space;
+    double *fine = bf_alloc(space->n, sizeof *fine);
+    const double gauss_x = 0.57735026918962576451;
+    for (size_t r = 0; r < model->n_regions; r++) {
+        if (strcmp(model->regions[r].name, model->materials[material].name) != 0)
+            continue;
+        for (size_t i = 3; i < space->spline.n; i++) {
+            double from = fmax(space->spline.knots[i], model->regions[r].from_m);
+            double to = fmin(space->spline.knots[i + 1], model->regions[r].to_m), h = to - from;
+            for (int side = -1; h > 0.0 && side <= 1; side += 2)
+                fine_add_functional(space, 0, from + 0.5 * h * (1.0 + side * gauss_x), 0.5 * h, fine);
+        }
+    }
+    dense_gemv(true, space->n, reduced->n, 1.0, reduced->V, fine, 0.0, L);
+    free(fine);
 }
 
 enum bf_status effect_terms(const struct model *model, size_t e, struct beam_term out[BEAM_EFFECT_TERMS],

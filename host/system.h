@@ -52,6 +52,9 @@ struct system {
     size_t n_all;        /* 2 n_pairs + reals: order of Z's rows: pairs, reals, conjugates of the pairs */
     double complex *p;   /* [n_poles] */
     double complex *phi; /* [n × n_poles] */
+    /* The whole space may move by one number d (the patch's shift); set before system_evaluate(), NULL: it does not. */
+    double *const *block_by_shift;      /* [n_blocks][n × n] dB/dd of every block, not owned */
+    const double *shift_by;             /* [map->n] dd/d parameter, not owned */
     struct pole_derivative *derivative; /* [map->n]; members NULL where not asked */
     struct system_work *work;
 };

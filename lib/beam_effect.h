@@ -21,6 +21,7 @@
  *   signal    something added to an output channel that does not come from the beam: hum, offset, drift
  *   drive     what happens to an input before it reaches the beam: hysteresis, saturation (with internal state)
  *   base      acceleration a_b(t) of the clamp: load −ρ(x) a_b on the relative motion; absolute sensors add a_b
+ *             (`base` for the target's steps and `tone`, the same in closed form, for the host)
  *   geometry  shifts of places and of the clock: patch position, input position, sample interval
  *   axial_inertia  mass that large rotation sets in motion along the beam
  *
@@ -202,6 +203,12 @@ struct beam_geometry {
     beam_real by_parameter[3][BEAM_EFFECT_PARAMETERS]; /* of the three above, in their order */
 };
 
+/* A tone: amplitude · sin(2π frequency t + phase), t from the record's first sample. */
+struct beam_tone {
+    beam_real amplitude, phase_rad, frequency_Hz;
+    beam_real by_parameter[3][BEAM_EFFECT_PARAMETERS]; /* of the three above, in their order */
+};
+
 /* On which channels a measurement-chain effect sits when the user names none. */
 enum beam_channels {
     BEAM_CHANNELS_NONE = 0,
@@ -252,6 +259,8 @@ struct beam_effect {
     int (*drive)(const beam_real p[], beam_real u, beam_real u_old, const beam_real z[BEAM_DRIVE_STATES],
                  struct beam_drive_output *out);
     int (*base)(const beam_real p[], beam_real t_s, struct beam_sample_output *out); /* y = a_b(t), m/s² */
+    int (*tone)(const beam_real p[],
+                struct beam_tone *out); /* the same a_b in closed form, for the host; with `base` */
     int (*geometry)(const beam_real p[], struct beam_geometry *out);
     /*
      * axial_inertia: y = κ of the kinetic energy ½ κ ∫ ρ u_t² dx with u(x) = −½ ∫₀ˣ y'² ds, the axial motion of an

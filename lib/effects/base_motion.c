@@ -14,6 +14,15 @@ static int base(const beam_real p[], beam_real t_s, struct beam_sample_output *o
     return 0;
 }
 
+static int tone(const beam_real p[], struct beam_tone *out)
+{
+    out->amplitude = p[0];
+    out->phase_rad = p[1];
+    out->frequency_Hz = p[2];
+    out->by_parameter[0][0] = out->by_parameter[1][1] = out->by_parameter[2][2] = BEAM_K(1.0);
+    return 0;
+}
+
 const struct beam_effect BEAM_NAME(effect_base_motion) = {
     .id = "base_motion",
     .family = BEAM_FAMILY_ENVIRONMENT,
@@ -53,4 +62,5 @@ const struct beam_effect BEAM_NAME(effect_base_motion) = {
                     .start = 25.0,
                     .flags = BEAM_PARAMETER_INNER | BEAM_PARAMETER_LOG}},
     .base = base,
+    .tone = tone,
 };

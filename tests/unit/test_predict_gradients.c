@@ -106,6 +106,11 @@ static void ridders(struct predict_case *c, const double direction[], const stru
     free(table);
 }
 
+static bool has_kinks(const struct beam_effect *effect)
+{
+    return effect->law != NULL || effect->drive != NULL;
+}
+
 /* Column along a direction against the reference; J and y are of the run at c->theta. */
 static struct deviation deviation_along(struct predict_case *c, const double direction[], const double J[],
                                         const double y[], const struct point *at)
@@ -118,8 +123,8 @@ static struct deviation deviation_along(struct predict_case *c, const double dir
     for (size_t ch = 0; ch < CHANNELS; ch++)
         estimate[ch] = INFINITY;
     ridders(c, direction, at, 0.1, best, estimate);
-    if (c->model.n_effects == 1 && c->model.effects[0].effect->law != NULL)
-        ridders(c, direction, at, 1e-3, best, estimate); /* inside one piece of a law with kinks */
+    if (c->model.n_effects == 1 && has_kinks(c->model.effects[0].effect))
+        ridders(c, direction, at, 1e-3, best, estimate); /* inside one piece */
     struct deviation worst = {0.0, 0.0};
     for (size_t ch = 0; ch < CHANNELS; ch++) {
         double size = fmax(channel_norm(best, NULL, ch, n), 1e-5 * channel_norm(y, NULL, ch, n));
@@ -318,7 +323,7 @@ static bool check_effect(struct predict_case *c, const struct beam_effect *effec
         return false;
     }
     struct summary s = check_case(c, false);
-    double goal = effect->law != NULL ? fmax(linear_goal, 10.0 * s.worst.estimate) : linear_goal;
+    double goal = has_kinks(effect) ? fmax(linear_goal, 10.0 * s.worst.estimate) : linear_goal;
     bool good = s.worst.error < goal && s.worst.estimate < 1e-4;
     print_message("  %-22s %-34s %9.1e %9.1e%s\n", effect->id, s.label, s.worst.error, s.worst.estimate,
                   good ? "" : "  <-- wrong");
@@ -344,7 +349,7 @@ static void every_effect(void **state)
         case_close(&c);
     }
     print_message("  %zu effects checked, %zu refused\n", checked, refused);
-    assert_true(checked >= 20);
+    assert_int_equal(refused, 0);
     assert_int_equal(wrong, 0);
 }
 
