@@ -7,6 +7,8 @@
 #include <string.h>
 #include "progress.h"
 
+static const double floor_share = 0.02; /* of the windowed signal */
+
 /* First frequency of a uniform beam with the mean EI and ρ, Hz: (λ²/2π) √(EI/ρ)/ℓ². */
 static double rough_first_Hz(const struct model *model)
 {
@@ -96,25 +98,93 @@ static double next_factor(double misfit)
     return misfit < 1.0 ? 10.0 : 3.0;
 }
 
+/* Residual in floors over the rows that count: rows that have decayed to nothing are not rows. */
+static double misfit_of(const struct fit_problem *p)
+{
+    double square = 0.0, rows = 0.0;
+    for (size_t c = 0; c < p->n_channels; c++) {
+        const struct predict_channel *channel = &p->channels[c];
+        double largest = 0.0;
+        for (size_t k = channel->row; k < channel->row + channel->n; k++)
+            largest = fmax(largest, p->weight[k]);
+        for (size_t k = channel->row; k < channel->row + channel->n; k++) {
+            square += p->residual[k] * p->residual[k];
+            rows += largest > 0.0 ? pow(p->weight[k] / largest, 2.0) : 0.0;
+        }
+    }
+    return rows > 0.0 ? sqrt(square / rows) : 0.0;
+}
+
+/* A window down to the floor, and when that is explained, down to the noise: what comes next hangs on how well this is known. */
+static enum bf_status careful_step(struct fit_problem *p, double decay_ps, double x[], struct optimise_result *out,
+                                   double *misfit, struct bf_error *err)
+{
+    enum bf_status status = staircase_step(p, decay_ps, floor_share, x, out, err);
+    *misfit = HUGE_VAL;
+    if (status || out->end == OPTIMISE_INTERRUPTED)
+        return status;
+    *misfit = misfit_of(p);
+    if (*misfit > 1.0)
+        return BF_OK;
+    status = fit_problem_stage(p, decay_ps, 0.0, x, err);
+    const struct optimise_options options = {.iterations = 12, .tolerance = 0.5, .relative = 1e-4};
+    const struct least_squares view = fit_problem_view(p);
+    return status ? status : optimise_local(&view, &options, x, out, err);
+}
+
+/*
+ * Windows for a nonlinear motion, whose phase drifts faster and which may jump from one branch to another: a window that is not
+ * explained although the one before was is tried again, less long, from there. When even a little longer is not
+ * explained, it is the model that lacks something, and the rest is done in the large steps of the ordinary staircase.
+ */
+static enum bf_status careful_windows(struct fit_problem *p, const struct staircase *stairs, double x[],
+                                      struct optimise_result *out, struct bf_error *err)
+{
+    static const double usual = 3.0, least = 1.15, last_share = 0.7;
+    double s = stairs->first_ps, known = 0.0, factor = usual, misfit;
+    double *trial = bf_alloc(p->n_unknowns, sizeof *trial);
+    enum bf_status status = BF_OK;
+    while (!status && s * stairs->longest_s > last_share) {
+        memcpy(trial, x, p->n_unknowns * sizeof *trial);
+        fit_problem_rescale(p, trial);
+        memcpy(x, trial, p->n_unknowns * sizeof *trial);
+        status = careful_step(p, s, trial, out, &misfit, err);
+        if (status || out->end == OPTIMISE_INTERRUPTED)
+            break;
+        if (misfit > 1.0 && known > 0.0 && factor > least) {
+            factor = sqrt(factor);
+            s = known / factor;
+            continue;
+        }
+        memcpy(x, trial, p->n_unknowns * sizeof *trial);
+        known = misfit > 1.0 ? 0.0 : s;
+        factor = known > 0.0 ? fmin(factor * factor, usual) : usual;
+        s /= factor;
+    }
+    free(trial);
+    return status;
+}
+
 enum bf_status staircase_run(struct fit_problem *p, const struct staircase *stairs, struct progress *bar, double x[],
                              struct optimise_result *out, struct bf_error *err)
 {
-    static const double floor = 0.02;
     double s = stairs->first_ps;
     enum bf_status status = BF_OK;
     const double span = log(fmax(s * stairs->longest_s, 2.0));
     phases_hold(p, x);
-    while (!status && s * stairs->longest_s > 1.0) {
-        status = staircase_step(p, s, floor, x, out, err);
+    if (stairs->gentle)
+        status = careful_windows(p, stairs, x, out, err);
+    while (!status && !stairs->gentle && s * stairs->longest_s > 1.0) {
+        status = staircase_step(p, s, floor_share, x, out, err);
         if (status || out->end == OPTIMISE_INTERRUPTED)
             return status;
         const double misfit = sqrt(fit_problem_mean_square(p));
         say(bar, 0.8 * (1.0 - log(fmax(s * stairs->longest_s, 1.0)) / span), p);
-        s /= stairs->gentle ? 3.0 : next_factor(misfit);
+        s /= next_factor(misfit);
     }
-    if (!status)
+    if (!status && !fit_problem_interrupted(p))
         status = phases_find(p, x, err);
-    if (!status)
+    if (!status && !fit_problem_interrupted(p))
         status = staircase_last(p, stairs, x, out, err);
     say(bar, 0.9, p);
     return status;

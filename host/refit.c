@@ -10,7 +10,9 @@
 #include "fit_result.h"
 #include "fit_stages.h"
 #include "fit_starts.h"
+#include "refit_law.h"
 
+enum { SCAN_VALUES = 96 };
 static const double reached = 1.1;    /* root mean square in noises up to which no other start is tried */
 static const double at_optimum = 0.1; /* distance from the optimum, in standard errors, that counts as there */
 
@@ -193,29 +195,51 @@ static enum bf_status rank_starts(struct refit_work *w, struct starts *kept, str
     return status;
 }
 
-/* In a window ten times as long; what is left goes down the staircase from there. */
-static enum bf_status rank_again(struct refit_work *w, const struct starts *many, struct starts *few,
+/* The same for nonlinear effects: the caller's starts, and those of law_starts(), all after a few steps. */
+static enum bf_status rank_laws(struct refit_work *w, struct starts *kept, struct bf_error *err)
+{
+    struct fit_problem *p = &w->problem;
+    struct starts found = starts_new(w->options->quick ? 3 : 6, w->n_refs);
+    const double last_ps = 1.0 / w->stairs.longest_s;
+    double scanned_ps;
+    w->stairs.gentle = true;
+    enum bf_status status = law_starts(p, w->options->first_new, SCAN_VALUES, 3.0 * w->stairs.first_ps, last_ps,
+                                       w->theta0, &found, &scanned_ps, err);
+    w->stairs.first_ps = scanned_ps;
+    for (size_t k = 0; k < w->options->n_starts && !status; k++)
+        status = try_start(w, w->options->starts + k * w->n_refs, kept, err);
+    for (size_t k = 0; k < found.n && !status && !fit_problem_interrupted(p); k++)
+        status = try_start(w, found.theta + k * w->n_refs, kept, err);
+    starts_free(&found);
+    return status;
+}
+
+/* Longer windows by the factor, each with fewer starts; what is left goes down the staircase from there. */
+static enum bf_status rank_again(struct refit_work *w, double longer, struct starts *starts, size_t room,
                                  struct bf_error *err)
 {
-    static const double floor = 0.02, longer = 10.0;
+    static const double floor = 0.02;
     struct fit_problem *p = &w->problem;
+    if (starts->n <= room)
+        return BF_OK;
+    struct starts fewer = starts_new(room, w->n_refs);
     double *x = bf_alloc(p->n_unknowns, sizeof *x), *theta = bf_alloc(w->n_refs, sizeof *theta);
     enum bf_status status = BF_OK;
     memcpy(theta, w->theta0, w->n_refs * sizeof *theta);
-    if (many->n > 1)
-        w->stairs.first_ps /= longer;
-    for (size_t k = 0; k < many->n && !status && !fit_problem_interrupted(p); k++) {
-        struct optimise_result result = {0};
-        starts_to_x(p, many->theta + k * w->n_refs, x);
-        if (many->n > 1)
-            status = staircase_step(p, w->stairs.first_ps, floor, x, &result, err);
+    w->stairs.first_ps /= longer;
+    for (size_t k = 0; k < starts->n && !status && !fit_problem_interrupted(p); k++) {
+        struct optimise_result result;
+        starts_to_x(p, starts->theta + k * w->n_refs, x);
+        status = staircase_step(p, w->stairs.first_ps, floor, x, &result, err);
         if (!status) {
             fit_problem_to_theta(p, x, theta);
-            starts_add(few, theta, result.half_square);
+            starts_add(&fewer, theta, result.half_square);
         } else if (status == BF_NUMERIC) {
             status = BF_OK;
         }
     }
+    starts_free(starts);
+    *starts = fewer;
     free(x), free(theta);
     return status;
 }
@@ -324,16 +348,18 @@ static enum bf_status finish(struct refit_work *w, struct refit_result *out, str
 
 static enum bf_status search(struct refit_work *w, struct bf_error *err)
 {
-    const bool quick = w->options->quick;
-    struct starts many = starts_new(quick ? 3 : 6, w->n_refs), few = starts_new(quick ? 1 : 2, w->n_refs);
-    enum bf_status status = lift_sunken(w, err);
+    const bool quick = w->options->quick, law = law_is_new(&w->problem, w->options->first_new);
+    struct starts starts = starts_new(quick ? 3 : 6, w->n_refs);
+    enum bf_status status = law ? BF_OK : lift_sunken(w, err);
     if (!status)
-        status = rank_starts(w, &many, err);
+        status = law ? rank_laws(w, &starts, err) : rank_starts(w, &starts, err);
+    if (!status && law)
+        status = rank_again(w, 3.0, &starts, quick ? 2 : 4, err);
     if (!status)
-        status = rank_again(w, &many, &few, err);
+        status = rank_again(w, law ? 3.0 : 10.0, &starts, quick ? 1 : 2, err);
     if (!status)
-        status = descend(w, &few, err);
-    starts_free(&many), starts_free(&few);
+        status = descend(w, &starts, err);
+    starts_free(&starts);
     return status;
 }
 
