@@ -38,6 +38,8 @@ enum bf_status score_base_new(const struct model *model, const struct record rec
 void score_base_free(struct score_base *base);
 /* ‖P r̃‖² and the number of rows less the rank of the projection: what it would be without anything missing. */
 double score_base_misfit(const struct score_base *base, double *degrees_of_freedom);
+/* Σ (r/σ)² + Σ priors of the baseline, not whitened: what score.chi_square is to be compared with. */
+double score_base_chi_square(const struct score_base *base);
 
 struct score {
     bool possible;                    /* false: see reason; nothing else is filled */
@@ -67,8 +69,7 @@ struct score {
  * the rest not possible with reason "interrupted". Cost of a linear candidate: one evaluation of the prediction for each
  * point of its grid, about 3 ms for 4 records of 4096 samples.
  */
-enum bf_status score_run(const struct score_base *base, const struct candidate candidates[], size_t n,
-                         struct score scores[], struct bf_error *err);
+void score_run(const struct score_base *base, const struct candidate candidates[], size_t n, struct score scores[]);
 void score_free(struct score *score);
 /* Indices of the possible ones, best LM first (of equal ones the effect with fewer parameters); returns how many. */
 size_t score_rank(const struct candidate candidates[], const struct score scores[], size_t n, size_t order[]);

@@ -1,0 +1,144 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* A few Gauss–Newton steps of baseline and effect together: what the first-order score cannot see. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include "fit_problem.h"
+#include "score_work.h"
+
+enum { STEPS = 3 };
+static const double near_neutral = 0.1;  /* of the score's strength: the second start */
+static const double first_radius = 10.0; /* in x: the whole step of an unknown that begins near neutral */
+
+enum bf_status score_model(const struct score_base *base, const struct candidate *candidate, const struct score *score,
+                           struct model *out, struct bf_error *err)
+{
+    enum bf_status status = candidate_model(base->model, candidate, score->p, out, err);
+    if (status)
+        return status;
+    struct parameter_ref *refs;
+    const size_t n = model_parameters(out, base->names, base->n_records, &refs);
+    for (size_t i = 0; i < n; i++) {
+        if (score->theta && score->n_theta == n)
+            refs[i].value = score->theta[i];
+        else if (refs[i].role == ROLE_EFFECT && refs[i].owner + 1 == out->n_effects && refs[i].record >= 0 &&
+                 score->per_record)
+            refs[i].value = score->per_record[refs[i].record];
+    }
+    double *value = bf_alloc(n, sizeof *value);
+    for (size_t i = 0; i < n; i++)
+        value[i] = refs[i].value;
+    model_set_parameters(out, refs, n, value, NULL, base->names);
+    free(value), free(refs);
+    return BF_OK;
+}
+
+/* One candidate model, ready to move. */
+struct mover {
+    struct model model;
+    struct predictor *predictor;
+    size_t n_refs;
+    struct parameter_ref *refs;
+    struct fit_problem problem;
+};
+
+static void mover_free(struct mover *m)
+{
+    fit_problem_free(&m->problem);
+    predictor_free(m->predictor);
+    free(m->refs);
+    model_free(&m->model);
+}
+
+static enum bf_status mover_new(const struct score_base *base, const struct candidate *c, const struct score *score,
+                                struct mover *m, struct bf_error *err)
+{
+    *m = (struct mover){0};
+    struct predict_options options = base->options.predict;
+    options.threads = 1;
+    options.quiet = true;
+    enum bf_status status = score_model(base, c, score, &m->model, err);
+    if (!status)
+        status = predictor_new(&m->model, base->records, base->n_records, &options, &m->predictor, err);
+    if (status)
+        return status;
+    m->n_refs = model_parameters(&m->model, base->names, base->n_records, &m->refs);
+    return fit_problem_new(&m->problem, &m->model, m->predictor, base->records, base->n_records, base->names, m->refs,
+                           m->n_refs, base->options.sigma, err);
+}
+
+/* Steps from the score's start with its strength times `share`; theta[n_refs] is where they end. */
+static enum bf_status move(struct mover *m, const struct candidate *c, double share, int steps, double theta[],
+                           double *half_square, struct bf_error *err)
+{
+    struct fit_problem *p = &m->problem;
+    double *x = bf_alloc(p->n_unknowns + 1, sizeof *x);
+    for (size_t i = 0; i < m->n_refs; i++) {
+        const struct parameter_ref *ref = &m->refs[i];
+        const bool strength = ref->role == ROLE_EFFECT && ref->owner + 1 == m->model.n_effects &&
+                              c->role[ref->slot] == CANDIDATE_STRENGTH;
+        theta[i] = strength ? share * ref->value : ref->value;
+    }
+    fit_problem_to_x(p, theta, x);
+    const struct optimise_options options = {
+        .iterations = steps, .radius = first_radius, .radius_max = 4.0 * first_radius};
+    const struct least_squares view = fit_problem_view(p);
+    struct optimise_result result;
+    enum bf_status status = fit_problem_stage(p, 0.0, 0.0, x, err);
+    if (!status)
+        status = optimise_local(&view, &options, x, &result, err);
+    if (!status) {
+        *half_square = result.half_square;
+        fit_problem_to_theta(p, x, theta);
+    }
+    free(x);
+    return status;
+}
+
+static void keep(const struct mover *m, const double theta[], double half_square, struct score *score)
+{
+    score->refined = true;
+    score->chi_square = 2.0 * half_square;
+    score->n_theta = m->n_refs;
+    score->theta = bf_grow(score->theta, m->n_refs, sizeof *score->theta);
+    memcpy(score->theta, theta, m->n_refs * sizeof *theta);
+    for (size_t i = 0; i < m->n_refs; i++) {
+        const struct parameter_ref *ref = &m->refs[i];
+        if (ref->role != ROLE_EFFECT || ref->owner + 1 != m->model.n_effects)
+            continue;
+        if (ref->record >= 0 && score->per_record)
+            score->per_record[ref->record] = theta[i];
+        else if (ref->record < 0)
+            score->p[ref->slot] = theta[i];
+    }
+}
+
+enum bf_status score_refine(const struct score_base *base, const struct candidate *candidate, int steps,
+                            struct score *score, struct bf_error *err)
+{
+    if (!score->possible)
+        return bf_fail(err, BF_USAGE, "effect %s has no score to refine: %s", candidate->effect->id, score->reason);
+    struct mover m;
+    enum bf_status status = mover_new(base, candidate, score, &m, err);
+    const double share[] = {1.0, near_neutral};
+    double lowest = HUGE_VAL;
+    double *theta = status ? NULL : bf_alloc(m.n_refs, sizeof *theta),
+           *best = status ? NULL : bf_alloc(m.n_refs, sizeof *best);
+    bool any = false;
+    for (int k = 0; k < 2 && (!status || status == BF_NUMERIC) && theta; k++) {
+        double half_square;
+        status = move(&m, candidate, share[k], steps > 0 ? steps : STEPS, theta, &half_square, err);
+        if (!status && half_square < lowest) {
+            lowest = half_square;
+            memcpy(best, theta, m.n_refs * sizeof *best);
+            any = true;
+        }
+    }
+    if (any) {
+        status = BF_OK;
+        keep(&m, best, lowest, score);
+    }
+    free(theta), free(best);
+    mover_free(&m);
+    return status;
+}
