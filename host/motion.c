@@ -65,7 +65,10 @@ static enum bf_status fill_channel(const struct motion *motion, const struct res
     for (size_t k = 0; k < c->n; k++)
         energy += grid->weight[k] * grid->weight[k];
     double noise = motion->sigma[channel] * sqrt(energy); /* rms of a line */
-    enum bf_status status = response_transform(grid, motion->residual + c->row, c->n, R, err);
+    double *x = bf_alloc(grid->n + grid->n_tail, sizeof *x); /* continued, so that the record's end is no step */
+    response_tail(grid, motion->residual + c->row, c->n, x);
+    enum bf_status status = response_transform(grid, x, grid->n + grid->n_tail, R, err);
+    free(x);
     if (status != BF_OK)
         return status;
     for (size_t i = 0; i < l->m; i++)
@@ -190,7 +193,7 @@ static void fill_weights(struct motion *motion, double floor)
 {
     for (size_t c = 0; c < motion->n_channels; c++) {
         const struct predict_channel *channel = &motion->channels[c];
-        double relative = floor * root_mean_square(channel->measured, channel->n);
+        double relative = floor * root_mean_square(motion->residual + channel->row, channel->n);
         double size = hypot(motion->sigma[c], relative);
         if (size > 0.0 && !transfer_record(motion->predictor, channel->record).free_decay)
             motion->weight[c] = 1.0 / size;

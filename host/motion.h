@@ -35,7 +35,7 @@ struct motion {
     double *theta;                          /* [n_parameters] */
     double *sigma;                          /* [n_channels] noise rms, unit of the channel */
     double floor;
-    double *weight;         /* [n_channels] 1/√(σ² + (floor·rms z)²), 0 for a free decay */
+    double *weight;         /* [n_channels] 1/√(σ² + (floor·rms r)²), 0 for a free decay */
     double *residual;       /* [n_rows] z − ŷ */
     double complex **chain; /* [n_channels][m] gain and filters of the channel */
     struct transfer_modes modes;
