@@ -53,8 +53,9 @@ double motion_shape(const struct motion *motion, size_t mode, const double g[])
     return sum;
 }
 
-static enum bf_status fill_channel(const struct motion *motion, const struct response_grid *grid, size_t channel,
-                                   size_t row, struct lines *l, struct bf_error *err)
+static enum bf_status fill_channel(const struct motion *motion, const double residual[],
+                                   const struct response_grid *grid, size_t channel, size_t row, struct lines *l,
+                                   struct bf_error *err)
 {
     const struct predict_channel *c = &motion->channels[channel];
     const double complex *F = motion->chain[channel];
@@ -64,9 +65,9 @@ static enum bf_status fill_channel(const struct motion *motion, const struct res
     double energy = 0.0;
     for (size_t k = 0; k < c->n; k++)
         energy += grid->weight[k] * grid->weight[k];
-    double noise = motion->sigma[channel] * sqrt(energy); /* rms of a line */
+    double noise = motion->sigma[channel] * sqrt(energy);    /* rms of a line */
     double *x = bf_alloc(grid->n + grid->n_tail, sizeof *x); /* continued, so that the record's end is no step */
-    response_tail(grid, motion->residual + c->row, c->n, x);
+    response_tail(grid, residual + c->row, c->n, x);
     enum bf_status status = response_transform(grid, x, grid->n + grid->n_tail, R, err);
     free(x);
     if (status != BF_OK)
@@ -158,13 +159,11 @@ static double solve_lines(const struct lines *l, double complex q[])
     return all > 0.0 ? 1.0 - left / all : 0.0;
 }
 
-static enum bf_status solve_record(struct motion *motion, size_t record, struct bf_error *err)
+/* The smallest forces behind a residual[n_rows] of a record, into out->q. */
+static enum bf_status solve_record(const struct motion *motion, size_t record, const double residual[],
+                                   struct motion_record *out, struct bf_error *err)
 {
     const struct transfer_record t = transfer_record(motion->predictor, record);
-    struct motion_record *out = &motion->records[record];
-    *out = (struct motion_record){.n = t.grid->n, .m = t.grid->m, .valid = !t.free_decay};
-    if (t.free_decay)
-        return BF_OK;
     struct lines l = {.n_modes = motion->modes.n, .m = t.grid->m};
     l.R = bf_alloc(t.n_channels * l.m, sizeof *l.R);
     l.h = bf_alloc(t.n_channels * l.n_modes * l.m, sizeof *l.h);
@@ -174,8 +173,8 @@ static enum bf_status solve_record(struct motion *motion, size_t record, struct 
     enum bf_status status = BF_OK;
     for (size_t c = 0; status == BF_OK && c < t.n_channels; c++)
         if (motion->sigma[t.first_channel + c] > 0.0)
-            status = fill_channel(motion, t.grid, t.first_channel + c, l.n_channels++, &l, err);
-    out->q = bf_alloc(l.n_modes * l.m, sizeof *out->q);
+            status = fill_channel(motion, residual, t.grid, t.first_channel + c, l.n_channels++, &l, err);
+    memset(out->q, 0, l.n_modes * l.m * sizeof *out->q);
     if (status == BF_OK && l.n_channels > 0) {
         fill_power(&l);
         out->explained = solve_lines(&l, out->q);
@@ -184,6 +183,44 @@ static enum bf_status solve_record(struct motion *motion, size_t record, struct 
     free(l.h);
     free(l.G);
     free(l.power);
+    return status;
+}
+
+/* q += −G ψ(g) F of each force. */
+static void add_forces(const struct motion *motion, size_t record, const double g[], size_t d, const double complex F[])
+{
+    const struct response_grid *grid = transfer_record(motion->predictor, record).grid;
+    size_t n = motion->modes.n, m = grid->m;
+    double complex *G = bf_alloc(n * m, sizeof *G), *q = motion->records[record].q;
+    motion_resonances(motion, grid, G);
+    for (size_t k = 0; k < n; k++) {
+        for (size_t j = 0; j < d; j++) {
+            double shape = motion_shape(motion, k, g + j * motion->modes.dimension);
+            for (size_t i = 0; i < m; i++)
+                q[k * m + i] -= shape * G[k * m + i] * F[j * m + i];
+        }
+    }
+    free(G);
+}
+
+enum bf_status motion_assume(struct motion *motion, const double g[], const struct motion_paths *paths,
+                             double complex *const F[], struct bf_error *err)
+{
+    double *left = bf_alloc(motion->n_rows, sizeof *left);
+    enum bf_status status = BF_OK;
+    for (size_t r = 0; status == BF_OK && r < motion->n_records; r++)
+        if (motion->records[r].valid)
+            status = motion_respond(motion, paths, r, F[r], left, err);
+    for (size_t i = 0; i < motion->n_rows; i++)
+        left[i] = motion->residual[i] - left[i];
+    for (size_t r = 0; status == BF_OK && r < motion->n_records; r++) {
+        if (!motion->records[r].valid)
+            continue;
+        status = solve_record(motion, r, left, &motion->records[r], err);
+        if (status == BF_OK)
+            add_forces(motion, r, g, paths->d, F[r]);
+    }
+    free(left);
     return status;
 }
 
@@ -240,12 +277,19 @@ static enum bf_status fill(struct motion *motion, double floor, struct bf_error 
     motion->modes =
         transfer_modes(motion->predictor, modes_to_nyquist * acos(-1.0) / shortest_step(motion), MOST_MODES);
     for (size_t r = 0; status == BF_OK && r < motion->n_records; r++) {
-        status = solve_record(motion, r, err);
-        valid += motion->records[r].valid;
+        const struct transfer_record t = transfer_record(motion->predictor, r);
+        struct motion_record *record = &motion->records[r];
+        *record = (struct motion_record){.n = t.grid->n, .m = t.grid->m, .valid = !t.free_decay};
+        if (t.free_decay)
+            continue;
+        record->q = bf_alloc(motion->modes.n * record->m, sizeof *record->q);
+        status = solve_record(motion, r, motion->residual, record, err);
+        valid++;
     }
     if (status == BF_OK && valid == 0)
         status = bf_fail(err, BF_USAGE, "every record is a free decay: the force that drove it is not known");
-    return status == BF_OK ? motion_jacobian(motion, out.jacobian, err) : status;
+    motion->predicted = out.jacobian;
+    return status == BF_OK ? motion_update_jacobian(motion, err) : status;
 }
 
 enum bf_status motion_new(struct predictor *predictor, const double theta[], const double sigma[], double floor,

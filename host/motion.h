@@ -41,6 +41,7 @@ struct motion {
     struct transfer_modes modes;
     struct motion_record *records; /* [n_records] */
     bool *free;                    /* [n_parameters] estimated by the regressions */
+    const double *predicted;       /* [n_parameters][n_rows] Jacobian of the predictor's last run; the predictor's */
     double *jacobian;              /* [n_parameters][n_rows] along the measured motion; columns of held ones are zero */
 };
 
@@ -80,6 +81,15 @@ void motion_paths_free(const struct motion *motion, struct motion_paths *paths);
 /* rows += −H F of a record; F: [d][m], rows: [n_rows] stacked as the prediction. */
 enum bf_status motion_respond(const struct motion *motion, const struct motion_paths *paths, size_t record,
                               const double complex F[], double rows[], struct bf_error *err);
+
+/*
+ * The motion when forces F[record][d · m] at g[d] (left side of the weak form) are believed to act: their response is
+ * taken off the residual, and only what is left asks for smallest modal forces. F of a free decay is NULL. The Jacobian
+ * follows with motion_update_jacobian().
+ */
+enum bf_status motion_assume(struct motion *motion, const double g[], const struct motion_paths *paths,
+                             double complex *const F[], struct bf_error *err);
+enum bf_status motion_update_jacobian(struct motion *motion, struct bf_error *err);
 
 /*
  * Records of the smallest input level of each kind of excitation (same inputs in use, rms within a factor of `ratio`, say

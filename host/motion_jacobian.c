@@ -98,10 +98,11 @@ static void add_gain(const struct motion *motion, size_t parameter, double colum
     }
 }
 
-enum bf_status motion_jacobian(struct motion *motion, const double predicted[], struct bf_error *err)
+enum bf_status motion_update_jacobian(struct motion *motion, struct bf_error *err)
 {
     size_t n = motion->modes.n, rows = motion->n_rows;
-    motion->jacobian = bf_alloc(motion->n_parameters * rows, sizeof(double));
+    if (motion->jacobian == NULL)
+        motion->jacobian = bf_alloc(motion->n_parameters * rows, sizeof(double));
     double *D = bf_alloc(3 * n * n, sizeof *D);
     struct change change = {.D = {D, D + n * n, D + 2 * n * n}};
     enum bf_status status = BF_OK;
@@ -109,7 +110,7 @@ enum bf_status motion_jacobian(struct motion *motion, const double predicted[], 
         double *column = motion->jacobian + j * rows;
         if (!motion->free[j])
             continue;
-        memcpy(column, predicted + j * rows, rows * sizeof *column);
+        memcpy(column, motion->predicted + j * rows, rows * sizeof *column);
         add_gain(motion, j, column);
         if (!transfer_stiffness_change(motion->predictor, &motion->modes, j, change.D))
             continue;

@@ -14,7 +14,5 @@ static inline double cabs2(double complex z)
 void motion_resonances(const struct motion *motion, const struct response_grid *grid, double complex G[]);
 /* ψ_k(g) of a functional. */
 double motion_shape(const struct motion *motion, size_t mode, const double g[]);
-/* motion->jacobian from the predictor's, plus what the deviation adds. */
-enum bf_status motion_jacobian(struct motion *motion, const double predicted[], struct bf_error *err);
 
 #endif

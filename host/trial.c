@@ -20,7 +20,7 @@ static const double first_place = 0.06, last_place = 0.015;
 /* A force whose response the baseline's parameters imitate to this part of its square says nothing. */
 static const double imitated = 1e-7;
 /* Candidates of trial_all() that go through the rounds. */
-enum { SHORT_LIST = 5, MOST_TRIES = 8 };
+enum { SHORT_LIST = 5, MOST_TRIES = 8, RENEWALS = 2 };
 
 struct search {
     const struct motion *motion;
@@ -32,10 +32,18 @@ struct search {
     struct trial_point best;
 };
 
+static void search_bind(struct search *search, const struct regression *regression)
+{
+    search->regression = regression;
+    search->rows = bf_grow(search->rows, regression->n_rows + regression->m, sizeof(double));
+    search->s = search->rows + regression->n_rows;
+}
+
+/* regression NULL: bound later. */
 static enum bf_status search_new(const struct motion *motion, const struct regression *regression,
                                  const struct beam_effect *effect, struct search *out, struct bf_error *err)
 {
-    *out = (struct search){.motion = motion, .regression = regression};
+    *out = (struct search){.motion = motion};
     enum bf_status status = trial_force_new(motion, effect, &out->force, err);
     if (status == BF_OK)
         status = trial_roles(&out->force, &out->roles, err);
@@ -44,8 +52,8 @@ static enum bf_status search_new(const struct motion *motion, const struct regre
         return status;
     }
     out->info = out->force.model.effects[out->force.effect].parameters;
-    out->rows = bf_alloc(regression->n_rows + regression->m, sizeof(double));
-    out->s = out->rows + regression->n_rows;
+    if (regression != NULL)
+        search_bind(out, regression);
     for (int k = 0; k < effect->n_parameters; k++)
         out->best.p[k] = out->info[k].value;
     return BF_OK;
@@ -254,32 +262,42 @@ static enum bf_status first_round(const struct motion *motion, const struct regr
 
 /* ---- Renewal of θ and the motion ---- */
 
-/* The search goes on at out->p along the motion at out->theta. The answer replaces *out where χ² is no worse. */
-static enum bf_status next_round(struct predictor *predictor, const struct motion *old, double floor,
+/* The motion at out->theta with the force of out->p in it, and the search from there. */
+static enum bf_status search_again(struct motion *motion, const struct trial_options *options, struct trial *out,
+                                   struct bf_error *err)
+{
+    struct regression regression;
+    struct search search;
+    enum bf_status status = search_new(motion, NULL, out->effect, &search, err);
+    if (status != BF_OK)
+        return status;
+    status = trial_force_assume(&search.force, motion, out->p, RENEWALS, err);
+    if (status == BF_OK)
+        status = regression_new(motion, &regression, err);
+    if (status == BF_OK) {
+        search_bind(&search, &regression);
+        memcpy(search.best.p, out->p, sizeof out->p);
+        keep_best(&search, attempt(&search, out->p));
+        if (search.best.fall > 0.0)
+            refine_all(&search, options, 0.5);
+        if (search.best.fall > 0.0)
+            status = answer(&search, out, err);
+        regression_free(&regression);
+    }
+    search_free(&search);
+    return status;
+}
+
+static enum bf_status next_round(struct predictor *predictor, const struct motion *old,
                                  const struct trial_options *options, struct trial *out, struct bf_error *err)
 {
     struct motion motion;
-    struct regression regression;
-    struct search search;
     enum bf_status status = predictor_rebase(predictor, out->theta, err);
     if (status == BF_OK)
-        status = motion_new(predictor, out->theta, old->sigma, floor, &motion, err);
+        status = motion_new(predictor, out->theta, old->sigma, old->floor, &motion, err);
     if (status != BF_OK)
         return status;
-    status = regression_new(&motion, &regression, err);
-    if (status == BF_OK) {
-        status = search_new(&motion, &regression, out->effect, &search, err);
-        if (status == BF_OK) {
-            memcpy(search.best.p, out->p, sizeof out->p);
-            keep_best(&search, attempt(&search, out->p));
-            if (search.best.fall > 0.0)
-                refine_all(&search, options, 0.5);
-            if (search.best.fall > 0.0)
-                status = answer(&search, out, err);
-            search_free(&search);
-        }
-        regression_free(&regression);
-    }
+    status = search_again(&motion, options, out, err);
     motion_free(&motion);
     return status;
 }
@@ -297,7 +315,7 @@ static enum bf_status rounds(const struct motion *motion, const struct trial_opt
         double before = out->chi_square, *theta = bf_alloc(motion->n_parameters, sizeof *theta);
         struct trial kept = *out;
         memcpy(theta, out->theta, motion->n_parameters * sizeof *theta);
-        status = next_round(predictor, motion, motion->floor, options, out, err);
+        status = next_round(predictor, motion, options, out, err);
         bool worse = status != BF_OK || !(out->chi_square < before);
         if (worse && i > 0) { /* the renewed θ is no better: keep the round before */
             double *mine = out->theta;

@@ -177,6 +177,17 @@ static enum bf_status march(struct trial_force *force, size_t record, struct bf_
     return isfinite(sum) ? BF_OK : bf_fail(err, BF_NUMERIC, "effect %s: its force is not finite", law->effect->id);
 }
 
+/* F[d][m] of one record at the place in use. */
+static enum bf_status spectrum_of(struct trial_force *force, size_t record, double complex F[], struct bf_error *err)
+{
+    const struct motion *motion = force->motion;
+    size_t m = motion->records[record].m, d = force->law.d;
+    enum bf_status status = march(force, record, err);
+    for (size_t c = 0; status == BF_OK && c < d; c++)
+        status = motion_transform(motion, record, force->F_work + c, d, force->oversample, F + c * m, err);
+    return status;
+}
+
 enum bf_status trial_force_rows(struct trial_force *force, const double p[BEAM_EFFECT_PARAMETERS], double rows[],
                                 struct bf_error *err)
 {
@@ -185,16 +196,37 @@ enum bf_status trial_force_rows(struct trial_force *force, const double p[BEAM_E
     memset(rows, 0, motion->n_rows * sizeof *rows);
     force->evaluations++;
     for (size_t r = 0; status == BF_OK && r < motion->n_records; r++) {
-        size_t m = motion->records[r].m;
         if (!motion->records[r].valid)
             continue;
-        double complex *F = bf_alloc(force->law.d * m, sizeof *F);
-        status = march(force, r, err);
-        for (size_t c = 0; status == BF_OK && c < force->law.d; c++)
-            status = motion_transform(motion, r, force->F_work + c, force->law.d, force->oversample, F + c * m, err);
+        double complex *F = bf_alloc(force->law.d * motion->records[r].m, sizeof *F);
+        status = spectrum_of(force, r, F, err);
         if (status == BF_OK)
             status = motion_respond(motion, &force->paths, r, F, rows, err);
         free(F);
     }
     return status;
+}
+
+enum bf_status trial_force_assume(struct trial_force *force, struct motion *motion,
+                                  const double p[BEAM_EFFECT_PARAMETERS], int times, struct bf_error *err)
+{
+    double complex **F = bf_alloc(motion->n_records, sizeof *F);
+    enum bf_status status = BF_OK;
+    for (size_t r = 0; r < motion->n_records; r++)
+        if (motion->records[r].valid)
+            F[r] = bf_alloc(force->law.d * motion->records[r].m, sizeof *F[r]);
+    for (int i = 0; status == BF_OK && i < times; i++) {
+        status = trial_force_place(force, p, err);
+        force->evaluations++;
+        for (size_t r = 0; status == BF_OK && r < motion->n_records; r++)
+            if (motion->records[r].valid)
+                status = spectrum_of(force, r, F[r], err);
+        if (status == BF_OK)
+            status = motion_assume(motion, force->law.g, &force->paths, F, err);
+        force->placed = false;
+    }
+    for (size_t r = 0; r < motion->n_records; r++)
+        free(F[r]);
+    free(F);
+    return status == BF_OK ? motion_update_jacobian(motion, err) : status;
 }

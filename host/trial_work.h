@@ -40,6 +40,10 @@ void trial_force_scales(const struct trial_force *force, double *w, double *v);
 enum bf_status trial_force_rows(struct trial_force *force, const double p[BEAM_EFFECT_PARAMETERS], double rows[],
                                 struct bf_error *err);
 
+/* The motion (force->motion is this one) is renewed with the effect's force at p believed to act, `times` times. */
+enum bf_status trial_force_assume(struct trial_force *force, struct motion *motion,
+                                  const double p[BEAM_EFFECT_PARAMETERS], int times, struct bf_error *err);
+
 /* What each parameter is to the trial. */
 enum trial_scale { TRIAL_OWN, TRIAL_OF_W, TRIAL_OF_V, TRIAL_OF_KW, TRIAL_OF_KV };
 struct trial_roles {
