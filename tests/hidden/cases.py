@@ -138,12 +138,12 @@ def simulator_hash():
 
 def make_records(case, truth_program, directory, version):
     """The case's model and records in directory, unless they are there already. Returns how many were simulated."""
-    os.makedirs(directory, exist_ok=True)
+    os.makedirs(os.path.join(directory, "spec"), exist_ok=True)
     shutil.copyfile(case.rig.model, os.path.join(directory, "model.yaml"))
     made = 0
     for record in case.rig.records:
         text = "# simulator %s\n%s" % (version, case.spec(record))
-        spec = os.path.join(directory, record + ".txt")
+        spec = os.path.join(directory, "spec", record + ".txt")
         if os.path.exists(spec) and os.path.exists(os.path.join(directory, record + ".csv")):
             with open(spec, encoding="utf-8") as stream:
                 if stream.read() == text:
