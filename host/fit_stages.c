@@ -7,6 +7,7 @@
 #include <string.h>
 #include "progress.h"
 
+enum { STEP_ITERATIONS = 20 };
 static const double floor_share = 0.02; /* of the windowed signal */
 
 /* First frequency of a uniform beam with the mean EI and ρ, Hz: (λ²/2π) √(EI/ρ)/ℓ². */
@@ -78,12 +79,12 @@ enum bf_status staircase_last(struct fit_problem *p, const struct staircase *sta
  * Early stages only need to bring x into the valley of the next one, and a model that lacks something must not be driven
  * by the little it cannot explain: the floor caps the weights at a share of the signal.
  */
-enum bf_status staircase_step(struct fit_problem *p, double decay_ps, double floor, double x[],
+enum bf_status staircase_step(struct fit_problem *p, double decay_ps, int iterations, double x[],
                               struct optimise_result *out, struct bf_error *err)
 {
     fit_problem_rescale(p, x);
-    enum bf_status status = fit_problem_stage(p, decay_ps, floor, x, err);
-    const struct optimise_options options = {.iterations = 20, .tolerance = 1e-2, .relative = 1e-2};
+    enum bf_status status = fit_problem_stage(p, decay_ps, floor_share, x, err);
+    const struct optimise_options options = {.iterations = iterations, .tolerance = 1e-2, .relative = 1e-2};
     const struct least_squares view = fit_problem_view(p);
     if (!status)
         status = optimise_local(&view, &options, x, out, err);
@@ -98,8 +99,7 @@ static double next_factor(double misfit)
     return misfit < 1.0 ? 10.0 : 3.0;
 }
 
-/* Residual in floors over the rows that count: rows that have decayed to nothing are not rows. */
-static double misfit_of(const struct fit_problem *p)
+double staircase_misfit(const struct fit_problem *p)
 {
     double square = 0.0, rows = 0.0;
     for (size_t c = 0; c < p->n_channels; c++) {
@@ -119,11 +119,11 @@ static double misfit_of(const struct fit_problem *p)
 static enum bf_status careful_step(struct fit_problem *p, double decay_ps, double x[], struct optimise_result *out,
                                    double *misfit, struct bf_error *err)
 {
-    enum bf_status status = staircase_step(p, decay_ps, floor_share, x, out, err);
+    enum bf_status status = staircase_step(p, decay_ps, STEP_ITERATIONS, x, out, err);
     *misfit = HUGE_VAL;
     if (status || out->end == OPTIMISE_INTERRUPTED)
         return status;
-    *misfit = misfit_of(p);
+    *misfit = staircase_misfit(p);
     if (*misfit > 1.0)
         return BF_OK;
     status = fit_problem_stage(p, decay_ps, 0.0, x, err);
@@ -175,7 +175,7 @@ enum bf_status staircase_run(struct fit_problem *p, const struct staircase *stai
     if (stairs->gentle)
         status = careful_windows(p, stairs, x, out, err);
     while (!status && !stairs->gentle && s * stairs->longest_s > 1.0) {
-        status = staircase_step(p, s, floor_share, x, out, err);
+        status = staircase_step(p, s, STEP_ITERATIONS, x, out, err);
         if (status || out->end == OPTIMISE_INTERRUPTED)
             return status;
         const double misfit = sqrt(fit_problem_mean_square(p));

@@ -28,9 +28,11 @@ enum bf_status staircase_run(struct fit_problem *p, const struct staircase *stai
 /* The last step alone: whole records, weights of the noise, rebased until the optimum stays where it is. */
 enum bf_status staircase_last(struct fit_problem *p, const struct staircase *stairs, double x[],
                               struct optimise_result *out, struct bf_error *err);
-/* One step: floor is the share of the windowed signal that counts as noise besides σ. */
-enum bf_status staircase_step(struct fit_problem *p, double decay_ps, double floor, double x[],
+/* One window, weights with the usual floor of 2 % of the windowed signal. */
+enum bf_status staircase_step(struct fit_problem *p, double decay_ps, int iterations, double x[],
                               struct optimise_result *out, struct bf_error *err);
+/* Residual of the last evaluation in floors, over the rows that count: rows that have decayed to nothing are not rows. */
+double staircase_misfit(const struct fit_problem *p);
 
 /*
  * Effects that are a sinusoid of unknown amplitude and phase (hum, base motion) have a minimum in every wrong phase, and

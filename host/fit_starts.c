@@ -7,26 +7,32 @@
 
 /* ---- The list ---- */
 
-struct starts starts_new(size_t room, size_t n_refs)
+struct starts starts_new(size_t room, size_t n_refs, const struct parameter_ref refs[], size_t first_effect)
 {
-    return (struct starts){.room = room,
-                           .n_refs = n_refs,
-                           .half_square = bf_alloc(room, sizeof(double)),
-                           .theta = bf_alloc(room * n_refs, sizeof(double))};
+    struct starts s = {.room = room,
+                       .n_refs = n_refs,
+                       .compared = bf_alloc(n_refs, sizeof(bool)),
+                       .half_square = bf_alloc(room, sizeof(double)),
+                       .theta = bf_alloc(room * n_refs, sizeof(double))};
+    for (size_t i = 0; i < n_refs; i++)
+        s.compared[i] = refs[i].role == ROLE_EFFECT && refs[i].owner >= first_effect && refs[i].record < 0;
+    return s;
 }
 
 void starts_free(struct starts *starts)
 {
-    free(starts->half_square), free(starts->theta);
+    free(starts->compared), free(starts->half_square), free(starts->theta);
     *starts = (struct starts){0};
 }
 
-static bool same_start(const struct starts *s, size_t k, const double theta[])
+static bool same_start(const struct starts *s, size_t k, const double theta[], double half_square)
 {
-    static const double equal = 1e-6;
+    static const double near = 0.05;
     const double *other = s->theta + k * s->n_refs;
+    if (fabs(half_square - s->half_square[k]) > near * fmax(half_square, s->half_square[k]))
+        return false;
     for (size_t i = 0; i < s->n_refs; i++)
-        if (fabs(theta[i] - other[i]) > equal * fmax(fabs(theta[i]), fabs(other[i])))
+        if (s->compared[i] && fabs(theta[i] - other[i]) > near * fmax(fabs(theta[i]), fabs(other[i])))
             return false;
     return true;
 }
@@ -42,7 +48,7 @@ void starts_add(struct starts *s, const double theta[], double half_square)
     if (!isfinite(half_square))
         return;
     for (size_t k = 0; k < s->n; k++) {
-        if (!same_start(s, k, theta))
+        if (!same_start(s, k, theta, half_square))
             continue;
         if (s->half_square[k] <= half_square)
             return;
@@ -61,6 +67,12 @@ void starts_add(struct starts *s, const double theta[], double half_square)
         move_start(s, i - 1, i);
     s->half_square[at] = half_square;
     memcpy(s->theta + at * s->n_refs, theta, s->n_refs * sizeof *theta);
+}
+
+void starts_prune(struct starts *s, double factor)
+{
+    while (s->n > 1 && s->half_square[s->n - 1] > factor * s->half_square[0])
+        s->n--;
 }
 
 void starts_to_x(struct fit_problem *p, const double theta[], double x[])

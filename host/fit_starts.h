@@ -8,13 +8,16 @@
 /* Starts, best first, each a whole θ[n_refs]: scales of x may change between them. */
 struct starts {
     size_t n, room, n_refs;
+    bool *compared;      /* [n_refs] parameters of the effects searched for */
     double *half_square; /* [room] what they are ranked by */
     double *theta;       /* [room][n_refs] */
 };
-struct starts starts_new(size_t room, size_t n_refs);
+struct starts starts_new(size_t room, size_t n_refs, const struct parameter_ref refs[], size_t first_effect);
 void starts_free(struct starts *starts);
-/* Kept when among the best `room`; one that equals another to 1e-6 replaces it or is dropped. */
+/* Kept when among the best `room`; of two that agree to 5 % in rank and in the effects' parameters the better stays. */
 void starts_add(struct starts *starts, const double theta[], double half_square);
+/* Drops what is ranked at more than factor times the best. */
+void starts_prune(struct starts *starts, double factor);
 /* θ -> x with scales that suit it. */
 void starts_to_x(struct fit_problem *p, const double theta[], double x[]);
 

@@ -12,7 +12,8 @@
 #include "fit_starts.h"
 #include "refit_law.h"
 
-enum { SCAN_VALUES = 96 };
+enum { SCAN_VALUES = 96, RANK_ITERATIONS = 8 };
+static const double hopeless = 4.0;   /* times the ½χ² of the best start: not followed */
 static const double reached = 1.1;    /* root mean square in noises up to which no other start is tried */
 static const double at_optimum = 0.1; /* distance from the optimum, in standard errors, that counts as there */
 
@@ -199,7 +200,7 @@ static enum bf_status rank_starts(struct refit_work *w, struct starts *kept, str
 static enum bf_status rank_laws(struct refit_work *w, struct starts *kept, struct bf_error *err)
 {
     struct fit_problem *p = &w->problem;
-    struct starts found = starts_new(w->options->quick ? 3 : 6, w->n_refs);
+    struct starts found = starts_new(w->options->quick ? 3 : 6, w->n_refs, w->refs, w->options->first_new);
     const double last_ps = 1.0 / w->stairs.longest_s;
     double scanned_ps;
     w->stairs.gentle = true;
@@ -218,11 +219,11 @@ static enum bf_status rank_laws(struct refit_work *w, struct starts *kept, struc
 static enum bf_status rank_again(struct refit_work *w, double longer, struct starts *starts, size_t room,
                                  struct bf_error *err)
 {
-    static const double floor = 0.02;
     struct fit_problem *p = &w->problem;
+    starts_prune(starts, hopeless);
     if (starts->n <= room)
         return BF_OK;
-    struct starts fewer = starts_new(room, w->n_refs);
+    struct starts fewer = starts_new(room, w->n_refs, w->refs, w->options->first_new);
     double *x = bf_alloc(p->n_unknowns, sizeof *x), *theta = bf_alloc(w->n_refs, sizeof *theta);
     enum bf_status status = BF_OK;
     memcpy(theta, w->theta0, w->n_refs * sizeof *theta);
@@ -230,7 +231,7 @@ static enum bf_status rank_again(struct refit_work *w, double longer, struct sta
     for (size_t k = 0; k < starts->n && !status && !fit_problem_interrupted(p); k++) {
         struct optimise_result result;
         starts_to_x(p, starts->theta + k * w->n_refs, x);
-        status = staircase_step(p, w->stairs.first_ps, floor, x, &result, err);
+        status = staircase_step(p, w->stairs.first_ps, RANK_ITERATIONS, x, &result, err);
         if (!status) {
             fit_problem_to_theta(p, x, theta);
             starts_add(&fewer, theta, result.half_square);
@@ -349,7 +350,7 @@ static enum bf_status finish(struct refit_work *w, struct refit_result *out, str
 static enum bf_status search(struct refit_work *w, struct bf_error *err)
 {
     const bool quick = w->options->quick, law = law_is_new(&w->problem, w->options->first_new);
-    struct starts starts = starts_new(quick ? 3 : 6, w->n_refs);
+    struct starts starts = starts_new(quick ? 3 : 6, w->n_refs, w->refs, w->options->first_new);
     enum bf_status status = law ? BF_OK : lift_sunken(w, err);
     if (!status)
         status = law ? rank_laws(w, &starts, err) : rank_starts(w, &starts, err);

@@ -24,13 +24,13 @@ bool law_is_new(const struct fit_problem *p, size_t first_effect)
 }
 
 /*
- * θ of the longest window that the model without its new laws explains (to `explained` floors), and the s of the
+ * θ of the longest window that the model without its new laws explains (to a floor), and the s of the
  * window after it. The first window counts even when it is not explained.
  */
 static enum bf_status fit_without(struct fit_problem *p, size_t first_effect, double first_ps, double last_ps,
                                   const double theta0[], double theta[], double *next_ps, struct bf_error *err)
 {
-    static const double explained = 0.5;
+    static const double explained = 1.0; /* floors */
     double *x = bf_alloc(p->n_unknowns, sizeof *x);
     enum bf_status status = BF_OK;
     memcpy(theta, theta0, p->n_refs * sizeof *theta);
@@ -45,8 +45,8 @@ static enum bf_status fit_without(struct fit_problem *p, size_t first_effect, do
     *next_ps = first_ps;
     for (double s = first_ps; s > last_ps && !status && !fit_problem_interrupted(p); s /= slower) {
         struct optimise_result found;
-        status = staircase_step(p, s, floor_share, x, &found, err);
-        if (status || (s < first_ps && sqrt(fit_problem_mean_square(p)) > explained))
+        status = staircase_step(p, s, 20, x, &found, err);
+        if (status || (s < first_ps && staircase_misfit(p) > explained))
             break;
         fit_problem_to_theta(p, x, theta);
         *next_ps = s / slower;
