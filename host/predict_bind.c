@@ -14,6 +14,7 @@ static enum bf_status bind_record(struct predictor *p, size_t r, struct bf_error
     const char *excitation = record_meta(record, "excitation");
     const char *from = record_meta(record, "free_from_s");
     *plan = (struct record_plan){.record = record, .first_channel = p->n_channels};
+    plan->recorder = recorder_filter_read(record);
     plan->free_decay = excitation != NULL && strcmp(excitation, "free_decay") == 0;
     plan->input = bf_alloc(p->model.n_inputs, sizeof *plan->input);
     plan->source = bf_alloc(p->model.n_inputs, sizeof *plan->source);

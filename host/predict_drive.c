@@ -29,8 +29,9 @@ struct drive_work {
     struct record_plan *plan;
     const struct response_grid *grid;
     size_t record, input, factor, N;
-    double *weight; /* [N] e^(−σt) */
-    double *x;      /* [N] behind the effects so far */
+    double complex *A; /* [m] the recorder's filter; NULL: not stated */
+    double *weight;    /* [N] e^(−σt) */
+    double *x;         /* [N] behind the effects so far */
     size_t n_slots;
     size_t slot[8 * BEAM_EFFECT_PARAMETERS]; /* wanted parameters of the effects so far */
     double *dx;                              /* [n_slots][N] */
@@ -72,7 +73,7 @@ static enum bf_status add_transform(const struct drive_work *w, const double x[]
         padded[k] = x[k] * w->weight[k];
     fft_forward(plan, padded, wide);
     for (size_t k = 0; k < w->grid->m; k++)
-        U[k] += wide[k] / (double)w->factor;
+        U[k] += wide[k] / (double)w->factor * (w->A != NULL ? w->A[k] : 1.0);
     free(wide);
     free(padded);
     return BF_OK;
@@ -169,13 +170,24 @@ static enum bf_status drive_input(struct drive_work *w, struct bf_error *err)
     w->dx = bf_alloc(sizeof w->slot / sizeof w->slot[0] * w->N, sizeof *w->dx);
     for (size_t k = 0; k < w->N; k++)
         w->weight[k] = exp(-w->grid->sigma * step_s * (double)k);
-    enum bf_status status = upsample(w, w->plan->recorded[w->input], err);
+    double complex *U = bf_grow(NULL, w->grid->m, sizeof *U);
+    memcpy(U, w->plan->recorded[w->input], w->grid->m * sizeof *U);
+    w->A = bf_grow(NULL, w->grid->m, sizeof *w->A);
+    if (recorder_filter_at(w->plan, w->grid, w->A)) {
+        recorder_undo(w->grid->m, w->A, U);
+    } else {
+        free(w->A);
+        w->A = NULL;
+    }
+    enum bf_status status = upsample(w, U, err);
     memcpy(before, w->x, w->N * sizeof *before);
     for (size_t e = 0; status == BF_OK && e < model->n_effects; e++)
         if (model->effects[e].effect->drive != NULL && effect_on_input(model, e, w->input))
             status = apply_effect(w, e, err);
     if (status == BF_OK)
         status = store(w, before, err);
+    free(U);
+    free(w->A);
     free(w->weight);
     free(w->dx);
     return status;

@@ -9,6 +9,13 @@
 #include "response.h"
 #include "system.h"
 
+/* The recorder's anti-alias filter; order 0: not stated. */
+struct recorder_filter {
+    int order;
+    double corner_samples; /* corner frequency × the stated sample interval */
+    bool twice;            /* forward and backward */
+};
+
 /* What a drive's parameter changes in an input of a record. */
 struct drive_change {
     size_t input, parameter;
@@ -21,6 +28,7 @@ struct record_plan {
     size_t start, n; /* rows are samples start … start + n − 1 */
     size_t grid;     /* index into predictor->grids */
     bool free_decay;
+    struct recorder_filter recorder;
     const double **input;      /* [n_inputs] column of the record or NULL */
     size_t *source;            /* [n_inputs] where the input acts in this record: index into predictor->inputs */
     double complex **recorded; /* [n_inputs][m] transforms of the inputs in this window, NULL where absent */
@@ -149,6 +157,12 @@ enum bf_status geometry_evaluate(const struct run *run, struct bf_error *err);
 /* Shift of an input in a record, and its derivative by a parameter. */
 enum bf_status geometry_input_shift(const struct predictor *p, size_t record, size_t input, const double theta[],
                                     double *shift_m, struct bf_error *err);
+
+/* predict_recorder.c: A[m] on the grid; false where none is stated (A untouched). */
+struct recorder_filter recorder_filter_read(const struct record *record);
+bool recorder_filter_at(const struct record_plan *plan, const struct response_grid *grid, double complex A[]);
+/* U[m] before the filter, as far as that can be told. */
+void recorder_undo(size_t m, const double complex A[], double complex U[]);
 
 /* predict_drive.c: what reaches the beam through amplifiers and patches; fills U and changes of every record. */
 bool input_driven(const struct model *model, size_t input);

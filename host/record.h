@@ -4,12 +4,15 @@
  *
  * CSV form: a header row of names, first column time_s; '#' lines are comments, "# key: value" is metadata.
  * Metadata that beamfit reads: "excitation: free_decay" (no input was recorded, the initial state is unknown),
- * "excitation: unknown_level" (the input column has the right shape and an unknown factor), "free_from_s: 1.17".
+ * "excitation: unknown_level" (the input column has the right shape and an unknown factor), "free_from_s: 1.17",
+ * "anti-alias filter: Butterworth order 8 at 409.6 Hz, forward and backward" (of every column).
  */
 #ifndef BEAMFIT_RECORD_H
 #define BEAMFIT_RECORD_H
 
 #include "error.h"
+
+#define RECORD_FILTER "anti-alias filter" /* metadata key */
 
 struct record_column {
     char *name;

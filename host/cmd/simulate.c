@@ -95,6 +95,7 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
 static void make_stage(const struct model *model, const struct record *from, struct record *out)
 {
     double *zeros = bf_alloc(from->n, sizeof *zeros);
+    const char *filter = record_meta(from, RECORD_FILTER);
     *out = (struct record){.path = bf_strdup(from->path), .n = from->n, .t0_s = from->t0_s, .dt_s = from->dt_s};
     for (size_t i = 0; i < model->n_inputs; i++) {
         const double *u = record_column(from, model->inputs[i].name);
@@ -103,6 +104,8 @@ static void make_stage(const struct model *model, const struct record *from, str
     }
     for (size_t o = 0; o < model->n_outputs; o++)
         record_add_column(out, model->outputs[o].name, zeros);
+    if (filter != NULL)
+        record_add_meta(out, RECORD_FILTER, filter);
     free(zeros);
 }
 

@@ -293,7 +293,7 @@ static void records_that_do_not_fit_are_refused(void **state)
     record_add_meta(&late, "free_from_s", "7.0");
     refuse(&late, "", BF_BAD_FILE, "free_from_s");
     struct record fine = case_record("d.csv", SAMPLES, dt_s, 1.0, true);
-    refuse(&fine, "  - {kind: base_motion}\n", BF_USAGE, "cannot be simulated");
+    refuse(&fine, "  - {kind: patch_position, shift_m: {value: -0.05}}\n", BF_NUMERIC, "would leave the beam");
 }
 
 static void impossible_parameters_are_numeric_errors(void **state)

@@ -1,0 +1,66 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/*
+ * The recorder's anti-alias filter, where a record states it:
+ *     # anti-alias filter: Butterworth order 8 at 409.6 Hz, forward and backward
+ * A linear path does not care that input and output went through the same filter. What is not linear felt the input before
+ * the filter, and its effect was recorded behind it.
+ */
+#include "predict_work.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* 1/A is bounded by about 1/(2 √this): what the filter has taken out cannot be brought back. */
+static const double inverse_floor = 0.01;
+enum { HIGHEST_ORDER = 24 };
+
+struct recorder_filter recorder_filter_read(const struct record *record)
+{
+    struct recorder_filter filter = {.order = 0};
+    const char *text = record_meta(record, RECORD_FILTER);
+    int order;
+    double corner_Hz;
+    if (text == NULL || sscanf(text, "Butterworth order %d at %lf Hz", &order, &corner_Hz) != 2)
+        return filter;
+    if (order < 1 || order > HIGHEST_ORDER || !(corner_Hz > 0.0) || !isfinite(corner_Hz))
+        return filter;
+    filter.order = order;
+    filter.corner_samples = corner_Hz * record->dt_s;
+    filter.twice = strstr(text, "forward and backward") != NULL;
+    return filter;
+}
+
+/* Butterworth low-pass at s relative to its corner: H(s) H(−s) = 1/(1 + (−s²)^n). */
+static double complex butterworth(const struct recorder_filter *filter, double complex s)
+{
+    const double pi = acos(-1.0);
+    double complex result = 1.0, square = -s * s;
+    if (filter->twice) {
+        for (int i = 0; i < filter->order; i++)
+            result *= square;
+        return 1.0 / (1.0 + result);
+    }
+    for (int k = 0; k < filter->order; k++) {
+        double angle = pi * (0.5 + (2.0 * k + 1.0) / (2.0 * filter->order));
+        result /= s - cexp(CMPLX(0.0, angle)); /* the product of −poles is 1 */
+    }
+    return result;
+}
+
+bool recorder_filter_at(const struct record_plan *plan, const struct response_grid *grid, double complex A[])
+{
+    const struct recorder_filter *filter = &plan->recorder;
+    if (filter->order == 0 || grid->intersample != INTERSAMPLE_BAND_LIMITED)
+        return false;
+    double corner_rad = 2.0 * acos(-1.0) * filter->corner_samples / grid->dt_s; /* by the recorder's own clock */
+    for (size_t k = 0; k < grid->m; k++)
+        A[k] = butterworth(filter, grid->s[k] / corner_rad);
+    return true;
+}
+
+void recorder_undo(size_t m, const double complex A[], double complex U[])
+{
+    for (size_t k = 0; k < m; k++)
+        U[k] *= conj(A[k]) / (creal(A[k] * conj(A[k])) + inverse_floor * (1.0 - fmin(1.0, cabs(A[k]))));
+}
