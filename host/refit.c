@@ -391,3 +391,30 @@ void refit_free(struct refit_result *result)
     free(result->residual), free(result->channels);
     *result = (struct refit_result){0};
 }
+
+enum bf_status refit_check(const struct model *model, const struct record records[], size_t n_records,
+                           const double sigma[], const struct predict_options *predict, double *chi2_per_row,
+                           double *noise_ratio, struct bf_error *err)
+{
+    struct fit_options options = {.quiet = true};
+    struct own_values own;
+    struct fit_channel_error *channels = NULL;
+    size_t n = 0;
+    if (predict)
+        options.predict = *predict;
+    options.predict.quiet = true;
+    enum bf_status status = own_values_find(model, records, n_records, &options, &own, err);
+    options.sigma = sigma;
+    if (!status)
+        status = fit_errors(own.model, records, n_records, &options, &channels, &n, err);
+    double square = 0.0, rows = 0.0, error;
+    for (size_t c = 0; c < n; c++) {
+        square += (double)channels[c].n * channels[c].noise_ratio * channels[c].noise_ratio;
+        rows += (double)channels[c].n;
+    }
+    *chi2_per_row = rows > 0.0 ? square / rows : 0.0;
+    fit_totals(channels, n, &error, noise_ratio);
+    free(channels);
+    own_values_free(&own);
+    return status;
+}
