@@ -5,9 +5,14 @@
 #include <string.h>
 #include "dense.h"
 #include "fit_stages.h"
+#include "spectrum.h"
 
-enum { FREQUENCIES = 81 };
-static const double frequency_range = 0.02; /* of the start, to both sides */
+enum {
+    PEAKS = 6,   /* of the residual's spectrum that are tried */
+    PADDING = 4, /* bins per resolution */
+    AROUND = 40, /* bins to each side that make the background of a bin */
+    APART = 8    /* bins between two peaks, and between a peak and its background */
+};
 
 /* The unknowns of one sinusoidal effect; none where it is held. */
 struct sinusoid {
@@ -29,7 +34,7 @@ static bool find_sinusoid(const struct fit_problem *p, size_t e, struct sinusoid
     size_t phases = 0;
     for (size_t i = 0; i < p->n_unknowns; i++) {
         const struct parameter_ref *ref = &p->refs[p->unknowns[i].ref];
-        if (ref->role != ROLE_EFFECT || ref->owner != e || p->unknowns[i].logarithmic)
+        if (ref->role != ROLE_EFFECT || ref->owner != e)
             continue;
         const struct beam_parameter_info *info = &effect->parameters[ref->slot];
         if (is_phase(info) && ref->record >= 0) {
@@ -46,11 +51,11 @@ static bool find_sinusoid(const struct fit_problem *p, size_t e, struct sinusoid
 
 static void set_held(struct fit_problem *p, const struct sinusoid *s, bool held)
 {
-    p->held[s->amplitude] = held;
+    fit_problem_hold(p, s->amplitude, held);
     if (s->frequency != none)
-        p->held[s->frequency] = held;
+        fit_problem_hold(p, s->frequency, held);
     for (size_t r = 0; r < p->n_records; r++)
-        p->held[s->phase[r]] = held;
+        fit_problem_hold(p, s->phase[r], held);
 }
 
 void phases_hold(struct fit_problem *p, double x[])
@@ -129,37 +134,108 @@ static void take_pairs(const struct fit_problem *p, const struct sinusoid *s, co
     x[s->amplitude] = records > 0.0 ? sqrt(square / records) : 0.0;
 }
 
+/* ---- Which frequencies ---- */
+
+/* score[k] += how far the residual of a channel stands out of its surroundings at k·df. */
+static enum bf_status add_prominence(const struct fit_problem *p, size_t c, const double residual[], double df_Hz,
+                                     size_t bins, double score[], struct bf_error *err)
+{
+    const size_t n = p->channels[c].n, m = fft_good_size(PADDING * n);
+    const struct fft *plan;
+    enum bf_status status = fft_get(m, &plan, err);
+    if (status)
+        return status;
+    double *x = bf_alloc(m, sizeof *x), *power = bf_alloc(m / 2 + 1, sizeof *power);
+    double complex *X = bf_alloc(m / 2 + 1, sizeof *X);
+    window_fill(WINDOW_HANN, n, x);
+    for (size_t k = 0; k < n; k++)
+        x[k] *= residual[p->channels[c].row + k];
+    fft_forward(plan, x, X);
+    for (size_t k = 0; k <= m / 2; k++)
+        power[k] = creal(X[k] * conj(X[k]));
+    const double own_df_Hz = 1.0 / ((double)m * p->channels[c].dt_s);
+    for (size_t b = 0; b < bins; b++) {
+        const size_t k = (size_t)((double)b * df_Hz / own_df_Hz + 0.5);
+        double around = 0.0, count = 0.0;
+        for (size_t i = k > AROUND ? k - AROUND : 0; i <= k + AROUND && i <= m / 2; i++) {
+            if (i + APART > k && i < k + APART)
+                continue;
+            around += power[i];
+            count += 1.0;
+        }
+        if (k <= m / 2 && around > 0.0)
+            score[b] += power[k] * count / around;
+    }
+    free(x), free(power), free(X);
+    return BF_OK;
+}
+
+/* The frequencies within low … high at which lines stand out of the residual, best first; returns how many. */
+static enum bf_status find_lines(const struct fit_problem *p, const double residual[], double low_Hz, double high_Hz,
+                                 double lines_Hz[PEAKS], size_t *n, struct bf_error *err)
+{
+    double longest_s = 0.0, top_Hz = 0.0;
+    for (size_t c = 0; c < p->n_channels; c++) {
+        longest_s = fmax(longest_s, (double)p->channels[c].n * p->channels[c].dt_s);
+        top_Hz = fmax(top_Hz, 0.5 / p->channels[c].dt_s);
+    }
+    const double df_Hz = 1.0 / (PADDING * longest_s);
+    const size_t bins = (size_t)(fmin(top_Hz, high_Hz) / df_Hz) + 1;
+    double *score = bf_alloc(bins, sizeof *score);
+    enum bf_status status = BF_OK;
+    for (size_t c = 0; c < p->n_channels && !status; c++)
+        status = add_prominence(p, c, residual, df_Hz, bins, score, err);
+    for (*n = 0; *n < PEAKS && !status; (*n)++) {
+        size_t best = 0;
+        for (size_t b = (size_t)ceil(fmax(low_Hz, APART * df_Hz) / df_Hz); b < bins; b++)
+            if (score[b] > score[best] || best == 0)
+                best = b;
+        if (best == 0 || !(score[best] > 0.0))
+            break;
+        lines_Hz[*n] = (double)best * df_Hz;
+        for (size_t b = best > APART ? best - APART : 0; b <= best + APART && b < bins; b++)
+            score[b] = 0.0;
+    }
+    free(score);
+    return status;
+}
+
+static void set_frequency(const struct fit_problem *p, size_t unknown, double f_Hz, double x[])
+{
+    const struct unknown *u = &p->unknowns[unknown];
+    x[unknown] = u->logarithmic ? log(f_Hz) : f_Hz / u->scale;
+}
+
 static enum bf_status find_one(struct fit_problem *p, const struct sinusoid *s, double x[], struct bf_error *err)
 {
-    double square, best_fall = -1.0, longest = 0.0;
+    double square, best_fall = -1.0, tried_Hz[PEAKS + 1] = {0.0}, best_Hz = 0.0;
     double *base = bf_alloc(p->n_rows, sizeof *base), *ab = bf_alloc(2 * p->n_records, sizeof *ab);
     double *best = bf_alloc(2 * p->n_records, sizeof *best);
+    size_t n = 0;
     x[s->amplitude] = 0.0;
     enum bf_status status = fit_problem_evaluate(p, x, false, &square, err);
     if (!status)
         memcpy(base, p->residual, p->n_rows * sizeof *base);
-    for (size_t i = 0; i < p->n_channels; i++)
-        longest = fmax(longest, (double)p->channels[i].n * p->channels[i].dt_s);
-    const double start = s->frequency != none ? x[s->frequency] * p->unknowns[s->frequency].scale : 0.0;
-    const double step = fmax(0.5 / longest, 2.0 * frequency_range * start / (FREQUENCIES - 1));
-    double frequency = start;
-    for (int k = -(FREQUENCIES / 2); k <= FREQUENCIES / 2 && !status; k++) {
-        const double trial = start + (double)k * step;
-        if (fabs(trial - start) > frequency_range * start + 1e-12)
-            continue;
+    if (!status && s->frequency != none) {
+        const struct unknown *u = &p->unknowns[s->frequency];
+        const struct parameter *info = p->refs[u->ref].info;
+        status = find_lines(p, base, info->min, info->max, tried_Hz, &n, err);
+        tried_Hz[n] = u->logarithmic ? exp(x[s->frequency]) : x[s->frequency] * u->scale;
+    }
+    for (size_t k = 0; k <= n && !status; k++) {
         if (s->frequency != none)
-            x[s->frequency] = trial / p->unknowns[s->frequency].scale;
+            set_frequency(p, s->frequency, tried_Hz[k], x);
         double fall;
         status = fit_pairs(p, s, x, base, ab, &fall, err);
         if (!status && fall > best_fall) {
-            best_fall = fall, frequency = trial;
+            best_fall = fall, best_Hz = tried_Hz[k];
             memcpy(best, ab, 2 * p->n_records * sizeof *best);
         }
     }
     if (!status) {
         take_pairs(p, s, best, x);
         if (s->frequency != none)
-            x[s->frequency] = frequency / p->unknowns[s->frequency].scale;
+            set_frequency(p, s->frequency, best_Hz, x);
     }
     free(base), free(ab), free(best);
     return status;

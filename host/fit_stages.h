@@ -37,8 +37,8 @@ double staircase_misfit(const struct fit_problem *p);
 /*
  * Effects that are a sinusoid of unknown amplitude and phase (hum, base motion) have a minimum in every wrong phase, and
  * nothing to say in a short window. phases_hold() takes them out (amplitude 0, not moved); phases_find() puts them back
- * where the residual of the whole records says: a linear fit of sine and cosine per record, at the best of the
- * frequencies within 2 % of the start when the frequency is free.
+ * where the residual of the whole records says: a linear fit of sine and cosine per record, at the best of the start and
+ * the six most prominent lines of the residual's spectrum when the frequency is free.
  */
 void phases_hold(struct fit_problem *p, double x[]);
 enum bf_status phases_find(struct fit_problem *p, double x[], struct bf_error *err);

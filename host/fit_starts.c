@@ -124,7 +124,7 @@ static size_t values_of(const struct fit_problem *p, size_t i, int density, bool
     double start = isfinite(info->start) && info->start != 0.0 ? fabs(info->start) : u->least_scale;
     if (is_strength(info) && ref->value != 0.0 && isfinite(ref->value))
         start = fabs(ref->value);
-    if (is_strength(info) && !strengths)
+    if (p->held[i] || (is_strength(info) && !strengths))
         return 0;
     if (is_position(info)) {
         const int places = density > 1 ? 12 : 6;

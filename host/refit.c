@@ -173,11 +173,11 @@ static enum bf_status rank_starts(struct refit_work *w, struct starts *kept, str
 {
     static const double floor = 0.02;
     struct fit_problem *p = &w->problem;
-    struct start_grid grid = start_grid_new(p, w->options->first_new, 1, false);
     double *theta = bf_alloc(w->n_refs, sizeof *theta), *x = bf_alloc(p->n_unknowns, sizeof *x);
     memcpy(theta, w->theta0, w->n_refs * sizeof *theta);
     starts_to_x(p, theta, x);
     phases_hold(p, x);
+    struct start_grid grid = start_grid_new(p, w->options->first_new, 1, false);
     fit_problem_to_theta(p, x, theta);
     enum bf_status status = BF_OK;
     if (grid.n + w->options->n_starts <= 1) {
