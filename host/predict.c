@@ -166,6 +166,7 @@ static void plan_free(struct record_plan *plan, size_t n_inputs)
     for (size_t c = 0; c < plan->n_changes; c++)
         free(plan->changes[c].U);
     free(plan->changes);
+    free(plan->A);
     free(plan->recorded);
     free(plan->driven);
     free(plan->U);
@@ -274,6 +275,7 @@ static enum bf_status window_record(struct predictor *p, size_t r, struct bf_err
     if (status != BF_OK)
         return status;
     const struct response_grid *grid = &p->grids[plan->grid];
+    recorder_plan(plan, grid);
     double *x = bf_alloc(grid->n + grid->n_tail, sizeof *x);
     for (size_t i = 0; status == BF_OK && i < p->model.n_inputs; i++) {
         if (plan->input[i] == NULL)

@@ -2,7 +2,8 @@
 /*
  * What reaches the beam: a recorded drive behind its amplifier and patch (hysteresis, saturation). The record's
  * band-limited curve is sampled several times a sample, the drive effects act on it in their order, and only the change is
- * transformed back: what they leave alone stays exact. Derivatives go along by forward differentiation.
+ * transformed back: what they leave alone stays exact. They act before the recorder's filter, where a record states one.
+ * Derivatives go along by forward differentiation.
  */
 #include "predict_work.h"
 
@@ -29,9 +30,8 @@ struct drive_work {
     struct record_plan *plan;
     const struct response_grid *grid;
     size_t record, input, factor, N;
-    double complex *A; /* [m] the recorder's filter; NULL: not stated */
-    double *weight;    /* [N] e^(−σt) */
-    double *x;         /* [N] behind the effects so far */
+    double *weight; /* [N] e^(−σt) */
+    double *x;      /* [N] behind the effects so far */
     size_t n_slots;
     size_t slot[8 * BEAM_EFFECT_PARAMETERS]; /* wanted parameters of the effects so far */
     double *dx;                              /* [n_slots][N] */
@@ -72,8 +72,9 @@ static enum bf_status add_transform(const struct drive_work *w, const double x[]
     for (size_t k = 0; k < w->N; k++)
         padded[k] = x[k] * w->weight[k];
     fft_forward(plan, padded, wide);
+    recorder_apply(w->plan, w->grid->m, wide);
     for (size_t k = 0; k < w->grid->m; k++)
-        U[k] += wide[k] / (double)w->factor * (w->A != NULL ? w->A[k] : 1.0);
+        U[k] += wide[k] / (double)w->factor;
     free(wide);
     free(padded);
     return BF_OK;
@@ -172,13 +173,7 @@ static enum bf_status drive_input(struct drive_work *w, struct bf_error *err)
         w->weight[k] = exp(-w->grid->sigma * step_s * (double)k);
     double complex *U = bf_grow(NULL, w->grid->m, sizeof *U);
     memcpy(U, w->plan->recorded[w->input], w->grid->m * sizeof *U);
-    w->A = bf_grow(NULL, w->grid->m, sizeof *w->A);
-    if (recorder_filter_at(w->plan, w->grid, w->A)) {
-        recorder_undo(w->grid->m, w->A, U);
-    } else {
-        free(w->A);
-        w->A = NULL;
-    }
+    recorder_undo(w->plan, w->grid->m, U);
     enum bf_status status = upsample(w, U, err);
     memcpy(before, w->x, w->N * sizeof *before);
     for (size_t e = 0; status == BF_OK && e < model->n_effects; e++)
@@ -187,7 +182,6 @@ static enum bf_status drive_input(struct drive_work *w, struct bf_error *err)
     if (status == BF_OK)
         status = store(w, before, err);
     free(U);
-    free(w->A);
     free(w->weight);
     free(w->dx);
     return status;

@@ -48,19 +48,26 @@ static double complex butterworth(const struct recorder_filter *filter, double c
     return result;
 }
 
-bool recorder_filter_at(const struct record_plan *plan, const struct response_grid *grid, double complex A[])
+void recorder_plan(struct record_plan *plan, const struct response_grid *grid)
 {
     const struct recorder_filter *filter = &plan->recorder;
     if (filter->order == 0 || grid->intersample != INTERSAMPLE_BAND_LIMITED)
-        return false;
+        return;
     double corner_rad = 2.0 * acos(-1.0) * filter->corner_samples / grid->dt_s; /* by the recorder's own clock */
+    plan->A = bf_grow(plan->A, grid->m, sizeof *plan->A);
     for (size_t k = 0; k < grid->m; k++)
-        A[k] = butterworth(filter, grid->s[k] / corner_rad);
-    return true;
+        plan->A[k] = butterworth(filter, grid->s[k] / corner_rad);
 }
 
-void recorder_undo(size_t m, const double complex A[], double complex U[])
+void recorder_undo(const struct record_plan *plan, size_t m, double complex U[])
 {
-    for (size_t k = 0; k < m; k++)
+    const double complex *A = plan->A;
+    for (size_t k = 0; A != NULL && k < m; k++)
         U[k] *= conj(A[k]) / (creal(A[k] * conj(A[k])) + inverse_floor * (1.0 - fmin(1.0, cabs(A[k]))));
+}
+
+void recorder_apply(const struct record_plan *plan, size_t m, double complex Y[])
+{
+    for (size_t k = 0; plan->A != NULL && k < m; k++)
+        Y[k] *= plan->A[k];
 }

@@ -29,6 +29,7 @@ struct record_plan {
     size_t grid;     /* index into predictor->grids */
     bool free_decay;
     struct recorder_filter recorder;
+    double complex *A;         /* [m] of that filter; NULL: not stated, or inputs are held */
     const double **input;      /* [n_inputs] column of the record or NULL */
     size_t *source;            /* [n_inputs] where the input acts in this record: index into predictor->inputs */
     double complex **recorded; /* [n_inputs][m] transforms of the inputs in this window, NULL where absent */
@@ -158,11 +159,14 @@ enum bf_status geometry_evaluate(const struct run *run, struct bf_error *err);
 enum bf_status geometry_input_shift(const struct predictor *p, size_t record, size_t input, const double theta[],
                                     double *shift_m, struct bf_error *err);
 
-/* predict_recorder.c: A[m] on the grid; false where none is stated (A untouched). */
+/*
+ * predict_recorder.c. What is not linear felt its input before the recorder's filter: undo it on a spectrum [m], as far as
+ * that can be told, and apply it to what comes of it. Both do nothing where the record states no filter.
+ */
 struct recorder_filter recorder_filter_read(const struct record *record);
-bool recorder_filter_at(const struct record_plan *plan, const struct response_grid *grid, double complex A[]);
-/* U[m] before the filter, as far as that can be told. */
-void recorder_undo(size_t m, const double complex A[], double complex U[]);
+void recorder_plan(struct record_plan *plan, const struct response_grid *grid); /* fills A for a window */
+void recorder_undo(const struct record_plan *plan, size_t m, double complex U[]);
+void recorder_apply(const struct record_plan *plan, size_t m, double complex Y[]);
 
 /* predict_drive.c: what reaches the beam through amplifiers and patches; fills U and changes of every record. */
 bool input_driven(const struct model *model, size_t input);
