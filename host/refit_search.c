@@ -1,0 +1,228 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "refit_search.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include "dense.h"
+#include "fit_starts.h"
+#include "refit_law.h"
+
+enum { SCAN_VALUES = 96, RANK_ITERATIONS = 8 };
+static const double hopeless = 4.0; /* times the ½χ² of the best start: not followed */
+static const double reached = 1.1;  /* root mean square in noises up to which no other start is tried */
+
+static bool is_new(const struct tournament *t, size_t unknown)
+{
+    const struct parameter_ref *ref = &t->p->refs[t->p->unknowns[unknown].ref];
+    return ref->role == ROLE_EFFECT && ref->owner >= t->first_effect;
+}
+
+/*
+ * A baseline that lacks something may have driven a positive parameter to where it does nothing; its logarithm has no gradient
+ * there and would stay. It begins where it changes the signals by about half the floor.
+ */
+static enum bf_status lift_sunken(struct tournament *t, struct bf_error *err)
+{
+    static const double floor = 0.02, sunken = 0.1, lifted = 0.5, most = 1e6;
+    struct fit_problem *p = t->p;
+    double square, *x = bf_alloc(p->n_unknowns, sizeof *x);
+    starts_to_x(p, t->theta0, x);
+    enum bf_status status = fit_problem_stage(p, 0.0, floor, x, err);
+    if (!status)
+        status = fit_problem_evaluate(p, x, true, &square, err);
+    for (size_t i = 0; i < p->n_unknowns && !status; i++) {
+        const struct unknown *u = &p->unknowns[i];
+        const enum parameter_role role = p->refs[u->ref].role;
+        const double size = dense_norm(p->n_rows, p->jacobian + i * p->n_rows) / sqrt((double)p->n_rows);
+        if (!u->logarithmic || role == ROLE_EFFECT || size > sunken)
+            continue;
+        const double factor = fmin(lifted / size, most);
+        t->theta0[u->ref] *= role == ROLE_EI ? 1.0 / factor : factor;
+    }
+    free(x);
+    return status;
+}
+
+/* What the linearised problem says about the amount of the new effects, before small steps creep there. */
+static enum bf_status leap(struct tournament *t, double theta[], struct bf_error *err)
+{
+    struct fit_problem *p = t->p;
+    const size_t n = p->n_unknowns;
+    const struct least_squares view = fit_problem_view(p);
+    double *x = bf_alloc(n, sizeof *x), *gradient = bf_alloc(n, sizeof *gradient);
+    double *gram = bf_alloc(n * n, sizeof *gram), *step = bf_alloc(n, sizeof *step), square, fall;
+    starts_to_x(p, theta, x);
+    enum bf_status status = view.derivative(p, x, &square, gradient, gram, err);
+    if (!status)
+        status = optimise_decrement(&view, x, gradient, gram, 0.0, &fall, step, err);
+    for (size_t i = 0; i < n && !status; i++) {
+        const struct unknown *u = &p->unknowns[i];
+        if (!is_new(t, i) || u->logarithmic || !is_strength(effect_parameter(p, i)))
+            continue;
+        const double there = fmin(fmax(x[i] + step[i], p->lower[i]), p->upper[i]);
+        if (fabs(there) > fabs(x[i]))
+            theta[u->ref] = there * u->scale;
+    }
+    free(x), free(gradient), free(gram), free(step);
+    return status;
+}
+
+/* A few steps in the window as it is. */
+static enum bf_status try_start(struct tournament *t, const double theta[], struct starts *kept, struct bf_error *err)
+{
+    struct fit_problem *p = t->p;
+    double *x = bf_alloc(p->n_unknowns, sizeof *x), *moved = bf_alloc(t->p->n_refs, sizeof *moved);
+    const struct optimise_options options = {.iterations = 4, .tolerance = 1e-2, .relative = 1e-2};
+    struct optimise_result result;
+    memcpy(moved, theta, t->p->n_refs * sizeof *moved);
+    enum bf_status status = leap(t, moved, err);
+    if (!status) {
+        const struct least_squares view = fit_problem_view(p);
+        starts_to_x(p, moved, x);
+        status = optimise_local(&view, &options, x, &result, err);
+    }
+    if (!status) {
+        fit_problem_to_theta(p, x, moved);
+        starts_add(kept, moved, result.half_square);
+    }
+    t->tried++;
+    free(x), free(moved);
+    return status == BF_NUMERIC ? BF_OK : status; /* a start without a value is no start */
+}
+
+/* Ranks the model's values, the caller's starts and a grid of thresholds and places in a short window. */
+static enum bf_status rank_starts(struct tournament *t, struct starts *kept, struct bf_error *err)
+{
+    static const double floor = 0.02;
+    struct fit_problem *p = t->p;
+    double *theta = bf_alloc(t->p->n_refs, sizeof *theta), *x = bf_alloc(p->n_unknowns, sizeof *x);
+    memcpy(theta, t->theta0, t->p->n_refs * sizeof *theta);
+    starts_to_x(p, theta, x);
+    phases_hold(p, x);
+    struct start_grid grid = start_grid_new(p, t->first_effect, 1, false);
+    fit_problem_to_theta(p, x, theta);
+    enum bf_status status = BF_OK;
+    if (grid.n + t->n_starts <= 1) {
+        starts_add(kept, theta, 0.0);
+    } else {
+        status = fit_problem_stage(p, t->stairs.first_ps, floor, x, err);
+        for (size_t k = 0; k < t->n_starts && !status; k++)
+            status = try_start(t, t->starts + k * t->p->n_refs, kept, err);
+        for (size_t k = 0; k < grid.n && !status && !fit_problem_interrupted(p); k++) {
+            start_grid_at(&grid, p, k, theta);
+            status = try_start(t, theta, kept, err);
+        }
+    }
+    start_grid_free(&grid);
+    free(theta), free(x);
+    return status;
+}
+
+/* The same for nonlinear effects: the caller's starts, and those of law_starts(), all after a few steps. */
+static enum bf_status rank_laws(struct tournament *t, struct starts *kept, struct bf_error *err)
+{
+    struct fit_problem *p = t->p;
+    struct starts found = starts_new(t->quick ? 3 : 6, t->p->n_refs, t->p->refs, t->first_effect);
+    const double last_ps = 1.0 / t->stairs.longest_s;
+    double scanned_ps;
+    enum bf_status status = law_starts(p, t->first_effect, SCAN_VALUES, 3.0 * t->stairs.first_ps, last_ps, t->theta0,
+                                       &found, &scanned_ps, err);
+    t->stairs.first_ps = scanned_ps;
+    for (size_t k = 0; k < t->n_starts && !status; k++)
+        status = try_start(t, t->starts + k * t->p->n_refs, kept, err);
+    for (size_t k = 0; k < found.n && !status && !fit_problem_interrupted(p); k++)
+        status = try_start(t, found.theta + k * t->p->n_refs, kept, err);
+    starts_free(&found);
+    return status;
+}
+
+/* Longer windows by the factor, each with fewer starts; what is left goes down the staircase from there. */
+static enum bf_status rank_again(struct tournament *t, double longer, struct starts *starts, size_t room,
+                                 struct bf_error *err)
+{
+    struct fit_problem *p = t->p;
+    starts_prune(starts, hopeless);
+    if (starts->n <= room)
+        return BF_OK;
+    struct starts fewer = starts_new(room, t->p->n_refs, t->p->refs, t->first_effect);
+    double *x = bf_alloc(p->n_unknowns, sizeof *x), *theta = bf_alloc(t->p->n_refs, sizeof *theta);
+    enum bf_status status = BF_OK;
+    memcpy(theta, t->theta0, t->p->n_refs * sizeof *theta);
+    t->stairs.first_ps /= longer;
+    for (size_t k = 0; k < starts->n && !status && !fit_problem_interrupted(p); k++) {
+        struct optimise_result result;
+        starts_to_x(p, starts->theta + k * t->p->n_refs, x);
+        status = staircase_step(p, t->stairs.first_ps, RANK_ITERATIONS, x, &result, err);
+        if (!status) {
+            fit_problem_to_theta(p, x, theta);
+            starts_add(&fewer, theta, result.half_square);
+        } else if (status == BF_NUMERIC) {
+            status = BF_OK;
+        }
+    }
+    starts_free(starts);
+    *starts = fewer;
+    free(x), free(theta);
+    return status;
+}
+
+/* Down the staircase from each, until one explains the records. */
+static enum bf_status descend(struct tournament *t, const struct starts *starts, double best[],
+                              struct optimise_result *best_found, struct bf_error *err)
+{
+    struct fit_problem *p = t->p;
+    double *x = bf_alloc(p->n_unknowns, sizeof *x);
+    enum bf_status status = BF_NUMERIC;
+    bool have = false;
+    for (size_t k = 0; k < starts->n; k++) {
+        struct optimise_result found;
+        starts_to_x(p, starts->theta + k * p->n_refs, x);
+        status = staircase_run(p, &t->stairs, t->bar, x, &found, err);
+        if (status && status != BF_NUMERIC)
+            break;
+        if (!status && (!have || found.half_square < best_found->half_square)) {
+            memcpy(best, t->theta0, p->n_refs * sizeof *best);
+            fit_problem_to_theta(p, x, best);
+            *best_found = found, have = true;
+        }
+        if (fit_problem_interrupted(p) ||
+            (have && 2.0 * best_found->half_square <= reached * reached * (double)p->n_rows))
+            break;
+    }
+    free(x);
+    return have ? BF_OK : status;
+}
+
+static bool has_law(const struct model *model)
+{
+    for (size_t e = 0; e < model->n_effects; e++)
+        if (model->effects[e].effect->law)
+            return true;
+    return false;
+}
+
+enum bf_status tournament_run(struct tournament *t, double x[], struct optimise_result *found, struct bf_error *err)
+{
+    struct fit_problem *p = t->p;
+    const bool law = law_is_new(p, t->first_effect);
+    struct starts starts = starts_new(t->quick ? 3 : 6, p->n_refs, p->refs, t->first_effect);
+    double *best = bf_alloc(p->n_refs, sizeof *best);
+    t->stairs.gentle = has_law(p->model);
+    enum bf_status status = law ? BF_OK : lift_sunken(t, err);
+    if (!status)
+        status = law ? rank_laws(t, &starts, err) : rank_starts(t, &starts, err);
+    if (!status && law)
+        status = rank_again(t, 3.0, &starts, t->quick ? 2 : 4, err);
+    if (!status)
+        status = rank_again(t, law ? 3.0 : 10.0, &starts, t->quick ? 1 : 2, err);
+    if (!status && starts.n == 0)
+        status = bf_fail(err, BF_NUMERIC, "no start of the new effects has a value");
+    if (!status)
+        status = descend(t, &starts, best, found, err);
+    if (!status)
+        starts_to_x(p, best, x);
+    starts_free(&starts);
+    free(best);
+    return status;
+}
