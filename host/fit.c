@@ -11,6 +11,8 @@
 #include "fit_stages.h"
 #include "noise.h"
 #include "progress.h"
+#include "refit_law.h"
+#include "refit_search.h"
 
 static const double reached = 1.1;    /* noise_ratio up to which nothing else is searched */
 static const double at_optimum = 0.1; /* distance from the optimum, in standard errors, that counts as there */
@@ -221,14 +223,33 @@ static enum bf_status verify(struct fit_work *w, const struct optimise_result *f
     return BF_OK;
 }
 
+/* The first descent: a nonlinear effect needs starts of its own, see refit_search.h. */
+static enum bf_status first_descent(struct fit_work *w, const struct fit_options *options,
+                                    const struct staircase *stairs, struct progress *bar, struct optimise_result *found,
+                                    struct bf_error *err)
+{
+    struct fit_problem *p = &w->problem;
+    if (options->start == FIT_NEAR)
+        return staircase_last(p, stairs, w->x, found, err);
+    if (!law_is_new(p, 0))
+        return staircase_run(p, stairs, bar, w->x, found, err);
+    double *theta = bf_alloc(2 * w->n_refs, sizeof *theta);
+    for (size_t i = 0; i < 2 * w->n_refs; i++)
+        theta[i] = w->refs[i % w->n_refs].value;
+    struct tournament tournament = {
+        .p = p, .stairs = *stairs, .theta0 = theta, .n_starts = 1, .starts = theta + w->n_refs, .bar = bar};
+    const enum bf_status status = tournament_run(&tournament, w->x, found, err);
+    free(theta);
+    return status;
+}
+
 static enum bf_status descend(struct fit_work *w, const struct fit_options *options, struct progress *bar,
                               struct fit_result *out, struct bf_error *err)
 {
     struct fit_problem *p = &w->problem;
     struct optimise_result found;
     const struct staircase stairs = staircase_for(w->model, w->records, w->n_records);
-    enum bf_status status = options->start == FIT_NEAR ? staircase_last(p, &stairs, w->x, &found, err)
-                                                       : staircase_run(p, &stairs, bar, w->x, &found, err);
+    enum bf_status status = first_descent(w, options, &stairs, bar, &found, err);
     if (status)
         return status;
     if (found.end == OPTIMISE_INTERRUPTED)
@@ -237,8 +258,8 @@ static enum bf_status descend(struct fit_work *w, const struct fit_options *opti
     if (!status)
         status = fit_problem_evaluate(p, w->x, false, &square, err);
     const bool missed = !status && total_noise_ratio(w) > reached;
-    const bool wanted =
-        options->start == FIT_SEARCH || (missed && options->start == FIT_GIVEN && !options->never_search);
+    const bool wanted = options->start == FIT_SEARCH ||
+                        (missed && options->start == FIT_GIVEN && !options->never_search && !law_is_new(p, 0));
     if (!status && wanted && p->n_unknowns > 0 && !progress_interrupted())
         status = search(w, &stairs, bar, &found, out, err);
     out->interrupted = progress_interrupted();

@@ -42,11 +42,14 @@ struct staircase staircase_for(const struct model *model, const struct record re
     return s;
 }
 
-static void say(struct progress *bar, double fraction, const struct fit_problem *p)
+static void say(struct progress *bar, double decay_ps, const struct staircase *stairs, const struct fit_problem *p)
 {
     if (!bar)
         return;
     char note[64];
+    const double span = log(fmax(stairs->first_ps * stairs->longest_s, 2.0));
+    const double left = log(fmax(decay_ps * stairs->longest_s, 1.0)) / span;
+    const double fraction = decay_ps > 0.0 ? 0.8 * (1.0 - left) : 0.9;
     snprintf(note, sizeof note, "window s = %.3g/s, misfit %.3g", p->decay_ps, sqrt(fit_problem_mean_square(p)));
     progress_update(bar, fraction, note);
 }
@@ -137,8 +140,8 @@ static enum bf_status careful_step(struct fit_problem *p, double decay_ps, doubl
  * explained although the one before was is tried again, less long, from there. When even a little longer is not
  * explained, it is the model that lacks something, and the rest is done in the large steps of the ordinary staircase.
  */
-static enum bf_status careful_windows(struct fit_problem *p, const struct staircase *stairs, double x[],
-                                      struct optimise_result *out, struct bf_error *err)
+static enum bf_status careful_windows(struct fit_problem *p, const struct staircase *stairs, struct progress *bar,
+                                      double x[], struct optimise_result *out, struct bf_error *err)
 {
     static const double usual = 3.0, least = 1.15, last_share = 0.7;
     double s = stairs->first_ps, known = 0.0, factor = usual, misfit;
@@ -151,6 +154,7 @@ static enum bf_status careful_windows(struct fit_problem *p, const struct stairc
         status = careful_step(p, s, trial, out, &misfit, err);
         if (status || out->end == OPTIMISE_INTERRUPTED)
             break;
+        say(bar, s, stairs, p);
         if (misfit > 1.0 && known > 0.0 && factor > least) {
             factor = sqrt(factor);
             s = known / factor;
@@ -170,22 +174,21 @@ enum bf_status staircase_run(struct fit_problem *p, const struct staircase *stai
 {
     double s = stairs->first_ps;
     enum bf_status status = BF_OK;
-    const double span = log(fmax(s * stairs->longest_s, 2.0));
     phases_hold(p, x);
     if (stairs->gentle)
-        status = careful_windows(p, stairs, x, out, err);
+        status = careful_windows(p, stairs, bar, x, out, err);
     while (!status && !stairs->gentle && s * stairs->longest_s > 1.0) {
         status = staircase_step(p, s, STEP_ITERATIONS, x, out, err);
         if (status || out->end == OPTIMISE_INTERRUPTED)
             return status;
         const double misfit = sqrt(fit_problem_mean_square(p));
-        say(bar, 0.8 * (1.0 - log(fmax(s * stairs->longest_s, 1.0)) / span), p);
+        say(bar, s, stairs, p);
         s /= next_factor(misfit);
     }
     if (!status && !fit_problem_interrupted(p))
         status = phases_find(p, x, err);
     if (!status && !fit_problem_interrupted(p))
         status = staircase_last(p, stairs, x, out, err);
-    say(bar, 0.9, p);
+    say(bar, 0.0, stairs, p);
     return status;
 }
