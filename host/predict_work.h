@@ -128,6 +128,7 @@ static inline double *run_column(const struct run *run, size_t parameter, const 
     return run->out->jacobian + parameter * run->out->n_rows + channel->row;
 }
 
+void kernels_free(struct predictor *p);
 /* Writes parameters into p->model. */
 void predictor_use(struct predictor *p, const double theta[]);
 

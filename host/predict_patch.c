@@ -1,0 +1,282 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/*
+ * The patch at another place: its region edges move, and the knots of the splines with them, so that the shifted modes stay
+ * in the reduced space to first order. Matrices and functionals are smooth in the shift; their derivatives are differences
+ * of order four over a shift so small beside every region that both errors are near 1e-10.
+ */
+#include "predict_geometry.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Step of the differences, relative to the shortest region: small, because y″ of a place jumps where an edge passes it. */
+static const double difference_part = 1e-4;
+/* No region may become shorter than this part of itself. */
+static const double shortest_part = 0.02;
+enum { STENCIL = 4 };
+static const double stencil_at[STENCIL] = {-2.0, -1.0, 1.0, 2.0};
+static const double stencil_weight[STENCIL] = {1.0 / 12.0, -8.0 / 12.0, 8.0 / 12.0, -1.0 / 12.0};
+
+/* ---- The model with its patch shifted ---- */
+
+static bool is_patch(const struct region *region)
+{
+    return strcmp(region->name, "patch") == 0;
+}
+
+static void shift_regions(const struct model *fixed, double shift_m, struct model *out)
+{
+    size_t r = 0;
+    for (size_t i = 0; i < fixed->n_regions; i++)
+        out->regions[i] = fixed->regions[i];
+    while (r < fixed->n_regions && !is_patch(&fixed->regions[r]))
+        r++;
+    if (r > 0 && r < fixed->n_regions)
+        out->regions[r - 1].to_m += shift_m;
+    for (; r < fixed->n_regions && is_patch(&fixed->regions[r]); r++) {
+        out->regions[r].from_m += shift_m;
+        out->regions[r].to_m += shift_m;
+    }
+    if (r > 0 && r < fixed->n_regions && is_patch(&fixed->regions[r - 1]))
+        out->regions[r].from_m += shift_m;
+}
+
+static bool on_patch(double from, double to, double patch_from, double patch_to, double length)
+{
+    return fabs(from - patch_from) < 1e-9 * length && fabs(to - patch_to) < 1e-9 * length;
+}
+
+static enum bf_status shift_model(const struct model *fixed, double shift_m, struct model *out, struct bf_error *err)
+{
+    double from = 0.0, to = 0.0, L = fixed->length_m;
+    if (!model_patch(fixed, &from, &to))
+        return bf_fail(err, BF_BAD_FILE, "an effect shifts the patch, but the model has none");
+    if (not_zero(shift_m) && (!(from + shift_m > 0.0) || !(to + shift_m < L)))
+        return bf_fail(err, BF_NUMERIC, "the patch, shifted by %.4g m, would leave the beam", shift_m);
+    shift_regions(fixed, shift_m, out);
+    for (size_t r = 0; r < fixed->n_regions; r++)
+        if (!(out->regions[r].to_m - out->regions[r].from_m >
+              shortest_part * (fixed->regions[r].to_m - fixed->regions[r].from_m)) ||
+            (r > 0 && not_zero(out->regions[r].from_m - out->regions[r - 1].to_m)))
+            return bf_fail(err, BF_NUMERIC, "the patch, shifted by %.4g m, would leave no room for region '%s'",
+                           shift_m, fixed->regions[r].name);
+    for (size_t i = 0; i < fixed->n_inputs; i++) {
+        bool moves = fixed->inputs[i].kind == INPUT_PATCH_MOMENT &&
+                     on_patch(fixed->inputs[i].from_m, fixed->inputs[i].to_m, from, to, L);
+        out->inputs[i].from_m = fixed->inputs[i].from_m + (moves ? shift_m : 0.0);
+        out->inputs[i].to_m = fixed->inputs[i].to_m + (moves ? shift_m : 0.0);
+    }
+    for (size_t o = 0; o < fixed->n_outputs; o++) {
+        bool moves = fixed->outputs[o].kind == OUTPUT_PATCH_STRAIN &&
+                     on_patch(fixed->outputs[o].from_m, fixed->outputs[o].to_m, from, to, L);
+        out->outputs[o].from_m = fixed->outputs[o].from_m + (moves ? shift_m : 0.0);
+        out->outputs[o].to_m = fixed->outputs[o].to_m + (moves ? shift_m : 0.0);
+    }
+    return BF_OK;
+}
+
+void geometry_original(const struct predictor *p, struct model *out)
+{
+    struct bf_error err;
+    (void)model_copy(&p->model, out, &err);
+    if (p->geometry.patch_moves)
+        (void)shift_model(&p->geometry.fixed, 0.0, out, &err);
+}
+
+/* ---- The space ---- */
+
+void patch_free(struct geometry *g)
+{
+    for (size_t b = 0; g->block_by_shift != NULL && b < g->base.n_blocks; b++)
+        free(g->block_by_shift[b]);
+    free(g->block_by_shift);
+    g->block_by_shift = NULL;
+    reduced_free(&g->base);
+}
+
+static enum bf_status patch_shift(const struct predictor *p, const double theta[], double *shift_m,
+                                  struct bf_error *err)
+{
+    *shift_m = 0.0;
+    enum bf_status status = BF_OK;
+    for (size_t e = 0; status == BF_OK && e < p->model.n_effects; e++) {
+        struct beam_geometry at;
+        status = read_geometry(p, 0, e, theta, &at, err);
+        *shift_m += at.patch_shift_m;
+    }
+    if (status == BF_OK && !isfinite(*shift_m))
+        status = bf_fail(err, BF_NUMERIC, "the patch's shift is not a number");
+    return status;
+}
+
+enum bf_status geometry_place(struct predictor *p, const double theta[], struct bf_error *err)
+{
+    if (!p->geometry.patch_moves)
+        return BF_OK;
+    enum bf_status status = patch_shift(p, theta, &p->geometry.base_shift_m, err);
+    if (status == BF_OK)
+        status = shift_model(&p->geometry.fixed, p->geometry.base_shift_m, &p->model, err);
+    p->geometry.patch_shift_m = p->geometry.base_shift_m;
+    return status;
+}
+
+enum bf_status patch_rebase(struct predictor *p, struct bf_error *err)
+{
+    struct geometry *g = &p->geometry;
+    patch_free(g);
+    enum bf_status status = reduced_move(&p->reduced, &p->model, &p->model, &g->base, err);
+    g->block_by_shift = bf_alloc(g->base.n_blocks, sizeof *g->block_by_shift);
+    return status;
+}
+
+/* A model and its space at one shift. */
+struct moved {
+    struct model model;
+    struct reduced reduced;
+};
+
+static enum bf_status move_to(const struct predictor *p, double shift_m, struct moved *out, struct bf_error *err)
+{
+    struct model from;
+    *out = (struct moved){0};
+    (void)model_copy(&p->model, &from, err);
+    (void)model_copy(&p->model, &out->model, err);
+    enum bf_status status = shift_model(&p->geometry.fixed, p->geometry.base_shift_m, &from, err);
+    if (status == BF_OK)
+        status = shift_model(&p->geometry.fixed, shift_m, &out->model, err);
+    if (status == BF_OK)
+        status = reduced_move(&p->geometry.base, &from, &out->model, &out->reduced, err);
+    model_free(&from);
+    return status;
+}
+
+static void moved_free(struct moved *moved)
+{
+    model_free(&moved->model);
+    reduced_free(&moved->reduced);
+}
+
+static void add_scaled(size_t n, double scale, const double x[], double out[])
+{
+    for (size_t i = 0; i < n; i++)
+        out[i] += scale * x[i];
+}
+
+/* dg of every functional and dB of every block gain weight · (their values in the moved space). */
+static void add_moved(const struct run *run, const struct moved *at, double weight)
+{
+    struct predictor *p = run->p;
+    size_t n = p->reduced.n;
+    double *g = bf_alloc(n, sizeof *g);
+    for (size_t b = 0; b < at->reduced.n_blocks; b++)
+        if (p->geometry.block_by_shift[b] != NULL)
+            add_scaled(n * n, weight, at->reduced.blocks[b].B, p->geometry.block_by_shift[b]);
+    for (size_t j = 0; j < p->map.n; j++) {
+        double by = p->geometry.patch_by[j];
+        if (!not_zero(by))
+            continue;
+        for (size_t o = 0; o < p->model.n_outputs; o++) {
+            reduced_output(&at->reduced, &at->model.outputs[o], g);
+            add_scaled(n, by * weight, g, functional_change(&p->outputs[o], n, j));
+        }
+        for (size_t i = 0; i < p->n_sources; i++) {
+            double shift_m = 0.0;
+            struct bf_error err;
+            struct model_input input = at->model.inputs[p->sources[i].input];
+            if (i >= p->model.n_inputs)
+                (void)geometry_input_shift(p, p->sources[i].record, p->sources[i].input, run->theta, &shift_m, &err);
+            input.at_m += shift_m;
+            reduced_input(&at->reduced, &input, g);
+            add_scaled(n, by * weight, g, functional_change(&p->inputs[i], n, j));
+        }
+        for (size_t m = 0; p->base_load != NULL && m < p->model.n_materials; m++) {
+            reduced_load(&at->reduced, &at->model, m, g);
+            add_scaled(n, -by * weight * run->theta[p->map.rho[m]], g, functional_change(p->base_load, n, j));
+        }
+        struct functional *coordinate = p->coordinates;
+        for (size_t e = 0; e < p->model.n_effects; coordinate += p->laws[e].d, e++) {
+            if (p->laws[e].g_at == NULL) /* a law over the span keeps its modes */
+                continue;
+            double parameters[BEAM_EFFECT_PARAMETERS];
+            struct bf_error err;
+            parameter_map_effect(&p->map, 0, e, run->theta, parameters);
+            if (law_move(&p->laws[e], &at->model, &at->reduced, parameters, &err) == BF_OK)
+                add_scaled(n, by * weight, p->laws[e].g, functional_change(coordinate, n, j));
+        }
+    }
+    free(g);
+}
+
+static void clear_changes(struct predictor *p, struct functional list[], size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        for (size_t c = 0; c < list[i].n_changes; c++)
+            if (not_zero(p->geometry.patch_by[list[i].changes[c].parameter]))
+                memset(list[i].changes[c].g, 0, p->reduced.n * sizeof(double));
+}
+
+static enum bf_status differentiate_shift(const struct run *run, struct bf_error *err)
+{
+    struct predictor *p = run->p;
+    struct geometry *g = &p->geometry;
+    size_t n = p->reduced.n;
+    double shortest = p->model.length_m;
+    for (size_t r = 0; r < p->model.n_regions; r++)
+        shortest = fmin(shortest, p->model.regions[r].to_m - p->model.regions[r].from_m);
+    double h = difference_part * shortest;
+    for (size_t b = 0; b < g->base.n_blocks; b++) {
+        if (g->block_by_shift[b] == NULL && g->base.blocks[b].B != NULL)
+            g->block_by_shift[b] = bf_alloc(n * n, sizeof(double));
+        if (g->block_by_shift[b] != NULL)
+            memset(g->block_by_shift[b], 0, n * n * sizeof(double));
+    }
+    clear_changes(p, p->inputs, p->n_sources);
+    clear_changes(p, p->outputs, p->model.n_outputs);
+    clear_changes(p, p->coordinates, p->n_coordinates);
+    if (p->base_load != NULL)
+        clear_changes(p, p->base_load, 1);
+    enum bf_status status = BF_OK;
+    for (int i = 0; status == BF_OK && i < STENCIL; i++) {
+        struct moved at;
+        status = move_to(p, g->patch_shift_m + stencil_at[i] * h, &at, err);
+        if (status == BF_OK)
+            add_moved(run, &at, stencil_weight[i] / h);
+        moved_free(&at);
+    }
+    return status;
+}
+
+enum bf_status patch_evaluate(const struct run *run, struct bf_error *err)
+{
+    struct predictor *p = run->p;
+    struct geometry *g = &p->geometry;
+    struct moved at;
+    double shift_m;
+    enum bf_status status = patch_shift(p, run->theta, &shift_m, err);
+    if (status != BF_OK)
+        return status;
+    predictor_use(p, run->theta); /* places of effects may be parameters too */
+    if (not_zero(shift_m - g->patch_shift_m)) {
+        status = move_to(p, shift_m, &at, err);
+        if (status == BF_OK) {
+            status = shift_model(&g->fixed, shift_m, &p->model, err);
+            struct reduced old = p->reduced;
+            p->reduced = at.reduced;
+            at.reduced = old;
+            g->patch_shift_m = shift_m;
+            place_inputs(p);
+        }
+        moved_free(&at);
+    }
+    bool wanted = false;
+    for (size_t j = 0; j < p->map.n; j++)
+        wanted = wanted || (run_wants(run, j) && not_zero(g->patch_by[j]));
+    p->system->block_by_shift = NULL;
+    if (status == BF_OK && wanted) {
+        status = differentiate_shift(run, err);
+        p->system->block_by_shift = g->block_by_shift;
+        p->system->shift_by = g->patch_by;
+    }
+    return status;
+}
