@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "vector.h"
+
 /* Gauss–Legendre with three points on each of about this many elements of the span. */
 enum { SPAN_ELEMENTS = 10, GAUSS = 3 };
 /* A law over the span sees the modes below this part of the Nyquist frequency: above it recorders filter. */
@@ -24,7 +26,7 @@ static void depend_on(struct law *law, size_t parameter)
         law->dependency[law->n_dependencies++] = parameter;
 }
 
-static size_t weight_parameter(const struct parameter_map *map, enum beam_weight weight, size_t material)
+size_t law_weight_parameter(const struct parameter_map *map, enum beam_weight weight, size_t material)
 {
     switch (weight) {
     case BEAM_WEIGHT_EI:
@@ -91,7 +93,8 @@ static void new_point_law(struct law *law, const struct model *model, const stru
     law->g_at = bf_alloc(reduced->n, sizeof(double));
     law->g_width = bf_alloc(reduced->n, sizeof(double));
     locate(law, model, reduced, place);
-    law->psi = bf_alloc(1, sizeof(double));
+    law->stride = VECTOR_LENGTH;
+    law->psi = bf_alloc(VECTOR_LENGTH, sizeof(double));
     law->psi[0] = 1.0;
     law->quadrature = bf_alloc(1, sizeof(double));
     law->quadrature[0] = 1.0;
@@ -118,7 +121,7 @@ static void add_span_point(struct law *law, const struct reduced *reduced, int d
     for (size_t k = 0; k < law->width; k++) {
         reduced_point(reduced, derivative + (int)k, x, values);
         for (size_t j = 0; j < law->d; j++)
-            law->psi[(q * law->width + k) * law->d + j] = values[j];
+            law->psi[(k * law->d + j) * law->stride + q] = values[j];
     }
     free(values);
     law->quadrature[q] = weight;
@@ -137,7 +140,8 @@ static void new_span_law(struct law *law, const struct model *model, const struc
     law->g = bf_alloc(law->d * reduced->n, sizeof(double));
     for (size_t j = 0; j < law->d; j++)
         law->g[j * reduced->n + j] = 1.0; /* amplitude of basis vector j */
-    law->psi = bf_alloc(most * law->width * law->d, sizeof(double));
+    law->stride = vector_round(most);
+    law->psi = bf_alloc(law->stride * law->width * law->d, sizeof(double));
     law->quadrature = bf_alloc(most, sizeof(double));
     law->material = bf_alloc(most, sizeof(size_t));
     for (size_t r = 0; r < model->n_regions; r++) {
@@ -148,8 +152,44 @@ static void new_span_law(struct law *law, const struct model *model, const struc
             for (int i = 0; i < GAUSS; i++)
                 add_span_point(law, reduced, derivative, from + h * ((double)e + 0.5 + 0.5 * gauss_x[i]),
                                0.5 * h * gauss_w[i], material);
-        depend_on(law, weight_parameter(map, law->weight, material));
+        depend_on(law, law_weight_parameter(map, law->weight, material));
     }
+}
+
+/*
+ * No jump of the tangents from one to the next of many points along a line, at several scales of the motion. Asked at
+ * the catalogue's typical values, so that it does not change with the values of a model.
+ */
+static bool is_smooth(const struct law *law)
+{
+    enum { STEPS = 64 };
+    double p[BEAM_EFFECT_PARAMETERS] = {0};
+    for (int s = 0; s < law->effect->n_parameters; s++)
+        p[s] = law->effect->parameters[s].start;
+    static const double most_jump = 0.25; /* of the largest; a cubic law changes by 2/STEPS of it a step */
+    for (int scale = 0; scale < 4; scale++) {
+        double extent = pow(10.0, -scale), largest = 0.0, jump = 0.0, last[2 * BEAM_LAW_WIDTH * BEAM_LAW_WIDTH] = {0};
+        for (int i = 0; i <= STEPS; i++) {
+            double x = extent * (2.0 * i / STEPS - 1.0);
+            struct beam_law_input in = {
+                .w = {x, 0.7 * x}, .v = {x, x}, .w_old = {x, 0.7 * x}, .t_s = 1.0, .dt_s = 1e-3};
+            struct beam_law_output o;
+            memset(&o, 0, sizeof o);
+            if (law->effect->law(p, &in, &o) != 0)
+                return false;
+            for (size_t k = 0; k < BEAM_LAW_WIDTH * BEAM_LAW_WIDTH; k++) {
+                double now[2] = {(&o.f_w[0][0])[k], (&o.f_v[0][0])[k]};
+                for (size_t j = 0; j < 2; j++) {
+                    largest = fmax(largest, fabs(now[j]));
+                    jump = i > 0 ? fmax(jump, fabs(now[j] - last[2 * k + j])) : 0.0;
+                    last[2 * k + j] = now[j];
+                }
+            }
+        }
+        if (jump > most_jump * largest)
+            return false;
+    }
+    return law->effect->n_law_states == 0;
 }
 
 /* Which arguments a law over the span has: asked of the law itself, at a few motions. Point laws are cheap: all. */
@@ -193,6 +233,7 @@ enum bf_status law_new(const struct model *model, const struct reduced *reduced,
     else
         new_point_law(out, model, reduced, map, &where);
     find_uses(out, p);
+    out->smooth = is_smooth(out);
     for (int s = 0; s < effect->n_parameters; s++) {
         size_t parameter = parameter_map_slot(map, 0, effect_index, s);
         if (parameter != out->at_parameter && parameter != out->width_parameter)
@@ -210,149 +251,4 @@ void law_free(struct law *law)
     free(law->quadrature);
     free(law->material);
     *law = (struct law){0};
-}
-
-/* ---- Evaluating ---- */
-
-static size_t dependency_index(const struct law *law, size_t parameter)
-{
-    for (size_t i = 0; i < law->n_dependencies; i++)
-        if (law->dependency[i] == parameter)
-            return i;
-    return SIZE_MAX;
-}
-
-/* T += k ψ_a ψ_bᵀ; most laws have most of their tangents zero. */
-static void add_outer(size_t d, double k, const double left[], const double right[], double T[])
-{
-    if (!(k < 0.0 || k > 0.0))
-        return;
-    for (size_t i = 0; i < d; i++)
-        for (size_t j = 0; j < d; j++)
-            T[i * d + j] += k * left[i] * right[j];
-}
-
-static void add_tangents(const struct law *law, const double psi[], double w, const struct beam_law_output *o,
-                         struct law_force *out)
-{
-    size_t d = law->d;
-    for (size_t a = 0; a < law->width; a++) {
-        for (size_t b = 0; b < law->width; b++) {
-            add_outer(d, w * o->f_w[a][b], psi + a * d, psi + b * d, out->by_w);
-            add_outer(d, w * o->f_v[a][b], psi + a * d, psi + b * d, out->by_v);
-            add_outer(d, w * o->f_w_old[a][b], psi + a * d, psi + b * d, out->by_w_old);
-        }
-    }
-}
-
-static void add_derivatives(const struct law *law, const struct parameter_map *map, size_t q, const double psi[],
-                            double w, const struct beam_law_output *o, struct law_force *out)
-{
-    size_t d = law->d;
-    for (size_t a = 0; a < law->width; a++) {
-        for (int s = 0; s < law->effect->n_parameters; s++) {
-            size_t i = dependency_index(law, parameter_map_slot(map, 0, law->effect_index, s));
-            for (size_t j = 0; i != SIZE_MAX && j < d; j++)
-                out->by_parameter[i][j] += w * o->f_p[a][s] * psi[a * d + j];
-        }
-        size_t i = dependency_index(law, weight_parameter(map, law->weight, law->material[q]));
-        for (size_t j = 0; i != SIZE_MAX && j < d; j++)
-            out->by_parameter[i][j] += law->quadrature[q] * o->f[a] * psi[a * d + j];
-    }
-}
-
-static void copy_states(const struct law *law, const struct parameter_map *map, const struct beam_law_output *o,
-                        struct law_force *out)
-{
-    for (int k = 0; k < law->effect->n_law_states; k++) {
-        out->z[k] = o->z[k];
-        out->by_z[k] = o->f_z[0][k];
-        out->z_by_w[k] = o->z_w[k][0];
-        out->z_by_v[k] = o->z_v[k][0];
-        out->z_by_w_old[k] = o->z_w_old[k][0];
-        for (int l = 0; l < law->effect->n_law_states; l++)
-            out->z_by_z[k][l] = o->z_z[k][l];
-        for (int s = 0; s < law->effect->n_parameters; s++) {
-            size_t i = dependency_index(law, parameter_map_slot(map, 0, law->effect_index, s));
-            if (i != SIZE_MAX)
-                out->z_by_parameter[k][i] = o->z_p[k][s];
-        }
-    }
-}
-
-static inline double product(size_t d, const double a[], const double b[])
-{
-    double sum = 0.0;
-    for (size_t j = 0; j < d; j++)
-        sum += a[j] * b[j];
-    return sum;
-}
-
-static double point_weight(const struct law *law, const struct parameter_map *map, const double theta[], size_t q)
-{
-    size_t parameter = weight_parameter(map, law->weight, law->material[q]);
-    return law->quadrature[q] * (parameter == SIZE_MAX ? 1.0 : theta[parameter]);
-}
-
-/* Everything that a call adds to begins at zero; states of a span law are never written. */
-static void clear_force(const struct law *law, bool tangents, bool derivatives, struct law_force *out)
-{
-    size_t d = law->d;
-    memset(out->f, 0, d * sizeof *out->f);
-    if (tangents || derivatives) {
-        memset(out->by_w, 0, d * d * sizeof *out->by_w);
-        memset(out->by_v, 0, d * d * sizeof *out->by_v);
-        memset(out->by_w_old, 0, d * d * sizeof *out->by_w_old);
-    }
-    if (derivatives)
-        memset(out->by_parameter, 0, sizeof out->by_parameter);
-}
-
-static void set_motion(const struct law *law, const double psi[], const struct law_motion *motion,
-                       struct beam_law_input *in)
-{
-    for (size_t a = 0; a < law->width; a++, psi += law->d) {
-        if (law->uses_w)
-            in->w[a] = product(law->d, psi, motion->w);
-        if (law->uses_v)
-            in->v[a] = product(law->d, psi, motion->v);
-        if (law->uses_w_old)
-            in->w_old[a] = product(law->d, psi, motion->w_old);
-    }
-}
-
-int law_evaluate(const struct law *law, const struct parameter_map *map, const double theta[],
-                 const struct law_motion *motion, bool tangents, bool derivatives, struct law_force *out)
-{
-    size_t d = law->d;
-    double p[BEAM_EFFECT_PARAMETERS];
-    struct beam_law_input in = {.t_s = motion->t_s, .dt_s = motion->dt_s};
-    int n_states = law->effect->n_law_states;
-    parameter_map_effect(map, 0, law->effect_index, theta, p);
-    clear_force(law, tangents, derivatives, out);
-    for (int k = 0; k < n_states; k++)
-        in.z[k] = motion->z[k];
-    for (size_t q = 0; q < law->n_points; q++) {
-        struct beam_law_output o;
-        const double *psi = law->psi + q * law->width * d;
-        memset(&o, 0, offsetof(struct beam_law_output, z));
-        if (n_states > 0)
-            memset(&o, 0, sizeof o);
-        set_motion(law, psi, motion, &in);
-        if (law->effect->law(p, &in, &o) != 0)
-            return -1;
-        double w = law->weight == BEAM_WEIGHT_ONE ? law->quadrature[q] : point_weight(law, map, theta, q);
-        for (size_t a = 0; a < law->width; a++) {
-            double force = w * o.f[a];
-            for (size_t j = 0; j < d; j++)
-                out->f[j] += force * psi[a * d + j];
-        }
-        if (tangents || derivatives)
-            add_tangents(law, psi, w, &o, out);
-        if (derivatives)
-            add_derivatives(law, map, q, psi, w, &o, out);
-        if (n_states > 0)
-            copy_states(law, map, &o, out);
-    }
-    return 0;
 }

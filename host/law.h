@@ -25,8 +25,10 @@ struct law {
     double *g_at, *g_width; /* [n] derivative of a point law's functional; NULL when its place is no parameter */
     size_t at_parameter, width_parameter; /* in the parameter vector; SIZE_MAX: none */
     bool uses_w, uses_v, uses_w_old;      /* the force depends on the coordinate, its rate, its value a step ago */
+    bool smooth;                          /* no internal state, and tangents without jumps */
     size_t n_points, width;
-    double *psi;        /* [n_points][width][d] */
+    size_t stride;      /* n_points rounded up to the length of vectors */
+    double *psi;        /* [width][d][stride], zero beyond n_points */
     double *quadrature; /* [n_points] */
     size_t *material;   /* [n_points] */
     enum beam_weight weight;
@@ -58,6 +60,26 @@ void law_free(struct law *law);
 /* A point law follows its place: g, g_at, g_width at the effect's parameters p. Nothing to do for a law over the span. */
 enum bf_status law_move(struct law *law, const struct model *model, const struct reduced *reduced, const double p[],
                         struct bf_error *err);
+
+/* Where the value of a weight stands in the parameter vector; SIZE_MAX: it is 1. */
+size_t law_weight_parameter(const struct parameter_map *map, enum beam_weight weight, size_t material);
+
+/* A law at given parameters. Free with law_prepared_free(). */
+struct law_prepared {
+    const struct law *law; /* NULL: the effect has none */
+    double p[BEAM_EFFECT_PARAMETERS];
+    size_t slot[BEAM_EFFECT_PARAMETERS]; /* index of each into by_parameter; SIZE_MAX: none */
+    double *weight;                      /* [n_points] quadrature times the weight's material value */
+    size_t *by_weight;                   /* [n_points] index of that value into by_parameter; SIZE_MAX: none */
+};
+
+void law_prepare(const struct law *law, const struct parameter_map *map, const double theta[],
+                 struct law_prepared *out);
+void law_prepared_free(struct law_prepared *prepared);
+
+/* As law_evaluate(), without preparing each time. */
+int law_force(const struct law_prepared *prepared, const struct law_motion *motion, bool tangents, bool derivatives,
+              struct law_force *out);
 
 /* tangents: also by_w, by_v, by_w_old; derivatives: also by_parameter and the z_* members. 0, or −1 out of range. */
 int law_evaluate(const struct law *law, const struct parameter_map *map, const double theta[],

@@ -14,16 +14,15 @@ static double (*take(double **next, size_t rows))[LANES]
 
 static void lanes_new(struct lanes *a, const struct law_run *l)
 {
-    size_t P = l->n_dynamic, D = l->D, effects = l->run->p->model.n_effects;
+    size_t P = l->P, D = l->D, effects = l->run->p->model.n_effects;
     *a = (struct lanes){.l = l};
-    size_t rows = 10 * P + 2 * D * P + D * D + effects * BEAM_LAW_STATES;
+    size_t rows = (4 + 2 * HOLD_CUBIC) * P + 2 * D * P + D * D + effects * BEAM_LAW_STATES;
     a->storage = bf_alloc(LANES * rows + 3 * LANES * D * l->N, sizeof(double));
     double *next = a->storage;
     a->q_re = take(&next, P), a->q_im = take(&next, P);
-    a->e_re = take(&next, P), a->e_im = take(&next, P);
-    a->g0_re = take(&next, P), a->g0_im = take(&next, P);
-    a->g1_re = take(&next, P), a->g1_im = take(&next, P);
     a->p_re = take(&next, P), a->p_im = take(&next, P);
+    for (size_t i = 0; i < HOLD_CUBIC; i++)
+        a->F_re[i] = take(&next, P), a->F_im[i] = take(&next, P);
     a->a_re = take(&next, D * P), a->a_im = take(&next, D * P);
     a->far = next;
     next += D * D * LANES;
@@ -42,74 +41,80 @@ static void set_complex(double (*re)[LANES], double (*im)[LANES], size_t row, si
     im[row][lane] = cimag(x);
 }
 
+static void fill_far(struct lanes *a, size_t lane, size_t k, double complex dp)
+{
+    const struct law_run *l = a->l;
+    const struct predictor *p = l->run->p;
+    const struct system *s = p->system;
+    size_t at = a->parameter[lane] * s->n_poles + k;
+    double multiplicity = k < s->n_pairs ? 2.0 : 1.0;
+    for (size_t x = 0; x < l->D; x++) {
+        for (size_t y = 0; y < l->D; y++) {
+            const struct functional *f = &p->coordinates[x], *g = &p->coordinates[y];
+            double complex change =
+                f->d_alpha[at] * g->alpha[k] + f->alpha[k] * g->d_alpha[at] - f->alpha[k] * g->alpha[k] * dp / s->p[k];
+            a->far[(x * l->D + y) * LANES + lane] += multiplicity * creal(change / s->p[k]);
+        }
+    }
+}
+
 static void fill_structure(struct lanes *a, size_t lane)
 {
     const struct law_run *l = a->l;
     const struct predictor *p = l->run->p;
     const struct system *s = p->system;
-    size_t j = a->parameter[lane], n_poles = s->n_poles, next = 0;
+    size_t j = a->parameter[lane], next = 0;
     if (!run_structural(l->run, j))
         return;
-    for (size_t k = 0; k < n_poles; k++) {
+    a->structural = true;
+    for (size_t k = 0; k < s->n_poles; k++) {
         double complex dp = s->derivative[j].p != NULL ? s->derivative[j].p[k] : 0.0;
-        if (next < l->n_dynamic && l->pole[next] == k) {
-            const struct pole_step *step = &l->step[next];
-            set_complex(a->p_re, a->p_im, next, lane, dp);
-            set_complex(a->e_re, a->e_im, next, lane, step->d_e * dp);
-            set_complex(a->g0_re, a->g0_im, next, lane, step->d_g0 * dp);
-            set_complex(a->g1_re, a->g1_im, next, lane, step->d_g1 * dp);
-            for (size_t c = 0; c < l->D; c++)
-                set_complex(a->a_re, a->a_im, c * l->n_dynamic + next, lane,
-                            p->coordinates[c].d_alpha[j * n_poles + k]);
-            next++;
+        if (next == l->n_dynamic || l->pole[next] != k) {
+            fill_far(a, lane, k, dp);
             continue;
         }
-        double multiplicity = k < s->n_pairs ? 2.0 : 1.0;
-        for (size_t x = 0; x < l->D; x++) {
-            for (size_t y = 0; y < l->D; y++) {
-                const struct functional *f = &p->coordinates[x], *g = &p->coordinates[y];
-                double complex change = f->d_alpha[j * n_poles + k] * g->alpha[k] +
-                                        f->alpha[k] * g->d_alpha[j * n_poles + k] -
-                                        f->alpha[k] * g->alpha[k] * dp / s->p[k];
-                a->far[(x * l->D + y) * LANES + lane] += multiplicity * creal(change / s->p[k]);
-            }
-        }
+        set_complex(a->p_re, a->p_im, next, lane, dp);
+        for (size_t c = 0; c < l->D; c++)
+            set_complex(a->a_re, a->a_im, c * l->P + next, lane, p->coordinates[c].d_alpha[j * s->n_poles + k]);
+        next++;
+    }
+}
+
+static void fill_direct(struct lanes *a, size_t lane)
+{
+    const struct predictor *p = a->l->run->p;
+    size_t first = 0, dependency = 0;
+    for (size_t e = 0; e < p->model.n_effects; e++) {
+        const struct law *law = &p->laws[e];
+        for (size_t d = 0; d < law->n_dependencies && law->d > 0; d++)
+            if (law->dependency[d] == a->parameter[lane])
+                a->direct[a->n_direct++] =
+                    (struct direct){.lane = lane, .first = first, .d = law->d, .dependency = dependency + d};
+        first += law->d;
+        dependency += law->n_dependencies;
     }
 }
 
 /* δw_lin: the linear response of coordinate c to the inputs, differentiated. */
-static enum bf_status fill_linear(struct lanes *a, size_t lane, size_t c, struct bf_error *err)
+static enum bf_status fill_linear(struct lanes *a, size_t lane, size_t c, double complex W[], struct bf_error *err)
 {
     const struct law_run *l = a->l;
-    const struct predictor *p = l->run->p;
-    size_t j = a->parameter[lane], n_poles = p->system->n_poles, m = l->grid->m;
-    bool structural = run_structural(l->run, j);
-    if (!structural && j != p->map.KB)
-        return BF_OK;
-    const struct functional *f = &p->coordinates[c];
-    double complex *H = bf_alloc(2 * m, sizeof *H), *W = H + m;
-    for (size_t i = 0; i < p->model.n_inputs; i++) {
-        size_t gain_parameter;
-        double gain = input_gain(l->run, i, &gain_parameter);
-        if (l->plan->input[i] == NULL || (!structural && gain_parameter != j))
-            continue;
-        const struct functional *b = &p->inputs[i];
-        if (structural) {
-            response_derivative(p->kernels[l->plan->grid], 0, f->alpha, b->alpha, f->d_alpha + j * n_poles,
-                                b->d_alpha + j * n_poles, p->system->derivative[j].p, H);
-        } else {
-            response_value(p->kernels[l->plan->grid], 0, f->alpha, b->alpha, H);
-            gain = 1.0;
-        }
-        for (size_t k = 0; k < m; k++)
-            W[k] += gain * (H[k] * l->plan->U[i][k]);
+    const struct functional *f = &l->run->p->coordinates[c];
+    size_t j = a->parameter[lane];
+    double *w = a->w_lin + (lane * l->D + c) * l->N, *v = a->v_lin + (lane * l->D + c) * l->N;
+    enum bf_status status = BF_OK;
+    if (source_response_derivative(l->run, l->record, f, j, W)) {
+        if (l->has_T_w)
+            status = law_upsample(l, W, w, err);
+        for (size_t k = 0; k < l->grid->m; k++)
+            W[k] *= l->grid->s[k];
+        if (status == BF_OK && l->has_T_v)
+            status = law_upsample(l, W, v, err);
     }
-    enum bf_status status = l->uses_w ? law_upsample(l, W, a->w_lin + (lane * l->D + c) * l->N, err) : BF_OK;
-    for (size_t k = 0; k < m; k++)
-        W[k] *= l->grid->s[k];
-    if (status == BF_OK)
-        status = law_upsample(l, W, a->v_lin + (lane * l->D + c) * l->N, err);
-    free(H);
+    if (l->has_T_w)
+        (void)base_derivative_add(l->run, l->record, f, 0, j, l->h_s, l->N, w);
+    if (l->has_T_v)
+        (void)base_derivative_add(l->run, l->record, f, 1, j, l->h_s, l->N, v);
     return status;
 }
 
@@ -146,19 +151,21 @@ static enum bf_status add_channel(const struct lanes *a, size_t lane, const stru
     return status;
 }
 
-static enum bf_status run_block(struct lanes *a, const double complex F[], struct bf_error *err)
+static enum bf_status run_block(struct lanes *a, const struct law_row *R, const double complex F[],
+                                struct bf_error *err)
 {
     const struct law_run *l = a->l;
     size_t m = l->grid->m;
     enum bf_status status = BF_OK;
+    double complex *dF = bf_grow(NULL, l->D * m, sizeof *dF);
     for (size_t lane = 0; lane < a->count; lane++) {
         fill_structure(a, lane);
+        fill_direct(a, lane);
         for (size_t c = 0; status == BF_OK && c < l->D; c++)
-            status = fill_linear(a, lane, c, err);
+            status = fill_linear(a, lane, c, dF, err);
     }
     if (status == BF_OK)
-        law_lanes_march(a);
-    double complex *dF = bf_alloc(l->D * m, sizeof *dF);
+        law_lanes_march(a, R);
     for (size_t lane = 0; status == BF_OK && lane < a->count; lane++) {
         for (size_t c = 0; status == BF_OK && c < l->D; c++)
             status = law_transform(l, a->f + (lane * l->D + c) * l->N, 1, dF + c * m, err);
@@ -175,28 +182,40 @@ static bool matters(const struct law_run *l, size_t j)
     const struct predictor *p = l->run->p;
     if (!run_wants(l->run, j))
         return false;
-    bool yes = run_structural(l->run, j) || j == p->map.KB;
+    bool yes = run_structural(l->run, j) || source_depends(l->run, l->record, j);
     for (size_t e = 0; e < p->model.n_effects; e++)
         for (size_t d = 0; d < p->laws[e].n_dependencies; d++)
             yes = yes || p->laws[e].dependency[d] == j;
     return yes;
 }
 
+/* Those that change the structure first, so that the others share blocks that do without. */
+static size_t list_parameters(const struct law_run *l, size_t list[])
+{
+    size_t n = 0;
+    for (int structural = 1; structural >= 0; structural--)
+        for (size_t j = 0; j < l->run->p->map.n; j++)
+            if (matters(l, j) && run_structural(l->run, j) == (structural == 1))
+                list[n++] = j;
+    return n;
+}
+
 enum bf_status law_derivatives(const struct law_run *l, const double complex F[], struct bf_error *err)
 {
-    size_t n = l->run->p->map.n, j = 0;
     enum bf_status status = BF_OK;
-    while (status == BF_OK && j < n) {
+    size_t *list = bf_alloc(l->run->p->map.n, sizeof *list), n = list_parameters(l, list);
+    struct law_row R = law_pole_changes(l);
+    for (size_t j = 0; status == BF_OK && j < n;) {
         struct lanes a;
         lanes_new(&a, l);
-        for (; j < n && a.count < LANES; j++)
-            if (matters(l, j))
-                a.parameter[a.count++] = j;
+        while (j < n && a.count < LANES)
+            a.parameter[a.count++] = list[j++];
         for (size_t i = a.count; i < LANES; i++)
             a.parameter[i] = SIZE_MAX;
-        if (a.count > 0)
-            status = run_block(&a, F, err);
+        status = run_block(&a, &R, F, err);
         free(a.storage);
     }
+    free(R.re);
+    free(list);
     return status;
 }

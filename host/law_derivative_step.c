@@ -1,161 +1,242 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "law_lanes.h"
 
-#include <string.h>
+#include <stdlib.h>
 
-#include "vector.h"
+/* ---- Shared by all parameters ---- */
 
-/* Force on pole k, Σ_c α f_c, at an instant. */
-VECTOR_INLINE double complex pole_force(const struct law_run *l, size_t k, const double f[])
+/* R = e' q − Σ_i g_i' F_i, ' the derivative by the pole; F = Σ_c α_c f_c. */
+VECTOR_CLONES static void fill_changes(const struct law_run *l, const struct law_row *d_e,
+                                       const struct law_row d_g[HOLD_CUBIC], struct law_row *R, struct law_row *F)
 {
-    double complex sum = 0.0;
-    for (size_t c = 0; c < l->D; c++)
-        sum += l->alpha[c * l->n_dynamic + k] * f[c];
-    return sum;
+    size_t D = l->D, P = l->P;
+    for (size_t step = 0; step < l->N; step++) {
+        for (size_t k = 0; k < P; k += VECTOR_LENGTH) {
+            vector_real re = {0.0}, im = {0.0}, a, b, x, y;
+            for (size_t c = 0; c < D; c++) {
+                vector_load(&a, l->alpha.re + c * P + k);
+                vector_load(&b, l->alpha.im + c * P + k);
+                re += l->f[step * D + c] * a;
+                im += l->f[step * D + c] * b;
+            }
+            vector_store(F->re + step * P + k, &re);
+            vector_store(F->im + step * P + k, &im);
+            re = im = (vector_real){0.0};
+            if (step > 0) {
+                vector_load(&a, d_e->re + k);
+                vector_load(&b, d_e->im + k);
+                vector_load(&x, l->q.re + (step - 1) * P + k);
+                vector_load(&y, l->q.im + (step - 1) * P + k);
+                re = a * x - b * y;
+                im = a * y + b * x;
+            }
+            for (size_t i = 0; i < l->held && i <= step; i++) {
+                vector_load(&a, d_g[i].re + k);
+                vector_load(&b, d_g[i].im + k);
+                vector_load(&x, F->re + (step - i) * P + k);
+                vector_load(&y, F->im + (step - i) * P + k);
+                re -= a * x - b * y;
+                im -= a * y + b * x;
+            }
+            vector_store(R->re + step * P + k, &re);
+            vector_store(R->im + step * P + k, &im);
+        }
+    }
 }
 
-struct split {
-    double re[LANES], im[LANES];
+struct law_row law_pole_changes(const struct law_run *l)
+{
+    size_t P = l->P, size = l->N * P;
+    double *rates = bf_alloc(2 * P * (1 + HOLD_CUBIC), sizeof *rates);
+    double *forces = bf_grow(NULL, 2 * size, sizeof *forces);
+    struct law_row R = {.re = bf_grow(NULL, 2 * size, sizeof(double))}, F = {forces, forces + size};
+    struct law_row d_e = {rates, rates + P}, d_g[HOLD_CUBIC];
+    R.im = R.re + size;
+    for (size_t i = 0; i < HOLD_CUBIC; i++)
+        d_g[i] = (struct law_row){rates + 2 * (i + 1) * P, rates + (2 * i + 3) * P};
+    for (size_t k = 0; k < l->n_dynamic; k++) {
+        d_e.re[k] = creal(l->hold[k].d_e);
+        d_e.im[k] = cimag(l->hold[k].d_e);
+        for (size_t i = 0; i < HOLD_CUBIC; i++) {
+            d_g[i].re[k] = creal(l->hold[k].d_g[i]);
+            d_g[i].im[k] = cimag(l->hold[k].d_g[i]);
+        }
+    }
+    fill_changes(l, &d_e, d_g, &R, &F);
+    free(rates);
+    free(forces);
+    return R;
+}
+
+/* ---- One step of the lanes ---- */
+
+struct complex_lanes {
+    vector_real re, im;
 };
 
-/* out += x · y for a scalar x and four y. */
-VECTOR_INLINE void add_scalar_times(struct split *out, double complex x, const double re[LANES], const double im[LANES])
+VECTOR_INLINE void load(struct complex_lanes *out, double (*re)[LANES], double (*im)[LANES], size_t row)
 {
-    double xr = creal(x), xi = cimag(x);
-    for (int i = 0; i < LANES; i++) {
-        out->re[i] += xr * re[i] - xi * im[i];
-        out->im[i] += xr * im[i] + xi * re[i];
-    }
+    vector_load(&out->re, re[row]);
+    vector_load(&out->im, im[row]);
 }
 
-/* δ(free q): everything of δq⁺ but −g1 Σ α δf⁺. f0, f1: forces at the beginning and end of the step. */
-VECTOR_INLINE void free_state(struct lanes *a, size_t k, double complex q_old, const double f0[], const double f1[])
+VECTOR_INLINE void store(double (*re)[LANES], double (*im)[LANES], size_t row, const struct complex_lanes *x)
 {
-    const struct law_run *l = a->l;
-    struct split next = {{0}, {0}}, force0 = {{0}, {0}}, force1 = {{0}, {0}};
-    for (size_t c = 0; c < l->D; c++) {
-        size_t row = c * l->n_dynamic + k;
-        double x = f0[c], y = f1[c], ar = creal(l->alpha[row]), ai = cimag(l->alpha[row]);
-        const double *re = a->a_re[row], *im = a->a_im[row], *df = a->df[c];
-        for (int i = 0; i < LANES; i++) {
-            force0.re[i] += x * re[i] + ar * df[i];
-            force0.im[i] += x * im[i] + ai * df[i];
-            force1.re[i] += y * re[i];
-            force1.im[i] += y * im[i];
-        }
-    }
-    add_scalar_times(&next, l->step[k].e, a->q_re[k], a->q_im[k]);
-    add_scalar_times(&next, q_old, a->e_re[k], a->e_im[k]);
-    add_scalar_times(&next, -pole_force(l, k, f0), a->g0_re[k], a->g0_im[k]);
-    add_scalar_times(&next, -pole_force(l, k, f1), a->g1_re[k], a->g1_im[k]);
-    add_scalar_times(&next, -l->step[k].g0, force0.re, force0.im);
-    add_scalar_times(&next, -l->step[k].g1, force1.re, force1.im);
-    memcpy(a->q_re[k], next.re, sizeof next.re);
-    memcpy(a->q_im[k], next.im, sizeof next.im);
+    vector_store(re[row], &x->re);
+    vector_store(im[row], &x->im);
 }
 
-/* δw = Re(q δα + α δq) and δv = Re(pq δα + pα δq + αq δp) of pole k, without what depends on δf⁺. */
-VECTOR_INLINE void add_free_motion(struct lanes *a, size_t k, double complex q)
+/* out += x y for a number x. */
+VECTOR_INLINE void add_product(struct complex_lanes *out, double x_re, double x_im, const struct complex_lanes *y)
 {
-    const struct law_run *l = a->l;
-    double m = l->multiplicity[k];
-    double complex p = l->run->p->system->p[l->pole[k]];
-    const double *dq_re = a->q_re[k], *dq_im = a->q_im[k], *dp_re = a->p_re[k], *dp_im = a->p_im[k];
-    for (size_t c = 0; c < l->D; c++) {
-        size_t row = c * l->n_dynamic + k;
-        const double *da_re = a->a_re[row], *da_im = a->a_im[row];
-        double complex alpha = m * l->alpha[row], mq = m * q, pa = p * alpha, pq = p * mq, aq = alpha * q;
-        double a_re = creal(alpha), a_im = cimag(alpha), q_re = creal(mq), q_im = cimag(mq);
-        double pa_re = creal(pa), pa_im = cimag(pa), pq_re = creal(pq), pq_im = cimag(pq);
-        double aq_re = creal(aq), aq_im = cimag(aq);
-        for (int i = 0; i < LANES; i++) {
-            a->v[c][i] += pq_re * da_re[i] - pq_im * da_im[i] + pa_re * dq_re[i] - pa_im * dq_im[i] + aq_re * dp_re[i] -
-                          aq_im * dp_im[i];
-        }
-        for (int i = 0; l->uses_w && i < LANES; i++)
-            a->w[c][i] += q_re * da_re[i] - q_im * da_im[i] + a_re * dq_re[i] - a_im * dq_im[i];
-    }
+    out->re += x_re * y->re - x_im * y->im;
+    out->im += x_re * y->im + x_im * y->re;
 }
 
-VECTOR_INLINE void start_motion(struct lanes *a, size_t step, const double f1[])
+VECTOR_INLINE void start_motion(struct lanes *a, size_t step, size_t D, const double f[])
 {
     const struct law_run *l = a->l;
-    for (size_t c = 0; c < l->D; c++) {
+    for (size_t c = 0; c < D; c++) {
         for (size_t i = 0; i < LANES; i++) {
-            a->w[c][i] = a->w_lin[(i * l->D + c) * l->N + step];
-            a->v[c][i] = a->v_lin[(i * l->D + c) * l->N + step];
-            for (size_t b = 0; b < l->D; b++)
-                a->w[c][i] += a->far[(c * l->D + b) * LANES + i] * f1[b];
+            a->w[c][i] = a->w_lin[(i * D + c) * l->N + step];
+            a->v[c][i] = a->v_lin[(i * D + c) * l->N + step];
+            for (size_t b = 0; a->structural && b < D; b++)
+                a->w[c][i] += a->far[(c * D + b) * LANES + i] * f[b];
         }
+    }
+}
+
+/* δq⁺ but for −g0 Σ α δf⁺, of pole k; leaves Σ_c f_c δα_c in F[0]. */
+VECTOR_INLINE void free_state(struct lanes *a, size_t k, size_t held, size_t D, const double f[], double R_re,
+                              double R_im, struct complex_lanes *next)
+{
+    const struct law_run *l = a->l;
+    struct complex_lanes x, force = {{0.0}, {0.0}};
+    *next = force;
+    load(&x, a->q_re, a->q_im, k);
+    add_product(next, l->e.re[k], l->e.im[k], &x);
+    for (size_t i = 1; i < held; i++) {
+        load(&x, a->F_re[i], a->F_im[i], k);
+        add_product(next, -l->g[i].re[k], -l->g[i].im[k], &x);
+    }
+    if (a->structural) {
+        load(&x, a->p_re, a->p_im, k);
+        add_product(next, R_re, R_im, &x);
+        for (size_t c = 0; c < D; c++) {
+            load(&x, a->a_re, a->a_im, c * l->P + k);
+            force.re += f[c] * x.re;
+            force.im += f[c] * x.im;
+        }
+        add_product(next, -l->g[0].re[k], -l->g[0].im[k], &force);
+    }
+    store(a->F_re[0], a->F_im[0], k, &force);
+    store(a->q_re, a->q_im, k, next);
+}
+
+/* δw = Re(α δq + q δα), δv = Re(α (p δq + q δp) + p q δα), for a pair twice; without what depends on δf⁺. */
+VECTOR_INLINE void add_motion(const struct lanes *a, size_t k, size_t D, double q_re, double q_im,
+                              const struct complex_lanes *dq, vector_real w[], vector_real v[])
+{
+    const struct law_run *l = a->l;
+    struct complex_lanes rate = {{0.0}, {0.0}}, x;
+    double p_re = l->p.re[k], p_im = l->p.im[k], twice = k < l->n_dynamic ? l->multiplicity[k] : 0.0;
+    if (l->has_T_v) {
+        add_product(&rate, p_re, p_im, dq);
+        if (a->structural) {
+            load(&x, a->p_re, a->p_im, k);
+            add_product(&rate, q_re, q_im, &x);
+        }
+    }
+    q_re *= twice;
+    q_im *= twice;
+    double pq_re = p_re * q_re - p_im * q_im, pq_im = p_re * q_im + p_im * q_re;
+    for (size_t c = 0; c < D; c++) {
+        size_t row = c * l->P + k;
+        double to_re = l->to_w.re[row], to_im = l->to_w.im[row];
+        if (l->has_T_w)
+            w[c] += to_re * dq->re - to_im * dq->im;
+        if (l->has_T_v)
+            v[c] += to_re * rate.re - to_im * rate.im;
+        if (!a->structural)
+            continue;
+        load(&x, a->a_re, a->a_im, row);
+        if (l->has_T_w)
+            w[c] += q_re * x.re - q_im * x.im;
+        if (l->has_T_v)
+            v[c] += pq_re * x.re - pq_im * x.im;
     }
 }
 
 /* Right side of A δf⁺ = T_w δw_free + T_v δv_free + T_old δw_old + f_z δz + f_p. */
-VECTOR_INLINE void right_side(const struct lanes *a, size_t step, double b[MOST_COORDINATES][LANES])
+VECTOR_INLINE void right_side(const struct lanes *a, size_t step, size_t D, double b[MOST_COORDINATES][LANES])
 {
     const struct law_run *l = a->l;
     const struct predictor *p = l->run->p;
-    size_t D = l->D;
     const double *T_w = l->T_w + step * D * D, *T_v = l->T_v + step * D * D, *T_old = l->T_old + step * D * D;
     for (size_t r = 0; r < D; r++) {
-        for (int i = 0; i < LANES; i++) {
-            double sum = 0.0;
-            for (size_t c = 0; c < D; c++)
-                sum += T_w[r * D + c] * a->w[c][i] + T_v[r * D + c] * a->v[c][i] + T_old[r * D + c] * a->w_old[c][i];
-            b[r][i] = sum;
+        vector_real sum = {0.0}, x;
+        for (size_t c = 0; c < D; c++) {
+            vector_load(&x, a->w[c]);
+            sum += T_w[r * D + c] * x;
+            vector_load(&x, a->v[c]);
+            sum += T_v[r * D + c] * x;
+            vector_load(&x, a->w_old[c]);
+            sum += T_old[r * D + c] * x;
         }
+        vector_store(b[r], &sum);
     }
-    for (size_t e = 0; e < p->model.n_effects; e++) {
-        const struct law *law = &p->laws[e];
-        size_t first = law_first_coordinate(p, e), dependency = law_first_dependency(p, e);
-        for (size_t d = 0; law->d > 0 && d < law->n_dependencies; d++)
-            for (size_t i = 0; i < a->count; i++)
-                for (size_t r = 0; law->dependency[d] == a->parameter[i] && r < law->d; r++)
-                    b[first + r][i] += l->f_p[(step * l->n_dependencies + dependency + d) * LAW_COORDINATES + r];
-        for (int k = 0; l->state != NULL && law->d > 0 && k < law->effect->n_law_states; k++)
+    for (size_t i = 0; i < a->n_direct; i++) {
+        const struct direct *direct = &a->direct[i];
+        for (size_t r = 0; r < direct->d; r++)
+            b[direct->first + r][direct->lane] +=
+                l->f_p[(step * l->n_dependencies + direct->dependency) * LAW_COORDINATES + r];
+    }
+    for (size_t e = 0, first = 0; l->state != NULL && e < p->model.n_effects; first += p->laws[e++].d)
+        for (int k = 0; p->laws[e].d > 0 && k < p->laws[e].effect->n_law_states; k++)
             for (int i = 0; i < LANES; i++)
                 b[first][i] += l->state[step * p->model.n_effects + e].by_z[k] * a->z[e][k][i];
-    }
 }
 
 /* δf⁺, and with it δq⁺, δw⁺, δv⁺. */
-VECTOR_INLINE void finish_step(struct lanes *a, size_t step, double b[MOST_COORDINATES][LANES])
+VECTOR_INLINE void finish_step(struct lanes *a, size_t step, size_t D, double b[MOST_COORDINATES][LANES])
 {
     const struct law_run *l = a->l;
-    size_t D = l->D;
     const double *inverse = l->inverse + step * D * D;
+    vector_real df[MOST_COORDINATES], x;
     for (size_t r = 0; r < D; r++) {
-        for (int i = 0; i < LANES; i++) {
-            double sum = 0.0;
-            for (size_t c = 0; c < D; c++)
-                sum += inverse[r + c * D] * b[c][i];
-            a->df[r][i] = sum;
+        df[r] = (vector_real){0.0};
+        for (size_t c = 0; c < D; c++) {
+            vector_load(&x, b[c]);
+            df[r] += inverse[r * D + c] * x;
         }
+        vector_store(a->df[r], &df[r]);
         for (size_t i = 0; i < LANES; i++)
             a->f[(i * D + r) * l->N + step] = a->df[r][i];
     }
     for (size_t k = 0; k < l->n_dynamic; k++) {
-        struct split force = {{0}, {0}}, change = {{0}, {0}};
+        struct complex_lanes force = {{0.0}, {0.0}}, q;
         for (size_t c = 0; c < D; c++) {
-            double complex alpha = l->alpha[c * l->n_dynamic + k];
-            for (int i = 0; i < LANES; i++) {
-                force.re[i] += creal(alpha) * a->df[c][i];
-                force.im[i] += cimag(alpha) * a->df[c][i];
-            }
+            force.re += l->alpha.re[c * l->P + k] * df[c];
+            force.im += l->alpha.im[c * l->P + k] * df[c];
         }
-        add_scalar_times(&change, -l->step[k].g1, force.re, force.im);
-        for (int i = 0; i < LANES; i++) {
-            a->q_re[k][i] += change.re[i];
-            a->q_im[k][i] += change.im[i];
-        }
+        load(&q, a->q_re, a->q_im, k);
+        add_product(&q, -l->g[0].re[k], -l->g[0].im[k], &force);
+        store(a->q_re, a->q_im, k, &q);
+        load(&q, a->F_re[0], a->F_im[0], k);
+        force.re += q.re;
+        force.im += q.im;
+        store(a->F_re[0], a->F_im[0], k, &force);
     }
     for (size_t r = 0; r < D; r++) {
+        vector_real w, v;
+        vector_load(&w, a->w[r]);
+        vector_load(&v, a->v[r]);
         for (size_t c = 0; c < D; c++) {
-            for (int i = 0; i < LANES; i++) {
-                a->w[r][i] += l->S_w[r * D + c] * a->df[c][i];
-                a->v[r][i] += l->S_v[r * D + c] * a->df[c][i];
-            }
+            w += l->S_w[r * D + c] * df[c];
+            v += l->S_v[r * D + c] * df[c];
         }
+        vector_store(a->w[r], &w);
+        vector_store(a->v[r], &v);
     }
 }
 
@@ -163,13 +244,12 @@ static void step_states(struct lanes *a, size_t step)
 {
     const struct law_run *l = a->l;
     const struct predictor *p = l->run->p;
-    for (size_t e = 0; l->state != NULL && e < p->model.n_effects; e++) {
+    for (size_t e = 0, c = 0; e < p->model.n_effects; c += p->laws[e++].d) {
         const struct law *law = &p->laws[e];
         int n = law->effect->n_law_states;
         if (law->d == 0 || n == 0)
             continue;
         const struct law_force *s = &l->state[step * p->model.n_effects + e];
-        size_t c = law_first_coordinate(p, e);
         double next[BEAM_LAW_STATES][LANES] = {{0}};
         for (int k = 0; k < n; k++) {
             for (size_t i = 0; i < LANES; i++) {
@@ -185,23 +265,59 @@ static void step_states(struct lanes *a, size_t step)
     }
 }
 
-VECTOR_CLONES void law_lanes_march(struct lanes *a)
+/* ---- All steps ---- */
+
+/* The forces of a step become those of one step ago. */
+VECTOR_INLINE void rotate(double (*F[HOLD_CUBIC])[LANES], size_t held)
+{
+    double(*newest)[LANES] = F[held - 1];
+    for (size_t i = held - 1; i > 0; i--)
+        F[i] = F[i - 1];
+    F[0] = newest;
+}
+
+VECTOR_INLINE void march(struct lanes *a, const struct law_row *R, size_t held, size_t D)
 {
     const struct law_run *l = a->l;
-    size_t D = l->D, P = l->n_dynamic;
-    const double zero[MOST_COORDINATES] = {0};
+    size_t P = l->P;
     double b[MOST_COORDINATES][LANES];
     for (size_t step = 0; step < l->N; step++) {
-        const double *f0 = step > 0 ? l->f + (step - 1) * D : zero, *f1 = l->f + step * D;
-        start_motion(a, step, f1);
-        for (size_t k = 0; k < P; k++) {
-            double complex q_old = step > 0 ? l->q[(step - 1) * P + k] : 0.0;
-            free_state(a, k, q_old, f0, f1);
-            add_free_motion(a, k, l->q[step * P + k]);
+        const double *f = l->f + step * D;
+        vector_real w[MOST_COORDINATES], v[MOST_COORDINATES];
+        start_motion(a, step, D, f);
+        for (size_t c = 0; c < D; c++) {
+            vector_load(&w[c], a->w[c]);
+            vector_load(&v[c], a->v[c]);
         }
-        right_side(a, step, b);
-        finish_step(a, step, b);
-        step_states(a, step);
+        for (size_t k = 0; k < l->n_dynamic; k++) {
+            size_t i = step * P + k;
+            struct complex_lanes dq;
+            free_state(a, k, held, D, f, R->re[i], R->im[i], &dq);
+            add_motion(a, k, D, l->q.re[i], l->q.im[i], &dq, w, v);
+        }
+        for (size_t c = 0; c < D; c++) {
+            vector_store(a->w[c], &w[c]);
+            vector_store(a->v[c], &v[c]);
+        }
+        right_side(a, step, D, b);
+        finish_step(a, step, D, b);
+        if (l->state != NULL)
+            step_states(a, step);
         memcpy(a->w_old, a->w, D * sizeof a->w[0]);
+        rotate(a->F_re, held);
+        rotate(a->F_im, held);
     }
+}
+
+VECTOR_CLONES void law_lanes_march(struct lanes *a, const struct law_row *R)
+{
+    bool cubic = a->l->held == HOLD_CUBIC;
+    if (a->l->D == 1 && cubic)
+        march(a, R, HOLD_CUBIC, 1);
+    else if (a->l->D == 1)
+        march(a, R, HOLD_LINE, 1);
+    else if (cubic)
+        march(a, R, HOLD_CUBIC, a->l->D);
+    else
+        march(a, R, HOLD_LINE, a->l->D);
 }

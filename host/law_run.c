@@ -4,19 +4,19 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "spectrum.h"
+#include "vector.h"
 
 /* A pole with |p| h above this follows the force without dynamics of its own. */
-static const double far_step = 1.5;
-enum { OVERSAMPLE_POINT = 8, OVERSAMPLE_SPAN = 4 };
+static const double far_step = 2.0;
+/* Steps a sample: forces that are smooth in time are followed by cubics, kinks by shorter straight lines. */
+enum { OVERSAMPLE_SMOOTH = 4, OVERSAMPLE_KINKED = 8 };
 
-static int oversampling(const struct predictor *p)
+static bool all_smooth(const struct predictor *p)
 {
-    int factor = p->options.oversample;
-    for (size_t e = 0; factor == 0 && e < p->model.n_effects; e++)
-        if (p->laws[e].g_at != NULL)
-            factor = OVERSAMPLE_POINT;
-    return factor > 0 ? factor : OVERSAMPLE_SPAN;
+    for (size_t e = 0; e < p->model.n_effects; e++)
+        if (p->laws[e].d > 0 && !p->laws[e].smooth)
+            return false;
+    return true;
 }
 
 /* Poles that move on the grid are stepped; the others add Re(αα'/p) to the compliance (their static response). */
@@ -24,14 +24,14 @@ static void split_poles(struct law_run *l)
 {
     const struct system *s = l->run->p->system;
     l->pole = bf_alloc(s->n_poles, sizeof *l->pole);
+    l->hold = bf_alloc(s->n_poles, sizeof *l->hold);
     l->multiplicity = bf_alloc(s->n_poles, sizeof *l->multiplicity);
-    l->step = bf_alloc(s->n_poles, sizeof *l->step);
     for (size_t k = 0; k < s->n_poles; k++) {
         double multiplicity = k < s->n_pairs ? 2.0 : 1.0;
         if (cabs(s->p[k]) * l->h_s <= far_step) {
             l->pole[l->n_dynamic] = k;
             l->multiplicity[l->n_dynamic] = multiplicity;
-            l->step[l->n_dynamic++] = pole_step(s->p[k], l->h_s);
+            l->hold[l->n_dynamic++] = law_hold(s->p[k], l->h_s, l->held);
             continue;
         }
         for (size_t a = 0; a < l->D; a++)
@@ -41,20 +41,60 @@ static void split_poles(struct law_run *l)
     }
 }
 
+static struct law_row take_row(double **next, size_t n)
+{
+    struct law_row row = {.re = *next, .im = *next + n};
+    *next += 2 * n;
+    return row;
+}
+
+static void set(const struct law_row *row, size_t i, double complex x)
+{
+    row->re[i] = creal(x);
+    row->im[i] = cimag(x);
+}
+
+static void fill_rows(struct law_run *l)
+{
+    const struct system *s = l->run->p->system;
+    size_t D = l->D, P = l->P = vector_round(l->n_dynamic);
+    l->rows = bf_alloc(2 * P * (2 + HOLD_CUBIC + 3 * D), sizeof *l->rows);
+    double *next = l->rows;
+    l->p = take_row(&next, P);
+    l->e = take_row(&next, P);
+    for (size_t i = 0; i < HOLD_CUBIC; i++)
+        l->g[i] = take_row(&next, P);
+    l->alpha = take_row(&next, D * P);
+    l->to_w = take_row(&next, D * P);
+    l->to_v = take_row(&next, D * P);
+    for (size_t k = 0; k < l->n_dynamic; k++) {
+        double complex p = s->p[l->pole[k]];
+        set(&l->p, k, p);
+        set(&l->e, k, l->hold[k].e);
+        for (size_t i = 0; i < HOLD_CUBIC; i++)
+            set(&l->g[i], k, l->hold[k].g[i]);
+        for (size_t c = 0; c < D; c++) {
+            double complex alpha = l->run->p->coordinates[c].alpha[l->pole[k]];
+            set(&l->alpha, c * P + k, alpha);
+            set(&l->to_w, c * P + k, l->multiplicity[k] * alpha);
+            set(&l->to_v, c * P + k, l->multiplicity[k] * alpha * p);
+        }
+    }
+}
+
+/* S: what a force at the end of the step does to the coordinates there. */
 static void fill_compliance(struct law_run *l)
 {
-    size_t D = l->D, P = l->n_dynamic;
-    l->alpha = bf_alloc(D * P, sizeof *l->alpha);
-    for (size_t c = 0; c < D; c++)
-        for (size_t k = 0; k < P; k++)
-            l->alpha[c * P + k] = l->run->p->coordinates[c].alpha[l->pole[k]];
+    size_t D = l->D, P = l->P;
     for (size_t a = 0; a < D; a++) {
         for (size_t b = 0; b < D; b++) {
             double w = l->far[a * D + b], v = 0.0;
-            for (size_t k = 0; k < P; k++) {
-                double complex r = l->alpha[a * P + k] * l->step[k].g1 * l->alpha[b * P + k];
-                w -= l->multiplicity[k] * creal(r);
-                v -= l->multiplicity[k] * creal(r * l->run->p->system->p[l->pole[k]]);
+            for (size_t k = 0; k < l->n_dynamic; k++) {
+                size_t i = a * P + k;
+                double complex alpha = l->run->p->coordinates[b].alpha[l->pole[k]];
+                double complex q = l->hold[k].g[0] * alpha;
+                w -= l->to_w.re[i] * creal(q) - l->to_w.im[i] * cimag(q);
+                v -= l->to_v.re[i] * creal(q) - l->to_v.im[i] * cimag(q);
             }
             l->S_w[a * D + b] = w;
             l->S_v[a * D + b] = v;
@@ -62,77 +102,33 @@ static void fill_compliance(struct law_run *l)
     }
 }
 
-enum bf_status law_upsample(const struct law_run *l, const double complex W[], double out[], struct bf_error *err)
+/* e^(σt) at every step, by products of a coarse and a fine table. */
+static void fill_growth(struct law_run *l)
 {
-    size_t m = l->grid->m, factor = (size_t)l->oversample, n_fine = l->grid->n_fft * factor;
-    const struct fft *plan;
-    enum bf_status status = fft_get(n_fine, &plan, err);
-    if (status != BF_OK)
-        return status;
-    double complex *wide = bf_alloc(n_fine / 2 + 1, sizeof *wide);
-    double *x = bf_alloc(n_fine, sizeof *x);
-    for (size_t k = 0; k < m; k++)
-        wide[k] = (double)factor * W[k];
-    if (factor > 1)
-        wide[m - 1] *= 0.5; /* one line at the old Nyquist frequency becomes a pair */
-    fft_inverse(plan, wide, x);
-    for (size_t k = 0; k < l->N; k++)
-        out[k] = x[k] * exp(l->grid->sigma * l->h_s * (double)k);
-    free(wide);
-    free(x);
-    return BF_OK;
+    enum { FINE = 64 };
+    double fine[FINE], rate = l->grid->sigma * l->h_s;
+    for (size_t i = 0; i < FINE; i++)
+        fine[i] = exp(rate * (double)i);
+    l->growth = bf_grow(NULL, l->N, sizeof *l->growth);
+    for (size_t first = 0; first < l->N; first += FINE) {
+        double coarse = exp(rate * (double)first);
+        for (size_t i = 0; i < FINE && first + i < l->N; i++)
+            l->growth[first + i] = coarse * fine[i];
+    }
 }
 
-enum bf_status law_transform(const struct law_run *l, const double f[], size_t stride, double complex F[],
-                             struct bf_error *err)
-{
-    size_t factor = (size_t)l->oversample, n_fine = l->grid->n_fft * factor;
-    const struct fft *plan;
-    enum bf_status status = fft_get(n_fine, &plan, err);
-    if (status != BF_OK)
-        return status;
-    double complex *wide = bf_alloc(n_fine / 2 + 1, sizeof *wide);
-    double *x = bf_alloc(n_fine, sizeof *x);
-    for (size_t k = 0; k < l->N; k++)
-        x[k] = f[k * stride] * exp(-l->grid->sigma * l->h_s * (double)k);
-    fft_forward(plan, x, wide);
-    for (size_t k = 0; k < l->grid->m; k++)
-        F[k] = wide[k] / (double)factor;
-    free(wide);
-    free(x);
-    return BF_OK;
-}
-
-/* w_lin and v_lin of coordinate c on the fine grid. */
-static enum bf_status linear_motion(struct law_run *l, size_t c, struct bf_error *err)
+static void ask_laws(struct law_run *l)
 {
     const struct predictor *p = l->run->p;
-    size_t m = l->grid->m;
-    double complex *H = bf_alloc(2 * m, sizeof *H), *W = H + m;
-    for (size_t i = 0; i < p->model.n_inputs; i++) {
-        size_t parameter;
-        if (l->plan->input[i] == NULL)
+    l->laws = bf_alloc(p->model.n_effects, sizeof *l->laws);
+    for (size_t e = 0; e < p->model.n_effects; e++) {
+        const struct law *law = &p->laws[e];
+        if (law->d == 0)
             continue;
-        double gain = input_gain(l->run, i, &parameter);
-        response_value(p->kernels[l->plan->grid], 0, p->coordinates[c].alpha, p->inputs[i].alpha, H);
-        for (size_t k = 0; k < m; k++)
-            W[k] += gain * (H[k] * l->plan->U[i][k]);
+        law_prepare(law, &p->map, l->run->theta, &l->laws[e]);
+        l->uses_w = l->uses_w || law->uses_w || law->uses_w_old;
+        l->uses_v = l->uses_v || law->uses_v;
     }
-    enum bf_status status = l->uses_w ? law_upsample(l, W, l->w_lin + c * l->N, err) : BF_OK;
-    for (size_t k = 0; k < m; k++)
-        W[k] *= l->grid->s[k];
-    if (status == BF_OK)
-        status = law_upsample(l, W, l->v_lin + c * l->N, err);
-    free(H);
-    return status;
-}
-
-static bool uses_w(const struct predictor *p)
-{
-    for (size_t e = 0; e < p->model.n_effects; e++)
-        if (p->laws[e].d > 0 && (p->laws[e].uses_w || p->laws[e].uses_w_old))
-            return true;
-    return false;
 }
 
 static bool has_states(const struct predictor *p)
@@ -143,44 +139,55 @@ static bool has_states(const struct predictor *p)
     return false;
 }
 
+/* What the derivatives need. Every number is written by the steps. */
+static void make_history(struct law_run *l)
+{
+    const struct predictor *p = l->run->p;
+    size_t squares = l->N * l->D * l->D;
+    l->n_dependencies = law_first_dependency(p, p->model.n_effects);
+    l->q.re = bf_grow(NULL, 2 * l->N * l->P, sizeof(double));
+    l->q.im = l->q.re + l->N * l->P;
+    l->T_w = bf_alloc(4 * squares, sizeof(double)); /* zero between the blocks of two laws */
+    l->T_v = l->T_w + squares;
+    l->T_old = l->T_v + squares;
+    l->inverse = l->T_old + squares;
+    l->f_p = bf_grow(NULL, l->N * l->n_dependencies * LAW_COORDINATES, sizeof(double));
+    l->state = has_states(p) ? bf_alloc(l->N * p->model.n_effects, sizeof *l->state) : NULL;
+}
+
 enum bf_status law_run_new(struct law_run *l, struct bf_error *err)
 {
-    struct predictor *p = l->run->p;
-    l->uses_w = uses_w(p);
+    const struct predictor *p = l->run->p;
+    bool smooth = all_smooth(p);
+    l->held = smooth ? HOLD_CUBIC : HOLD_LINE;
+    l->oversample = p->options.oversample > 0 ? p->options.oversample : smooth ? OVERSAMPLE_SMOOTH : OVERSAMPLE_KINKED;
     l->D = p->n_coordinates;
-    l->oversample = oversampling(p);
     l->N = l->plan->n * (size_t)l->oversample;
     l->h_s = l->grid->dt_s / (double)l->oversample;
+    ask_laws(l);
     split_poles(l);
+    fill_rows(l);
     fill_compliance(l);
-    l->w_lin = bf_alloc(2 * l->D * l->N, sizeof(double));
-    l->v_lin = l->w_lin + l->D * l->N;
-    l->f = bf_alloc(l->N * l->D, sizeof(double));
-    enum bf_status status = BF_OK;
-    for (size_t c = 0; status == BF_OK && c < l->D; c++)
-        status = linear_motion(l, c, err);
-    if (status != BF_OK || l->run->want == NULL)
-        return status;
-    l->n_dependencies = law_first_dependency(p, p->model.n_effects);
-    l->q = bf_alloc(l->N * l->n_dynamic, sizeof *l->q);
-    l->T_w = bf_alloc(4 * l->N * l->D * l->D, sizeof(double));
-    l->T_v = l->T_w + l->N * l->D * l->D;
-    l->T_old = l->T_v + l->N * l->D * l->D;
-    l->inverse = l->T_old + l->N * l->D * l->D;
-    l->f_p = bf_alloc(l->N * l->n_dependencies * LAW_COORDINATES, sizeof(double));
-    l->state = has_states(p) ? bf_alloc(l->N * p->model.n_effects, sizeof *l->state) : NULL;
-    return BF_OK;
+    fill_growth(l);
+    l->f = bf_grow(NULL, l->N * l->D, sizeof(double));
+    if (l->run->want != NULL)
+        make_history(l);
+    return law_linear_motion(l, err);
 }
 
 void law_run_free(struct law_run *l)
 {
+    for (size_t e = 0; l->laws != NULL && e < l->run->p->model.n_effects; e++)
+        law_prepared_free(&l->laws[e]);
+    free(l->laws);
     free(l->pole);
+    free(l->hold);
     free(l->multiplicity);
-    free(l->step);
-    free(l->alpha);
+    free(l->rows);
+    free(l->growth);
     free(l->w_lin);
     free(l->f);
-    free(l->q);
+    free(l->q.re);
     free(l->T_w);
     free(l->f_p);
     free(l->state);

@@ -1,21 +1,28 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
  * law_run.h — stepping the nonlinear forces of one record; shared by law_coordinates.c (the laws of a model), law_run.c
- * (setting up a record), law_step.c (the steps), law_output.c (what they do to the outputs), law_derivative*.c (their
- * derivatives), predict_law.c (all records) and nobody else.
+ * (setting up a record), law_motion.c (its linear motion, transforms), law_step.c (the steps), law_output.c (what they do
+ * to the outputs), law_derivative*.c (their derivatives), predict_law.c (all records) and nobody else.
  *
  * Unknowns are the forces f on the contact coordinates w = Gᵀx, on a grid of `oversample` steps a sample:
  *     w = w_lin + Σ_k Re(α_k q_k) + far,   q_k' = p_k q_k − Σ_c α_kc f_c,   f = law(w, w')
- * w_lin is the band-limited linear response to the inputs; q_k is stepped exactly with f held to first order; poles far
- * above the grid act through their static compliance. Each step solves f = law(w_free + S_w f, v_free + S_v f).
+ * w_lin is the band-limited linear response to the inputs; q_k is stepped exactly with f a polynomial through its last
+ * samples (law_hold.h); poles far above the grid act through their static compliance. Each step solves
+ * f = law(w_free + S_w f, v_free + S_v f).
  */
 #ifndef BEAMFIT_LAW_RUN_H
 #define BEAMFIT_LAW_RUN_H
 
 #include "law.h"
+#include "law_hold.h"
 #include "predict_work.h"
 
 enum { MOST_COORDINATES = 24 };
+
+/* Rows of P numbers: P poles, the last ones zero so that P is a multiple of the vectors' length. */
+struct law_row {
+    double *re, *im;
+};
 
 struct law_run {
     const struct run *run;
@@ -23,22 +30,31 @@ struct law_run {
     const struct record_plan *plan;
     const struct response_grid *grid;
     bool uses_w; /* some force depends on a coordinate itself, now or a step ago */
+    bool uses_v; /* on its rate */
     size_t D, N; /* coordinates; steps */
     int oversample;
+    size_t held; /* samples of f that a step uses: HOLD_LINE or HOLD_CUBIC */
     double h_s;
-    size_t n_dynamic;
-    size_t *pole;           /* [n_dynamic] index into the system's poles */
-    double *multiplicity;   /* [n_dynamic] 2 for a pair, 1 for a real pole */
-    double complex *alpha;  /* [D][n_dynamic] */
-    struct pole_step *step; /* [n_dynamic] */
+    double *growth; /* [N] e^(σt) */
+    size_t n_dynamic, P;
+    size_t *pole;                 /* [n_dynamic] index into the system's poles */
+    double *multiplicity;         /* [n_dynamic] 2 for a pair, 1 for a real pole */
+    struct law_hold *hold;        /* [n_dynamic] */
+    struct law_row p, e;          /* [P] poles, e^(ph) */
+    struct law_row g[HOLD_CUBIC]; /* [P] */
+    struct law_row alpha;         /* [D][P] */
+    struct law_row to_w, to_v;    /* [D][P] w = Re(to_w q): α twice for a pair; v = Re(to_v q): the same times p */
+    double *rows;                 /* owns the above */
     double far[MOST_COORDINATES * MOST_COORDINATES];
     double S_w[MOST_COORDINATES * MOST_COORDINATES], S_v[MOST_COORDINATES * MOST_COORDINATES];
     double *w_lin, *v_lin; /* [D][N] */
     double *f;             /* [N][D] */
     size_t failed_steps;
+    struct law_prepared *laws; /* [n_effects] at the run's parameters */
     /* kept for derivatives, when asked: */
-    double complex *q;                   /* [N][n_dynamic] */
+    struct law_row q;                    /* [N][P] */
     double *T_w, *T_v, *T_old, *inverse; /* [N][D × D] */
+    bool has_T_w, has_T_v;               /* forces depend on w, now or a step ago; on v */
     double *f_p;                         /* [N][dependencies of all laws][LAW_COORDINATES] */
     struct law_force *state;             /* [N] of the law with internal states, else NULL */
     size_t n_dependencies;
@@ -60,6 +76,8 @@ enum bf_status law_run_march(struct law_run *l, struct bf_error *err);
 /* Adds what the forces do to the record's rows of y and of the Jacobian. */
 enum bf_status law_run_outputs(const struct law_run *l, struct bf_error *err);
 
+/* w_lin and v_lin of every coordinate. */
+enum bf_status law_linear_motion(struct law_run *l, struct bf_error *err);
 /* Bins 0 … m−1 of a spectrum to N samples at the oversampled rate, and back. */
 enum bf_status law_upsample(const struct law_run *l, const double complex W[], double out[], struct bf_error *err);
 enum bf_status law_transform(const struct law_run *l, const double f[], size_t stride, double complex F[],

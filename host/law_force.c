@@ -1,0 +1,282 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* The force of a law at one instant: motion at its points, the effect's own function there, back by virtual work. */
+#include "law.h"
+
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "vector.h"
+
+/* Points evaluated together. */
+enum { POINTS = 64, WIDTH = BEAM_LAW_WIDTH };
+
+static size_t dependency_index(const struct law *law, size_t parameter)
+{
+    for (size_t i = 0; i < law->n_dependencies; i++)
+        if (law->dependency[i] == parameter)
+            return i;
+    return SIZE_MAX;
+}
+
+void law_prepare(const struct law *law, const struct parameter_map *map, const double theta[], struct law_prepared *out)
+{
+    *out = (struct law_prepared){.law = law};
+    parameter_map_effect(map, 0, law->effect_index, theta, out->p);
+    for (int s = 0; s < BEAM_EFFECT_PARAMETERS; s++) {
+        size_t parameter = parameter_map_slot(map, 0, law->effect_index, s);
+        out->slot[s] = parameter == SIZE_MAX ? SIZE_MAX : dependency_index(law, parameter);
+    }
+    out->weight = bf_alloc(law->n_points, sizeof *out->weight);
+    out->by_weight = bf_alloc(law->n_points, sizeof *out->by_weight);
+    for (size_t q = 0; q < law->n_points; q++) {
+        size_t parameter = law_weight_parameter(map, law->weight, law->material[q]);
+        out->weight[q] = law->quadrature[q] * (parameter == SIZE_MAX ? 1.0 : theta[parameter]);
+        out->by_weight[q] = parameter == SIZE_MAX ? SIZE_MAX : dependency_index(law, parameter);
+    }
+}
+
+void law_prepared_free(struct law_prepared *prepared)
+{
+    free(prepared->weight);
+    free(prepared->by_weight);
+    *prepared = (struct law_prepared){0};
+}
+
+/* Point by point, for one block of points. */
+struct span_block {
+    size_t first, count; /* points; count is a multiple of the vectors' length */
+    double w[WIDTH][POINTS], v[WIDTH][POINTS], w_old[WIDTH][POINTS];
+    double f[WIDTH][POINTS]; /* times the quadrature weight; so are the tangents */
+    double by_w[WIDTH][WIDTH][POINTS], by_v[WIDTH][WIDTH][POINTS], by_w_old[WIDTH][WIDTH][POINTS];
+};
+
+/* out = Σ_j ψ_j x_j at the points of a block. */
+VECTOR_INLINE void spread(const struct law *law, size_t width, const struct span_block *b, const double x[],
+                          double out[])
+{
+    const double *psi = law->psi + width * law->d * law->stride + b->first;
+    for (size_t q = 0; q < b->count; q += VECTOR_LENGTH) {
+        vector_real sum = {0.0}, value;
+        for (size_t j = 0; j < law->d; j++) {
+            vector_load(&value, psi + j * law->stride + q);
+            sum += x[j] * value;
+        }
+        vector_store(out + q, &sum);
+    }
+}
+
+VECTOR_INLINE void block_motion(const struct law *law, const struct law_motion *motion, struct span_block *b)
+{
+    for (size_t a = 0; a < law->width; a++) {
+        if (law->uses_w)
+            spread(law, a, b, motion->w, b->w[a]);
+        if (law->uses_v)
+            spread(law, a, b, motion->v, b->v[a]);
+        if (law->uses_w_old)
+            spread(law, a, b, motion->w_old, b->w_old[a]);
+    }
+}
+
+/* Derivatives by the law's own parameters and by the value its weight stands for. */
+static void add_derivatives(const struct law_prepared *prepared, size_t q, const struct beam_law_output *o,
+                            struct law_force *out)
+{
+    const struct law *law = prepared->law;
+    for (size_t a = 0; a < law->width; a++) {
+        for (size_t j = 0; j < law->d; j++) {
+            double psi = law->psi[(a * law->d + j) * law->stride + q];
+            for (int s = 0; s < law->effect->n_parameters; s++)
+                if (prepared->slot[s] != SIZE_MAX)
+                    out->by_parameter[prepared->slot[s]][j] += prepared->weight[q] * o->f_p[a][s] * psi;
+            if (prepared->by_weight[q] != SIZE_MAX)
+                out->by_parameter[prepared->by_weight[q]][j] += law->quadrature[q] * o->f[a] * psi;
+        }
+    }
+}
+
+static void copy_states(const struct law_prepared *prepared, const struct beam_law_output *o, struct law_force *out)
+{
+    const struct beam_effect *effect = prepared->law->effect;
+    for (int k = 0; k < effect->n_law_states; k++) {
+        out->z[k] = o->z[k];
+        out->by_z[k] = o->f_z[0][k];
+        out->z_by_w[k] = o->z_w[k][0];
+        out->z_by_v[k] = o->z_v[k][0];
+        out->z_by_w_old[k] = o->z_w_old[k][0];
+        for (int l = 0; l < effect->n_law_states; l++)
+            out->z_by_z[k][l] = o->z_z[k][l];
+        for (int s = 0; s < effect->n_parameters; s++)
+            if (prepared->slot[s] != SIZE_MAX)
+                out->z_by_parameter[k][prepared->slot[s]] = o->z_p[k][s];
+    }
+}
+
+/* The effect's function at every point of a block. */
+VECTOR_INLINE int block_law(const struct law_prepared *prepared, struct beam_law_input *in, bool tangents,
+                            bool derivatives, struct span_block *b, struct law_force *out)
+{
+    const struct law *law = prepared->law;
+    int n_states = law->effect->n_law_states;
+    for (size_t i = 0; i < b->count && b->first + i < law->n_points; i++) {
+        struct beam_law_output o;
+        memset(&o, 0, n_states > 0 ? sizeof o : offsetof(struct beam_law_output, z));
+        for (size_t a = 0; a < law->width; a++) {
+            in->w[a] = law->uses_w ? b->w[a][i] : 0.0;
+            in->v[a] = law->uses_v ? b->v[a][i] : 0.0;
+            in->w_old[a] = law->uses_w_old ? b->w_old[a][i] : 0.0;
+        }
+        if (law->effect->law(prepared->p, in, &o) != 0)
+            return -1;
+        double weight = prepared->weight[b->first + i];
+        for (size_t a = 0; a < law->width; a++) {
+            b->f[a][i] = weight * o.f[a];
+            for (size_t c = 0; tangents && c < law->width; c++) {
+                b->by_w[a][c][i] = weight * o.f_w[a][c];
+                b->by_v[a][c][i] = weight * o.f_v[a][c];
+                b->by_w_old[a][c][i] = weight * o.f_w_old[a][c];
+            }
+        }
+        if (derivatives)
+            add_derivatives(prepared, b->first + i, &o, out);
+        if (n_states > 0)
+            copy_states(prepared, &o, out);
+    }
+    return 0;
+}
+
+/* T += Σ_q k_q ψ_a ψ_cᵀ */
+VECTOR_INLINE void add_outer(const struct law *law, const struct span_block *b, size_t a, size_t c, const double k[],
+                             double T[])
+{
+    const double *left = law->psi + a * law->d * law->stride + b->first;
+    const double *right = law->psi + c * law->d * law->stride + b->first;
+    for (size_t j = 0; j < law->d; j++) {
+        double scaled[POINTS];
+        for (size_t q = 0; q < b->count; q += VECTOR_LENGTH) {
+            vector_real x, y;
+            vector_load(&x, k + q);
+            vector_load(&y, right + j * law->stride + q);
+            x *= y;
+            vector_store(scaled + q, &x);
+        }
+        for (size_t i = 0; i < law->d; i++)
+            T[i * law->d + j] += vector_dot(b->count, left + i * law->stride, scaled);
+    }
+}
+
+VECTOR_INLINE void add_block(const struct law *law, const struct span_block *b, bool tangents, struct law_force *out)
+{
+    for (size_t a = 0; a < law->width; a++) {
+        const double *psi = law->psi + a * law->d * law->stride + b->first;
+        for (size_t j = 0; j < law->d; j++)
+            out->f[j] += vector_dot(b->count, psi + j * law->stride, b->f[a]);
+        for (size_t c = 0; tangents && c < law->width; c++) {
+            if (law->uses_w)
+                add_outer(law, b, a, c, b->by_w[a][c], out->by_w);
+            if (law->uses_v)
+                add_outer(law, b, a, c, b->by_v[a][c], out->by_v);
+            if (law->uses_w_old)
+                add_outer(law, b, a, c, b->by_w_old[a][c], out->by_w_old);
+        }
+    }
+}
+
+/* Numbers of the points that fill up the last vector. */
+static void clear_padding(const struct law *law, struct span_block *b)
+{
+    size_t used = law->n_points - b->first < b->count ? law->n_points - b->first : b->count;
+    for (size_t a = 0; a < law->width; a++) {
+        size_t bytes = (b->count - used) * sizeof(double);
+        memset(b->f[a] + used, 0, bytes);
+        for (size_t c = 0; c < law->width; c++) {
+            memset(b->by_w[a][c] + used, 0, bytes);
+            memset(b->by_v[a][c] + used, 0, bytes);
+            memset(b->by_w_old[a][c] + used, 0, bytes);
+        }
+    }
+}
+
+/* Everything that a call adds to begins at zero; states of a span law are never written. */
+static void clear_force(const struct law *law, bool tangents, bool derivatives, struct law_force *out)
+{
+    size_t d = law->d;
+    memset(out->f, 0, d * sizeof *out->f);
+    if (tangents) {
+        memset(out->by_w, 0, d * d * sizeof *out->by_w);
+        memset(out->by_v, 0, d * d * sizeof *out->by_v);
+        memset(out->by_w_old, 0, d * d * sizeof *out->by_w_old);
+    }
+    if (derivatives)
+        memset(out->by_parameter, 0, sizeof out->by_parameter);
+}
+
+static int point_force(const struct law_prepared *prepared, const struct law_motion *motion, bool tangents,
+                       bool derivatives, struct law_force *out)
+{
+    struct beam_law_input in = {.w = {motion->w[0]},
+                                .v = {motion->v[0]},
+                                .w_old = {motion->w_old[0]},
+                                .t_s = motion->t_s,
+                                .dt_s = motion->dt_s};
+    struct beam_law_output o;
+    int n_states = prepared->law->effect->n_law_states;
+    memset(&o, 0, n_states > 0 ? sizeof o : offsetof(struct beam_law_output, z));
+    for (int k = 0; k < n_states; k++)
+        in.z[k] = motion->z[k];
+    if (prepared->law->effect->law(prepared->p, &in, &o) != 0)
+        return -1;
+    double weight = prepared->weight[0];
+    out->f[0] = weight * o.f[0];
+    if (tangents) {
+        out->by_w[0] = weight * o.f_w[0][0];
+        out->by_v[0] = weight * o.f_v[0][0];
+        out->by_w_old[0] = weight * o.f_w_old[0][0];
+    }
+    if (derivatives) {
+        memset(out->by_parameter, 0, sizeof out->by_parameter);
+        add_derivatives(prepared, 0, &o, out);
+    }
+    copy_states(prepared, &o, out);
+    return 0;
+}
+
+VECTOR_CLONES static int span_force(const struct law_prepared *prepared, const struct law_motion *motion, bool tangents,
+                                    bool derivatives, struct law_force *out)
+{
+    const struct law *law = prepared->law;
+    struct beam_law_input in = {.t_s = motion->t_s, .dt_s = motion->dt_s};
+    struct span_block b;
+    clear_force(law, tangents, derivatives, out);
+    for (int k = 0; k < law->effect->n_law_states; k++)
+        in.z[k] = motion->z[k];
+    for (b.first = 0; b.first < law->n_points; b.first += POINTS) {
+        size_t left = law->n_points - b.first;
+        b.count = left < POINTS ? vector_round(left) : POINTS;
+        block_motion(law, motion, &b);
+        if (block_law(prepared, &in, tangents, derivatives, &b, out) != 0)
+            return -1;
+        clear_padding(law, &b);
+        add_block(law, &b, tangents, out);
+    }
+    return 0;
+}
+
+int law_force(const struct law_prepared *prepared, const struct law_motion *motion, bool tangents, bool derivatives,
+              struct law_force *out)
+{
+    tangents = tangents || derivatives;
+    if (prepared->law->g_at != NULL)
+        return point_force(prepared, motion, tangents, derivatives, out);
+    return span_force(prepared, motion, tangents, derivatives, out);
+}
+
+int law_evaluate(const struct law *law, const struct parameter_map *map, const double theta[],
+                 const struct law_motion *motion, bool tangents, bool derivatives, struct law_force *out)
+{
+    struct law_prepared prepared;
+    law_prepare(law, map, theta, &prepared);
+    int result = law_force(&prepared, motion, tangents, derivatives, out);
+    law_prepared_free(&prepared);
+    return result;
+}
