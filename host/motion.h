@@ -45,10 +45,13 @@ struct motion {
     double *jacobian;              /* [n_parameters][n_rows] along the measured motion; columns of held ones are zero */
 };
 
+/* A good `floor`: equation error is wrong in proportion to what it explains. */
+#define MOTION_FLOOR 0.2
+
 /*
  * The linear model of `predictor` at theta; sigma: [n_channels] in the order of predictor_channels(). floor: relative
- * error of the motion that the weights allow for (0.01 far from the optimum, 0 at it). The predictor must not run
- * elsewhere while the motion is in use. BF_USAGE when the model has a nonlinear effect or no record with an input.
+ * error of the motion that the weights allow for, of each channel's residual (0: the noise alone). The predictor must not
+ * run elsewhere while the motion is in use. BF_USAGE when the model has a law or no record with an input.
  */
 enum bf_status motion_new(struct predictor *predictor, const double theta[], const double sigma[], double floor,
                           struct motion *out, struct bf_error *err);
