@@ -32,15 +32,15 @@ struct linearity_pair {
     size_t record[2];   /* weak, strong */
     size_t output;      /* of the model */
     size_t input;       /* of the model */
-    double level[2];    /* rms of the input */
+    double level[2];    /* rms of the channel: how large the motion is */
     bool same_shape;    /* u₂ = k u₁ to 1e-3 (then ratio is that of y₂ − k y₁) */
-    bool opposite;      /* k < 0: y₁/|k| + y₂ … holds the even part only */
+    bool opposite;      /* k < 0: what is left holds the even part */
     double ratio;       /* rms of what is left over the noise's, all cells: 1 ± ratio_sd for a linear system */
     double ratio_sd;    /* from the number of cells and the standard errors of both noise levels */
     double ratio_broad; /* the same without the cells of steady lines and below 1 Hz */
     double worst_from_Hz, worst_to_Hz; /* third of an octave with the largest excess */
     double worst_ratio;
-    bool nonlinear; /* ratio_broad above linearity_threshold and 5 standard errors */
+    bool nonlinear; /* see linearity_threshold */
 };
 
 /* A sinusoid of constant amplitude, or an offset, in one channel that no input of the record has. */
