@@ -24,7 +24,7 @@ static void sinusoid_start(const struct score_base *base, const struct candidate
     for (size_t r = 0; r < base->n_records; r++) {
         double sine = 0.0, cosine = 0.0;
         for (size_t j = 0; j < a->n; j++)
-            if (a->what[j].record == (int)r)
+            if (a->what[j].slot >= 0 && a->what[j].record == (int)r)
                 *(a->what[j].turned ? &cosine : &sine) = a->delta[j];
         square += sine * sine + cosine * cosine;
         out->per_record[r] = atan2(cosine, sine); /* A sin(ωt + φ) = A cos φ sin ωt + A sin φ cos ωt */
@@ -40,13 +40,15 @@ static void start_values(const struct probe *probe, const struct answer *a, stru
     const struct score_base *base = probe->base;
     memcpy(out->p, a->p, sizeof out->p);
     out->estimate_sd = (double)NAN;
-    if (a->n > 0 && (a->n > 1 && a->what[a->n - 1].turned)) {
+    if (candidate_is_sinusoid(c)) {
         sinusoid_start(base, c, a, out);
         return;
     }
     for (size_t j = 0; j < a->n; j++) {
         const struct probe_column *what = &a->what[j];
         double value = a->delta[j];
+        if (what->slot < 0)
+            continue;
         if (what->record >= 0) {
             if (!out->per_record)
                 out->per_record = bf_alloc(base->n_records, sizeof *out->per_record);
@@ -75,13 +77,22 @@ static void into_range(const struct candidate *c, double p[])
     }
 }
 
-/* Upper tail of LM for `dof` strengths; half of it where the only one cannot be negative. */
-static double tail_of(const struct probe *probe, const struct answer *a, double LM, int dof)
+/* Strengths that are not held at 0; one_sided: the only one cannot have the other sign. */
+static int degrees(const struct probe *probe, const struct answer *a, bool *one_sided)
 {
-    if (dof == 0 || !(LM > 0.0))
-        return 1.0;
-    const bool one_sided = a->n == 1 && answer_sign(probe->candidate, &a->what[0], a->p[a->what[0].slot]) != 0;
-    return (one_sided ? 0.5 : 1.0) * chi_square_tail(LM, (double)dof);
+    size_t strengths = 0, moving = 0, limited = 0;
+    double low = -INFINITY, high = INFINITY;
+    for (size_t j = 0; j < a->n; j++) {
+        limited += a->what[j].slot < 0 && !a->held[j];
+        if (a->what[j].slot < 0)
+            continue;
+        strengths++;
+        moving += fabs(a->delta[j]) > 0.0;
+        answer_range(probe, &a->what[j], a->p, &low, &high);
+    }
+    *one_sided = strengths == 1 && (fabs(low) == 0.0 || fabs(high) == 0.0);
+    const size_t most = a->rank > limited ? a->rank - limited : 0;
+    return (int)(moving < most || most == 0 ? moving : most);
 }
 
 static void settle(const struct probe *probe, const struct answer *a, struct score *out)
@@ -92,10 +103,12 @@ static void settle(const struct probe *probe, const struct answer *a, struct sco
     double rows, misfit = score_base_misfit(base, &rows);
     out->possible = true;
     out->LM = a->LM;
-    out->dof = (int)a->rank;
+    bool one_sided;
+    out->dof = degrees(probe, a, &one_sided);
     out->n_tried = probe->n_points;
     const double spread = fmax(1.0, (misfit - a->LM) / fmax(rows - (double)a->rank, 1.0));
-    out->p_value = fmin(1.0, (double)out->n_tried * tail_of(probe, a, a->LM / spread, out->dof));
+    const double tail = out->dof > 0 ? chi_square_tail(a->LM / spread, (double)out->dof) : 1.0;
+    out->p_value = fmin(1.0, (double)out->n_tried * (one_sided && out->dof > 0 ? 0.5 : 1.0) * tail);
     const double excess = misfit - rows;
     out->explained = excess > 2.0 * sqrt(2.0 * rows) ? fmin(fmax(a->LM / excess, 0.0), 1.0) : 0.0;
     out->n_rows = base->n_all;

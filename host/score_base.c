@@ -9,6 +9,12 @@
 
 static const double dependent = 1e-9; /* columns that depend on others to this share add nothing */
 static const double pressed = 1e-9;   /* this near to a bound (in x) an unknown cannot absorb anything */
+/*
+ * A parameter estimated as its logarithm may have vanished: then it can hardly be seen, and the linear step to the optimum
+ * is many times its value. Down: it is at a bound, although not at a number. Up: the search left it there by mistake.
+ */
+static const double runaway = 5.0;
+static const double seen = 0.1; /* of the residual: from where a vanished parameter is found again */
 
 /* rows[n_rows] in units of the noise -> whitened by the colour of each channel. */
 static void whiten(const struct score_base *base, double rows[])
@@ -45,16 +51,35 @@ double score_project(const struct score_base *base, const double column[], doubl
 
 /* ---- What the baseline can absorb ---- */
 
-/* Columns are scaled to unit length, so that `dependent` means the same for each. */
-static void add_column(const struct score_base *base, double A[], size_t *n)
+/* Columns of unit length, so that `dependent` means the same for each. */
+struct absorbent {
+    double *A; /* [n][n_all] */
+    size_t n;
+    double *size;      /* [n] length before */
+    bool *logarithmic; /* [n] */
+    size_t *ref;       /* [n] */
+};
+
+static void add_column(const struct score_base *base, struct absorbent *a, bool logarithmic, size_t ref)
 {
-    double *column = A + *n * base->n_all;
+    double *column = a->A + a->n * base->n_all;
     const double size = dense_norm(base->n_all, column);
     if (!(size > 0.0) || !isfinite(size))
         return;
     for (size_t k = 0; k < base->n_all; k++)
         column[k] /= size;
-    (*n)++;
+    a->size[a->n] = size;
+    a->ref[a->n] = ref;
+    a->logarithmic[a->n++] = logarithmic;
+}
+
+static void remove_column(const struct score_base *base, struct absorbent *a, size_t j)
+{
+    a->n--;
+    memmove(a->A + j * base->n_all, a->A + (j + 1) * base->n_all, (a->n - j) * base->n_all * sizeof *a->A);
+    memmove(a->size + j, a->size + j + 1, (a->n - j) * sizeof *a->size);
+    memmove(a->ref + j, a->ref + j + 1, (a->n - j) * sizeof *a->ref);
+    memmove(a->logarithmic + j, a->logarithmic + j + 1, (a->n - j) * sizeof *a->logarithmic);
 }
 
 static void zero_prior_rows(const struct score_base *base, double column[])
@@ -63,30 +88,30 @@ static void zero_prior_rows(const struct score_base *base, double column[])
         column[k] = 0.0;
 }
 
-static void unknown_columns(const struct score_base *base, const struct fit_problem *p, const double x[], double A[],
-                            size_t *n)
+static void unknown_columns(const struct score_base *base, const struct fit_problem *p, const double x[],
+                            struct absorbent *a)
 {
     size_t prior = base->n_rows;
     for (size_t i = 0; i < p->n_unknowns; i++) {
-        double *column = A + *n * base->n_all;
+        double *column = a->A + a->n * base->n_all;
         memcpy(column, p->jacobian + i * p->n_rows, p->n_rows * sizeof *column);
         whiten(base, column);
         zero_prior_rows(base, column);
         if (p->unknowns[i].prior > 0.0)
             column[prior++] = 1.0 / p->unknowns[i].prior;
         if (x[i] > p->lower[i] + pressed && x[i] < p->upper[i] - pressed)
-            add_column(base, A, n);
+            add_column(base, a, p->unknowns[i].logarithmic, p->unknowns[i].ref);
     }
 }
 
 /* Unknown levels and initial states: columns of the rows of one record. */
 static void record_columns(const struct score_base *base, const struct fit_problem *p, const struct prediction *y,
-                           double A[], size_t *n)
+                           struct absorbent *a)
 {
     for (size_t r = 0; r < p->n_records; r++) {
         for (size_t k = p->level[r] ? 0 : 1; k <= y->n_nuisance; k++) {
             const double *from = k == 0 ? y->y : y->nuisance + (k - 1) * y->n_rows;
-            double *column = A + *n * base->n_all;
+            double *column = a->A + a->n * base->n_all;
             zero_prior_rows(base, column);
             for (size_t c = 0; c < base->n_channels; c++) {
                 const struct predict_channel *channel = &base->channels[c];
@@ -94,9 +119,73 @@ static void record_columns(const struct score_base *base, const struct fit_probl
                     column[row] = channel->record == r ? base->weight[row] * from[row] : 0.0;
             }
             whiten(base, column);
-            add_column(base, A, n);
+            add_column(base, a, false, 0);
         }
     }
+}
+
+/* step[n] to the linear optimum, of columns of unit length. */
+static enum bf_status linear_step(const struct score_base *base, const struct absorbent *a, double step[],
+                                  struct bf_error *err)
+{
+    const size_t rank = base->rank;
+    double *QA = bf_alloc(rank * a->n + 1, sizeof *QA), *Qr = bf_alloc(rank + 1, sizeof *Qr);
+    dense_gemm(true, false, rank, a->n, base->n_all, 1.0, base->absorbed, a->A, 0.0, QA);
+    dense_gemv(true, base->n_all, rank, 1.0, base->absorbed, base->residual, 0.0, Qr);
+    const enum bf_status status = dense_least_squares(rank, a->n, QA, Qr, dependent, step, NULL, err);
+    free(QA), free(Qr);
+    return status;
+}
+
+/* The value θ (1 + step) of a vanished parameter, at most where it alone would be as large as the residual. */
+static void raise_start(struct score_base *base, const struct absorbent *a, size_t j, double factor)
+{
+    const size_t ref = a->ref[j];
+    const double most = dense_norm(base->n_all, base->residual) / a->size[j];
+    const double start = base->theta[ref] * fmax(fmin(factor, most), 1.0);
+    base->start_theta[ref] = fmin(fmax(start, base->refs[ref].info->min), base->refs[ref].info->max);
+}
+
+/* Column j is no longer absorbed: with a candidate it may grow. */
+static void limit(struct score_base *base, struct absorbent *a, size_t j)
+{
+    base->limited = bf_grow(base->limited, (base->n_limited + 1) * base->n_all, sizeof *base->limited);
+    memcpy(base->limited + base->n_limited++ * base->n_all, a->A + j * base->n_all,
+           base->n_all * sizeof *base->limited);
+    raise_start(base, a, j, seen * dense_norm(base->n_all, base->residual) / a->size[j]);
+    remove_column(base, a, j);
+}
+
+/* Spans the columns, less those of vanished parameters that the misfit would drive below 0, the furthest first. */
+static enum bf_status span(struct score_base *base, struct absorbent *a, struct bf_error *err)
+{
+    if (a->n > base->n_all)
+        return bf_fail(err, BF_NUMERIC, "fewer samples than unknowns");
+    base->absorbed = bf_alloc((a->n + 1) * base->n_all, sizeof *base->absorbed);
+    double *step = bf_alloc(a->n + 1, sizeof *step);
+    enum bf_status status = BF_OK;
+    for (bool done = false; !done && !status;) {
+        size_t worst = a->n;
+        double furthest = runaway;
+        status = dense_orthonormal(base->n_all, a->n, a->A, dependent, base->absorbed, &base->rank, err);
+        if (!status)
+            status = linear_step(base, a, step, err);
+        for (size_t j = 0; j < a->n && !status; j++) {
+            const double moved = a->logarithmic[j] ? -step[j] / a->size[j] : 0.0;
+            if (moved > furthest) {
+                furthest = moved;
+                worst = j;
+            }
+        }
+        done = worst == a->n;
+        if (!done && !status)
+            limit(base, a, worst);
+    }
+    for (size_t j = 0; j < a->n && !status; j++)
+        if (a->logarithmic[j] && step[j] > runaway * a->size[j])
+            raise_start(base, a, j, 1.0 + step[j] / a->size[j]);
+    free(step);
+    return status;
 }
 
 static enum bf_status absorb(struct score_base *base, const struct fit_problem *p, const double x[],
@@ -106,15 +195,15 @@ static enum bf_status absorb(struct score_base *base, const struct fit_problem *
     enum bf_status status = predictor_run(p->predictor, p->theta, NULL, &y, err);
     if (status)
         return status;
-    const size_t most = p->n_unknowns + p->n_records * (1 + y.n_nuisance);
-    double *A = bf_alloc((most + 1) * base->n_all, sizeof *A);
-    size_t n = 0;
-    unknown_columns(base, p, x, A, &n);
-    record_columns(base, p, &y, A, &n);
-    base->absorbed = bf_alloc((n ? n : 1) * base->n_all, sizeof *base->absorbed);
-    status = n > base->n_all ? bf_fail(err, BF_NUMERIC, "fewer samples than unknowns")
-                             : dense_orthonormal(base->n_all, n, A, dependent, base->absorbed, &base->rank, err);
-    free(A);
+    const size_t most = p->n_unknowns + p->n_records * (1 + y.n_nuisance) + 1;
+    struct absorbent a = {.A = bf_alloc(most * base->n_all, sizeof *a.A),
+                          .size = bf_alloc(most, sizeof *a.size),
+                          .logarithmic = bf_alloc(most, sizeof *a.logarithmic),
+                          .ref = bf_alloc(most, sizeof *a.ref)};
+    unknown_columns(base, p, x, &a);
+    record_columns(base, p, &y, &a);
+    status = span(base, &a, err);
+    free(a.A), free(a.size), free(a.logarithmic), free(a.ref);
     return status;
 }
 
@@ -164,6 +253,8 @@ static enum bf_status fill(struct score_base *base, struct fit_problem *p, struc
     }
     if (!status) {
         project(base, base->residual);
+        for (size_t j = 0; j < base->n_limited; j++)
+            project(base, base->limited + j * base->n_all);
         base->misfit = dense_dot(base->n_all, base->residual, base->residual);
     }
     free(x);
@@ -182,6 +273,8 @@ enum bf_status score_base_new(const struct model *model, const struct record rec
     base->theta = bf_alloc(base->n_refs, sizeof *base->theta);
     for (size_t i = 0; i < base->n_refs; i++)
         base->theta[i] = base->refs[i].value;
+    base->start_theta = bf_alloc(base->n_refs, sizeof *base->start_theta);
+    memcpy(base->start_theta, base->theta, base->n_refs * sizeof *base->start_theta);
     struct predictor *predictor = NULL;
     struct fit_problem problem = {0};
     enum bf_status status = predictor_new(model, records, n_records, &options->predict, &predictor, err);
@@ -206,6 +299,7 @@ void score_base_free(struct score_base *base)
         return;
     free(base->names), free(base->refs), free(base->theta), free(base->channels), free(base->levels);
     free(base->weight), free(base->fitted), free(base->residual), free(base->absorbed);
+    free(base->limited), free(base->start_theta);
     free(base);
 }
 

@@ -14,7 +14,7 @@ bool candidate_is_finite(const struct candidate *candidate, int slot)
            (candidate->role[slot] == CANDIDATE_STRENGTH && candidate->n_grid[slot] > 0);
 }
 
-static bool is_sinusoid(const struct candidate *c)
+bool candidate_is_sinusoid(const struct candidate *c)
 {
     for (int i = 0; i < c->effect->n_parameters; i++)
         if (c->role[i] == CANDIDATE_PHASE)
@@ -50,10 +50,10 @@ enum bf_status probe_new(const struct score_base *base, const struct candidate *
         const bool own = ref->role == ROLE_EFFECT && ref->owner + 1 == out->model.n_effects;
         out->theta[i] = ref->value;
         out->want[i] = own && candidate->role[ref->slot] == CANDIDATE_STRENGTH &&
-                       !candidate_is_finite(candidate, ref->slot) && !is_sinusoid(candidate);
+                       !candidate_is_finite(candidate, ref->slot) && !candidate_is_sinusoid(candidate);
         out->n_most += own && (is_strength(candidate, ref->slot) || candidate->role[ref->slot] == CANDIDATE_PHASE);
     }
-    out->n_most *= 2;
+    out->n_most = 2 * out->n_most + base->n_limited; /* a phase and a shared amplitude become sine and cosine */
     return BF_OK;
 }
 
@@ -231,12 +231,20 @@ static enum bf_status derivatives(const struct columns *out, const double p[], s
 enum bf_status probe_columns(struct probe *probe, const double p[], double S[], struct probe_column what[], size_t *n,
                              struct bf_error *err)
 {
+    const struct score_base *base = probe->base;
     const struct columns out = {probe, S, what, n};
     *n = 0;
     probe->n_points++;
-    if (is_sinusoid(probe->candidate))
-        return sinusoid(&out, p, err);
-    if (candidate_is_finite(probe->candidate, probe->candidate->strength))
-        return finite_trial(&out, p, err);
-    return derivatives(&out, p, err);
+    enum bf_status status;
+    if (candidate_is_sinusoid(probe->candidate))
+        status = sinusoid(&out, p, err);
+    else if (candidate_is_finite(probe->candidate, probe->candidate->strength))
+        status = finite_trial(&out, p, err);
+    else
+        status = derivatives(&out, p, err);
+    for (size_t j = 0; j < base->n_limited && !status; j++) {
+        memcpy(S + *n * base->n_all, base->limited + j * base->n_all, base->n_all * sizeof *S);
+        what[(*n)++] = (struct probe_column){-1, (int)j, false};
+    }
+    return status;
 }

@@ -3,12 +3,17 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include "fit_problem.h"
+#include "fit_stages.h"
 #include "score_work.h"
 
-enum { STEPS = 3 };
-static const double near_neutral = 0.1;  /* of the score's strength: the second start */
-static const double first_radius = 10.0; /* in x: the whole step of an unknown that begins near neutral */
+enum { STEPS = 3, WINDOWS = 2 };
+static const double window[WINDOWS] = {0.3, 0.03}; /* of the staircase's first decay */
+static const double window_floor = 0.02;
+/*
+ * Trust radius in x (a factor of e is 1): small steps keep weakly seen logarithms from vanishing in the early windows, large ones
+ * reach strong effects in few steps. Both are walked, the lower end counts.
+ */
+static const double radius[] = {1.0, 6.0};
 
 enum bf_status score_model(const struct score_base *base, const struct candidate *candidate, const struct score *score,
                            struct model *out, struct bf_error *err)
@@ -21,8 +26,9 @@ enum bf_status score_model(const struct score_base *base, const struct candidate
     for (size_t i = 0; i < n; i++) {
         if (score->theta && score->n_theta == n)
             refs[i].value = score->theta[i];
-        else if (refs[i].role == ROLE_EFFECT && refs[i].owner + 1 == out->n_effects && refs[i].record >= 0 &&
-                 score->per_record)
+        else if (refs[i].role != ROLE_EFFECT)
+            refs[i].value = base->start_theta[i]; /* the same order: the new effect's parameters come last */
+        else if (refs[i].owner + 1 == out->n_effects && refs[i].record >= 0 && score->per_record)
             refs[i].value = score->per_record[refs[i].record];
     }
     double *value = bf_alloc(n, sizeof *value);
@@ -67,30 +73,39 @@ static enum bf_status mover_new(const struct score_base *base, const struct cand
                            m->n_refs, base->options.sigma, err);
 }
 
-/* Steps from the score's start with its strength times `share`; theta[n_refs] is where they end. */
-static enum bf_status move(struct mover *m, const struct candidate *c, double share, int steps, double theta[],
-                           double *half_square, struct bf_error *err)
+/* One window of the staircase: x[n_unknowns] in/out. */
+static enum bf_status step_window(struct fit_problem *p, double decay_ps, double floor, int steps, double reach,
+                                  double x[], double *half_square, struct bf_error *err)
 {
-    struct fit_problem *p = &m->problem;
-    double *x = bf_alloc(p->n_unknowns + 1, sizeof *x);
-    for (size_t i = 0; i < m->n_refs; i++) {
-        const struct parameter_ref *ref = &m->refs[i];
-        const bool strength = ref->role == ROLE_EFFECT && ref->owner + 1 == m->model.n_effects &&
-                              c->role[ref->slot] == CANDIDATE_STRENGTH;
-        theta[i] = strength ? share * ref->value : ref->value;
-    }
-    fit_problem_to_x(p, theta, x);
-    const struct optimise_options options = {
-        .iterations = steps, .radius = first_radius, .radius_max = 4.0 * first_radius};
+    const struct optimise_options options = {.iterations = steps, .radius = reach, .radius_max = 4.0 * reach};
     const struct least_squares view = fit_problem_view(p);
     struct optimise_result result;
-    enum bf_status status = fit_problem_stage(p, 0.0, 0.0, x, err);
+    fit_problem_rescale(p, x);
+    enum bf_status status = fit_problem_stage(p, decay_ps, floor, x, err);
     if (!status)
         status = optimise_local(&view, &options, x, &result, err);
-    if (!status) {
+    if (!status)
         *half_square = result.half_square;
+    return status;
+}
+
+/* From the score's start through the windows; theta[n_refs] is where it ends. */
+static enum bf_status walk(struct mover *m, const struct score_base *base, const struct candidate *c, double reach,
+                           int steps, double theta[], double *half_square, struct bf_error *err)
+{
+    struct fit_problem *p = &m->problem;
+    const double first_ps = staircase_for(base->model, base->records, base->n_records).first_ps;
+    double *x = bf_alloc(p->n_unknowns + 1, sizeof *x);
+    for (size_t i = 0; i < m->n_refs; i++)
+        theta[i] = m->refs[i].value;
+    fit_problem_to_x(p, theta, x);
+    enum bf_status status = BF_OK;
+    for (size_t k = 0; k < WINDOWS && !status && !candidate_is_sinusoid(c); k++) /* a phase needs whole records */
+        status = step_window(p, window[k] * first_ps, window_floor, steps, reach, x, half_square, err);
+    if (!status)
+        status = step_window(p, 0.0, 0.0, steps, reach, x, half_square, err);
+    if (!status)
         fit_problem_to_theta(p, x, theta);
-    }
     free(x);
     return status;
 }
@@ -120,21 +135,18 @@ enum bf_status score_refine(const struct score_base *base, const struct candidat
         return bf_fail(err, BF_USAGE, "effect %s has no score to refine: %s", candidate->effect->id, score->reason);
     struct mover m;
     enum bf_status status = mover_new(base, candidate, score, &m, err);
-    const double share[] = {1.0, near_neutral};
+    double *theta = bf_alloc(m.n_refs + 1, sizeof *theta), *best = bf_alloc(m.n_refs + 1, sizeof *best);
     double lowest = HUGE_VAL;
-    double *theta = status ? NULL : bf_alloc(m.n_refs, sizeof *theta),
-           *best = status ? NULL : bf_alloc(m.n_refs, sizeof *best);
-    bool any = false;
-    for (int k = 0; k < 2 && (!status || status == BF_NUMERIC) && theta; k++) {
+    bool ready = status == BF_OK;
+    for (size_t k = 0; k < sizeof radius / sizeof *radius && ready && (!status || status == BF_NUMERIC); k++) {
         double half_square;
-        status = move(&m, candidate, share[k], steps > 0 ? steps : STEPS, theta, &half_square, err);
+        status = walk(&m, base, candidate, radius[k], steps > 0 ? steps : STEPS, theta, &half_square, err);
         if (!status && half_square < lowest) {
             lowest = half_square;
             memcpy(best, theta, m.n_refs * sizeof *best);
-            any = true;
         }
     }
-    if (any) {
+    if (isfinite(lowest)) {
         status = BF_OK;
         keep(&m, best, lowest, score);
     }

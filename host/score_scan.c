@@ -33,44 +33,59 @@ void answer_free(struct answer *a)
     *a = (struct answer){0};
 }
 
-int answer_sign(const struct candidate *c, const struct probe_column *what, double trial)
+void answer_range(const struct probe *probe, const struct probe_column *what, const double p[], double *low,
+                  double *high)
 {
-    if (c->role[what->slot] == CANDIDATE_INVERSE)
-        return 1;
-    for (int i = 0; i < c->effect->n_parameters; i++)
-        if (c->role[i] == CANDIDATE_PHASE)
-            return 0;
-    const int sign = c->lower[what->slot] >= 0.0 ? 1 : c->upper[what->slot] <= 0.0 ? -1 : 0;
-    return candidate_is_finite(c, what->slot) && trial < 0.0 ? -sign : sign;
+    const struct candidate *c = probe->candidate;
+    *low = -INFINITY, *high = INFINITY;
+    if (what->slot < 0) {
+        *low = 0.0;
+    } else if (candidate_is_sinusoid(c)) {
+        return;
+    } else if (c->role[what->slot] == CANDIDATE_INVERSE) {
+        *low = 0.0;
+        *high = p[what->slot] / c->lower[what->slot];
+    } else {
+        const double unit = candidate_is_finite(c, what->slot) ? p[what->slot] : 1.0;
+        *low = fmin(c->lower[what->slot] / unit, c->upper[what->slot] / unit);
+        *high = fmax(c->lower[what->slot] / unit, c->upper[what->slot] / unit);
+    }
 }
 
-/* δ of the columns that are not held, by least squares. */
+/* δ of the columns that are not held, by least squares on what the held ones leave. */
 static enum bf_status solve(const struct score_base *base, struct answer *a, struct bf_error *err)
 {
     const size_t n_all = base->n_all;
     double *free_columns = bf_alloc((a->n + 1) * n_all, sizeof *free_columns);
+    double *target = bf_alloc(n_all, sizeof *target);
     size_t n = 0;
-    for (size_t j = 0; j < a->n; j++)
+    memcpy(target, base->residual, n_all * sizeof *target);
+    for (size_t j = 0; j < a->n; j++) {
+        const double *column = a->S + j * n_all;
         if (!a->held[j])
-            memcpy(free_columns + n++ * n_all, a->S + j * n_all, n_all * sizeof *free_columns);
+            memcpy(free_columns + n++ * n_all, column, n_all * sizeof *column);
+        for (size_t k = 0; k < n_all && a->held[j] && fabs(a->delta[j]) > 0.0; k++)
+            target[k] -= a->delta[j] * column[k];
+    }
     a->rank = 0;
-    a->LM = 0.0;
+    a->LM = base->misfit - dense_dot(n_all, target, target);
     enum bf_status status = dense_orthonormal(n_all, n, free_columns, dependent, a->Q, &a->rank, err);
     double *QS = bf_alloc(a->rank * n + 1, sizeof *QS), *delta = bf_alloc(n + 1, sizeof *delta);
     if (!status && a->rank > 0) {
-        dense_gemv(true, n_all, a->rank, 1.0, a->Q, base->residual, 0.0, a->along);
-        a->LM = dense_dot(a->rank, a->along, a->along);
+        dense_gemv(true, n_all, a->rank, 1.0, a->Q, target, 0.0, a->along);
+        a->LM += dense_dot(a->rank, a->along, a->along);
         dense_gemm(true, false, a->rank, n, n_all, 1.0, a->Q, free_columns, 0.0, QS);
         status = dense_least_squares(a->rank, n, QS, a->along, 1e-9, delta, NULL, err);
     }
     n = 0;
     for (size_t j = 0; j < a->n; j++)
-        a->delta[j] = a->held[j] ? 0.0 : delta[n++];
-    free(free_columns), free(QS), free(delta);
+        if (!a->held[j])
+            a->delta[j] = delta[n++];
+    free(free_columns), free(target), free(QS), free(delta);
     return status;
 }
 
-/* Strengths that the data push out of their range are held at 0, the worst first. */
+/* What the data push out of its range is held at the bound, the worst first. */
 static enum bf_status solve_bounded(const struct probe *probe, struct answer *a, struct bf_error *err)
 {
     const struct score_base *base = probe->base;
@@ -81,18 +96,22 @@ static enum bf_status solve_bounded(const struct probe *probe, struct answer *a,
         if (status)
             return status;
         size_t worst = a->n;
-        double most = 0.0;
+        double most = 0.0, bound = 0.0;
         for (size_t j = 0; j < a->n; j++) {
-            const int sign = answer_sign(probe->candidate, &a->what[j], a->p[a->what[j].slot]);
-            const double size = fabs(a->delta[j]) * dense_norm(base->n_all, a->S + j * base->n_all);
-            if (!a->held[j] && (double)sign * a->delta[j] < 0.0 && size > most) {
-                most = size;
+            double low, high;
+            answer_range(probe, &a->what[j], a->p, &low, &high);
+            const double allowed = fmin(fmax(a->delta[j], low), high);
+            const double excess = fabs(a->delta[j] - allowed) * dense_norm(base->n_all, a->S + j * base->n_all);
+            if (!a->held[j] && excess > most) {
+                most = excess;
                 worst = j;
+                bound = allowed;
             }
         }
         if (worst == a->n)
             return BF_OK;
         a->held[worst] = true;
+        a->delta[worst] = bound;
     }
 }
 

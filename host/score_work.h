@@ -25,7 +25,14 @@ struct score_base {
     size_t rank;          /* of what the baseline can absorb */
     double *absorbed;     /* [rank][n_all] orthonormal basis of it */
     double misfit;        /* ‖P r̃‖² */
-    double white_misfit;  /* Σ (r/σ)² + Σ priors */
+    /*
+     * Positive parameters that the misfit has driven to 0 (a damping): with a candidate they may come back. Not absorbed;
+     * columns of their own, δ ≥ 0.
+     */
+    size_t n_limited;
+    double *limited;     /* [n_limited][n_all] projected */
+    double *start_theta; /* [n_refs] theta with these where they can be seen again: for starts of refits */
+    double white_misfit; /* Σ (r/σ)² + Σ priors */
 };
 
 /* column[n_rows] in units of the channels -> out[n_all], weighted, whitened, projected; returns ‖out‖/‖before projection‖. */
@@ -49,8 +56,8 @@ struct probe {
 
 /* What a column of S multiplies. */
 struct probe_column {
-    int slot;    /* parameter of the effect */
-    int record;  /* −1: all records */
+    int slot;    /* parameter of the effect; −1: a limited parameter of the baseline */
+    int record;  /* −1: all records; of a limited parameter: which */
     bool turned; /* of a sinusoid: cosine instead of sine */
 };
 
@@ -60,6 +67,7 @@ void probe_free(struct probe *probe);
 
 /* The scan's value of a strength is a trial of finite size: δ = 1 is the trial itself. */
 bool candidate_is_finite(const struct candidate *candidate, int slot);
+bool candidate_is_sinusoid(const struct candidate *candidate);
 
 /*
  * Columns at p[] (catalogue order): S[n][n_all] projected, what[n]; both hold up to probe->n_most. A column that the baseline absorbs
@@ -77,8 +85,8 @@ struct answer {
     size_t n; /* columns */
     struct probe_column *what;
     double *S;     /* [n][n_all] */
-    double *delta; /* [n] their coefficients; 0 where held */
-    bool *held;    /* [n] */
+    double *delta; /* [n] their coefficients */
+    bool *held;    /* [n] δ stays at a bound */
     size_t rank;
     double *Q;     /* [rank][n_all] basis of the free columns */
     double *along; /* [rank] Qᵀ r */
@@ -86,8 +94,9 @@ struct answer {
 
 void answer_new(const struct probe *probe, struct answer *a);
 void answer_free(struct answer *a);
-/* −1: δ ≤ 0 only, 1: δ ≥ 0 only, 0: either sign; trial: the value of the strength where the column is a finite trial. */
-int answer_sign(const struct candidate *c, const struct probe_column *what, double trial);
+/* Range of δ of a column at p[]; 0 is in it. */
+void answer_range(const struct probe *probe, const struct probe_column *what, const double p[], double *low,
+                  double *high);
 /* best: the best point of the grid and about it; now: scratch. Both as answer_new() leaves them. */
 enum bf_status probe_scan(struct probe *probe, struct answer *now, struct answer *best, struct bf_error *err);
 
