@@ -128,6 +128,27 @@ static void fill_values(const struct refit_work *w, struct refit_result *out)
     }
 }
 
+/* Thresholds and places of an effect that is not there are not known, whatever the linearised problem says. */
+static void forget_inner(const struct refit_work *w, size_t effect, struct refit_result *out)
+{
+    static const double significant = 2.0;
+    const struct fit_problem *p = &w->problem;
+    bool there = false;
+    for (int pass = 0; pass < 2; pass++) {
+        for (size_t i = 0; i < p->n_unknowns; i++) {
+            const struct parameter_ref *ref = &p->refs[p->unknowns[i].ref];
+            const struct beam_parameter_info *info = effect_parameter(p, i);
+            const size_t r = p->unknowns[i].ref;
+            if (ref->role != ROLE_EFFECT || ref->owner != effect)
+                continue;
+            if (is_strength(info))
+                there = there || info->neutral != 0.0 || fabs(out->value[r]) > significant * out->sd[r];
+            else if (pass > 0 && !there && info->flags & BEAM_PARAMETER_INNER)
+                out->sd[r] = nan("");
+        }
+    }
+}
+
 static enum bf_status fill_errors(const struct refit_work *w, struct refit_result *out, struct bf_error *err)
 {
     struct fit_result statistics = {0};
@@ -138,6 +159,8 @@ static enum bf_status fill_errors(const struct refit_work *w, struct refit_resul
             out->sd[i] = statistics.parameters[i].sd;
     }
     fit_free(&statistics);
+    for (size_t e = w->options->first_new; e < w->model.n_effects && !status; e++)
+        forget_inner(w, e, out);
     return status;
 }
 
