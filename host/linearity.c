@@ -53,15 +53,33 @@ static double input_noise(const double *u, size_t n)
     return head < 1e-2 * peak ? head : 0.0;
 }
 
-/* A channel begins at rest when its first samples are noise or small. */
+/* What was found added to a channel, at sample i. */
+static double added_at(const struct linearity *l, const struct linearity_signal *s, size_t i)
+{
+    double sum = 0.0;
+    for (size_t k = 0; k < l->n_added; k++) {
+        const struct linearity_added *a = &l->added[k];
+        if (a->record != s->record || a->output != s->output)
+            continue;
+        if (a->drift)
+            sum += a->amplitude * ((double)i / (double)s->n - 0.5);
+        else if (a->frequency_Hz > 0.0)
+            sum += a->amplitude * sin(2.0 * M_PI * a->frequency_Hz * (double)i * s->dt_s + a->phase_rad);
+        else
+            sum += a->amplitude;
+    }
+    return sum;
+}
+
+/* A channel begins at rest when its first samples, without what was found added, are noise or small. */
 static bool begins_at_rest(const struct linearity_signal *s)
 {
-    const double head = root_mean_square(s->y, REST_SAMPLES);
+    const double head = root_mean_square(s->cleaned, REST_SAMPLES);
     return head < fmax(4.0 * s->noise->rms, rest_share * s->level);
 }
 
 static size_t collect(const struct model *model, const struct record records[], size_t n_records,
-                      const struct noise_estimate noise[], struct linearity_signal *out)
+                      const struct noise_estimate noise[], const struct linearity *l, struct linearity_signal *out)
 {
     size_t n = 0;
     for (size_t r = 0; r < n_records; r++) {
@@ -84,10 +102,15 @@ static size_t collect(const struct model *model, const struct record records[], 
             s.noise = &noise[r * model->n_outputs + o];
             if (s.y == NULL || s.noise->method == NOISE_NONE || !(s.noise->rms > 0.0))
                 continue;
-            s.level = root_mean_square(s.y, s.n);
             s.u_noise_rms = input_noise(s.u, s.n);
+            s.cleaned = bf_alloc(s.n, sizeof *s.cleaned);
+            for (size_t i = 0; i < s.n; i++)
+                s.cleaned[i] = s.y[i] - added_at(l, &s, i);
+            s.level = root_mean_square(s.cleaned, s.n);
             if (begins_at_rest(&s))
                 out[n++] = s;
+            else
+                free(s.cleaned);
         }
     }
     return n;
@@ -269,9 +292,10 @@ enum bf_status linearity_test(const struct model *model, const struct record rec
         noise = own;
     }
     struct linearity_signal *signals = bf_alloc(n_all + 1, sizeof *signals);
+    size_t n = 0;
     if (status == BF_OK) {
         find_added(model, records, n_records, out);
-        const size_t n = collect(model, records, n_records, noise, signals);
+        n = collect(model, records, n_records, noise, out, signals);
         status = measure_pairs(signals, n, out, err);
     }
     if (status == BF_OK) {
@@ -282,6 +306,8 @@ enum bf_status linearity_test(const struct model *model, const struct record rec
     for (size_t i = 0; i < n_all && own != NULL; i++)
         noise_free(&own[i]);
     free(own);
+    for (size_t i = 0; i < n; i++)
+        free(signals[i].cleaned);
     free(signals);
     return status;
 }

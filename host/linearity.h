@@ -6,7 +6,7 @@
  *     (u₂ * y₁)(t) − (u₁ * y₂)(t) = (u₂ * h * u₁ − u₁ * h * u₂)(t) = 0     for every t of the record, ringing at its end or not.
  * What is left is compared with what noise of the known level leaves after the same operation, in every cell of the
  * spectrogram: ratio = √(mean of cell/expected) is 1 for a linear system. Where u₂ = k u₁ this is y₂ − k y₁ itself.
- * A signal that does not scale with the input (hum, offset) shows too; it sits in a few lines, and lines are told apart.
+ * A signal that does not scale with the input (hum, offset) shows too; steady lines are found, taken out, and told apart.
  * Systems that are homogeneous of degree 1 pass (bilinear stiffness), and so does whatever is the same in both records.
  */
 #ifndef BEAMFIT_LINEARITY_H
@@ -32,12 +32,12 @@ struct linearity_pair {
     size_t record[2];   /* weak, strong */
     size_t output;      /* of the model */
     size_t input;       /* of the model */
-    double level[2];    /* rms of the channel: how large the motion is */
+    double level[2];    /* rms of the channel, without what was found added: how large the motion is */
     bool same_shape;    /* u₂ = k u₁ to 1e-3 (then ratio is that of y₂ − k y₁) */
     bool opposite;      /* k < 0: what is left holds the even part */
     double ratio;       /* rms of what is left over the noise's, all cells: 1 ± ratio_sd for a linear system */
     double ratio_sd;    /* from the number of cells and the standard errors of both noise levels */
-    double ratio_broad; /* the same without the cells of steady lines and below 1 Hz */
+    double ratio_broad; /* the same after what was found added is taken out, without the cells of its lines */
     double worst_from_Hz, worst_to_Hz; /* third of an octave with the largest excess */
     double worst_ratio;
     bool nonlinear; /* see linearity_threshold */

@@ -145,29 +145,34 @@ static size_t find_lines(const double *x, size_t n, double dt_s, const double *c
     return count;
 }
 
-/* Offset and drift against the scatter that the slow part of the series has: bins 4 to 12 of the detrended series. */
+/* Mean of x[n] by a Blackman–Harris window, which a ringing beam does not leak into, and its standard error by bins 5 to 8. */
+static double slow_mean(const double *x, size_t n, double *sd)
+{
+    double *w = bf_alloc(n, sizeof *w), *power = power_spectrum(x, n), top = 0.0, bottom = 0.0, slow = 0.0;
+    window_fill(WINDOW_BLACKMAN_HARRIS, n, w);
+    for (size_t i = 0; i < n; i++) {
+        top += w[i] * x[i];
+        bottom += w[i];
+    }
+    for (size_t k = 5; k <= 8; k++)
+        slow += power[k] / 4.0;
+    *sd = sqrt(0.5 * slow); /* an amplitude is single-sided, of two components */
+    free(w);
+    free(power);
+    return top / bottom;
+}
+
+/* Offset and drift from the means of both halves. */
 static size_t find_offset(const double *x, size_t n, struct linearity_added found[], size_t room)
 {
-    const double middle = 0.5 * (double)(n - 1), spread = (double)n * ((double)n * (double)n - 1.0) / 12.0;
-    double mean = 0.0, slope = 0.0, slow = 0.0;
-    for (size_t i = 0; i < n; i++) {
-        mean += x[i] / (double)n;
-        slope += x[i] * ((double)i - middle) / spread;
-    }
-    double *flat = bf_alloc(n, sizeof *flat);
-    for (size_t i = 0; i < n; i++)
-        flat[i] = x[i] - mean - slope * ((double)i - middle);
-    double *power = power_spectrum(flat, n);
-    for (size_t k = 4; k <= 12; k++)
-        slow += power[k] / 9.0;
-    free(power);
-    free(flat);
-    const double sd = sqrt(slow), drift = slope * (double)n; /* generous: the window's bins hold twice the density */
+    double sd1, sd2;
+    const double a1 = slow_mean(x, n / 2, &sd1), a2 = slow_mean(x + n - n / 2, n / 2, &sd2), sd = hypot(sd1, sd2);
+    const double mean = 0.5 * (a1 + a2), drift = 2.0 * (a2 - a1);
     size_t count = 0;
-    if (fabs(mean) > offset_sds * sd && count < room)
-        found[count++] = (struct linearity_added){.amplitude = mean, .sd = sd};
-    if (fabs(drift) > offset_sds * sqrt(12.0) * sd && count < room)
-        found[count++] = (struct linearity_added){.amplitude = drift, .sd = sqrt(12.0) * sd, .drift = true};
+    if (fabs(mean) > offset_sds * 0.5 * sd && count < room)
+        found[count++] = (struct linearity_added){.amplitude = mean, .sd = 0.5 * sd};
+    if (fabs(drift) > offset_sds * 2.0 * sd && count < room)
+        found[count++] = (struct linearity_added){.amplitude = drift, .sd = 2.0 * sd, .drift = true};
     return count;
 }
 

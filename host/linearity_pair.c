@@ -359,12 +359,12 @@ static void measure_scatter(struct pair_work *w, const struct linearity_lines *l
         band_sd[b] = sqrt(band_square[b]);
 }
 
-static void judge(const struct pair_work *w, const struct cells *c, double sd, const double band_sd[BANDS],
-                  struct linearity_pair *pair)
+static void judge(const struct pair_work *w, const struct cells *whole, const struct cells *c, double sd,
+                  const double band_sd[BANDS], struct linearity_pair *pair)
 {
     const struct noise_estimate *n1 = w->weak->noise, *n2 = w->strong->noise;
     const double level_sd = hypot(n1->rms_sd / n1->rms, n2->rms_sd / n2->rms); /* of rms; either may carry e alone */
-    pair->ratio = c->n_all > 0.0 ? sqrt(c->all / c->n_all) : 1.0;
+    pair->ratio = whole->n_all > 0.0 ? sqrt(whole->all / whole->n_all) : 1.0;
     pair->ratio_broad = c->n_broad > 0.0 ? sqrt(c->broad / c->n_broad) : 1.0;
     pair->ratio_sd = hypot(0.5 * sd, level_sd);
     const double nyquist_Hz = 0.5 / w->weak->dt_s;
@@ -390,14 +390,16 @@ enum bf_status linearity_pair_measure(const struct linearity_signal *weak, const
     struct pair_work w = {.weak = weak, .strong = strong, .n = weak->n < strong->n ? weak->n : strong->n};
     const enum bf_status status = prepare(&w, err);
     if (status == BF_OK) {
-        struct cells measured;
+        struct cells measured, cleaned;
         double sd, band_sd[BANDS];
         left_over(&w, weak->y, strong->y);
         sum_cells(&w, lines, &measured);
+        left_over(&w, weak->cleaned, strong->cleaned);
+        sum_cells(&w, lines, &cleaned);
         measure_scatter(&w, lines, &sd, band_sd);
         pair->same_shape = w.same_shape;
         pair->opposite = w.scale < 0.0;
-        judge(&w, &measured, sd, band_sd, pair);
+        judge(&w, &measured, &cleaned, sd, band_sd, pair);
     }
     pair_work_free(&w);
     return status;
