@@ -136,7 +136,46 @@ static enum bf_status place_sources(const struct run *run, struct bf_error *err)
     return status;
 }
 
-/* g = −Σ ρ_m L_m and its derivatives by ρ_m. */
+bool point_mass(const struct predictor *p, size_t e, int t, const double theta[], struct beam_term *out)
+{
+    const struct beam_effect *effect = p->model.effects[e].effect;
+    struct beam_term terms[BEAM_EFFECT_TERMS];
+    struct beam_place place = model_place(&p->model);
+    double parameters[BEAM_EFFECT_PARAMETERS];
+    memset(terms, 0, sizeof terms);
+    parameter_map_effect(&p->map, 0, e, theta, parameters);
+    if (effect->terms == NULL || t >= effect->n_terms || effect->terms(parameters, &place, terms) != 0)
+        return false;
+    *out = terms[t];
+    return out->place.kind == BEAM_AT_POINT;
+}
+
+/* −Σ m φ(a) of masses at a point and its derivatives by m and a. */
+static void add_point_masses(const struct run *run)
+{
+    struct predictor *p = run->p;
+    size_t n = p->reduced.n;
+    double *g = bf_alloc(2 * n, sizeof *g), *g_at = g + n;
+    for (size_t e = 0; e < p->model.n_effects; e++) {
+        struct beam_term term;
+        for (int t = 0; t < p->model.effects[e].effect->n_terms; t++) {
+            if (!point_mass(p, e, t, run->theta, &term))
+                continue;
+            reduced_place(&p->reduced, &term.place, &p->model, g, g_at);
+            add_scaled(n, -term.value.mass, g, p->base_load->g);
+            for (int s = 0; s < p->model.effects[e].effect->n_parameters; s++) {
+                size_t j = parameter_map_slot(&p->map, 0, e, s);
+                if (not_zero(term.by_parameter[s].mass))
+                    add_scaled(n, -term.by_parameter[s].mass, g, functional_change(p->base_load, n, j));
+                if (term.place.at_parameter == s + 1 && not_zero(term.value.mass))
+                    add_scaled(n, -term.value.mass, g_at, functional_change(p->base_load, n, j));
+            }
+        }
+    }
+    free(g);
+}
+
+/* g = −Σ ρ_m L_m − Σ m φ(a) and its derivatives. */
 static void place_load(const struct run *run)
 {
     struct predictor *p = run->p;
@@ -144,6 +183,9 @@ static void place_load(const struct run *run)
     if (p->base_load == NULL)
         return;
     memset(p->base_load->g, 0, n * sizeof(double));
+    for (size_t c = 0; c < p->base_load->n_changes; c++)
+        if (!not_zero(p->geometry.patch_by[p->base_load->changes[c].parameter]))
+            memset(p->base_load->changes[c].g, 0, n * sizeof(double));
     for (size_t m = 0; m < p->model.n_materials; m++) {
         double *dg = functional_change(p->base_load, n, p->map.rho[m]);
         reduced_load(&p->reduced, &p->model, m, dg);
@@ -152,6 +194,7 @@ static void place_load(const struct run *run)
             p->base_load->g[i] += run->theta[p->map.rho[m]] * dg[i];
         }
     }
+    add_point_masses(run);
 }
 
 enum bf_status geometry_rebase(struct predictor *p, struct bf_error *err)

@@ -157,10 +157,61 @@ static void moved_free(struct moved *moved)
     reduced_free(&moved->reduced);
 }
 
-static void add_scaled(size_t n, double scale, const double x[], double out[])
+/* One parameter's share: dg of every functional gains scale · (its g in the moved space). */
+static void add_channels(const struct run *run, const struct moved *at, size_t j, double scale, double g[])
 {
-    for (size_t i = 0; i < n; i++)
-        out[i] += scale * x[i];
+    struct predictor *p = run->p;
+    size_t n = p->reduced.n;
+    for (size_t o = 0; o < p->model.n_outputs; o++) {
+        reduced_output(&at->reduced, &at->model.outputs[o], g);
+        add_scaled(n, scale, g, functional_change(&p->outputs[o], n, j));
+    }
+    for (size_t i = 0; i < p->n_sources; i++) {
+        double shift_m = 0.0;
+        struct bf_error err;
+        struct model_input input = at->model.inputs[p->sources[i].input];
+        if (i >= p->model.n_inputs)
+            (void)geometry_input_shift(p, p->sources[i].record, p->sources[i].input, run->theta, &shift_m, &err);
+        input.at_m += shift_m;
+        reduced_input(&at->reduced, &input, g);
+        add_scaled(n, scale, g, functional_change(&p->inputs[i], n, j));
+    }
+}
+
+static void add_load(const struct run *run, const struct moved *at, size_t j, double scale, double g[])
+{
+    struct predictor *p = run->p;
+    size_t n = p->reduced.n;
+    if (p->base_load == NULL)
+        return;
+    for (size_t m = 0; m < p->model.n_materials; m++) {
+        reduced_load(&at->reduced, &at->model, m, g);
+        add_scaled(n, -scale * run->theta[p->map.rho[m]], g, functional_change(p->base_load, n, j));
+    }
+    for (size_t e = 0; e < p->model.n_effects; e++) {
+        struct beam_term term;
+        for (int t = 0; t < p->model.effects[e].effect->n_terms; t++) {
+            if (!point_mass(p, e, t, run->theta, &term))
+                continue;
+            reduced_point(&at->reduced, 0, term.place.at_m, g);
+            add_scaled(n, -scale * term.value.mass, g, functional_change(p->base_load, n, j));
+        }
+    }
+}
+
+static void add_coordinates(const struct run *run, const struct moved *at, size_t j, double scale)
+{
+    struct predictor *p = run->p;
+    struct functional *coordinate = p->coordinates;
+    for (size_t e = 0; e < p->model.n_effects; coordinate += p->laws[e].d, e++) {
+        double parameters[BEAM_EFFECT_PARAMETERS];
+        struct bf_error err;
+        if (p->laws[e].g_at == NULL) /* a law over the span keeps its modes */
+            continue;
+        parameter_map_effect(&p->map, 0, e, run->theta, parameters);
+        if (law_move(&p->laws[e], &at->model, &at->reduced, parameters, &err) == BF_OK)
+            add_scaled(p->reduced.n, scale, p->laws[e].g, functional_change(coordinate, p->reduced.n, j));
+    }
 }
 
 /* dg of every functional and dB of every block gain weight · (their values in the moved space). */
@@ -173,37 +224,12 @@ static void add_moved(const struct run *run, const struct moved *at, double weig
         if (p->geometry.block_by_shift[b] != NULL)
             add_scaled(n * n, weight, at->reduced.blocks[b].B, p->geometry.block_by_shift[b]);
     for (size_t j = 0; j < p->map.n; j++) {
-        double by = p->geometry.patch_by[j];
-        if (!not_zero(by))
+        double scale = p->geometry.patch_by[j] * weight;
+        if (!not_zero(scale))
             continue;
-        for (size_t o = 0; o < p->model.n_outputs; o++) {
-            reduced_output(&at->reduced, &at->model.outputs[o], g);
-            add_scaled(n, by * weight, g, functional_change(&p->outputs[o], n, j));
-        }
-        for (size_t i = 0; i < p->n_sources; i++) {
-            double shift_m = 0.0;
-            struct bf_error err;
-            struct model_input input = at->model.inputs[p->sources[i].input];
-            if (i >= p->model.n_inputs)
-                (void)geometry_input_shift(p, p->sources[i].record, p->sources[i].input, run->theta, &shift_m, &err);
-            input.at_m += shift_m;
-            reduced_input(&at->reduced, &input, g);
-            add_scaled(n, by * weight, g, functional_change(&p->inputs[i], n, j));
-        }
-        for (size_t m = 0; p->base_load != NULL && m < p->model.n_materials; m++) {
-            reduced_load(&at->reduced, &at->model, m, g);
-            add_scaled(n, -by * weight * run->theta[p->map.rho[m]], g, functional_change(p->base_load, n, j));
-        }
-        struct functional *coordinate = p->coordinates;
-        for (size_t e = 0; e < p->model.n_effects; coordinate += p->laws[e].d, e++) {
-            if (p->laws[e].g_at == NULL) /* a law over the span keeps its modes */
-                continue;
-            double parameters[BEAM_EFFECT_PARAMETERS];
-            struct bf_error err;
-            parameter_map_effect(&p->map, 0, e, run->theta, parameters);
-            if (law_move(&p->laws[e], &at->model, &at->reduced, parameters, &err) == BF_OK)
-                add_scaled(n, by * weight, p->laws[e].g, functional_change(coordinate, n, j));
-        }
+        add_channels(run, at, j, scale, g);
+        add_load(run, at, j, scale, g);
+        add_coordinates(run, at, j, scale);
     }
     free(g);
 }

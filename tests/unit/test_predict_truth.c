@@ -1,0 +1,208 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/*
+ * Predictions at the true parameters against the independent simulator: what drives, a shaken clamp, shifted places and a
+ * wrong clock do, alone and behind other effects.
+ */
+#include "truth_rig.h"
+
+#include "dense.h"
+#include "predict_case.h"
+
+static const char *const outputs[] = {"piezo_V", "accel_mps2", "tip_mps", "tip_m"};
+enum { OUTPUTS = 4, SETTLED = 24 }; /* samples until the recorder's filter has forgotten that shaking began */
+
+static void beam_of_fixture(struct truth_spec *spec)
+{
+    static const char *const lines[] = {
+        "length_m = 0.4573",
+        "patch_m = 0.02535 0.08905",
+        "EI_beam_Nm2 = 0.491",
+        "EI_patch_Nm2 = 0.793",
+        "rho_beam_kgpm = 0.093",
+        "rho_patch_kgpm = 0.433",
+        "cDI_beam_sNm2 = 0.649e-5",
+        "cDI_patch_sNm2 = 1.255e-5",
+        "gamma_sNpm2 = 0.013",
+        "Ks_V = 40",
+        "KB_NmpV = 0.0175",
+        "sample_rate_Hz = 1024",
+        "filter_order = 8",
+        "filter_ratio = 0.4",
+        "duration_s = 1",
+        "noise = 0",
+        "adc_bits = 0",
+        "input hammer_N point_force at_m=0.0254",
+        "input drive_V patch_moment",
+        "output piezo_V patch_strain",
+        "output accel_mps2 acceleration at_m=0.0214",
+        "output tip_mps velocity at_m=0.44",
+        "output tip_m displacement at_m=0.44",
+        "signal hammer_N raised_cosine start_s=0.15 width_s=0.008 level=2",
+        "signal drive_V chirp start_s=0 width_s=0.9 from_Hz=5 to_Hz=160 level=30 taper_s=0.1"};
+    truth_spec_default(spec);
+    for (size_t i = 0; i < sizeof lines / sizeof lines[0]; i++)
+        say(spec, lines[i]);
+}
+
+static struct record measured(const struct truth_record *truth)
+{
+    struct record r = {.path = strdup("case.csv"), .n = truth->n, .dt_s = 1.0 / truth->rate_Hz};
+    for (size_t c = 0; c < truth->n_channels; c++)
+        record_add_column(&r, truth->channel[c].name, truth->channel[c].x);
+    record_add_meta(&r, RECORD_FILTER,
+                    "Butterworth order 8 at 409.6 Hz, forward and backward (zero phase), every channel");
+    return r;
+}
+
+static void add_displacement(struct model *model)
+{
+    model->outputs = bf_grow(model->outputs, model->n_outputs + 1, sizeof *model->outputs);
+    model->outputs[model->n_outputs++] =
+        (struct model_output){.name = "tip_m", .kind = OUTPUT_DISPLACEMENT, .at_m = 0.44};
+}
+
+static double deviation(const struct predict_case *c, const struct truth_record *truth, size_t output)
+{
+    const double *x = truth_record_channel(truth, outputs[output]), *y = c->out.y + output * truth->n;
+    double difference = 0.0, size = 0.0;
+    for (size_t k = SETTLED; k < truth->n; k++) {
+        difference += (x[k] - y[k]) * (x[k] - y[k]);
+        size += x[k] * x[k];
+    }
+    return sqrt(difference / size);
+}
+
+/* Effects as the model file and as the simulator spell them; lines end with '\n'. */
+static void compare(const char *effects, const char *lines, double bound)
+{
+    struct truth_spec spec;
+    struct bf_error err;
+    struct predict_case c = {0};
+    char line[200];
+    beam_of_fixture(&spec);
+    for (const char *at = lines; *at != '\0'; at += strcspn(at, "\n") + 1) {
+        snprintf(line, sizeof line, "%.*s", (int)strcspn(at, "\n"), at);
+        say(&spec, line);
+    }
+    struct truth_record truth = run(&spec);
+    fixture_model(&c.model, effects);
+    add_displacement(&c.model);
+    c.record = measured(&truth);
+    if (case_open(&c, NULL, &err) != BF_OK)
+        fail_msg("%s", err.text);
+    case_run(&c, NULL);
+    for (size_t o = 0; o < OUTPUTS; o++) {
+        double e = deviation(&c, &truth, o);
+        print_message("  %-12s %.1e\n", outputs[o], e);
+        if (!(e < bound))
+            fail_msg("%s: %.2e of its rms", outputs[o], e);
+    }
+    case_close(&c);
+    truth_record_free(&truth);
+}
+
+static void no_effect(void **state)
+{
+    (void)state;
+    compare("", "", 3e-4);
+}
+
+static void hysteresis(void **state)
+{
+    (void)state;
+    compare("  - {kind: drive_hysteresis, share: 0.2, slip_pV: 0.15, shape_pV: 0.06}\n",
+            "effect drive_hysteresis share=0.2 slip_pV=0.15 shape_pV=0.06\n", 1e-3);
+}
+
+/* What is left is the fifth harmonic, folded at the Nyquist frequency: the recorder's filter lets a hundredth of it through. */
+static void saturation(void **state)
+{
+    (void)state;
+    compare("  - {kind: drive_saturation, level_V: 25}\n", "effect drive_saturation level_V=25\n", 2e-3);
+}
+
+static void saturation_before_hysteresis(void **state)
+{
+    (void)state;
+    compare("  - {kind: drive_saturation, level_V: 25}\n"
+            "  - {kind: drive_hysteresis, share: 0.2, slip_pV: 0.15, shape_pV: 0.06}\n",
+            "effect drive_saturation level_V=25\neffect drive_hysteresis share=0.2 slip_pV=0.15 shape_pV=0.06\n", 2e-3);
+}
+
+static void shaken_clamp(void **state)
+{
+    (void)state;
+    compare("  - {kind: base_motion, amplitude_mps2: 3, frequency_Hz: 23.7, phase_rad: 0.7}\n",
+            "effect base_motion amplitude_mps2=3 frequency_Hz=23.7 phase_rad=0.7\n", 3e-4);
+}
+
+static void shaken_clamp_with_a_tip_mass(void **state)
+{
+    (void)state;
+    compare("  - {kind: tip_mass, mass_kg: 0.004}\n"
+            "  - {kind: base_motion, amplitude_mps2: 3, frequency_Hz: 23.7, phase_rad: 0.7}\n",
+            "effect tip_mass mass_kg=0.004\neffect base_motion amplitude_mps2=3 frequency_Hz=23.7 phase_rad=0.7\n",
+            3e-4);
+}
+
+static void shaken_clamp_behind_a_charge_amplifier(void **state)
+{
+    (void)state;
+    compare("  - {kind: sensor_highpass, tau_s: 0.05}\n"
+            "  - {kind: base_motion, amplitude_mps2: 3, frequency_Hz: 23.7, phase_rad: 0.7}\n",
+            "effect sensor_highpass channel=piezo_V tau_s=0.05\n"
+            "effect base_motion amplitude_mps2=3 frequency_Hz=23.7 phase_rad=0.7\n",
+            1e-3);
+}
+
+static void shifted_patch(void **state)
+{
+    (void)state;
+    compare("  - {kind: patch_position, shift_m: 0.006}\n", "effect patch_position shift_m=0.006\n", 3e-4);
+    compare("  - {kind: patch_position, shift_m: -0.01}\n", "effect patch_position shift_m=-0.01\n", 3e-4);
+}
+
+static void shifted_blow(void **state)
+{
+    (void)state;
+    compare("  - {kind: input_position, shift_m: {value: 0, per_record: {case.csv: 0.004}}}\n",
+            "effect input_position shift_m=0.004\n", 3e-4);
+}
+
+static void fast_clock(void **state)
+{
+    (void)state;
+    compare("  - {kind: clock_error, relative: -0.003}\n", "effect clock_error relative=-0.003\n", 3e-4);
+}
+
+/* The mains line stands beside its frequency, and a tone of the bench too. */
+static void slow_clock_on_a_shaken_bench_with_hum(void **state)
+{
+    (void)state;
+    compare("  - {kind: clock_error, relative: 0.01}\n"
+            "  - {kind: mains_hum, amplitude: 0.05, frequency_Hz: 50, phase_rad: 0.3}\n"
+            "  - {kind: base_motion, amplitude_mps2: 3, frequency_Hz: 23.7, phase_rad: 0.7}\n",
+            "effect clock_error relative=0.01\neffect mains_hum channel=piezo_V amplitude=0.05 frequency_Hz=50 "
+            "phase_rad=0.3\n"
+            "effect base_motion amplitude_mps2=3 frequency_Hz=23.7 phase_rad=0.7\n",
+            3e-4);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(no_effect),
+        cmocka_unit_test(hysteresis),
+        cmocka_unit_test(saturation),
+        cmocka_unit_test(saturation_before_hysteresis),
+        cmocka_unit_test(shaken_clamp),
+        cmocka_unit_test(shaken_clamp_with_a_tip_mass),
+        cmocka_unit_test(shaken_clamp_behind_a_charge_amplifier),
+        cmocka_unit_test(shifted_patch),
+        cmocka_unit_test(shifted_blow),
+        cmocka_unit_test(fast_clock),
+        cmocka_unit_test(slow_clock_on_a_shaken_bench_with_hum),
+    };
+    dense_init();
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
