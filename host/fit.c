@@ -233,11 +233,11 @@ static enum bf_status first_descent(struct fit_work *w, const struct fit_options
         return staircase_last(p, stairs, w->x, found, err);
     if (!law_is_new(p, 0))
         return staircase_run(p, stairs, bar, w->x, found, err);
-    double *theta = bf_alloc(2 * w->n_refs, sizeof *theta);
-    for (size_t i = 0; i < 2 * w->n_refs; i++)
-        theta[i] = w->refs[i % w->n_refs].value;
+    double *theta = bf_alloc(w->n_refs, sizeof *theta);
+    for (size_t i = 0; i < w->n_refs; i++)
+        theta[i] = w->refs[i].value;
     struct tournament tournament = {
-        .p = p, .stairs = *stairs, .theta0 = theta, .n_starts = 1, .starts = theta + w->n_refs, .bar = bar};
+        .p = p, .stairs = *stairs, .theta0 = theta, .predict = options->predict, .bar = bar};
     const enum bf_status status = tournament_run(&tournament, w->x, found, err);
     free(theta);
     return status;

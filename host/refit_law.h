@@ -18,4 +18,11 @@ bool law_is_new(const struct fit_problem *p, size_t first_effect);
 enum bf_status law_starts(struct fit_problem *p, size_t first_effect, size_t values, double first_ps, double last_ps,
                           const double theta0[], struct starts *out, double *scanned_ps, struct bf_error *err);
 
+/*
+ * One more start: the equation-error trial of trial.h when exactly one effect of the model, from first_effect on, has a law.
+ * theta0: the baseline, `fitted` to the records or to be fitted first. *possible: theta[n_refs] is a start.
+ */
+enum bf_status law_trial(const struct fit_problem *p, const struct predict_options *predict, size_t first_effect,
+                         bool fitted, const double theta0[], double theta[], bool *possible, struct bf_error *err);
+
 #endif

@@ -119,20 +119,22 @@ static enum bf_status rank_starts(struct tournament *t, struct starts *kept, str
     return status;
 }
 
-/* The same for nonlinear effects: the caller's starts, and those of law_starts(), all after a few steps. */
+/* The same for nonlinear effects: the given values, the caller's starts, and those of law_starts(), after a few steps. */
 static enum bf_status rank_laws(struct tournament *t, struct starts *kept, struct bf_error *err)
 {
     struct fit_problem *p = t->p;
-    struct starts found = starts_new(t->quick ? 3 : 6, t->p->n_refs, t->p->refs, t->first_effect);
+    struct starts found = starts_new(t->quick ? 3 : 6, p->n_refs, p->refs, t->first_effect);
     const double last_ps = 1.0 / t->stairs.longest_s;
     double scanned_ps;
     enum bf_status status = law_starts(p, t->first_effect, SCAN_VALUES, 3.0 * t->stairs.first_ps, last_ps, t->theta0,
                                        &found, &scanned_ps, err);
     t->stairs.first_ps = scanned_ps;
+    if (!status)
+        status = try_start(t, t->theta0, kept, err);
     for (size_t k = 0; k < t->n_starts && !status; k++)
-        status = try_start(t, t->starts + k * t->p->n_refs, kept, err);
+        status = try_start(t, t->starts + k * p->n_refs, kept, err);
     for (size_t k = 0; k < found.n && !status && !fit_problem_interrupted(p); k++)
-        status = try_start(t, found.theta + k * t->p->n_refs, kept, err);
+        status = try_start(t, found.theta + k * p->n_refs, kept, err);
     starts_free(&found);
     return status;
 }
@@ -167,31 +169,77 @@ static enum bf_status rank_again(struct tournament *t, double longer, struct sta
     return status;
 }
 
+/* The best so far. */
+struct champion {
+    bool have;
+    double *theta; /* [n_refs] */
+    struct optimise_result found;
+};
+
+static bool explained(const struct tournament *t, const struct champion *best)
+{
+    return best->have && 2.0 * best->found.half_square <= reached * reached * (double)t->p->n_rows;
+}
+
 /* Down the staircase from each, until one explains the records. */
-static enum bf_status descend(struct tournament *t, const struct starts *starts, double best[],
-                              struct optimise_result *best_found, struct bf_error *err)
+static enum bf_status descend(struct tournament *t, const struct starts *starts, struct champion *best,
+                              struct bf_error *err)
 {
     struct fit_problem *p = t->p;
     double *x = bf_alloc(p->n_unknowns, sizeof *x);
-    enum bf_status status = BF_NUMERIC;
-    bool have = false;
+    enum bf_status status = BF_OK;
     for (size_t k = 0; k < starts->n; k++) {
         struct optimise_result found;
         starts_to_x(p, starts->theta + k * p->n_refs, x);
         status = staircase_run(p, &t->stairs, t->bar, x, &found, err);
+        t->tried++;
         if (status && status != BF_NUMERIC)
             break;
-        if (!status && (!have || found.half_square < best_found->half_square)) {
-            memcpy(best, t->theta0, p->n_refs * sizeof *best);
-            fit_problem_to_theta(p, x, best);
-            *best_found = found, have = true;
+        if (!status && (!best->have || found.half_square < best->found.half_square)) {
+            memcpy(best->theta, t->theta0, p->n_refs * sizeof *best->theta);
+            fit_problem_to_theta(p, x, best->theta);
+            best->found = found, best->have = true;
         }
-        if (fit_problem_interrupted(p) ||
-            (have && 2.0 * best_found->half_square <= reached * reached * (double)p->n_rows))
+        if (fit_problem_interrupted(p) || explained(t, best))
             break;
     }
     free(x);
-    return have ? BF_OK : status;
+    return status == BF_NUMERIC ? BF_OK : status;
+}
+
+/* Equation error gives a start that may be so good that no other is needed. */
+static enum bf_status descend_trial(struct tournament *t, struct champion *best, struct bf_error *err)
+{
+    struct fit_problem *p = t->p;
+    struct starts one = starts_new(1, p->n_refs, p->refs, t->first_effect);
+    double *theta = bf_alloc(p->n_refs, sizeof *theta);
+    bool possible;
+    enum bf_status status = law_trial(p, &t->predict, t->first_effect, t->fitted, t->theta0, theta, &possible, err);
+    if (!status && possible) {
+        starts_add(&one, theta, 0.0);
+        status = descend(t, &one, best, err);
+    }
+    free(theta);
+    starts_free(&one);
+    return status;
+}
+
+/* Ranked in two or three windows, then down. */
+static enum bf_status compete(struct tournament *t, bool law, struct champion *best, struct bf_error *err)
+{
+    struct fit_problem *p = t->p;
+    struct starts starts = starts_new(t->quick ? 3 : 6, p->n_refs, p->refs, t->first_effect);
+    enum bf_status status = law ? BF_OK : lift_sunken(t, err);
+    if (!status)
+        status = law ? rank_laws(t, &starts, err) : rank_starts(t, &starts, err);
+    if (!status && law)
+        status = rank_again(t, 3.0, &starts, t->quick ? 2 : 4, err);
+    if (!status)
+        status = rank_again(t, law ? 3.0 : 10.0, &starts, t->quick ? 1 : 2, err);
+    if (!status)
+        status = descend(t, &starts, best, err);
+    starts_free(&starts);
+    return status;
 }
 
 static bool has_law(const struct model *model)
@@ -206,23 +254,17 @@ enum bf_status tournament_run(struct tournament *t, double x[], struct optimise_
 {
     struct fit_problem *p = t->p;
     const bool law = law_is_new(p, t->first_effect);
-    struct starts starts = starts_new(t->quick ? 3 : 6, p->n_refs, p->refs, t->first_effect);
-    double *best = bf_alloc(p->n_refs, sizeof *best);
+    struct champion best = {.theta = bf_alloc(p->n_refs, sizeof *best.theta)};
     t->stairs.gentle = has_law(p->model);
-    enum bf_status status = law ? BF_OK : lift_sunken(t, err);
-    if (!status)
-        status = law ? rank_laws(t, &starts, err) : rank_starts(t, &starts, err);
-    if (!status && law)
-        status = rank_again(t, 3.0, &starts, t->quick ? 2 : 4, err);
-    if (!status)
-        status = rank_again(t, law ? 3.0 : 10.0, &starts, t->quick ? 1 : 2, err);
-    if (!status && starts.n == 0)
+    enum bf_status status = law ? descend_trial(t, &best, err) : BF_OK;
+    if (!status && !explained(t, &best) && !(t->quick && best.have) && !(best.have && fit_problem_interrupted(p)))
+        status = compete(t, law, &best, err);
+    if (!status && !best.have)
         status = bf_fail(err, BF_NUMERIC, "no start of the new effects has a value");
-    if (!status)
-        status = descend(t, &starts, best, found, err);
-    if (!status)
-        starts_to_x(p, best, x);
-    starts_free(&starts);
-    free(best);
-    return status;
+    if (best.have) {
+        starts_to_x(p, best.theta, x);
+        *found = best.found;
+    }
+    free(best.theta);
+    return best.have ? BF_OK : status;
 }
