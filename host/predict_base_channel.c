@@ -23,24 +23,23 @@ static enum bf_status put(struct channel_work *w, const double complex F[], doub
             row[k] += w->x[k];
         return BF_OK;
     }
-    double *known = bf_alloc(n, sizeof *known);
-    for (size_t k = 0; k < n; k++)
-        known[k] = w->x[k];
-    response_tail(w->grid, known, n, w->x);
-    enum bf_status status = response_transform(w->grid, w->x, w->grid->n + w->grid->n_tail, w->Y, err);
+    size_t total = w->grid->n + w->grid->n_tail; /* the closed form goes on past the record: only the fade is needed */
+    double *faded = bf_alloc(total, sizeof *faded);
+    response_tail(w->grid, w->x, total, faded);
+    enum bf_status status = response_transform(w->grid, faded, total, w->Y, err);
     for (size_t k = 0; status == BF_OK && k < w->grid->m; k++)
         w->Y[k] *= F[k];
     if (status == BF_OK)
-        status = response_back(w->grid, w->Y, known, err);
+        status = response_back(w->grid, w->Y, faded, err);
     for (size_t k = 0; status == BF_OK && k < n; k++)
-        row[k] += known[k];
-    free(known);
+        row[k] += faded[k];
+    free(faded);
     return status;
 }
 
 static void clear(struct channel_work *w)
 {
-    for (size_t k = 0; k < w->channel->n; k++)
+    for (size_t k = 0; k < w->q.n; k++)
         w->x[k] = 0.0;
 }
 
@@ -125,6 +124,8 @@ static enum bf_status shake_channel(const struct run *run, const struct predict_
     w.Y = w.F + grid->m;
     enum bf_status status =
         channel_filter(run, channel->record, channel->output, grid->s, grid->m, w.F, &w.filtered, err);
+    if (w.filtered && !w.q.steady)
+        w.q.n = grid->n + grid->n_tail;
     if (status == BF_OK) {
         base_answer(&w.q, w.x);
         status = put(&w, w.F, run->out->y + channel->row, err);

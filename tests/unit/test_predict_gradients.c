@@ -270,6 +270,71 @@ static void free_decay_with_a_filter(void **state)
         false);
 }
 
+/* Effects that meet in one place of the code. */
+static void check_together(const char *effects, bool inputs, double goal)
+{
+    struct predict_options options = {.fine_splines = 24, .modes = 6};
+    struct predict_case c = {.record = case_record("case.csv", SAMPLES, 1.0 / 1200.0, 1.0, inputs)};
+    struct bf_error err;
+    fixture_model(&c.model, effects);
+    if (case_open(&c, &options, &err) != BF_OK)
+        fail_msg("%s", err.text);
+    struct summary s = check_case(&c, true);
+    print_message("  worst %.2g at %s (reference good to %.1g)\n", s.worst.error, s.label, s.worst.estimate);
+    assert_true(s.worst.estimate < goal);
+    assert_true(s.worst.error < goal);
+    case_close(&c);
+}
+
+static void shaken_clamp_with_masses_filters_and_a_shifted_patch(void **state)
+{
+    (void)state;
+    check_together("  - {kind: patch_position, shift_m: 0.004}\n"
+                   "  - {kind: base_motion, amplitude_mps2: 2, frequency_Hz: 31, phase_rad: 0.5}\n"
+                   "  - {kind: tip_mass, mass_kg: 0.003}\n"
+                   "  - {kind: point_mass, mass_kg: 0.002, at_m: {value: 0.3507, fixed: false}}\n"
+                   "  - {kind: hysteretic_damping, loss_factor: 0.004}\n"
+                   "  - {kind: sensor_highpass, tau_s: 0.05}\n",
+                   true, 3e-8);
+}
+
+static void clock_with_drives_filters_signals_and_a_shifted_blow(void **state)
+{
+    (void)state;
+    check_together("  - {kind: clock_error, relative: 0.002}\n"
+                   "  - {kind: base_motion, amplitude_mps2: 2, frequency_Hz: 31, phase_rad: 0.5}\n"
+                   "  - {kind: drive_saturation, level_V: 20}\n"
+                   "  - {kind: input_position, shift_m: 0.004}\n"
+                   "  - {kind: sensor_lag, channel: tip_mps, tau_s: 0.0004}\n"
+                   "  - {kind: mains_hum, amplitude: 0.2, frequency_Hz: 50, phase_rad: 0.3}\n",
+                   true, 3e-8);
+}
+
+static void free_decay_on_a_shaken_clamp_under_a_wrong_clock(void **state)
+{
+    (void)state;
+    check_together("  - {kind: clock_error, relative: 0.002}\n"
+                   "  - {kind: base_motion, amplitude_mps2: 2, frequency_Hz: 31, phase_rad: 0.5}\n"
+                   "  - {kind: sensor_highpass, tau_s: 0.05}\n",
+                   false, 3e-8);
+}
+
+static void clock_with_a_law(void **state)
+{
+    (void)state;
+    check_together("  - {kind: clock_error, relative: 0.002}\n"
+                   "  - {kind: cubic_stiffness, coefficient_Npm3: 1e6, at_m: 0.3507}\n",
+                   true, 1e-6);
+}
+
+static void shifted_patch_with_a_law_on_it(void **state)
+{
+    (void)state;
+    check_together("  - {kind: patch_position, shift_m: 0.004}\n"
+                   "  - {kind: coulomb_friction, moment_Nm: 1e-3, velocity_radps: 0.5}\n",
+                   true, 1e-6);
+}
+
 /* ---- The catalogue ---- */
 
 /* Values at which every effect acts on this record,and no knot near a place. */
@@ -356,8 +421,15 @@ static void every_effect(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(beam_band_limited),     cmocka_unit_test(beam_zero_order_hold),
-        cmocka_unit_test(beam_first_order_hold), cmocka_unit_test(free_decay_with_a_filter),
+        cmocka_unit_test(beam_band_limited),
+        cmocka_unit_test(beam_zero_order_hold),
+        cmocka_unit_test(beam_first_order_hold),
+        cmocka_unit_test(free_decay_with_a_filter),
+        cmocka_unit_test(shaken_clamp_with_masses_filters_and_a_shifted_patch),
+        cmocka_unit_test(clock_with_drives_filters_signals_and_a_shifted_blow),
+        cmocka_unit_test(free_decay_on_a_shaken_clamp_under_a_wrong_clock),
+        cmocka_unit_test(clock_with_a_law),
+        cmocka_unit_test(shifted_patch_with_a_law_on_it),
         cmocka_unit_test(every_effect),
     };
     dense_init();
