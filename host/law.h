@@ -69,6 +69,7 @@ struct law_prepared {
     const struct law *law; /* NULL: the effect has none */
     double p[BEAM_EFFECT_PARAMETERS];
     size_t slot[BEAM_EFFECT_PARAMETERS]; /* index of each into by_parameter; SIZE_MAX: none */
+    double zero[4];                      /* 0: what an effect's answer is cleared with */
     double *weight;                      /* [n_points] quadrature times the weight's material value */
     size_t *by_weight;                   /* [n_points] index of that value into by_parameter; SIZE_MAX: none */
 };

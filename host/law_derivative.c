@@ -103,7 +103,7 @@ static enum bf_status fill_linear(struct lanes *a, size_t lane, size_t c, double
     size_t j = a->parameter[lane];
     double *w = a->w_lin + (lane * l->D + c) * l->N, *v = a->v_lin + (lane * l->D + c) * l->N;
     enum bf_status status = BF_OK;
-    if (source_response_derivative(l->run, l->record, f, j, W)) {
+    if (law_source_derivative(l->run, l->transfers, l->record, c, j, W)) {
         if (l->has_T_w)
             status = law_upsample(l, W, w, err);
         for (size_t k = 0; k < l->grid->m; k++)
@@ -121,38 +121,40 @@ static enum bf_status fill_linear(struct lanes *a, size_t lane, size_t c, double
 /* ---- Outputs ---- */
 
 static enum bf_status add_channel(const struct lanes *a, size_t lane, const struct predict_channel *channel,
-                                  const double complex F[], const double complex dF[], struct bf_error *err)
+                                  const double complex filter[], const double complex F[], const double complex dF[],
+                                  struct bf_error *err)
 {
     const struct law_run *l = a->l;
-    const struct predictor *p = l->run->p;
-    size_t m = l->grid->m, n_poles = p->system->n_poles, j = a->parameter[lane], gain_parameter;
-    int order = output_order(p->model.outputs[channel->output].kind);
-    const struct functional *o = &p->outputs[channel->output];
-    const struct response_kernel *kernel = p->kernels[l->plan->grid];
+    size_t m = l->grid->m, j = a->parameter[lane], gain_parameter;
     double gain = output_gain(l->run, channel->output, &gain_parameter);
-    double complex *H = bf_alloc(3 * m, sizeof *H), *Y = H + m, *filter = Y + m;
-    bool filtered;
+    double complex *Y = bf_alloc(m, sizeof *Y);
     for (size_t c = 0; c < l->D; c++) {
-        const struct functional *f = &p->coordinates[c];
-        response_value(kernel, order, o->alpha, f->alpha, H);
+        const struct law_pair *pair = law_to_output(l->transfers, l->plan->grid, channel->output, c);
+        const double complex *dH = pair->dH[j], *f = F + c * m, *df = dF + c * m;
         for (size_t k = 0; k < m; k++)
-            Y[k] -= H[k] * dF[c * m + k];
-        if (!run_structural(l->run, j))
-            continue;
-        response_derivative(kernel, order, o->alpha, f->alpha, o->d_alpha + j * n_poles, f->d_alpha + j * n_poles,
-                            p->system->derivative[j].p, H);
-        for (size_t k = 0; k < m; k++)
-            Y[k] -= H[k] * F[c * m + k];
+            Y[k] -= pair->H[k] * df[k];
+        for (size_t k = 0; dH != NULL && k < m; k++)
+            Y[k] -= dH[k] * f[k];
     }
-    enum bf_status status = channel_filter(l->run, l->record, channel->output, l->grid->s, m, filter, &filtered, err);
-    if (status == BF_OK)
-        status = law_add_output(l, channel, gain, filter, Y, run_column(l->run, j, channel), err);
-    free(H);
+    enum bf_status status = law_add_output(l, channel, gain, filter, Y, run_column(l->run, j, channel), err);
+    free(Y);
     return status;
 }
 
-static enum bf_status run_block(struct lanes *a, const struct law_row *R, const double complex F[],
-                                struct bf_error *err)
+/* Filters of the record's channels, [n_channels][m]. */
+static enum bf_status fill_filters(const struct law_run *l, double complex filters[], struct bf_error *err)
+{
+    size_t m = l->grid->m;
+    enum bf_status status = BF_OK;
+    bool any;
+    for (size_t i = 0; status == BF_OK && i < l->plan->n_channels; i++)
+        status = channel_filter(l->run, l->record, l->run->p->channels[l->plan->first_channel + i].output, l->grid->s,
+                                m, filters + i * m, &any, err);
+    return status;
+}
+
+static enum bf_status run_block(struct lanes *a, const struct law_row *R, const double complex filters[],
+                                const double complex F[], struct bf_error *err)
 {
     const struct law_run *l = a->l;
     size_t m = l->grid->m;
@@ -170,7 +172,8 @@ static enum bf_status run_block(struct lanes *a, const struct law_row *R, const 
         for (size_t c = 0; status == BF_OK && c < l->D; c++)
             status = law_transform(l, a->f + (lane * l->D + c) * l->N, 1, dF + c * m, err);
         for (size_t i = 0; status == BF_OK && i < l->plan->n_channels; i++)
-            status = add_channel(a, lane, &l->run->p->channels[l->plan->first_channel + i], F, dF, err);
+            status =
+                add_channel(a, lane, &l->run->p->channels[l->plan->first_channel + i], filters + i * m, F, dF, err);
     }
     free(dF);
     return status;
@@ -205,6 +208,8 @@ enum bf_status law_derivatives(const struct law_run *l, const double complex F[]
     enum bf_status status = BF_OK;
     size_t *list = bf_alloc(l->run->p->map.n, sizeof *list), n = list_parameters(l, list);
     struct law_row R = law_pole_changes(l);
+    double complex *filters = bf_alloc(l->plan->n_channels * l->grid->m, sizeof *filters);
+    status = fill_filters(l, filters, err);
     for (size_t j = 0; status == BF_OK && j < n;) {
         struct lanes a;
         lanes_new(&a, l);
@@ -212,9 +217,10 @@ enum bf_status law_derivatives(const struct law_run *l, const double complex F[]
             a.parameter[a.count++] = list[j++];
         for (size_t i = a.count; i < LANES; i++)
             a.parameter[i] = SIZE_MAX;
-        status = run_block(&a, &R, F, err);
+        status = run_block(&a, &R, filters, F, err);
         free(a.storage);
     }
+    free(filters);
     free(R.re);
     free(list);
     return status;

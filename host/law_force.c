@@ -43,6 +43,30 @@ void law_prepared_free(struct law_prepared *prepared)
     *prepared = (struct law_prepared){0};
 }
 
+/* An effect's answer, and the same as numbers in a row: memset() of it costs more than most laws. */
+enum {
+    ANSWER_NUMBERS = sizeof(struct beam_law_output) / sizeof(beam_real),
+    ANSWER_FORCES = offsetof(struct beam_law_output, z) / sizeof(beam_real) + 2
+};
+union answer {
+    struct beam_law_output o;
+    double x[ANSWER_NUMBERS];
+};
+_Static_assert(sizeof(beam_real) == sizeof(double) && ANSWER_NUMBERS % VECTOR_LENGTH == 0 &&
+                   ANSWER_FORCES % VECTOR_LENGTH == 0,
+               "an answer is made of whole vectors");
+
+/* The zero is read, so that the compiler does not make a call of memset() of this again. */
+VECTOR_INLINE void clear_answer(const struct law_prepared *prepared, union answer *answer)
+{
+    vector_real zero;
+    vector_load(&zero, prepared->zero);
+    for (size_t i = 0; i < ANSWER_FORCES; i += VECTOR_LENGTH)
+        vector_store(answer->x + i, &zero);
+    for (size_t i = ANSWER_FORCES; prepared->law->effect->n_law_states > 0 && i < ANSWER_NUMBERS; i += VECTOR_LENGTH)
+        vector_store(answer->x + i, &zero);
+}
+
 /* Point by point, for one block of points. */
 struct span_block {
     size_t first, count; /* points; count is a multiple of the vectors' length */
@@ -113,34 +137,38 @@ static void copy_states(const struct law_prepared *prepared, const struct beam_l
 }
 
 /* The effect's function at every point of a block. */
-VECTOR_INLINE int block_law(const struct law_prepared *prepared, struct beam_law_input *in, bool tangents,
+VECTOR_INLINE int block_law(const struct law_prepared *prepared, size_t width, struct beam_law_input *in, bool tangents,
                             bool derivatives, struct span_block *b, struct law_force *out)
 {
     const struct law *law = prepared->law;
     int n_states = law->effect->n_law_states;
     for (size_t i = 0; i < b->count && b->first + i < law->n_points; i++) {
-        struct beam_law_output o;
-        memset(&o, 0, n_states > 0 ? sizeof o : offsetof(struct beam_law_output, z));
-        for (size_t a = 0; a < law->width; a++) {
-            in->w[a] = law->uses_w ? b->w[a][i] : 0.0;
-            in->v[a] = law->uses_v ? b->v[a][i] : 0.0;
-            in->w_old[a] = law->uses_w_old ? b->w_old[a][i] : 0.0;
+        union answer answer;
+        const struct beam_law_output *o = &answer.o;
+        clear_answer(prepared, &answer);
+        for (size_t a = 0; a < width; a++) {
+            if (law->uses_w)
+                in->w[a] = b->w[a][i];
+            if (law->uses_v)
+                in->v[a] = b->v[a][i];
+            if (law->uses_w_old)
+                in->w_old[a] = b->w_old[a][i];
         }
-        if (law->effect->law(prepared->p, in, &o) != 0)
+        if (law->effect->law(prepared->p, in, &answer.o) != 0)
             return -1;
         double weight = prepared->weight[b->first + i];
-        for (size_t a = 0; a < law->width; a++) {
-            b->f[a][i] = weight * o.f[a];
-            for (size_t c = 0; tangents && c < law->width; c++) {
-                b->by_w[a][c][i] = weight * o.f_w[a][c];
-                b->by_v[a][c][i] = weight * o.f_v[a][c];
-                b->by_w_old[a][c][i] = weight * o.f_w_old[a][c];
+        for (size_t a = 0; a < width; a++) {
+            b->f[a][i] = weight * o->f[a];
+            for (size_t c = 0; tangents && c < width; c++) {
+                b->by_w[a][c][i] = weight * o->f_w[a][c];
+                b->by_v[a][c][i] = weight * o->f_v[a][c];
+                b->by_w_old[a][c][i] = weight * o->f_w_old[a][c];
             }
         }
         if (derivatives)
-            add_derivatives(prepared, b->first + i, &o, out);
+            add_derivatives(prepared, b->first + i, o, out);
         if (n_states > 0)
-            copy_states(prepared, &o, out);
+            copy_states(prepared, o, out);
     }
     return 0;
 }
@@ -186,7 +214,7 @@ VECTOR_INLINE void add_block(const struct law *law, const struct span_block *b, 
 static void clear_padding(const struct law *law, struct span_block *b)
 {
     size_t used = law->n_points - b->first < b->count ? law->n_points - b->first : b->count;
-    for (size_t a = 0; a < law->width; a++) {
+    for (size_t a = 0; a < law->width && used < b->count; a++) {
         size_t bytes = (b->count - used) * sizeof(double);
         memset(b->f[a] + used, 0, bytes);
         for (size_t c = 0; c < law->width; c++) {
@@ -201,14 +229,13 @@ static void clear_padding(const struct law *law, struct span_block *b)
 static void clear_force(const struct law *law, bool tangents, bool derivatives, struct law_force *out)
 {
     size_t d = law->d;
-    memset(out->f, 0, d * sizeof *out->f);
-    if (tangents) {
-        memset(out->by_w, 0, d * d * sizeof *out->by_w);
-        memset(out->by_v, 0, d * d * sizeof *out->by_v);
-        memset(out->by_w_old, 0, d * d * sizeof *out->by_w_old);
-    }
-    if (derivatives)
-        memset(out->by_parameter, 0, sizeof out->by_parameter);
+    for (size_t j = 0; j < d; j++)
+        out->f[j] = 0.0;
+    for (size_t j = 0; tangents && j < d * d; j++)
+        out->by_w[j] = out->by_v[j] = out->by_w_old[j] = 0.0;
+    for (size_t i = 0; derivatives && i < law->n_dependencies; i++)
+        for (size_t j = 0; j < d; j++)
+            out->by_parameter[i][j] = 0.0;
 }
 
 static int point_force(const struct law_prepared *prepared, const struct law_motion *motion, bool tangents,
@@ -219,25 +246,27 @@ static int point_force(const struct law_prepared *prepared, const struct law_mot
                                 .w_old = {motion->w_old[0]},
                                 .t_s = motion->t_s,
                                 .dt_s = motion->dt_s};
-    struct beam_law_output o;
+    union answer answer;
+    const struct beam_law_output *o = &answer.o;
     int n_states = prepared->law->effect->n_law_states;
-    memset(&o, 0, n_states > 0 ? sizeof o : offsetof(struct beam_law_output, z));
+    clear_answer(prepared, &answer);
     for (int k = 0; k < n_states; k++)
         in.z[k] = motion->z[k];
-    if (prepared->law->effect->law(prepared->p, &in, &o) != 0)
+    if (prepared->law->effect->law(prepared->p, &in, &answer.o) != 0)
         return -1;
     double weight = prepared->weight[0];
-    out->f[0] = weight * o.f[0];
+    out->f[0] = weight * o->f[0];
     if (tangents) {
-        out->by_w[0] = weight * o.f_w[0][0];
-        out->by_v[0] = weight * o.f_v[0][0];
-        out->by_w_old[0] = weight * o.f_w_old[0][0];
+        out->by_w[0] = weight * o->f_w[0][0];
+        out->by_v[0] = weight * o->f_v[0][0];
+        out->by_w_old[0] = weight * o->f_w_old[0][0];
     }
     if (derivatives) {
-        memset(out->by_parameter, 0, sizeof out->by_parameter);
-        add_derivatives(prepared, 0, &o, out);
+        for (size_t i = 0; i < prepared->law->n_dependencies; i++)
+            out->by_parameter[i][0] = 0.0;
+        add_derivatives(prepared, 0, o, out);
     }
-    copy_states(prepared, &o, out);
+    copy_states(prepared, o, out);
     return 0;
 }
 
@@ -245,6 +274,7 @@ VECTOR_CLONES static int span_force(const struct law_prepared *prepared, const s
                                     bool derivatives, struct law_force *out)
 {
     const struct law *law = prepared->law;
+    size_t width = law->width;
     struct beam_law_input in = {.t_s = motion->t_s, .dt_s = motion->dt_s};
     struct span_block b;
     clear_force(law, tangents, derivatives, out);
@@ -254,7 +284,8 @@ VECTOR_CLONES static int span_force(const struct law_prepared *prepared, const s
         size_t left = law->n_points - b.first;
         b.count = left < POINTS ? vector_round(left) : POINTS;
         block_motion(law, motion, &b);
-        if (block_law(prepared, &in, tangents, derivatives, &b, out) != 0)
+        if (width == 1 ? block_law(prepared, 1, &in, tangents, derivatives, &b, out)
+                       : block_law(prepared, WIDTH, &in, tangents, derivatives, &b, out))
             return -1;
         clear_padding(law, &b);
         add_block(law, &b, tangents, out);

@@ -54,7 +54,7 @@ static enum bf_status coordinate_motion(struct law_run *l, size_t c, double comp
 {
     const struct functional *f = &l->run->p->coordinates[c];
     enum bf_status status = BF_OK;
-    source_response(l->run, l->record, f, W);
+    law_source_response(l->run, l->transfers, l->record, c, W);
     if (l->uses_w)
         status = law_upsample(l, W, l->w_lin + c * l->N, err);
     for (size_t k = 0; k < l->grid->m; k++)

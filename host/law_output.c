@@ -12,6 +12,7 @@ enum bf_status law_add_output(const struct law_run *l, const struct predict_chan
     double *y = bf_alloc(channel->n, sizeof *y);
     for (size_t k = 0; k < m; k++)
         Z[k] = scale * (filter[k] * Y[k]);
+    recorder_apply(l->plan, m, Z);
     enum bf_status status = response_back(l->grid, Z, y, err);
     for (size_t k = 0; k < channel->n; k++)
         row[k] += y[k];
@@ -27,11 +28,10 @@ static enum bf_status add_channel(const struct law_run *l, const struct predict_
     const struct predictor *p = l->run->p;
     size_t m = l->grid->m, gain_parameter;
     double gain = output_gain(l->run, channel->output, &gain_parameter);
-    double complex *filter = bf_alloc(4 * m, sizeof *filter), *Y = filter + m, *H = Y + m, *dF = H + m;
+    double complex *filter = bf_alloc(3 * m, sizeof *filter), *Y = filter + m, *dF = Y + m;
     bool filtered;
     for (size_t c = 0; c < l->D; c++) {
-        response_value(p->kernels[l->plan->grid], output_order(p->model.outputs[channel->output].kind),
-                       p->outputs[channel->output].alpha, p->coordinates[c].alpha, H);
+        const double complex *H = law_to_output(l->transfers, l->plan->grid, channel->output, c)->H;
         for (size_t k = 0; k < m; k++)
             Y[k] -= H[k] * F[c * m + k];
     }

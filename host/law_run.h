@@ -15,6 +15,7 @@
 
 #include "law.h"
 #include "law_hold.h"
+#include "law_transfer.h"
 #include "predict_work.h"
 
 enum { MOST_COORDINATES = 24 };
@@ -29,6 +30,7 @@ struct law_run {
     size_t record;
     const struct record_plan *plan;
     const struct response_grid *grid;
+    const struct law_transfers *transfers;
     bool uses_w; /* some force depends on a coordinate itself, now or a step ago */
     bool uses_v; /* on its rate */
     size_t D, N; /* coordinates; steps */
@@ -68,7 +70,7 @@ size_t law_first_dependency(const struct predictor *p, size_t effect);
 /* The coordinates' functionals and their derivatives at the parameters of the run; point laws follow their places. */
 enum bf_status law_coordinates_evaluate(const struct run *run, struct bf_error *err);
 
-/* run, record, plan and grid are set by the caller; to be freed with law_run_free() whether it fails or not. */
+/* run, record, plan, grid and transfers are set by the caller; to be freed with law_run_free() whether it fails or not. */
 enum bf_status law_run_new(struct law_run *l, struct bf_error *err);
 void law_run_free(struct law_run *l);
 /* Forces of every step, with what the derivatives need when the run wants a Jacobian. */
