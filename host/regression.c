@@ -9,6 +9,10 @@
 
 /* Directions whose eigenvalue of the Gram matrix (unit columns) is below this are not moved: minimum norm. */
 static const double rank_tolerance = 1e-11;
+/* The common scale of a model is free when its effect on the prediction is below this part of the parameters' own ... */
+static const double scale_free = 1e-4;
+/* ... and then it is held by a row this many times as heavy as the heaviest column. */
+static const double scale_weight = 30.0;
 /* A parameter moves by at most this in its logarithm. */
 static const double largest_move = 0.7;
 
@@ -39,7 +43,65 @@ static void choose_parameters(const struct motion *motion, struct regression *ou
         if (info->prior > 0.0 || dense_norm(motion->n_rows, motion->jacobian + j * motion->n_rows) > 0.0)
             out->parameter[out->n++] = j;
     }
+    out->n_priors++; /* the scale's */
     out->m = out->n_rows + out->n_priors;
+}
+
+static bool scales(enum parameter_role role)
+{
+    return role != ROLE_RESIDUAL && role != ROLE_EFFECT;
+}
+
+/*
+ * All forces of a model by one factor leave the prediction as it is, when no force or gain is known: EI, ρ, damping, K_B,
+ * K_s. Equation error is smallest where the factor is zero, so the factor must not be left to it. Returns the weight of
+ * a row that holds it, 0 when the records know the scale.
+ */
+static double scale_row_weight(const struct motion *motion)
+{
+    size_t n = motion->n_rows;
+    double *sum = bf_alloc(n, sizeof *sum), *own = bf_alloc(n, sizeof *own), heaviest = 0.0;
+    for (size_t j = 0; j < motion->n_parameters; j++) {
+        if (!motion->free[j] || !scales(ref_of(motion, j)->role))
+            continue;
+        for (size_t c = 0; c < motion->n_channels; c++)
+            for (size_t k = motion->channels[c].row; k < motion->channels[c].row + motion->channels[c].n; k++)
+                own[k] = motion->weight[c] * motion->theta[j] * motion->predicted[j * n + k];
+        for (size_t k = 0; k < n; k++)
+            sum[k] += own[k];
+        heaviest = fmax(heaviest, dense_norm(n, own));
+    }
+    double together = dense_norm(n, sum);
+    free(sum);
+    free(own);
+    return together < scale_free * heaviest ? scale_weight * heaviest : 0.0;
+}
+
+/* The scale is what the priors say of it; without priors it stays: Σ (Δθ/θ)/prior² = Σ (prior value − θ)/θ/prior². */
+static void fill_scale_row(const struct motion *motion, struct regression *out, double weight, size_t row)
+{
+    bool any = false;
+    double whole = 0.0;
+    for (size_t j = 0; j < out->n; j++)
+        any = any ||
+              (scales(ref_of(motion, out->parameter[j])->role) && ref_of(motion, out->parameter[j])->info->prior > 0.0);
+    for (int pass = 0; pass < 2; pass++) {
+        for (size_t j = 0; j < out->n; j++) {
+            const struct parameter_ref *ref = ref_of(motion, out->parameter[j]);
+            double theta = motion->theta[out->parameter[j]], prior = ref->info->prior;
+            bool mass_or_stiffness = ref->role == ROLE_EI || ref->role == ROLE_RHO;
+            if (!scales(ref->role) || !(theta > 0.0) || (any ? !(prior > 0.0) : !mass_or_stiffness))
+                continue;
+            double part = any ? 1.0 / (prior * prior) : 1.0;
+            if (pass == 0) {
+                whole += part;
+                continue;
+            }
+            out->A[j * out->m + row] = weight * part / whole / theta;
+            if (any)
+                out->b[row] += weight * part / whole * (ref->info->prior_value - theta) / theta;
+        }
+    }
 }
 
 static void fill_columns(const struct motion *motion, struct regression *out)
@@ -61,7 +123,12 @@ static void fill_columns(const struct motion *motion, struct regression *out)
             column[prior] = 1.0 / sd;
             out->b[prior++] = (info->prior_value - motion->theta[parameter]) / sd;
         }
-        double norm = dense_norm(out->m, column);
+    }
+    double weight = scale_row_weight(motion);
+    if (weight > 0.0)
+        fill_scale_row(motion, out, weight, prior);
+    for (size_t j = 0; j < out->n; j++) {
+        double *column = out->A + j * out->m, norm = dense_norm(out->m, column);
         out->scale[j] = norm > 0.0 ? 1.0 / norm : 0.0;
         for (size_t i = 0; i < out->m; i++)
             column[i] *= out->scale[j];
@@ -142,12 +209,18 @@ void regression_project(const struct regression *regression, const double rows[]
     remove_span(regression, s);
 }
 
-static double moved(const struct parameter *info, double value, double change)
+/* Stiffness, mass and gains move by a factor at most; damping may come from nothing, but stays positive. */
+static double moved(const struct parameter_ref *ref, double value, double change)
 {
-    if (info->logarithmic && value > 0.0)
-        value *= exp(fmax(-largest_move, fmin(largest_move, change / value)));
-    else
+    const struct parameter *info = ref->info;
+    bool bounded = ref->role == ROLE_EI || ref->role == ROLE_RHO || ref->role == ROLE_KS || ref->role == ROLE_KB;
+    double least = value * exp(-largest_move), most = value * exp(largest_move);
+    if (!info->logarithmic || !(value > 0.0))
         value += change;
+    else if (bounded)
+        value = fmax(least, fmin(most, value * exp(change / value)));
+    else
+        value = fmax(least, value + change);
     return fmax(info->min, fmin(info->max, value));
 }
 
@@ -165,7 +238,7 @@ void regression_move(const struct regression *regression, const struct motion *m
     }
     for (size_t j = 0; j < n; j++) {
         size_t parameter = regression->parameter[j];
-        theta[parameter] = moved(ref_of(motion, parameter)->info, theta[parameter], regression->scale[j] * x[j]);
+        theta[parameter] = moved(ref_of(motion, parameter), theta[parameter], regression->scale[j] * x[j]);
     }
     free(b);
     free(c);

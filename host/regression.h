@@ -9,7 +9,7 @@
 #include "motion.h"
 
 struct regression {
-    size_t n_rows, n_priors, m; /* m = n_rows + n_priors */
+    size_t n_rows, n_priors, m; /* m = n_rows + n_priors; priors of parameters, then one that holds the common scale */
     size_t n, rank;             /* free parameters; directions that the rows determine */
     size_t *parameter;          /* [n] index into θ */
     double *scale;              /* [n] θ_j = scale_j x_j, columns of unit norm */

@@ -29,6 +29,7 @@ struct search {
     struct trial_roles roles;
     const struct parameter *info; /* [n_parameters] of the effect, in the model */
     double *rows, *s;             /* [n_rows], [m] */
+    const double *measure;        /* [n_channels] weights of the χ² that is reported, the same for all candidates */
     struct trial_point best;
 };
 
@@ -43,7 +44,7 @@ static void search_bind(struct search *search, const struct regression *regressi
 static enum bf_status search_new(const struct motion *motion, const struct regression *regression,
                                  const struct beam_effect *effect, struct search *out, struct bf_error *err)
 {
-    *out = (struct search){.motion = motion};
+    *out = (struct search){.motion = motion, .measure = motion->weight};
     enum bf_status status = trial_force_new(motion, effect, &out->force, err);
     if (status == BF_OK)
         status = trial_roles(&out->force, &out->roles, err);
@@ -212,13 +213,29 @@ static enum bf_status best_rows(struct search *search, struct bf_error *err)
     return trial_force_rows(&search->force, search->best.p, search->rows, err);
 }
 
+/* ‖x‖², x[m] weighted by the motion's own weights, in the search's measure. */
+static double measured(const struct search *search, const double x[])
+{
+    const struct motion *motion = search->motion;
+    double sum = 0.0;
+    for (size_t c = 0; c < motion->n_channels; c++) {
+        const struct predict_channel *channel = &motion->channels[c];
+        double ratio = motion->weight[c] > 0.0 ? search->measure[c] / motion->weight[c] : 0.0;
+        for (size_t k = channel->row; k < channel->row + channel->n; k++)
+            sum += ratio * ratio * x[k] * x[k];
+    }
+    for (size_t k = search->regression->n_rows; k < search->regression->m; k++)
+        sum += x[k] * x[k];
+    return sum;
+}
+
 static enum bf_status answer(struct search *search, struct trial *out, struct bf_error *err)
 {
     const struct regression *regression = search->regression;
     const struct motion *motion = search->motion;
     out->forces += search->force.evaluations;
     out->possible = search->best.fall > 0.0;
-    out->chi_square_baseline = out->chi_square = regression->chi_square;
+    out->chi_square_baseline = out->chi_square = measured(search, regression->left);
     out->p_value = 1.0;
     out->strength = out->strength_sd = out->share = 0.0;
     memcpy(out->theta, motion->theta, motion->n_parameters * sizeof(double));
@@ -230,17 +247,17 @@ static enum bf_status answer(struct search *search, struct trial *out, struct bf
         return status;
     memcpy(out->p, search->best.p, sizeof out->p);
     out->strength = out->p[search->roles.strength];
-    out->chi_square = regression->chi_square - search->best.fall;
-    out->share = search->best.fall / regression->chi_square;
-    out->unexplained = sqrt(fmax(0.0, out->chi_square) / (double)regression->n_rows);
     regression_move(regression, motion, search->rows, out->theta);
     regression_project(regression, search->rows, search->s, NULL);
     for (size_t i = 0; i < regression->m; i++)
         search->s[i] = regression->left[i] - search->s[i];
-    double effective = regression_effective(regression, motion, search->s);
-    double variance = fmax(out->chi_square, 0.0) / effective;
+    out->chi_square = measured(search, search->s);
+    out->share = fmax(0.0, 1.0 - out->chi_square / out->chi_square_baseline);
+    out->unexplained = sqrt(out->chi_square / (double)regression->n_rows);
+    double left = fmax(regression->chi_square - search->best.fall, 1e-300);
+    double variance = left / regression_effective(regression, motion, search->s);
     out->strength_sd = fabs(out->strength) * sqrt(variance / search->best.norm2) / fabs(search->best.factor);
-    out->p_value = chi_square_tail(search->best.fall / fmax(variance, 1e-300), 1.0);
+    out->p_value = chi_square_tail(search->best.fall / variance, 1.0);
     return BF_OK;
 }
 
@@ -263,14 +280,15 @@ static enum bf_status first_round(const struct motion *motion, const struct regr
 /* ---- Renewal of θ and the motion ---- */
 
 /* The motion at out->theta with the force of out->p in it, and the search from there. */
-static enum bf_status search_again(struct motion *motion, const struct trial_options *options, struct trial *out,
-                                   struct bf_error *err)
+static enum bf_status search_again(struct motion *motion, const double measure[], const struct trial_options *options,
+                                   struct trial *out, struct bf_error *err)
 {
     struct regression regression;
     struct search search;
     enum bf_status status = search_new(motion, NULL, out->effect, &search, err);
     if (status != BF_OK)
         return status;
+    search.measure = measure;
     status = trial_force_assume(&search.force, motion, out->p, RENEWALS, err);
     if (status == BF_OK)
         status = regression_new(motion, &regression, err);
@@ -297,7 +315,7 @@ static enum bf_status next_round(struct predictor *predictor, const struct motio
         status = motion_new(predictor, out->theta, old->sigma, old->floor, &motion, err);
     if (status != BF_OK)
         return status;
-    status = search_again(&motion, options, out, err);
+    status = search_again(&motion, old->weight, options, out, err);
     motion_free(&motion);
     return status;
 }
