@@ -63,6 +63,7 @@ struct fit_problem {
     bool stop;                          /* set by the caller or by Ctrl-C */
     bool (*interrupted)(void *context); /* asked before every evaluation, besides Ctrl-C; may be NULL */
     void *context;
+    double explained_ps;  /* smallest s of a window that was explained to the floor, by careful windows; 0: none */
     double abandon_above; /* χ²/n; the last step of a staircase ends when it would not get below; 0: never */
 };
 

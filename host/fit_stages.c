@@ -144,9 +144,11 @@ static enum bf_status careful_windows(struct fit_problem *p, const struct stairc
                                       double x[], struct optimise_result *out, struct bf_error *err)
 {
     static const double usual = 3.0, least = 1.15, last_share = 0.7;
+    int retries = 6;
     double s = stairs->first_ps, known = 0.0, factor = usual, misfit;
     double *trial = bf_alloc(p->n_unknowns, sizeof *trial);
     enum bf_status status = BF_OK;
+    p->explained_ps = 0.0;
     while (!status && s * stairs->longest_s > last_share) {
         memcpy(trial, x, p->n_unknowns * sizeof *trial);
         fit_problem_rescale(p, trial);
@@ -155,13 +157,15 @@ static enum bf_status careful_windows(struct fit_problem *p, const struct stairc
         if (status || out->end == OPTIMISE_INTERRUPTED)
             break;
         say(bar, s, stairs, p);
-        if (misfit > 1.0 && known > 0.0 && factor > least) {
+        if (misfit > 1.0 && known > 0.0 && factor > least && retries-- > 0) {
             factor = sqrt(factor);
             s = known / factor;
             continue;
         }
         memcpy(x, trial, p->n_unknowns * sizeof *trial);
         known = misfit > 1.0 ? 0.0 : s;
+        if (known > 0.0)
+            p->explained_ps = known;
         factor = known > 0.0 ? fmin(factor * factor, usual) : usual;
         s /= factor;
     }

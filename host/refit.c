@@ -154,7 +154,12 @@ static void forget_inner(const struct refit_work *w, size_t effect, struct refit
 static enum bf_status fill_errors(const struct refit_work *w, struct refit_result *out, struct bf_error *err)
 {
     struct fit_result statistics = {0};
-    const enum bf_status status = fit_statistics(&w->problem, &w->model, w->x, &statistics, err);
+    enum bf_status status = fit_statistics(&w->problem, &w->model, w->x, &statistics, err);
+    if (status ==
+        BF_NUMERIC) { /* a motion that nobody can predict has derivatives without sense: values without errors */
+        fit_free(&statistics);
+        return BF_OK;
+    }
     for (size_t i = 0; i < w->n_refs && !status; i++) {
         out->at_bound[i] = statistics.parameters[i].at_bound;
         if (out->estimated[i])
@@ -182,9 +187,11 @@ static enum bf_status finish(struct refit_work *w, struct refit_result *out, str
     out->half_square = w->found.half_square;
     out->distance = sqrt(2.0 * w->found.decrement / fmax(1.0, out->chi2_per_row));
     out->interrupted = fit_problem_interrupted(p);
+    out->explained_s = p->explained_ps > 0.0 ? 1.0 / p->explained_ps : 0.0;
     out->abandoned = w->found.end == OPTIMISE_HOPELESS;
     out->converged = !out->interrupted && w->found.end == OPTIMISE_CONVERGED && out->distance < at_optimum;
-    return w->options->quick ? BF_OK : fill_errors(w, out, err);
+    /* where no step goes down although the gradient promises one, the derivatives say nothing about errors */
+    return w->options->quick || w->found.end == OPTIMISE_STALLED ? BF_OK : fill_errors(w, out, err);
 }
 
 enum bf_status refit_run(const struct model *model, const struct record records[], size_t n_records,

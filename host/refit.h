@@ -44,7 +44,12 @@ struct refit_result {
     double *residual; /* [n_rows] z − ŷ, stacked channel by channel, unit of the channel */
     size_t n_channels;
     struct predict_channel *channels; /* [n_channels] where each stands in residual */
-    bool converged;                   /* within a tenth of a standard error of a stationary point; quick: false */
+    /*
+     * Nonlinear models: the time constant of the longest window e^(−t/τ) from the onset in which 2 % of the signal is all that
+     * is missing; 0: none. An impact or a jump between branches makes a long record unpredictable for the right model too.
+     */
+    double explained_s;
+    bool converged; /* within a tenth of a standard error of a stationary point; quick: false */
     bool abandoned, interrupted;
     double distance; /* from the stationary point in standard errors, as the gradient tells it */
     size_t n_starts; /* that were tried */

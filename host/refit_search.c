@@ -173,12 +173,20 @@ static enum bf_status rank_again(struct tournament *t, double longer, struct sta
 struct champion {
     bool have;
     double *theta; /* [n_refs] */
+    double explained_ps;
     struct optimise_result found;
 };
 
 static bool explained(const struct tournament *t, const struct champion *best)
 {
     return best->have && 2.0 * best->found.half_square <= reached * reached * (double)t->p->n_rows;
+}
+
+/* The law is known from windows many times the first; what is left of the records cannot be predicted, or lacks something else. */
+static bool far_explained(const struct tournament *t, const struct champion *best)
+{
+    static const double far = 8.0;
+    return best->have && best->explained_ps > 0.0 && best->explained_ps * far < t->stairs.first_ps;
 }
 
 /* Down the staircase from each, until one explains the records. */
@@ -198,7 +206,7 @@ static enum bf_status descend(struct tournament *t, const struct starts *starts,
         if (!status && (!best->have || found.half_square < best->found.half_square)) {
             memcpy(best->theta, t->theta0, p->n_refs * sizeof *best->theta);
             fit_problem_to_theta(p, x, best->theta);
-            best->found = found, best->have = true;
+            best->found = found, best->have = true, best->explained_ps = p->explained_ps;
         }
         if (fit_problem_interrupted(p) || explained(t, best))
             break;
@@ -255,15 +263,17 @@ enum bf_status tournament_run(struct tournament *t, double x[], struct optimise_
     struct fit_problem *p = t->p;
     const bool law = law_is_new(p, t->first_effect);
     struct champion best = {.theta = bf_alloc(p->n_refs, sizeof *best.theta)};
-    t->stairs.gentle = has_law(p->model);
+    t->stairs.gentle = has_law(p->model) && !t->quick;
     enum bf_status status = law ? descend_trial(t, &best, err) : BF_OK;
-    if (!status && !explained(t, &best) && !(t->quick && best.have) && !(best.have && fit_problem_interrupted(p)))
+    if (!status && !(best.have && (t->quick || explained(t, &best) || fit_problem_interrupted(p))) &&
+        !far_explained(t, &best))
         status = compete(t, law, &best, err);
     if (!status && !best.have)
         status = bf_fail(err, BF_NUMERIC, "no start of the new effects has a value");
     if (best.have) {
         starts_to_x(p, best.theta, x);
         *found = best.found;
+        p->explained_ps = best.explained_ps;
     }
     free(best.theta);
     return best.have ? BF_OK : status;
