@@ -45,7 +45,7 @@ struct predict_channel {
 struct prediction {
     size_t n_rows;       /* of the current window */
     size_t n_parameters; /* of model_parameters(); fixed ones included (their columns are filled too) */
-    size_t n_nuisance;   /* linear unknowns of free-decay records: initial modal states */
+    size_t n_nuisance;   /* linear unknowns of free-decay records: initial states of modes, filters */
     double *y;           /* [n_rows] */
     double *jacobian;    /* [n_parameters][n_rows], d y/d parameter (physical, not logarithmic); NULL unless asked */
     double *nuisance;    /* [n_nuisance][n_rows], columns of the linear unknowns (zero outside their record) */

@@ -1,12 +1,14 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
  * Free decays: y(t) = Σ_k 2 Re(a_k c_k p_k^ν F(p_k) e^(p_k t)) with unknown complex amplitudes a_k, one for each
- * vibrating mode in the band; two columns (real and imaginary part of a_k) for each.
+ * vibrating mode in the band; two columns (real and imaginary part of a_k) for each. A sensor's filter was at work before the
+ * record began, too: one more column e^(p t) for its pole p on that channel.
  */
 #include "predict_work.h"
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* Modes above this part of the sampling frequency are not seen. */
 static const double band_part = 0.45;
@@ -33,6 +35,28 @@ static size_t lowest_poles(const struct predictor *p, size_t limit, size_t out[]
     return count < limit ? count : limit;
 }
 
+/* Effect e gives this output a filter with memory. */
+static bool remembers(const struct predictor *p, size_t e, size_t output)
+{
+    const struct beam_effect *effect = p->model.effects[e].effect;
+    struct beam_filter_output filter = {.value = {.a1 = 0.0}};
+    double start[BEAM_EFFECT_PARAMETERS] = {0};
+    for (int s = 0; s < effect->n_parameters; s++)
+        start[s] = effect->parameters[s].start;
+    return effect->filter != NULL && effect_on_output(&p->model, e, output) && effect->filter(start, &filter) == 0 &&
+           (filter.value.a1 < 0.0 || filter.value.a1 > 0.0);
+}
+
+static size_t filter_unknowns(const struct predictor *p, size_t record)
+{
+    const struct record_plan *plan = &p->plans[record];
+    size_t n = 0;
+    for (size_t c = 0; c < plan->n_channels; c++)
+        for (size_t e = 0; e < p->model.n_effects; e++)
+            n += remembers(p, e, p->channels[plan->first_channel + c].output);
+    return n;
+}
+
 size_t decay_unknowns(const struct predictor *p, size_t record)
 {
     size_t *poles = bf_alloc(p->system->n_poles, sizeof *poles);
@@ -40,7 +64,7 @@ size_t decay_unknowns(const struct predictor *p, size_t record)
     while (n < pairs && in_band(p, record, poles[n]))
         n++;
     free(poles);
-    return 2 * n;
+    return 2 * n + filter_unknowns(p, record);
 }
 
 struct decay {
@@ -125,13 +149,60 @@ static void add_derivatives(const struct run *run, const struct predict_channel 
     }
 }
 
+/* The column of one filter's initial state, and its derivative at the amplitude. */
+static enum bf_status filter_column(const struct run *run, const struct predict_channel *channel, size_t e,
+                                    size_t nuisance, struct bf_error *err)
+{
+    const struct predictor *p = run->p;
+    const struct beam_effect *effect = p->model.effects[e].effect;
+    struct beam_filter_output filter;
+    double parameters[BEAM_EFFECT_PARAMETERS], dt_s = interval_s(run, channel);
+    double *column = p->nuisance + nuisance * p->n_rows + channel->row;
+    memset(&filter, 0, sizeof filter);
+    parameter_map_effect(&p->map, channel->record, e, run->theta, parameters);
+    if (effect->filter(parameters, &filter) != 0)
+        return bf_fail(err, BF_NUMERIC, "effect %s: a parameter is outside its physical range", effect->id);
+    double a1 = filter.value.a1, a0 = filter.value.a0;
+    if (!(a1 < 0.0 || a1 > 0.0))
+        return BF_OK;
+    for (size_t k = 0; k < channel->n; k++)
+        column[k] = exp(-a0 / a1 * (double)k * dt_s);
+    for (size_t j = 0; run->want != NULL && j < p->map.n; j++) {
+        double dp = -a0 / a1 * p->geometry.clock_by[j] / p->geometry.clock; /* d(p t) by the clock */
+        for (int s = 0; s < effect->n_parameters; s++)
+            if (parameter_map_slot(&p->map, channel->record, e, s) == j)
+                dp += (a0 * filter.by_parameter[s].a1 - filter.by_parameter[s].a0 * a1) / (a1 * a1);
+        if (!run_wants(run, j) || !(dp < 0.0 || dp > 0.0))
+            continue;
+        double *row = run_column(run, j, channel);
+        for (size_t k = 0; k < channel->n; k++)
+            row[k] += p->amplitude[nuisance] * dp * (double)k * dt_s * column[k];
+    }
+    return BF_OK;
+}
+
+static enum bf_status filter_columns(const struct run *run, size_t record, size_t first, struct bf_error *err)
+{
+    const struct predictor *p = run->p;
+    const struct record_plan *plan = &p->plans[record];
+    enum bf_status status = BF_OK;
+    for (size_t c = 0; c < plan->n_channels; c++) {
+        const struct predict_channel *channel = &p->channels[plan->first_channel + c];
+        for (size_t e = 0; status == BF_OK && e < p->model.n_effects; e++)
+            if (remembers(p, e, channel->output))
+                status = filter_column(run, channel, e, first++, err);
+    }
+    return status;
+}
+
 enum bf_status predict_decay(const struct run *run, size_t record, struct bf_error *err)
 {
     const struct predictor *p = run->p;
     const struct record_plan *plan = &p->plans[record];
     size_t *poles = bf_alloc(p->system->n_poles, sizeof *poles);
     size_t last = record + 1 < p->n_records ? p->plans[record + 1].first_nuisance : p->n_nuisance;
-    size_t n = lowest_poles(p, (last - plan->first_nuisance) / 2, poles);
+    size_t filters = last - filter_unknowns(p, record); /* the modes come first */
+    size_t n = lowest_poles(p, (filters - plan->first_nuisance) / 2, poles);
     enum bf_status status = BF_OK;
     for (size_t c = 0; c < plan->n_channels; c++) {
         const struct predict_channel *channel = &p->channels[plan->first_channel + c];
@@ -146,5 +217,5 @@ enum bf_status predict_decay(const struct run *run, size_t record, struct bf_err
         }
     }
     free(poles);
-    return status;
+    return status == BF_OK ? filter_columns(run, record, filters, err) : status;
 }

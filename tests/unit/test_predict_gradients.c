@@ -31,7 +31,7 @@ static bool same_sign(const struct predict_case *c, const struct point *at, size
 {
     size_t rows = c->out.n_rows, n = rows / CHANNELS;
     double sum = 0.0;
-    for (size_t k = pair * rows; k < (pair + 2) * rows; k += n)
+    for (size_t k = pair * rows; k < (pair + 2) * rows && k < c->out.n_nuisance * rows; k += n)
         sum += c->out.nuisance[k] * at->column[k];
     return sum >= 0.0;
 }
