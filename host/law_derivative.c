@@ -4,6 +4,7 @@
 
 #include <stdint.h>
 #include <stdlib.h>
+#include <string.h>
 
 static double (*take(double **next, size_t rows))[LANES]
 {
@@ -95,26 +96,36 @@ static void fill_direct(struct lanes *a, size_t lane)
     }
 }
 
-/* δw_lin: the linear response of coordinate c to the inputs, differentiated. */
-static enum bf_status fill_linear(struct lanes *a, size_t lane, size_t c, double complex W[], struct bf_error *err)
+/* Into the lane of coordinate c: the order-th time derivative of the motion with spectrum W (NULL: none) and base tones. */
+static enum bf_status fill_lane(struct lanes *a, size_t lane, size_t c, int order, const double complex W[],
+                                double scratch[], double out[], struct bf_error *err)
 {
     const struct law_run *l = a->l;
-    const struct functional *f = &l->run->p->coordinates[c];
-    size_t j = a->parameter[lane];
-    double *w = a->w_lin + (lane * l->D + c) * l->N, *v = a->v_lin + (lane * l->D + c) * l->N;
     enum bf_status status = BF_OK;
-    if (law_source_derivative(l->run, l->transfers, l->record, c, j, W)) {
-        if (l->has_T_w)
-            status = law_upsample(l, W, w, err);
-        for (size_t k = 0; k < l->grid->m; k++)
-            W[k] *= l->grid->s[k];
-        if (status == BF_OK && l->has_T_v)
-            status = law_upsample(l, W, v, err);
-    }
+    if (W != NULL)
+        status = law_upsample(l, W, scratch, err);
+    else
+        memset(scratch, 0, l->N * sizeof *scratch);
+    (void)base_derivative_add(l->run, l->record, &l->run->p->coordinates[c], order, a->parameter[lane], l->h_s, l->N,
+                              scratch);
+    for (size_t k = 0; k < l->N; k++)
+        out[(k * l->D + c) * LANES + lane] = scratch[k];
+    return status;
+}
+
+/* δw_lin: the linear response of coordinate c to the inputs, differentiated. */
+static enum bf_status fill_linear(struct lanes *a, size_t lane, size_t c, double complex W[], double scratch[],
+                                  struct bf_error *err)
+{
+    const struct law_run *l = a->l;
+    bool any = law_source_derivative(l->run, l->transfers, l->record, c, a->parameter[lane], W);
+    enum bf_status status = BF_OK;
     if (l->has_T_w)
-        (void)base_derivative_add(l->run, l->record, f, 0, j, l->h_s, l->N, w);
-    if (l->has_T_v)
-        (void)base_derivative_add(l->run, l->record, f, 1, j, l->h_s, l->N, v);
+        status = fill_lane(a, lane, c, 0, any ? W : NULL, scratch, a->w_lin, err);
+    for (size_t k = 0; any && k < l->grid->m; k++)
+        W[k] *= l->grid->s[k];
+    if (status == BF_OK && l->has_T_v)
+        status = fill_lane(a, lane, c, 1, any ? W : NULL, scratch, a->v_lin, err);
     return status;
 }
 
@@ -160,22 +171,24 @@ static enum bf_status run_block(struct lanes *a, const struct law_row *R, const 
     size_t m = l->grid->m;
     enum bf_status status = BF_OK;
     double complex *dF = bf_grow(NULL, l->D * m, sizeof *dF);
+    double *scratch = bf_grow(NULL, l->N, sizeof *scratch);
     for (size_t lane = 0; lane < a->count; lane++) {
         fill_structure(a, lane);
         fill_direct(a, lane);
         for (size_t c = 0; status == BF_OK && c < l->D; c++)
-            status = fill_linear(a, lane, c, dF, err);
+            status = fill_linear(a, lane, c, dF, scratch, err);
     }
     if (status == BF_OK)
         law_lanes_march(a, R);
     for (size_t lane = 0; status == BF_OK && lane < a->count; lane++) {
         for (size_t c = 0; status == BF_OK && c < l->D; c++)
-            status = law_transform(l, a->f + (lane * l->D + c) * l->N, 1, dF + c * m, err);
+            status = law_transform(l, a->f + c * LANES + lane, l->D * LANES, dF + c * m, err);
         for (size_t i = 0; status == BF_OK && i < l->plan->n_channels; i++)
             status =
                 add_channel(a, lane, &l->run->p->channels[l->plan->first_channel + i], filters + i * m, F, dF, err);
     }
     free(dF);
+    free(scratch);
     return status;
 }
 

@@ -93,15 +93,16 @@ VECTOR_INLINE void add_product(struct complex_lanes *out, double x_re, double x_
     out->im += x_re * y->im + x_im * y->re;
 }
 
-VECTOR_INLINE void start_motion(struct lanes *a, size_t step, size_t D, const double f[])
+VECTOR_INLINE void start_motion(const struct lanes *a, size_t step, size_t D, const double f[], vector_real w[],
+                                vector_real v[])
 {
-    const struct law_run *l = a->l;
     for (size_t c = 0; c < D; c++) {
-        for (size_t i = 0; i < LANES; i++) {
-            a->w[c][i] = a->w_lin[(i * D + c) * l->N + step];
-            a->v[c][i] = a->v_lin[(i * D + c) * l->N + step];
-            for (size_t b = 0; a->structural && b < D; b++)
-                a->w[c][i] += a->far[(c * D + b) * LANES + i] * f[b];
+        vector_real far;
+        vector_load(&w[c], a->w_lin + (step * D + c) * LANES);
+        vector_load(&v[c], a->v_lin + (step * D + c) * LANES);
+        for (size_t b = 0; a->structural && b < D; b++) {
+            vector_load(&far, a->far + (c * D + b) * LANES);
+            w[c] += f[b] * far;
         }
     }
 }
@@ -210,8 +211,7 @@ VECTOR_INLINE void finish_step(struct lanes *a, size_t step, size_t D, double b[
             df[r] += inverse[r * D + c] * x;
         }
         vector_store(a->df[r], &df[r]);
-        for (size_t i = 0; i < LANES; i++)
-            a->f[(i * D + r) * l->N + step] = a->df[r][i];
+        vector_store(a->f + (step * D + r) * LANES, &df[r]);
     }
     for (size_t k = 0; k < l->n_dynamic; k++) {
         struct complex_lanes force = {{0.0}, {0.0}}, q;
@@ -284,11 +284,7 @@ VECTOR_INLINE void march(struct lanes *a, const struct law_row *R, size_t held, 
     for (size_t step = 0; step < l->N; step++) {
         const double *f = l->f + step * D;
         vector_real w[MOST_COORDINATES], v[MOST_COORDINATES];
-        start_motion(a, step, D, f);
-        for (size_t c = 0; c < D; c++) {
-            vector_load(&w[c], a->w[c]);
-            vector_load(&v[c], a->v[c]);
-        }
+        start_motion(a, step, D, f, w, v);
         for (size_t k = 0; k < l->n_dynamic; k++) {
             size_t i = step * P + k;
             struct complex_lanes dq;

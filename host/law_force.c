@@ -143,7 +143,7 @@ VECTOR_INLINE int block_law(const struct law_prepared *prepared, size_t width, s
     const struct law *law = prepared->law;
     int n_states = law->effect->n_law_states;
     for (size_t i = 0; i < b->count && b->first + i < law->n_points; i++) {
-        union answer answer;
+        _Alignas(64) union answer answer;
         const struct beam_law_output *o = &answer.o;
         clear_answer(prepared, &answer);
         for (size_t a = 0; a < width; a++) {
@@ -246,7 +246,7 @@ static int point_force(const struct law_prepared *prepared, const struct law_mot
                                 .w_old = {motion->w_old[0]},
                                 .t_s = motion->t_s,
                                 .dt_s = motion->dt_s};
-    union answer answer;
+    _Alignas(64) union answer answer;
     const struct beam_law_output *o = &answer.o;
     int n_states = prepared->law->effect->n_law_states;
     clear_answer(prepared, &answer);
@@ -276,7 +276,7 @@ VECTOR_CLONES static int span_force(const struct law_prepared *prepared, const s
     const struct law *law = prepared->law;
     size_t width = law->width;
     struct beam_law_input in = {.t_s = motion->t_s, .dt_s = motion->dt_s};
-    struct span_block b;
+    _Alignas(64) struct span_block b;
     clear_force(law, tangents, derivatives, out);
     for (int k = 0; k < law->effect->n_law_states; k++)
         in.z[k] = motion->z[k];
