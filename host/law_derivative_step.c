@@ -249,7 +249,7 @@ static void step_states(struct lanes *a, size_t step)
         int n = law->effect->n_law_states;
         if (law->d == 0 || n == 0)
             continue;
-        const struct law_force *s = &l->state[step * p->model.n_effects + e];
+        const struct law_memory *s = &l->state[step * p->model.n_effects + e];
         double next[BEAM_LAW_STATES][LANES] = {{0}};
         for (int k = 0; k < n; k++) {
             for (size_t i = 0; i < LANES; i++) {

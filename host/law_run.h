@@ -25,6 +25,13 @@ struct law_row {
     double *re, *im;
 };
 
+/* What one step does to the internal states of a law; see struct law_force. */
+struct law_memory {
+    double by_z[BEAM_LAW_STATES];
+    double z_by_w[BEAM_LAW_STATES], z_by_v[BEAM_LAW_STATES], z_by_w_old[BEAM_LAW_STATES];
+    double z_by_z[BEAM_LAW_STATES][BEAM_LAW_STATES], z_by_parameter[BEAM_LAW_STATES][LAW_DEPENDENCIES];
+};
+
 struct law_run {
     const struct run *run;
     size_t record;
@@ -58,7 +65,7 @@ struct law_run {
     double *T_w, *T_v, *T_old, *inverse; /* [N][D × D] */
     bool has_T_w, has_T_v;               /* forces depend on w, now or a step ago; on v */
     double *f_p;                         /* [N][dependencies of all laws][LAW_COORDINATES] */
-    struct law_force *state;             /* [N] of the law with internal states, else NULL */
+    struct law_memory *state;            /* [N][n_effects] when a law has internal states, else NULL */
     size_t n_dependencies;
 };
 

@@ -33,6 +33,16 @@ static void move(const struct law_run *l, struct stepper *s)
     }
 }
 
+static void keep_memory(struct law_memory *out, const struct law_force *force)
+{
+    memcpy(out->by_z, force->by_z, sizeof out->by_z);
+    memcpy(out->z_by_w, force->z_by_w, sizeof out->z_by_w);
+    memcpy(out->z_by_v, force->z_by_v, sizeof out->z_by_v);
+    memcpy(out->z_by_w_old, force->z_by_w_old, sizeof out->z_by_w_old);
+    memcpy(out->z_by_z, force->z_by_z, sizeof out->z_by_z);
+    memcpy(out->z_by_parameter, force->z_by_parameter, sizeof out->z_by_parameter);
+}
+
 /* Into the big arrays of one step: tangents (block diagonal in the effects), derivatives, state. */
 static void keep(struct law_run *l, size_t step, const struct law *law, size_t first, size_t dependency,
                  const struct law_force *force)
@@ -42,8 +52,8 @@ static void keep(struct law_run *l, size_t step, const struct law *law, size_t f
         memcpy(l->T_old + (step * D + first + i) * D + first, force->by_w_old + i * d, d * sizeof(double));
     memcpy(l->f_p + (step * l->n_dependencies + dependency) * LAW_COORDINATES, force->by_parameter,
            law->n_dependencies * sizeof force->by_parameter[0]);
-    if (l->state != NULL)
-        l->state[step * l->run->p->model.n_effects + law->effect_index] = *force;
+    if (law->effect->n_law_states > 0)
+        keep_memory(&l->state[step * l->run->p->model.n_effects + law->effect_index], force);
 }
 
 int step_evaluate(struct law_run *l, struct stepper *s, size_t step, bool tangents, bool store)
