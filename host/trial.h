@@ -16,7 +16,7 @@
 #include "motion.h"
 
 struct trial_options {
-    int rounds;          /* renewals of θ and the motion after the scan; 0: none (the score only), 2: start values */
+    int rounds;          /* renewals of θ and the motion after the scan, at most; 0: none (a score), 3: start values */
     bool keep_positions; /* positions stay at the catalogue's start */
 };
 
