@@ -1,0 +1,188 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "diagnose_work.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "modes.h"
+#include "progress.h"
+
+/* Refits per stage, at most. */
+enum { MOST_LINEAR = 6, MOST_LAWS = 4, PAIR_LINEAR = 4, PAIR_LAWS = 3, PAIR_ROOTS = 2 };
+/* Bands of the misfit: one a mode. */
+enum { MOST_MODES = 16, SPLINES = 100 };
+/* Parts of the progress bar. */
+static const double part_baseline = 0.15, part_singles = 0.45, part_pairs = 0.2;
+
+static void tell(struct diagnose_work *w, double done, const char *note)
+{
+    w->done = done;
+    if (w->bar)
+        progress_update(w->bar, done, note);
+}
+
+static enum bf_status look(struct diagnose_work *w, struct bf_error *err)
+{
+    struct diagnosis *d = w->d;
+    tell(w, part_baseline, "linearity");
+    return linearity_test(d->model, d->records, d->n_records, NULL, &d->linearity, err);
+}
+
+/* A hypothesis to build upon: a copy of what is needed, because the list grows. */
+static enum bf_status copy_root(const struct hypothesis *h, struct hypothesis *root, struct bf_error *err)
+{
+    *root = *h;
+    root->fit.value = bf_alloc(h->fit.n_parameters, sizeof(double));
+    memcpy(root->fit.value, h->fit.value, h->fit.n_parameters * sizeof(double));
+    return model_copy(&h->model, &root->model, err);
+}
+
+static void free_root(struct hypothesis *root)
+{
+    free(root->fit.value);
+    model_free(&root->model);
+}
+
+/* One more effect on the best hypotheses with n_effects of them. */
+static enum bf_status one_more(struct diagnose_work *w, size_t n_effects, struct bf_error *err)
+{
+    struct diagnosis *d = w->d;
+    struct hypothesis roots[PAIR_ROOTS];
+    size_t n = 0;
+    enum bf_status status = BF_OK;
+    for (size_t i = 0; i < d->n_hypotheses && n < PAIR_ROOTS && !status; i++)
+        if (d->hypotheses[i].n_effects == n_effects)
+            status = copy_root(&d->hypotheses[i], &roots[n++], err);
+    for (size_t i = 0; i < n; i++) {
+        if (!status && !progress_interrupted())
+            status = diagnose_extend(w, &roots[i], PAIR_LINEAR, PAIR_LAWS, part_pairs / (double)n, err);
+        free_root(&roots[i]);
+    }
+    return status;
+}
+
+static enum bf_status search(struct diagnose_work *w, struct bf_error *err)
+{
+    const size_t most = w->options->most_effects > 0 ? w->options->most_effects : DIAGNOSE_EFFECTS;
+    tell(w, part_baseline, "short list");
+    enum bf_status status = diagnose_extend(w, &w->d->baseline, MOST_LINEAR, MOST_LAWS, part_singles, err);
+    for (size_t n = 1; n < most && !status && !progress_interrupted(); n++) {
+        if (w->d->n_hypotheses == 0 || !diagnose_more_wanted(w->d))
+            break;
+        status = one_more(w, n, err);
+    }
+    return status;
+}
+
+static enum bf_status localise(struct diagnose_work *w, struct bf_error *err)
+{
+    struct diagnosis *d = w->d;
+    struct misfit_channel *channels = hypothesis_channels(d, &d->baseline);
+    double nyquist_Hz = 0.0, frequency_Hz[MOST_MODES];
+    size_t n_modes = 0;
+    for (size_t c = 0; c < d->n_channels; c++)
+        nyquist_Hz = fmax(nyquist_Hz, 0.5 / channels[c].dt_s);
+    enum bf_status status = modes_frequencies(&d->baseline.model, SPLINES, false, MOST_MODES, frequency_Hz, err);
+    while (n_modes < MOST_MODES && frequency_Hz[n_modes] < nyquist_Hz)
+        n_modes++;
+    if (!status)
+        status = localise_misfit(channels, d->n_channels, frequency_Hz, n_modes, &d->where, err);
+    free(channels);
+    return status;
+}
+
+/* The force that the baseline lacks, for a verdict `unknown`. */
+static enum bf_status reconstruct(struct diagnose_work *w, struct bf_error *err)
+{
+    struct diagnosis *d = w->d;
+    struct predictor *predictor;
+    struct motion motion;
+    enum bf_status status =
+        predictor_new(&d->baseline.model, d->records, d->n_records, &w->options->predict, &predictor, err);
+    if (status)
+        return status;
+    status = motion_new(predictor, d->baseline.fit.value, w->sigma, 0.0, &motion, err);
+    if (!status) {
+        status = reconstruct_run(&motion, &d->reconstruction, err);
+        d->reconstructed = !status;
+        motion_free(&motion);
+    }
+    predictor_free(predictor);
+    return status == BF_USAGE ? BF_OK : status;
+}
+
+static void work_free(struct diagnose_work *w)
+{
+    for (size_t c = 0; w->check_noise && c < w->n_check_channels; c++)
+        noise_free(&w->check_noise[c]);
+    free(w->check_noise), free(w->whiteners), free(w->sigma), free(w->check_sigma);
+}
+
+static int processors(void)
+{
+    const long n = sysconf(_SC_NPROCESSORS_ONLN);
+    return n > 0 ? (int)n : 1;
+}
+
+static enum bf_status stages(struct diagnose_work *w, struct bf_error *err)
+{
+    struct diagnosis *d = w->d;
+    tell(w, 0.0, "baseline");
+    enum bf_status status = diagnose_noise(w, err);
+    if (!status)
+        status = diagnose_baseline(w, err);
+    if (!status)
+        status = look(w, err);
+    if (!status)
+        status = localise(w, err);
+    if (!status)
+        status = search(w, err);
+    d->interrupted = d->interrupted || progress_interrupted();
+    if (status)
+        return status;
+    diagnose_decide(d);
+    if (d->verdict == VERDICT_UNKNOWN && !d->interrupted)
+        status = reconstruct(w, err);
+    if (!status)
+        d->text = diagnose_words(d);
+    return status;
+}
+
+enum bf_status diagnose_run(const struct model *model, const struct record records[], size_t n_records,
+                            const struct record checks[], size_t n_checks, const struct diagnose_options *options,
+                            struct diagnosis *out, struct bf_error *err)
+{
+    static const struct diagnose_options defaults;
+    struct timespec begin, end;
+    *out = (struct diagnosis){
+        .model = model, .records = records, .n_records = n_records, .checks = checks, .n_checks = n_checks};
+    clock_gettime(CLOCK_MONOTONIC, &begin);
+    struct diagnose_work w = {.d = out, .options = options ? options : &defaults};
+    w.threads = w.options->threads > 0 ? w.options->threads : processors();
+    w.bar = w.options->quiet ? NULL : progress_begin("diagnose");
+    const enum bf_status status = stages(&w, err);
+    if (w.bar)
+        progress_end(w.bar);
+    work_free(&w);
+    clock_gettime(CLOCK_MONOTONIC, &end);
+    out->seconds = (double)(end.tv_sec - begin.tv_sec) + 1e-9 * (double)(end.tv_nsec - begin.tv_nsec);
+    return status;
+}
+
+void diagnose_free(struct diagnosis *d)
+{
+    for (size_t i = 0; i < d->n_hypotheses; i++)
+        hypothesis_free(&d->hypotheses[i]);
+    hypothesis_free(&d->baseline);
+    for (size_t c = 0; d->noise && c < d->n_channels; c++)
+        noise_free(&d->noise[c]);
+    linearity_free(&d->linearity);
+    localise_free(&d->where);
+    if (d->reconstructed)
+        reconstruct_free(&d->reconstruction);
+    free(d->hypotheses), free(d->noise), free(d->text);
+    *d = (struct diagnosis){0};
+}

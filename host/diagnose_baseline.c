@@ -1,0 +1,84 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* The model as given, fitted: what every hypothesis is measured against. */
+#include "diagnose_work.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "fit.h"
+#include "residual.h"
+
+static const double guess = 1e-3; /* of the signal: stands for a noise that cannot be seen, as in a fit */
+
+static enum bf_status noise_of(const struct model *model, const struct record records[], size_t n_records,
+                               const struct predict_options *predict, struct noise_estimate **noise, double **sigma,
+                               size_t *n_channels, struct bf_error *err)
+{
+    struct predictor *predictor;
+    const struct predict_channel *channels;
+    enum bf_status status = predictor_new(model, records, n_records, predict, &predictor, err);
+    if (status)
+        return status;
+    *n_channels = predictor_channels(predictor, &channels);
+    *noise = bf_alloc(*n_channels, sizeof **noise);
+    *sigma = bf_alloc(*n_channels, sizeof **sigma);
+    for (size_t c = 0; c < *n_channels && !status; c++) {
+        const struct predict_channel *channel = &channels[c];
+        status =
+            noise_of_channel(model, &records[channel->record], model->outputs[channel->output].name, &(*noise)[c], err);
+        (*sigma)[c] = (*noise)[c].rms > 0.0 ? (*noise)[c].rms
+                                            : fmax(guess * root_mean_square(channel->measured, channel->n), 1e-300);
+    }
+    predictor_free(predictor);
+    return status;
+}
+
+enum bf_status diagnose_noise(struct diagnose_work *w, struct bf_error *err)
+{
+    struct diagnosis *d = w->d;
+    enum bf_status status =
+        noise_of(d->model, d->records, d->n_records, &w->options->predict, &d->noise, &w->sigma, &d->n_channels, err);
+    if (!status && d->n_checks > 0)
+        status = noise_of(d->model, d->checks, d->n_checks, &w->options->predict, &w->check_noise, &w->check_sigma,
+                          &w->n_check_channels, err);
+    w->whiteners = bf_alloc(d->n_channels, sizeof *w->whiteners);
+    for (size_t c = 0; c < d->n_channels && !status; c++) {
+        w->whiteners[c] = (struct whitener){.ar.sigma = w->sigma[c], .n_eff_share = 1.0};
+        if (d->noise[c].rms > 0.0)
+            status = whitener_from_noise(&d->noise[c], &w->whiteners[c], err);
+    }
+    return status;
+}
+
+/* fit_run() knows how to begin far off; refit_run() then gives residual and errors in the form of every hypothesis. */
+enum bf_status diagnose_baseline(struct diagnose_work *w, struct bf_error *err)
+{
+    struct diagnosis *d = w->d;
+    struct hypothesis *h = &d->baseline;
+    const struct fit_options options = {
+        .quiet = true, .never_search = true, .sigma = w->sigma, .predict = w->options->predict};
+    static const struct fit_check nothing_held_out;
+    struct fit_result fit;
+    enum bf_status status = fit_run(d->model, d->records, d->n_records, &options, &fit, err);
+    if (status)
+        return status;
+    status = model_copy(d->model, &h->model, err);
+    if (!status)
+        fit_into_model(&fit, d->records, &nothing_held_out, &h->model);
+    d->evaluations += fit.evaluations;
+    d->converged = fit.converged;
+    d->interrupted = fit.interrupted;
+    fit_free(&fit);
+    if (status)
+        return status;
+    h->n_base = h->model.n_effects;
+    const struct refit_options again = {
+        .sigma = w->sigma, .threads = w->threads, .first_new = h->model.n_effects, .predict = w->options->predict};
+    status = refit_run(&h->model, d->records, d->n_records, &again, &h->fit, err);
+    if (status)
+        return status;
+    h->refitted = true;
+    d->evaluations += h->fit.evaluations;
+    return hypothesis_measure(w, h, err);
+}

@@ -1,0 +1,243 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/*
+ * From fitted hypotheses to a verdict. Every threshold is a named constant with its reason; docs/diagnose.md, 'Decision',
+ * says by which simulation each was set.
+ */
+#include "diagnose_work.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Family-wise error of naming an effect when nothing is missing. */
+static const double alpha = 0.01;
+/* Noise ratios up to which nothing is left that matters: the floor itself is known to about 1.2 % a channel, held-out
+ * records may be cut while the drive still runs. */
+static const double near_fitted = 1.10, near_check = 1.15, near_one_channel = 1.35;
+/* … or the excess over the noise (in power) that may remain of a misfit many times the noise: a tenth of its rms. */
+static const double left_share = 0.01;
+/* One more effect must lower the fitted rms by this much, or nobody would see the difference. */
+static const double least_gain = 0.02;
+/*
+ * An explanation within this fall of the whitened misfit of the best is a rival: 20 for the search, and this share of the rows for
+ * what the models themselves may be wrong by (0.1 % of the noise's rms).
+ */
+static const double rival_fall = 20.0, rival_share = 0.002;
+/* Below this ratio a baseline that no effect improves is complete. */
+static const double complete_ratio = 1.05;
+
+const char *verdict_name(enum verdict verdict)
+{
+    static const char *const names[] = {"complete", "missing", "ambiguous", "unknown"};
+    return names[verdict];
+}
+
+/* ---- Evidence ---- */
+
+static double excess(double ratio)
+{
+    return fmax(ratio * ratio - 1.0, 0.0);
+}
+
+static bool near(const struct hypothesis_errors *e, const struct hypothesis_errors *before, double limit)
+{
+    if (e->n_channels == 0)
+        return true;
+    if (e->noise_ratio <= limit && e->worst_ratio <= near_one_channel)
+        return true;
+    return excess(e->noise_ratio) <= left_share * excess(before->noise_ratio);
+}
+
+/* Whitened misfit with a price for parameters; comparable between hypotheses. */
+static double criterion(const struct hypothesis *h, double scale)
+{
+    return h->fitted.misfit.chi_square / scale + (double)h->n_added * log(h->fitted.misfit.n_eff);
+}
+
+static double misfit_scale(const struct diagnosis *d)
+{
+    double scale = d->baseline.fitted.misfit.chi_square / (double)d->baseline.fitted.misfit.n;
+    for (size_t i = 0; i < d->n_hypotheses; i++)
+        scale = fmin(scale, d->hypotheses[i].fitted.misfit.chi_square / (double)d->hypotheses[i].fitted.misfit.n);
+    return fmax(scale, 1.0);
+}
+
+static int by_criterion(const void *a, const void *b, void *scale)
+{
+    const double x = criterion(a, *(double *)scale), y = criterion(b, *(double *)scale);
+    return (x > y) - (x < y);
+}
+
+void diagnose_rank(struct diagnosis *d, size_t n_tried)
+{
+    double scale = misfit_scale(d);
+    double *p = bf_alloc(d->n_hypotheses + 1, sizeof *p);
+    qsort_r(d->hypotheses, d->n_hypotheses, sizeof *d->hypotheses, by_criterion, &scale);
+    for (size_t i = 0; i < d->n_hypotheses; i++) {
+        struct hypothesis *h = &d->hypotheses[i];
+        evidence_compare(&d->baseline.fitted.misfit, &h->fitted.misfit, h->n_added, 0, n_tried, &h->evidence);
+        h->explains =
+            near(&h->fitted, &d->baseline.fitted, near_fitted) && near(&h->check, &d->baseline.check, near_check);
+        p[i] = fmin(h->evidence.p_value * (double)n_tried / (double)d->n_hypotheses, 1.0);
+    }
+    holm_adjust(p, d->n_hypotheses, p);
+    for (size_t i = 0; i < d->n_hypotheses; i++)
+        d->hypotheses[i].p_value = p[i];
+    free(p);
+}
+
+static bool significant(const struct diagnosis *d, const struct hypothesis *h)
+{
+    return h->p_value < alpha && h->evidence.bic_gain > 0.0 && h->evidence.fall_share >= evidence_least_fall &&
+           !(h->check.noise_ratio > d->baseline.check.noise_ratio);
+}
+
+/* ---- Which of the hypotheses ---- */
+
+static bool has_effect(const struct hypothesis *h, const struct beam_effect *effect)
+{
+    for (size_t i = 0; i < h->n_effects; i++)
+        if (h->effects[i] == effect)
+            return true;
+    return false;
+}
+
+static bool contains(const struct hypothesis *large, const struct hypothesis *small)
+{
+    for (size_t i = 0; i < small->n_effects; i++)
+        if (!has_effect(large, small->effects[i]))
+            return false;
+    return true;
+}
+
+/* More effects than the simpler one, and not worth them. */
+static bool not_worth(const struct hypothesis *large, const struct hypothesis *small)
+{
+    return large->n_effects > small->n_effects && small->explains &&
+           large->fitted.noise_ratio > (1.0 - least_gain) * small->fitted.noise_ratio;
+}
+
+/* The terms of `small` are those of `large` with some parameters neutral or a place at the free end. */
+static bool special_case(const struct beam_effect *small, const struct beam_effect *large, const struct model *model)
+{
+    double ps[BEAM_EFFECT_PARAMETERS], pl[BEAM_EFFECT_PARAMETERS];
+    struct beam_term ts[BEAM_EFFECT_TERMS] = {0}, tl[BEAM_EFFECT_TERMS] = {0};
+    const struct beam_place place = model_place(model);
+    if (small == large || small->terms == NULL || large->terms == NULL || small->n_terms != large->n_terms ||
+        small->n_parameters >= large->n_parameters)
+        return false;
+    for (int j = 0; j < small->n_parameters; j++)
+        ps[j] = small->parameters[j].flags & BEAM_PARAMETER_POSITION ? model->length_m : small->parameters[j].start;
+    for (int i = 0; i < large->n_parameters; i++) {
+        const struct beam_parameter_info *info = &large->parameters[i];
+        pl[i] = info->flags & BEAM_PARAMETER_POSITION ? model->length_m : info->neutral;
+        for (int j = 0; j < small->n_parameters; j++)
+            if (strcmp(info->name, small->parameters[j].name) == 0)
+                pl[i] = ps[j];
+    }
+    if (small->terms(ps, &place, ts) != 0 || large->terms(pl, &place, tl) != 0)
+        return false;
+    for (int t = 0; t < small->n_terms; t++) {
+        const struct beam_coefficients *a = &ts[t].value, *b = &tl[t].value;
+        if (ts[t].place.kind != tl[t].place.kind || ts[t].place.at_m != tl[t].place.at_m || a->mass != b->mass ||
+            a->damping != b->damping || a->stiffness != b->stiffness || a->memory != b->memory)
+            return false;
+    }
+    return true;
+}
+
+/* Both hypotheses are the same but for effects of which one is a special case of the other. */
+static bool same_family(const struct diagnosis *d, const struct hypothesis *a, const struct hypothesis *b)
+{
+    if (a->n_effects != b->n_effects)
+        return false;
+    for (size_t i = 0; i < a->n_effects; i++) {
+        bool found = false;
+        for (size_t j = 0; j < b->n_effects; j++)
+            found = found || a->effects[i] == b->effects[j] || special_case(a->effects[i], b->effects[j], d->model) ||
+                    special_case(b->effects[j], a->effects[i], d->model);
+        if (!found)
+            return false;
+    }
+    return true;
+}
+
+static void swap(struct diagnosis *d, size_t i)
+{
+    const struct hypothesis chosen = d->hypotheses[i];
+    memmove(&d->hypotheses[1], &d->hypotheses[0], i * sizeof chosen);
+    d->hypotheses[0] = chosen;
+}
+
+/* The lowest criterion, unless a simpler one explains as much. */
+static void choose_best(struct diagnosis *d)
+{
+    for (size_t i = 1; i < d->n_hypotheses; i++)
+        if (not_worth(&d->hypotheses[0], &d->hypotheses[i])) {
+            swap(d, i);
+            i = 0;
+        }
+}
+
+static void find_rivals(struct diagnosis *d)
+{
+    const struct hypothesis *best = &d->hypotheses[0];
+    const double scale = misfit_scale(d), margin = rival_fall + rival_share * (double)best->fitted.misfit.n;
+    const double limit = criterion(best, scale) + margin;
+    for (size_t i = 1; i < d->n_hypotheses; i++) {
+        struct hypothesis *h = &d->hypotheses[i];
+        if (h->n_effects > best->n_effects || contains(h, best) || !significant(d, h) || same_family(d, h, best))
+            continue;
+        /* the held-out records may separate what the fitted ones do not */
+        const bool refuted = h->check.noise_ratio > 1.05 * best->check.noise_ratio;
+        h->rival = criterion(h, scale) <= limit && !refuted;
+    }
+}
+
+static void name(struct diagnosis *d, const struct hypothesis *h)
+{
+    enum { ROOM = sizeof d->named / sizeof *d->named };
+    for (size_t i = 0; i < h->n_effects && d->n_named < ROOM; i++) {
+        bool known = false;
+        for (size_t j = 0; j < d->n_named; j++)
+            known = known || strcmp(d->named[j], h->effects[i]->id) == 0;
+        if (!known)
+            d->named[d->n_named++] = h->effects[i]->id;
+    }
+}
+
+bool diagnose_more_wanted(const struct diagnosis *d)
+{
+    static const double wanted_fitted = 1.03, wanted_check = 1.08;
+    const struct hypothesis *best = d->n_hypotheses > 0 ? &d->hypotheses[0] : &d->baseline;
+    return best->fitted.noise_ratio > wanted_fitted || best->check.noise_ratio > wanted_check;
+}
+
+void diagnose_decide(struct diagnosis *d)
+{
+    d->n_named = 0;
+    for (size_t i = 0; i < d->n_hypotheses; i++)
+        d->hypotheses[i].rival = false;
+    choose_best(d);
+    const struct hypothesis *best = d->n_hypotheses > 0 ? &d->hypotheses[0] : NULL;
+    if (best == NULL || !significant(d, best)) {
+        const bool fine =
+            d->baseline.fitted.noise_ratio <= complete_ratio ||
+            (d->baseline.fitted.noise_ratio <= near_fitted && d->baseline.check.noise_ratio <= near_check);
+        d->verdict = fine ? VERDICT_COMPLETE : VERDICT_UNKNOWN;
+        return;
+    }
+    if (!best->explains) {
+        d->verdict = VERDICT_UNKNOWN;
+        return;
+    }
+    find_rivals(d);
+    d->verdict = VERDICT_MISSING;
+    name(d, best);
+    for (size_t i = 1; i < d->n_hypotheses; i++) {
+        if (!d->hypotheses[i].rival)
+            continue;
+        d->verdict = VERDICT_AMBIGUOUS;
+        name(d, &d->hypotheses[i]);
+    }
+}

@@ -1,0 +1,91 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* How far a hypothesis is from the records, fitted and held out, measured by their noise. */
+#include "diagnose_work.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "fit.h"
+#include "fit_own.h"
+#include "residual.h"
+
+/* The fitted channels and what the hypothesis leaves of them; free() the array. */
+struct misfit_channel *hypothesis_channels(const struct diagnosis *d, const struct hypothesis *h)
+{
+    struct misfit_channel *channels = bf_alloc(h->fit.n_channels, sizeof *channels);
+    for (size_t c = 0; c < h->fit.n_channels; c++) {
+        const struct predict_channel *channel = &h->fit.channels[c];
+        channels[c] = (struct misfit_channel){.file = d->records[channel->record].path,
+                                              .channel = d->model->outputs[channel->output].name,
+                                              .record = channel->record,
+                                              .n = channel->n,
+                                              .dt_s = channel->dt_s,
+                                              .measured = channel->measured,
+                                              .residual = h->fit.residual + channel->row,
+                                              .noise = &d->noise[c]};
+    }
+    return channels;
+}
+
+static void measure_fitted(const struct diagnose_work *w, struct hypothesis *h)
+{
+    const struct refit_result *fit = &h->fit;
+    struct hypothesis_errors *e = &h->fitted;
+    *e = (struct hypothesis_errors){.n_channels = fit->n_channels, .ratio = bf_alloc(fit->n_channels, sizeof(double))};
+    double nrmse = 0.0, ratio = 0.0;
+    for (size_t c = 0; c < fit->n_channels; c++) {
+        const struct predict_channel *channel = &fit->channels[c];
+        const double *r = fit->residual + channel->row;
+        const double rms = root_mean_square(r, channel->n), size = root_mean_square(channel->measured, channel->n);
+        e->ratio[c] = rms / w->sigma[c];
+        e->worst_ratio = fmax(e->worst_ratio, e->ratio[c]);
+        ratio += e->ratio[c] * e->ratio[c];
+        nrmse += size > 0.0 ? rms * rms / (size * size) : 0.0;
+    }
+    e->nrmse = sqrt(nrmse / (double)fit->n_channels);
+    e->noise_ratio = sqrt(ratio / (double)fit->n_channels);
+    struct misfit_channel *channels = hypothesis_channels(w->d, h);
+    misfit_measure(channels, w->whiteners, fit->n_channels, &e->misfit);
+    free(channels);
+}
+
+static enum bf_status measure_check(const struct diagnose_work *w, struct hypothesis *h, struct bf_error *err)
+{
+    const struct diagnosis *d = w->d;
+    struct hypothesis_errors *e = &h->check;
+    *e = (struct hypothesis_errors){.nrmse = NAN, .noise_ratio = NAN, .worst_ratio = NAN};
+    if (d->n_checks == 0)
+        return BF_OK;
+    const struct fit_options options = {.quiet = true, .sigma = w->check_sigma, .predict = w->options->predict};
+    struct own_values own;
+    struct fit_channel_error *channels = NULL;
+    enum bf_status status = own_values_find(&h->model, d->checks, d->n_checks, &options, &own, err);
+    if (!status)
+        status = fit_errors(own.model, d->checks, d->n_checks, &options, &channels, &e->n_channels, err);
+    own_values_free(&own);
+    if (status)
+        return status;
+    fit_totals(channels, e->n_channels, &e->nrmse, &e->noise_ratio);
+    e->ratio = bf_alloc(e->n_channels, sizeof(double));
+    e->worst_ratio = 0.0;
+    for (size_t c = 0; c < e->n_channels; c++) {
+        e->ratio[c] = channels[c].noise_ratio;
+        e->worst_ratio = fmax(e->worst_ratio, e->ratio[c]);
+    }
+    free(channels);
+    return BF_OK;
+}
+
+enum bf_status hypothesis_measure(const struct diagnose_work *w, struct hypothesis *h, struct bf_error *err)
+{
+    measure_fitted(w, h);
+    return measure_check(w, h, err);
+}
+
+void hypothesis_free(struct hypothesis *h)
+{
+    model_free(&h->model);
+    refit_free(&h->fit);
+    free(h->fitted.ratio), free(h->check.ratio);
+    *h = (struct hypothesis){0};
+}

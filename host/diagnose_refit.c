@@ -1,0 +1,103 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* Refits on all threads: each worker takes the next job; answers are appended to the diagnosis under a lock. */
+#include "diagnose_work.h"
+
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "progress.h"
+
+enum { MOST_WORKERS = 16 };
+
+struct refit_queue {
+    struct diagnose_work *w;
+    struct refit_job *jobs;
+    size_t n, next, done;
+    double begin, span; /* of the progress bar */
+    pthread_mutex_t lock;
+};
+
+/* A hypothesis whose fit has no value is dropped: the others decide, and the diagnosis is no longer sure. */
+static bool run_job(const struct diagnose_work *w, struct refit_job *job, int threads, struct hypothesis *h)
+{
+    const struct diagnosis *d = w->d;
+    struct bf_error err;
+    const struct refit_options options = {.sigma = w->sigma,
+                                          .threads = threads,
+                                          .abandon_above = job->abandon_above,
+                                          .quick = job->quick,
+                                          .first_new = job->first_new,
+                                          .predict = w->options->predict};
+    *h = (struct hypothesis){.n_base = d->baseline.n_base, .n_effects = job->n_effects, .n_tried = job->n_tried};
+    h->model = job->model;
+    job->model = (struct model){0};
+    for (size_t i = 0; i < h->n_effects; i++)
+        h->effects[i] = h->model.effects[h->n_base + i].effect;
+    if (refit_run(&h->model, d->records, d->n_records, &options, &h->fit, &err) != BF_OK)
+        return false;
+    const char **names = bf_alloc(d->n_records, sizeof *names);
+    for (size_t r = 0; r < d->n_records; r++)
+        names[r] = record_base_name(&d->records[r]);
+    struct parameter_ref *refs;
+    const size_t n = model_parameters(&h->model, names, d->n_records, &refs);
+    model_set_parameters(&h->model, refs, n, h->fit.value, h->fit.sd, names);
+    free(refs), free(names);
+    h->n_added = h->fit.n_unknowns > d->baseline.fit.n_unknowns ? h->fit.n_unknowns - d->baseline.fit.n_unknowns : 1;
+    h->refitted = true;
+    return hypothesis_measure(w, h, &err) == BF_OK;
+}
+
+static void *work(void *argument)
+{
+    struct refit_queue *queue = argument;
+    struct diagnose_work *w = queue->w;
+    (void)pthread_mutex_lock(&queue->lock);
+    while (queue->next < queue->n && !progress_interrupted()) {
+        struct refit_job *job = &queue->jobs[queue->next++];
+        const size_t left = queue->n - queue->next + 1;
+        const int threads = left >= (size_t)w->threads ? 1 : w->threads / (int)left;
+        (void)pthread_mutex_unlock(&queue->lock);
+        struct hypothesis h;
+        const bool usable = run_job(w, job, threads, &h);
+        (void)pthread_mutex_lock(&queue->lock);
+        struct diagnosis *d = w->d;
+        d->evaluations += h.fit.evaluations;
+        if (getenv("BF_DEBUG") && h.fit.n_channels)
+            fprintf(stderr, "refit %-20s %7.3f check %7.3f conv %d aband %d starts %zu evals %zu %.2f s\n",
+                    h.effects[h.n_effects - 1]->id, h.fitted.noise_ratio, h.check.noise_ratio, h.fit.converged,
+                    h.fit.abandoned, h.fit.n_starts, h.fit.evaluations, h.fit.seconds);
+        if (usable) {
+            d->hypotheses = bf_grow(d->hypotheses, d->n_hypotheses + 1, sizeof *d->hypotheses);
+            d->hypotheses[d->n_hypotheses++] = h;
+        } else {
+            d->n_failed++;
+            hypothesis_free(&h);
+        }
+        queue->done++;
+        if (w->bar)
+            progress_update(w->bar, queue->begin + queue->span * (double)queue->done / (double)queue->n,
+                            usable ? d->hypotheses[d->n_hypotheses - 1].effects[h.n_effects - 1]->id : NULL);
+    }
+    (void)pthread_mutex_unlock(&queue->lock);
+    return NULL;
+}
+
+void diagnose_refits(struct diagnose_work *w, struct refit_job jobs[], size_t n, double span)
+{
+    struct refit_queue queue = {.w = w, .jobs = jobs, .n = n, .begin = w->done, .span = span};
+    pthread_t threads[MOST_WORKERS];
+    size_t wanted = (size_t)w->threads, started = 0;
+    wanted = wanted < n ? wanted : n;
+    wanted = wanted < MOST_WORKERS ? wanted : MOST_WORKERS;
+    (void)pthread_mutex_init(&queue.lock, NULL);
+    while (started + 1 < wanted && pthread_create(&threads[started], NULL, work, &queue) == 0)
+        started++;
+    (void)work(&queue);
+    for (size_t i = 0; i < started; i++)
+        (void)pthread_join(threads[i], NULL);
+    (void)pthread_mutex_destroy(&queue.lock);
+    for (size_t i = 0; i < n; i++)
+        model_free(&jobs[i].model);
+    w->done += span;
+}

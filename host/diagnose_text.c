@@ -1,0 +1,200 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* The verdict in words, and the answer of diagnose for a person. */
+#include "diagnose_work.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "text.h"
+
+static void effects_text(FILE *out, const struct hypothesis *h)
+{
+    for (size_t i = 0; i < h->n_effects; i++)
+        (void)fprintf(out, "%s%s", i > 0 ? " + " : "", h->effects[i]->id);
+}
+
+static void ratios(FILE *out, const struct hypothesis_errors *fitted, const struct hypothesis_errors *check)
+{
+    (void)fprintf(out, "%.3g times the noise", fitted->noise_ratio);
+    if (check->n_channels > 0)
+        (void)fprintf(out, " (held out: %.3g)", check->noise_ratio);
+}
+
+static void complete(FILE *out, const struct diagnosis *d)
+{
+    (void)fprintf(out, "Nothing significant is missing: the fitted model leaves ");
+    ratios(out, &d->baseline.fitted, &d->baseline.check);
+    (void)fprintf(out, ".");
+    if (d->n_hypotheses > 0) {
+        const struct hypothesis *h = &d->hypotheses[0];
+        (void)fprintf(out, " The best addition, ");
+        effects_text(out, h);
+        (void)fprintf(out, ", would lower that to %.3g, which chance alone explains (p = %.2g).", h->fitted.noise_ratio,
+                      h->p_value);
+    } else {
+        (void)fprintf(out, " No effect of the catalogue would lower that by more than chance does.");
+    }
+}
+
+/* The best that is not named, to show how clear the answer is. */
+static const struct hypothesis *runner_up(const struct diagnosis *d)
+{
+    const struct hypothesis *best = &d->hypotheses[0];
+    for (size_t i = 1; i < d->n_hypotheses; i++)
+        if (d->hypotheses[i].n_effects <= best->n_effects && !d->hypotheses[i].rival)
+            return &d->hypotheses[i];
+    return NULL;
+}
+
+static void values(FILE *out, const struct diagnosis *d, const struct hypothesis *h)
+{
+    for (size_t e = h->n_base; e < h->model.n_effects; e++) {
+        const struct model_effect *effect = &h->model.effects[e];
+        for (int j = 0; j < effect->effect->n_parameters; j++) {
+            const struct parameter *p = &effect->parameters[j];
+            const struct beam_parameter_info *info = &effect->effect->parameters[j];
+            if (info->flags & BEAM_PARAMETER_PER_RECORD)
+                continue;
+            (void)fprintf(out, "%s%s = %.4g", j > 0 || e > h->n_base ? ", " : "", info->name, p->value);
+            if (p->sd > 0.0)
+                (void)fprintf(out, " ± %.2g", p->sd);
+            if (info->unit[0] != '\0')
+                (void)fprintf(out, " %s", info->unit);
+        }
+    }
+    (void)d;
+}
+
+static void missing(FILE *out, const struct diagnosis *d)
+{
+    const struct hypothesis *best = &d->hypotheses[0], *second = runner_up(d);
+    (void)fprintf(out, "Missing: ");
+    effects_text(out, best);
+    (void)fprintf(out, " (%s). With it the error falls from ", best->effects[0]->title);
+    ratios(out, &d->baseline.fitted, &d->baseline.check);
+    (void)fprintf(out, " to ");
+    ratios(out, &best->fitted, &best->check);
+    (void)fprintf(out, "; ");
+    values(out, d, best);
+    (void)fprintf(out, ".");
+    if (second != NULL) {
+        (void)fprintf(out, " The next best, ");
+        effects_text(out, second);
+        (void)fprintf(out, ", leaves ");
+        ratios(out, &second->fitted, &second->check);
+        (void)fprintf(out, ".");
+    }
+}
+
+static void ambiguous(FILE *out, const struct diagnosis *d)
+{
+    (void)fprintf(out, "Something is missing (the model leaves ");
+    ratios(out, &d->baseline.fitted, &d->baseline.check);
+    (void)fprintf(out, "), and these records cannot tell which of these it is: ");
+    bool first = true;
+    for (size_t i = 0; i < d->n_hypotheses; i++) {
+        if (i > 0 && !d->hypotheses[i].rival)
+            continue;
+        if (!first)
+            (void)fprintf(out, "; ");
+        effects_text(out, &d->hypotheses[i]);
+        (void)fprintf(out, " leaves ");
+        ratios(out, &d->hypotheses[i].fitted, &d->hypotheses[i].check);
+        first = false;
+    }
+    (void)fprintf(out, ". `beamfit discriminate` finds the experiment that separates them.");
+}
+
+static void unknown(FILE *out, const struct diagnosis *d)
+{
+    (void)fprintf(out, "Something is missing, and nothing in the catalogue explains it: the model leaves ");
+    ratios(out, &d->baseline.fitted, &d->baseline.check);
+    if (d->n_hypotheses > 0) {
+        (void)fprintf(out, ", and the best addition, ");
+        effects_text(out, &d->hypotheses[0]);
+        (void)fprintf(out, ", still leaves ");
+        ratios(out, &d->hypotheses[0].fitted, &d->hypotheses[0].check);
+        if (!d->hypotheses[0].fit.converged)
+            (void)fprintf(out, " (its search did not converge, so it may not have been given its best chance)");
+    }
+    (void)fprintf(out, ". %s", d->where.text);
+    if (d->reconstructed)
+        (void)fprintf(out, " %s", d->reconstruction.text);
+}
+
+char *diagnose_words(const struct diagnosis *d)
+{
+    static void (*const tell[])(FILE *, const struct diagnosis *) = {complete, missing, ambiguous, unknown};
+    char *text = NULL;
+    size_t size = 0;
+    FILE *out = open_memstream(&text, &size);
+    if (out == NULL)
+        return bf_strdup("");
+    tell[d->verdict](out, d);
+    if (d->interrupted)
+        (void)fprintf(out, " Interrupted: what was not tried yet may explain it better.");
+    (void)fclose(out);
+    return text;
+}
+
+static void print_candidates(FILE *out, const struct diagnosis *d)
+{
+    enum { MOST = 12, WIDTH = 40 };
+    if (d->n_hypotheses == 0)
+        return;
+    (void)fprintf(out, "\n%-*s %9s %9s %10s %11s\n", WIDTH, "added and refitted", "fitted", "held out", "p",
+                  "evidence");
+    (void)fprintf(out, "%-*s %9.3f %9.3f\n", WIDTH, "(the model as it is)", d->baseline.fitted.noise_ratio,
+                  d->baseline.check.noise_ratio);
+    for (size_t i = 0; i < d->n_hypotheses && i < MOST; i++) {
+        const struct hypothesis *h = &d->hypotheses[i];
+        char name[128] = "";
+        for (size_t e = 0; e < h->n_effects; e++) {
+            const size_t used = strlen(name);
+            (void)snprintf(name + used, sizeof name - used, "%s%s", e > 0 ? " + " : "", h->effects[e]->id);
+        }
+        (void)fprintf(out, "%-*s %9.3f %9.3f %10.2g %11.4g%s%s\n", WIDTH, name, h->fitted.noise_ratio,
+                      h->check.noise_ratio, h->p_value, h->evidence.bic_gain, h->rival ? "  rival" : "",
+                      h->fit.converged ? "" : "  not converged");
+    }
+    (void)fprintf(out, "Errors in units of the noise; p family-wise; evidence: fall of the whitened misfit less its "
+                       "price (BIC).\n");
+}
+
+static void print_next(FILE *out, const struct diagnosis *d)
+{
+    const char *path = d->model->path ? d->model->path : "MODEL";
+    if (d->verdict == VERDICT_MISSING) {
+        (void)fprintf(out, "\nNext:");
+        for (size_t i = 0; i < d->n_named; i++)
+            (void)fprintf(out, "%s beamfit add %s %s -o added%zu.yaml\n", i > 0 ? "     " : "",
+                          i > 0 ? "added.yaml" : path, d->named[i], i + 1);
+    } else if (d->verdict == VERDICT_AMBIGUOUS) {
+        (void)fprintf(out, "\nNext: beamfit discriminate %s", path);
+        for (size_t i = 0; i < d->n_named; i++)
+            (void)fprintf(out, " %s", d->named[i]);
+        (void)fprintf(out, "\n");
+    }
+}
+
+void diagnose_print(FILE *out, const struct diagnosis *d)
+{
+    const size_t columns = text_columns();
+    (void)fprintf(out, "Verdict: %s", verdict_name(d->verdict));
+    for (size_t i = 0; i < d->n_named; i++)
+        (void)fprintf(out, "%s%s", i > 0 ? ", " : ": ", d->named[i]);
+    (void)fprintf(out, "\n\n");
+    text_print_wrapped(out, d->text, 0, columns);
+    if (d->where.text[0] != '\0' && d->verdict != VERDICT_COMPLETE) {
+        (void)fprintf(out, "\nWhere: ");
+        text_print_wrapped(out, d->where.text, 7, columns);
+    }
+    if (d->linearity.text[0] != '\0') {
+        (void)fprintf(out, "\nLinearity: ");
+        text_print_wrapped(out, d->linearity.text, 11, columns);
+    }
+    print_candidates(out, d);
+    print_next(out, d);
+    (void)fprintf(out, "%.1f s, %zu evaluations of a model\n", d->seconds, d->evaluations);
+}

@@ -1,0 +1,66 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* diagnose_work.h — what the diagnose_*.c files share; for nobody else. See diagnose.h. */
+#ifndef BEAMFIT_DIAGNOSE_WORK_H
+#define BEAMFIT_DIAGNOSE_WORK_H
+
+#include "candidate.h"
+#include "diagnose.h"
+#include "score.h"
+#include "trial.h"
+
+struct progress;
+
+struct diagnose_work {
+    struct diagnosis *d;
+    const struct diagnose_options *options;
+    int threads;
+    double *sigma, *check_sigma; /* per channel of the fitted and the held-out records */
+    struct whitener *whiteners;  /* [d->n_channels] */
+    struct noise_estimate *check_noise;
+    size_t n_check_channels;
+    struct predictor *predictor; /* of the baseline, at its optimum */
+    struct progress *bar;
+    double done; /* part of the work, 0 … 1 */
+    size_t n_tried;
+};
+
+/* A model to refit, and where the answer goes. The model moves into the hypothesis. */
+struct refit_job {
+    struct model model;
+    size_t first_new; /* effects of the model from here on have starts of their own */
+    size_t n_effects; /* effects more than the baseline, the last ones of the model */
+    size_t n_tried;   /* scan points that led here */
+    double abandon_above;
+    bool quick;
+};
+
+/* diagnose_baseline.c: noise of all channels; the model given, fitted; its predictor. */
+enum bf_status diagnose_noise(struct diagnose_work *w, struct bf_error *err);
+enum bf_status diagnose_baseline(struct diagnose_work *w, struct bf_error *err);
+
+/* diagnose_errors.c: residual -> errors against the noise; the held-out records. */
+enum bf_status hypothesis_measure(const struct diagnose_work *w, struct hypothesis *h, struct bf_error *err);
+struct misfit_channel *hypothesis_channels(const struct diagnosis *d, const struct hypothesis *h);
+void hypothesis_free(struct hypothesis *h);
+
+/* diagnose_refit.c: jobs on all threads; each job that has a value becomes a hypothesis of the diagnosis. */
+void diagnose_refits(struct diagnose_work *w, struct refit_job jobs[], size_t n, double span);
+
+/*
+ * diagnose_shortlist.c: one more effect on this hypothesis (the baseline, or a best single): short list, refits, ranking.
+ * `from` must not lie in d->hypotheses, which grows. At most so many refits of a kind; all where scores tell nothing.
+ */
+enum bf_status diagnose_extend(struct diagnose_work *w, const struct hypothesis *from, size_t most_linear,
+                               size_t most_laws, double span, struct bf_error *err);
+
+/* diagnose_decide.c */
+/* Evidence against the baseline and Holm over all that were tried; best first. */
+void diagnose_rank(struct diagnosis *d, size_t n_tried);
+void diagnose_decide(struct diagnosis *d);
+/* Something significant is left by the best hypothesis (or the baseline), so that one more effect is worth a search. */
+bool diagnose_more_wanted(const struct diagnosis *d);
+
+/* diagnose_text.c */
+char *diagnose_words(const struct diagnosis *d);
+
+#endif
