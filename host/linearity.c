@@ -206,6 +206,26 @@ static enum bf_status measure_pairs(const struct linearity_signal *s, size_t n, 
     return status;
 }
 
+/* An added signal breaks the agreement of records; where they agree without its removal, it was a part of the motion. */
+static void keep_confirmed(struct linearity *out)
+{
+    size_t kept = 0;
+    for (size_t i = 0; i < out->n_added; i++) {
+        const struct linearity_added *a = &out->added[i];
+        size_t pairs = 0, broken = 0;
+        for (size_t j = 0; j < out->n_pairs; j++) {
+            const struct linearity_pair *p = &out->pairs[j];
+            if (p->output != a->output || (p->record[0] != a->record && p->record[1] != a->record))
+                continue;
+            pairs++;
+            broken += p->ratio > linearity_threshold;
+        }
+        if (pairs == 0 || broken > 0)
+            out->added[kept++] = *a;
+    }
+    out->n_added = kept;
+}
+
 static int by_ratio(const void *a, const void *b)
 {
     const struct linearity_pair *x = a, *y = b;
@@ -299,6 +319,7 @@ enum bf_status linearity_test(const struct model *model, const struct record rec
         status = measure_pairs(signals, n, out, err);
     }
     if (status == BF_OK) {
+        keep_confirmed(out);
         qsort(out->pairs, out->n_pairs, sizeof *out->pairs, by_ratio);
         qsort(out->added, out->n_added, sizeof *out->added, by_significance);
         conclude(model, records, out);

@@ -15,8 +15,8 @@ enum {
     NEAR = 4 /* bins to either side whose power is the background of a line */
 };
 static const double line_power = 40.0;   /* of a peak over the median around it; noise: once in 10⁵ spectra */
-static const double line_sds = 6.0;      /* of a line's amplitude, for it to be believed */
-static const double line_scatter = 0.10; /* of its amplitude over the pieces, relative, and of its trend */
+static const double line_sds = 12.0;     /* of a line's amplitude: steady drives leave ripples of up to 10 */
+static const double line_scatter = 0.03; /* of its amplitude over the pieces, relative; a mode decays faster */
 static const double offset_sds = 6.0;
 
 static int ascending(const void *a, const void *b)
@@ -82,19 +82,14 @@ static double refine(const double *x, size_t n, double omega)
 static bool is_steady(const double *x, size_t n, double omega, double sd)
 {
     double complex a[PIECES], mean = 0.0;
-    double scatter = 0.0, trend = 0.0;
+    double scatter = 0.0;
     for (size_t p = 0; p < PIECES; p++) {
         a[p] = demodulate(x, p * n / PIECES, (p + 1) * n / PIECES, omega);
         mean += a[p] / PIECES;
     }
-    const double size = cabs(mean);
-    for (size_t p = 0; p < PIECES; p++) {
-        const double off = cabs(a[p] - mean), along = creal(a[p] * conj(mean)) / size - size;
-        scatter += off * off / PIECES;
-        trend += along * ((double)p - 0.5 * (PIECES - 1)) * 12.0 / (PIECES * (PIECES * PIECES - 1.0));
-    }
-    const double allowed = fmax(line_scatter * size, 3.0 * sd);
-    return scatter < allowed * allowed && fabs(trend) * (PIECES - 1) < fmax(line_scatter * size, 3.0 * sd);
+    for (size_t p = 0; p < PIECES; p++)
+        scatter += creal((a[p] - mean) * conj(a[p] - mean)) / PIECES;
+    return sqrt(scatter) < fmax(line_scatter * cabs(mean), 3.0 * sd);
 }
 
 static bool input_has(const double *const u_power[], size_t n_inputs, size_t n_bins, size_t k)

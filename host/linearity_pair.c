@@ -396,6 +396,8 @@ enum bf_status linearity_pair_measure(const struct linearity_signal *weak, const
         sum_cells(&w, lines, &measured);
         left_over(&w, weak->cleaned, strong->cleaned);
         sum_cells(&w, lines, &cleaned);
+        if (cleaned.broad * measured.n_broad > measured.broad * cleaned.n_broad)
+            cleaned = measured; /* what was taken out was not there */
         measure_scatter(&w, lines, &sd, band_sd);
         pair->same_shape = w.same_shape;
         pair->opposite = w.scale < 0.0;
