@@ -103,12 +103,13 @@ static struct fit_channel_error *channel_errors(const struct fit_work *w)
         const struct predict_channel *channel = &p->channels[c];
         struct fit_channel_error *e = &errors[c];
         double square = 0.0;
-        for (size_t k = 0; k < channel->n; k++)
-            square += pow(p->fitted[channel->row + k] - channel->measured[k], 2.0);
-        const double rms = sqrt(square / (double)channel->n), size = rms_of(channel->measured, channel->n);
+        size_t n = 0;
+        for (; n < channel->n && p->weight[channel->row + n] > 0.0; n++)
+            square += pow(p->fitted[channel->row + n] - channel->measured[n], 2.0);
+        const double rms = n ? sqrt(square / (double)n) : 0.0, size = rms_of(channel->measured, n);
         e->record = channel->record;
         memcpy(e->name, w->model->outputs[channel->output].name, sizeof e->name);
-        e->n = channel->n;
+        e->n = n;
         e->noise = w->noise[c];
         e->nrmse = size > 0.0 ? rms / size : rms > 0.0 ? HUGE_VAL : 0.0;
         e->noise_ratio = w->noise[c] > 0.0 ? rms / w->noise[c] : nan("");

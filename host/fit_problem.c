@@ -176,13 +176,15 @@ enum bf_status fit_problem_new(struct fit_problem *p, const struct model *model,
     p->unknowns = bf_alloc(n_refs, sizeof *p->unknowns);
     p->lower = bf_alloc(n_refs, sizeof *p->lower), p->upper = bf_alloc(n_refs, sizeof *p->upper);
     p->base = bf_alloc(n_refs, sizeof *p->base), p->theta = bf_alloc(n_refs, sizeof *p->theta);
-    p->at = bf_alloc(n_refs, sizeof *p->at);
+    p->at = bf_alloc(n_refs, sizeof *p->at), p->explained = bf_alloc(n_refs, sizeof *p->explained);
+    p->horizon_s = bf_alloc(n_records, sizeof *p->horizon_s);
     p->want = bf_alloc(n_refs, sizeof *p->want), p->held = bf_alloc(n_refs, sizeof *p->held);
     p->level = bf_alloc(n_records, sizeof *p->level), p->onset_s = bf_alloc(n_records, sizeof *p->onset_s);
     p->levels = bf_alloc(n_records, sizeof *p->levels);
     find_unknowns(p, model);
     for (size_t r = 0; r < n_records; r++) {
         p->onset_s[r] = onset_of(model, &records[r]);
+        p->horizon_s[r] = HUGE_VAL;
         p->level[r] = level_unknown(model, &records[r]);
         p->levels[r] = 1.0;
         p->has_decay = p->has_decay || is_decay(&records[r]);
@@ -199,7 +201,7 @@ void fit_problem_free(struct fit_problem *p)
 {
     free(p->unknowns), free(p->lower), free(p->upper), free(p->base), free(p->theta), free(p->want), free(p->held);
     free(p->level), free(p->onset_s), free(p->levels), free(p->sigma), free(p->weight), free(p->residual);
-    free(p->fitted), free(p->jacobian), free(p->coefficients), free(p->at);
+    free(p->fitted), free(p->jacobian), free(p->coefficients), free(p->at), free(p->explained), free(p->horizon_s);
     *p = (struct fit_problem){0};
 }
 
@@ -262,6 +264,11 @@ static void weigh_channel(struct fit_problem *p, size_t c)
     double square = 0.0, sum = 0.0;
     for (size_t k = 0; k < channel->n; k++) {
         const double t = (double)k * channel->dt_s - p->onset_s[channel->record];
+        if ((double)k * channel->dt_s >= p->horizon_s[channel->record]) {
+            w[k] = 0.0;
+            continue;
+        }
+        p->n_used++;
         w[k] = t > 0.0 && p->decay_ps > 0.0 ? exp(-p->decay_ps * t) : 1.0;
         if (t >= 0.0) {
             square += w[k] * w[k] * channel->measured[k] * channel->measured[k];
@@ -326,6 +333,7 @@ enum bf_status fit_problem_stage(struct fit_problem *p, double decay_ps, double 
     p->residual = bf_grow(p->residual, p->n_rows, sizeof *p->residual);
     p->fitted = bf_grow(p->fitted, p->n_rows, sizeof *p->fitted);
     p->jacobian = bf_grow(p->jacobian, p->n_rows * (p->n_unknowns ? p->n_unknowns : 1), sizeof *p->jacobian);
+    p->n_used = 0;
     for (size_t c = 0; c < p->n_channels; c++)
         weigh_channel(p, c);
     return BF_OK;
@@ -403,5 +411,5 @@ struct least_squares fit_problem_view(struct fit_problem *p)
 
 double fit_problem_mean_square(const struct fit_problem *p)
 {
-    return p->n_rows ? dense_dot(p->n_rows, p->residual, p->residual) / (double)p->n_rows : 0.0;
+    return p->n_used ? dense_dot(p->n_rows, p->residual, p->residual) / (double)p->n_used : 0.0;
 }

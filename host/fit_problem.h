@@ -39,6 +39,7 @@ struct fit_problem {
     bool *level;           /* [n_records]: the force level is an unknown factor */
     bool has_decay;        /* some record is a free decay */
     double *onset_s;       /* [n_records] since the first row of the record */
+    double *horizon_s;     /* [n_records] likewise: rows from here on have no weight; INFINITY: all count */
     size_t n_channels;
     double *sigma; /* [n_channels] noise, unit of the channel */
     /* stage */
@@ -47,8 +48,8 @@ struct fit_problem {
     double *base;           /* [n_unknowns] x of the last rebase */
     bool based;             /* there was one */
     const struct predict_channel *channels; /* of the current window */
-    size_t n_rows;
-    double *weight; /* [n_rows] */
+    size_t n_rows, n_used;                  /* n_used: rows with a weight */
+    double *weight;                         /* [n_rows] */
     /* last evaluation */
     double *theta;    /* [n_refs] */
     double *residual; /* [n_rows], weighted, after projection */
@@ -64,6 +65,7 @@ struct fit_problem {
     bool (*interrupted)(void *context); /* asked before every evaluation, besides Ctrl-C; may be NULL */
     void *context;
     double explained_ps;  /* smallest s of a window that was explained to the floor, by careful windows; 0: none */
+    double *explained;    /* [n_refs] θ of that window */
     double abandon_above; /* χ²/n; the last step of a staircase ends when it would not get below; 0: never */
 };
 
@@ -102,7 +104,7 @@ enum bf_status fit_problem_evaluate(struct fit_problem *p, const double x[], boo
                                     struct bf_error *err);
 /* The problem as the optimiser sees it; valid while p stays where it is. */
 struct least_squares fit_problem_view(struct fit_problem *p);
-/* Mean square of the data rows of the last evaluation: χ²/n when the weights are those of the noise. */
+/* Mean square of the data rows in use of the last evaluation: χ²/n when the weights are those of the noise. */
 double fit_problem_mean_square(const struct fit_problem *p);
 
 #endif

@@ -32,11 +32,12 @@ static void fit_noise_models(const struct fit_problem *p, struct interval_channe
     for (size_t c = 0; c < p->n_channels; c++) {
         const struct predict_channel *channel = &p->channels[c];
         double *r = bf_alloc(channel->n, sizeof *r);
-        for (size_t k = 0; k < channel->n; k++)
-            r[k] = channel->measured[k] - p->fitted[channel->row + k];
+        size_t n = 0;
+        for (; n < channel->n && p->weight[channel->row + n] > 0.0; n++)
+            r[n] = channel->measured[n] - p->fitted[channel->row + n];
         channels[c].row = channel->row;
-        channels[c].n = channel->n;
-        ar_fit(r, channel->n, &channels[c].noise);
+        channels[c].n = n;
+        ar_fit(r, n, &channels[c].noise);
         free(r);
     }
 }
@@ -84,7 +85,7 @@ static void fill_estimate(const struct fit_problem *p, size_t i, const double x[
     const struct unknown *u = &p->unknowns[i];
     const struct parameter *info = p->refs[u->ref].info;
     const double s = sqrt(fmax(variance, 0.0)), slope = fit_problem_slope(p, i, x);
-    const double dof = fmax((double)p->n_rows - (double)p->n_unknowns - (double)p->n_nuisance, 1.0);
+    const double dof = fmax((double)p->n_used - (double)p->n_unknowns - (double)p->n_nuisance, 1.0);
     out->estimated = true;
     out->identifiable = determined;
     out->logarithmic = u->logarithmic;
@@ -153,6 +154,17 @@ static void warn_about_levels(const struct fit_problem *p, const struct model *m
     }
 }
 
+static void warn_about_horizons(const struct fit_problem *p, struct fit_result *out)
+{
+    for (size_t r = 0; r < p->n_records; r++)
+        if (isfinite(p->horizon_s[r]))
+            warn(out,
+                 "%s: from %.4g s after its first row on the motion cannot be predicted (half the time step gives "
+                 "another "
+                 "one): those rows are left out",
+                 p->names[r], p->horizon_s[r]);
+}
+
 static void warn_about_search(struct fit_result *out)
 {
     if (out->interrupted)
@@ -204,6 +216,7 @@ enum bf_status fit_statistics(const struct fit_problem *p, const struct model *m
     for (size_t i = 0; i < n; i++)
         warn_about_parameter(p, model, i, out);
     warn_about_levels(p, model, out);
+    warn_about_horizons(p, out);
     return BF_OK;
 }
 

@@ -65,7 +65,7 @@ enum bf_status staircase_last(struct fit_problem *p, const struct staircase *sta
         const struct optimise_options options = {.iterations = stairs->iterations,
                                                  .tolerance = 1e-4,
                                                  .relative = stairs->relative / (double)p->n_rows,
-                                                 .hopeless = 0.5 * p->abandon_above * (double)p->n_rows};
+                                                 .hopeless = 0.5 * p->abandon_above * (double)p->n_used};
         const struct least_squares view = fit_problem_view(p);
         status = optimise_local(&view, &options, x, out, err);
         values += out->values, derivatives += out->derivatives;
@@ -164,8 +164,11 @@ static enum bf_status careful_windows(struct fit_problem *p, const struct stairc
         }
         memcpy(x, trial, p->n_unknowns * sizeof *trial);
         known = misfit > 1.0 ? 0.0 : s;
-        if (known > 0.0)
+        if (known > 0.0) {
             p->explained_ps = known;
+            memcpy(p->explained, p->theta, p->n_refs * sizeof *p->explained);
+            fit_problem_to_theta(p, x, p->explained);
+        }
         factor = known > 0.0 ? fmin(factor * factor, usual) : usual;
         s /= factor;
     }

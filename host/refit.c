@@ -80,7 +80,7 @@ static enum bf_status work_new(struct refit_work *w, const struct model *model, 
                                         .first_effect = options->first_new,
                                         .fitted = true,
                                         .quick = options->quick,
-                                        .predict = options->predict,
+                                        .predict = predict,
                                         .theta0 = w->theta0,
                                         .n_starts = options->n_starts,
                                         .starts = options->starts};
@@ -95,19 +95,25 @@ static enum bf_status work_new(struct refit_work *w, const struct model *model, 
 static void fill_channels(const struct refit_work *w, struct refit_result *out)
 {
     const struct fit_problem *p = &w->problem;
-    double ratio = 0.0;
-    out->n_rows = p->n_rows, out->n_channels = p->n_channels;
+    double ratio = 0.0, channels = 0.0;
+    out->n_rows = p->n_rows, out->n_used = p->n_used, out->n_channels = p->n_channels;
     out->residual = bf_alloc(p->n_rows, sizeof *out->residual);
     out->channels = bf_alloc(p->n_channels, sizeof *out->channels);
+    out->horizon_s = bf_alloc(w->n_records, sizeof *out->horizon_s);
+    memcpy(out->horizon_s, p->horizon_s, w->n_records * sizeof *out->horizon_s);
     memcpy(out->channels, p->channels, p->n_channels * sizeof *out->channels);
     for (size_t c = 0; c < p->n_channels; c++) {
         const struct predict_channel *channel = &p->channels[c];
-        double *r = out->residual + channel->row;
-        for (size_t k = 0; k < channel->n; k++)
-            r[k] = channel->measured[k] - p->fitted[channel->row + k];
-        ratio += dense_dot(channel->n, r, r) / (double)channel->n / (p->sigma[c] * p->sigma[c]);
+        double square = 0.0, rows = 0.0;
+        for (size_t k = channel->row; k < channel->row + channel->n; k++) {
+            out->residual[k] = channel->measured[k - channel->row] - p->fitted[k];
+            square += p->weight[k] > 0.0 ? out->residual[k] * out->residual[k] : 0.0;
+            rows += p->weight[k] > 0.0;
+        }
+        ratio += rows > 0.0 ? square / rows / (p->sigma[c] * p->sigma[c]) : 0.0;
+        channels += rows > 0.0;
     }
-    out->noise_ratio = sqrt(ratio / (double)p->n_channels);
+    out->noise_ratio = channels > 0.0 ? sqrt(ratio / channels) : 0.0;
     out->chi2_per_row = fit_problem_mean_square(p);
 }
 
@@ -175,11 +181,7 @@ static enum bf_status finish(struct refit_work *w, struct refit_result *out, str
 {
     struct fit_problem *p = &w->problem;
     double square;
-    enum bf_status status = BF_OK;
-    if (p->decay_ps != 0.0 || p->floor != 0.0)
-        status = fit_problem_stage(p, 0.0, 0.0, w->x, err);
-    if (!status)
-        status = fit_problem_evaluate(p, w->x, !w->options->quick, &square, err);
+    const enum bf_status status = fit_problem_evaluate(p, w->x, !w->options->quick, &square, err);
     if (status)
         return status;
     fill_channels(w, out);
@@ -218,7 +220,7 @@ enum bf_status refit_run(const struct model *model, const struct record records[
 void refit_free(struct refit_result *result)
 {
     free(result->value), free(result->sd), free(result->estimated), free(result->at_bound), free(result->level);
-    free(result->residual), free(result->channels);
+    free(result->residual), free(result->channels), free(result->horizon_s);
     *result = (struct refit_result){0};
 }
 

@@ -37,9 +37,11 @@ struct refit_result {
     size_t n_records;
     double *level;       /* [n_records] factor of the excitation; 1 where it is known */
     double half_square;  /* ½ Σ (r/σ)² + ½ Σ priors */
-    double chi2_per_row; /* Σ (r/σ)² / n_rows */
-    double noise_ratio;  /* root mean square over channels of rms(r)/σ */
-    size_t n_unknowns;   /* estimated parameters; linear unknowns of free decays not counted */
+    double chi2_per_row; /* Σ (r/σ)² / n_used */
+    double noise_ratio;  /* root mean square over channels of rms(r)/σ, rows in use */
+    double *horizon_s; /* [n_records] since the first row: rows from here on cannot be predicted (refit_horizon.h); ∞ */
+    size_t n_used;     /* rows before the horizons */
+    size_t n_unknowns; /* estimated parameters; linear unknowns of free decays not counted */
     size_t n_rows;
     double *residual; /* [n_rows] z − ŷ, stacked channel by channel, unit of the channel */
     size_t n_channels;

@@ -6,6 +6,7 @@
 #include <string.h>
 #include "dense.h"
 #include "fit_starts.h"
+#include "refit_horizon.h"
 #include "refit_law.h"
 
 enum { SCAN_VALUES = 96, RANK_ITERATIONS = 8 };
@@ -172,14 +173,15 @@ static enum bf_status rank_again(struct tournament *t, double longer, struct sta
 /* The best so far. */
 struct champion {
     bool have;
-    double *theta; /* [n_refs] */
+    double *theta;     /* [n_refs] */
+    double *explained; /* [n_refs] of the longest window that was explained, if any: explained_ps > 0 */
     double explained_ps;
     struct optimise_result found;
 };
 
 static bool explained(const struct tournament *t, const struct champion *best)
 {
-    return best->have && 2.0 * best->found.half_square <= reached * reached * (double)t->p->n_rows;
+    return best->have && 2.0 * best->found.half_square <= reached * reached * (double)t->p->n_used;
 }
 
 /* The law is known from windows many times the first; what is left of the records cannot be predicted, or lacks something else. */
@@ -207,6 +209,7 @@ static enum bf_status descend(struct tournament *t, const struct starts *starts,
             memcpy(best->theta, t->theta0, p->n_refs * sizeof *best->theta);
             fit_problem_to_theta(p, x, best->theta);
             best->found = found, best->have = true, best->explained_ps = p->explained_ps;
+            memcpy(best->explained, p->explained, p->n_refs * sizeof *best->explained);
         }
         if (fit_problem_interrupted(p) || explained(t, best))
             break;
@@ -258,11 +261,42 @@ static bool has_law(const struct model *model)
     return false;
 }
 
+/*
+ * A law that explains its windows and misses whole records may meet what nobody can predict. Then the rows that can be
+ * predicted are fitted, from what the windows told.
+ */
+static enum bf_status cut_at_horizon(struct tournament *t, struct champion *best, struct bf_error *err)
+{
+    struct fit_problem *p = t->p;
+    double *x = bf_alloc(p->n_unknowns, sizeof *x);
+    const double whole = best->found.half_square / (double)p->n_rows;
+    struct optimise_result found;
+    bool any;
+    enum bf_status status = horizon_find(p, &t->predict, best->explained, &any, err);
+    if (!status && any) {
+        starts_to_x(p, best->explained, x);
+        status = staircase_last(p, &t->stairs, x, &found, err);
+    }
+    if (!status && any && p->n_used > 0 && found.half_square / (double)p->n_used < whole) {
+        memcpy(best->theta, t->theta0, p->n_refs * sizeof *best->theta);
+        fit_problem_to_theta(p, x, best->theta);
+        best->found = found;
+    } else {
+        for (size_t r = 0; r < p->n_records; r++)
+            p->horizon_s[r] = HUGE_VAL;
+        if (!status || status == BF_NUMERIC)
+            status = fit_problem_stage(p, 0.0, 0.0, x, err);
+    }
+    free(x);
+    return status;
+}
+
 enum bf_status tournament_run(struct tournament *t, double x[], struct optimise_result *found, struct bf_error *err)
 {
     struct fit_problem *p = t->p;
     const bool law = law_is_new(p, t->first_effect);
-    struct champion best = {.theta = bf_alloc(p->n_refs, sizeof *best.theta)};
+    struct champion best = {.theta = bf_alloc(p->n_refs, sizeof *best.theta),
+                            .explained = bf_alloc(p->n_refs, sizeof *best.explained)};
     t->stairs.gentle = has_law(p->model) && !t->quick;
     enum bf_status status = law ? descend_trial(t, &best, err) : BF_OK;
     if (!status && !(best.have && (t->quick || explained(t, &best) || fit_problem_interrupted(p))) &&
@@ -270,11 +304,14 @@ enum bf_status tournament_run(struct tournament *t, double x[], struct optimise_
         status = compete(t, law, &best, err);
     if (!status && !best.have)
         status = bf_fail(err, BF_NUMERIC, "no start of the new effects has a value");
+    if (!status && best.explained_ps > 0.0 && !explained(t, &best) && !fit_problem_interrupted(p))
+        status = cut_at_horizon(t, &best, err);
     if (best.have) {
         starts_to_x(p, best.theta, x);
         *found = best.found;
         p->explained_ps = best.explained_ps;
+        status = fit_problem_stage(p, 0.0, 0.0, x, err);
     }
-    free(best.theta);
-    return best.have ? BF_OK : status;
+    free(best.theta), free(best.explained);
+    return status;
 }

@@ -25,8 +25,8 @@ struct tournament {
 /*
  * Linear effects: a grid of thresholds, time constants and places, the amount by the linearised problem, a few steps in a
  * short window; the best again in one ten times as long; the best two down the staircase until one explains the records.
- * Nonlinear ones: law_trial() first; then the starts of law_starts(), windows in steps of three. x[n_unknowns]: the best, whole records, with the
- * scales of p then; BF_NUMERIC when no start has a value.
+ * Nonlinear ones: law_trial() first; then the starts of law_starts(), windows in steps of three. x[n_unknowns]: the best, with the scales of p then;
+ * p is in the stage of whole records there (up to the horizons, refit_horizon.h); BF_NUMERIC when no start has a value.
  */
 enum bf_status tournament_run(struct tournament *t, double x[], struct optimise_result *found, struct bf_error *err);
 
