@@ -127,7 +127,7 @@ static void fill_grid(const struct scan *s, struct candidate *c, int slot)
         return;
     if (info->flags & BEAM_PARAMETER_POSITION) {
         for (int i = PLACES; i >= 1; i--)
-            add_value(c, slot, s->model->length_m * (double)i / PLACES);
+            add_value(c, slot, s->model->length_m * ((double)i / PLACES));
     } else if (strcmp(info->unit, "s") == 0 && (info->flags & BEAM_PARAMETER_LOG)) {
         time_constants(s, c, slot);
     } else if (strcmp(info->unit, "Hz") == 0) {

@@ -158,6 +158,8 @@ struct queue {
     const struct score_base *base;
     const struct candidate *candidates;
     struct score *scores;
+    const size_t *order; /* [n] which; NULL: all in turn */
+    int steps;           /* of the refinement; −1: score */
     size_t n;
     atomic_size_t next;
 };
@@ -167,34 +169,61 @@ static bool interrupted(const struct score_base *base)
     return progress_interrupted() || (base->options.interrupted && base->options.interrupted(base->options.context));
 }
 
+static void work_on(const struct queue *queue, size_t i)
+{
+    struct score *score = &queue->scores[i];
+    struct bf_error err;
+    const bool stop = interrupted(queue->base);
+    if (queue->steps >= 0) {
+        if (!stop && score->possible) /* without a value there is nothing to refine: `refined` stays false */
+            (void)score_refine(queue->base, &queue->candidates[i], queue->steps, score, &err);
+    } else if (stop) {
+        *score = (struct score){.chi_square = (double)NAN, .estimate_sd = (double)NAN};
+        refuse(score, "interrupted");
+    } else {
+        score_one(queue->base, &queue->candidates[i], score);
+    }
+}
+
 static void *work(void *argument)
 {
     struct queue *queue = argument;
-    size_t i;
-    while ((i = atomic_fetch_add(&queue->next, 1)) < queue->n) {
-        if (interrupted(queue->base)) {
-            queue->scores[i] = (struct score){.chi_square = NAN, .estimate_sd = NAN};
-            refuse(&queue->scores[i], "interrupted");
-        } else {
-            score_one(queue->base, &queue->candidates[i], &queue->scores[i]);
-        }
-    }
+    size_t k;
+    while ((k = atomic_fetch_add(&queue->next, 1)) < queue->n)
+        work_on(queue, queue->order ? queue->order[k] : k);
     return NULL;
+}
+
+static void run_queue(struct queue *queue)
+{
+    pthread_t threads[MOST_WORKERS];
+    const long cores = sysconf(_SC_NPROCESSORS_ONLN);
+    const int wanted = queue->base->options.threads;
+    size_t workers = wanted > 0 ? (size_t)wanted : cores > 0 ? (size_t)cores : 1, started = 0;
+    workers = workers < MOST_WORKERS ? workers : MOST_WORKERS;
+    while (started + 1 < workers && started + 1 < queue->n && pthread_create(&threads[started], NULL, work, queue) == 0)
+        started++;
+    (void)work(queue);
+    for (size_t i = 0; i < started; i++)
+        (void)pthread_join(threads[i], NULL);
 }
 
 void score_run(const struct score_base *base, const struct candidate candidates[], size_t n, struct score scores[])
 {
-    struct queue queue = {.base = base, .candidates = candidates, .scores = scores, .n = n};
-    pthread_t threads[MOST_WORKERS];
-    const long cores = sysconf(_SC_NPROCESSORS_ONLN);
-    size_t workers = base->options.threads > 0 ? (size_t)base->options.threads : cores > 0 ? (size_t)cores : 1;
-    size_t started = 0;
-    workers = workers < MOST_WORKERS ? workers : MOST_WORKERS;
-    while (started + 1 < workers && started + 1 < n && pthread_create(&threads[started], NULL, work, &queue) == 0)
-        started++;
-    (void)work(&queue);
-    for (size_t i = 0; i < started; i++)
-        (void)pthread_join(threads[i], NULL);
+    struct queue queue = {.base = base, .candidates = candidates, .scores = scores, .steps = -1, .n = n};
+    run_queue(&queue);
+}
+
+void score_refine_all(const struct score_base *base, const struct candidate candidates[], struct score scores[],
+                      const size_t order[], size_t n, int steps)
+{
+    struct queue queue = {.base = base,
+                          .candidates = candidates,
+                          .scores = scores,
+                          .order = order,
+                          .steps = steps > 0 ? steps : 0,
+                          .n = n};
+    run_queue(&queue);
 }
 
 void score_free(struct score *score)

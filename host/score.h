@@ -75,11 +75,17 @@ void score_free(struct score *score);
 size_t score_rank(const struct candidate candidates[], const struct score scores[], size_t n, size_t order[]);
 
 /*
- * `steps` Gauss–Newton steps (each halved until the misfit falls) of baseline and effect together, from the score's start
- * and from near neutral, whichever is lower after the first; fills the refined part and replaces p. 0 steps: 3.
+ * Baseline and effect together from the score's start: at most `steps` trust-region steps in each of two short windows
+ * e^(−s t), then twice as many over whole records; once with small and once with large steps, and when both end above the
+ * baseline's misfit, over whole records from near the baseline. The lowest end counts. Fills the refined part and replaces
+ * p. 0 steps: 8. BF_NUMERIC: no value there. About 50 evaluations of the prediction.
  */
 enum bf_status score_refine(const struct score_base *base, const struct candidate *candidate, int steps,
                             struct score *score, struct bf_error *err);
+
+/* The same for scores[order[0 … n − 1]], on the threads of the options; what failed or was interrupted is not `refined`. */
+void score_refine_all(const struct score_base *base, const struct candidate candidates[], struct score scores[],
+                      const size_t order[], size_t n, int steps);
 
 /* The candidate's model at the score's start values (refined ones when there are), ready for a refit. */
 enum bf_status score_model(const struct score_base *base, const struct candidate *candidate, const struct score *score,

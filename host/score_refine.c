@@ -6,15 +6,11 @@
 #include "fit_stages.h"
 #include "score_work.h"
 
-enum { STEPS = 3, WINDOWS = 2 };
+enum { STEPS = 8, LAST = 2, WINDOWS = 2 };
 static const double window[WINDOWS] = {0.3, 0.03}; /* of the staircase's first decay */
 static const double window_floor = 0.02;
-/*
- * Trust radius in x (a factor of e is 1): small steps keep weakly seen logarithms from vanishing in the early windows, large ones
- * reach strong effects in few steps. Both are walked, the lower end counts.
- */
-static const double radius[] = {1.0, 6.0};
-
+static const double home = 1.2;     /* χ²/n below which no second walk is needed */
+static const double settled = 3e-3; /* a window ends when the misfit would fall by less than this share */
 enum bf_status score_model(const struct score_base *base, const struct candidate *candidate, const struct score *score,
                            struct model *out, struct bf_error *err)
 {
@@ -77,7 +73,8 @@ static enum bf_status mover_new(const struct score_base *base, const struct cand
 static enum bf_status step_window(struct fit_problem *p, double decay_ps, double floor, int steps, double reach,
                                   double x[], double *half_square, struct bf_error *err)
 {
-    const struct optimise_options options = {.iterations = steps, .radius = reach, .radius_max = 4.0 * reach};
+    const struct optimise_options options = {
+        .iterations = steps, .radius = reach, .radius_max = 4.0 * reach, .tolerance = 1e-2, .relative = settled};
     const struct least_squares view = fit_problem_view(p);
     struct optimise_result result;
     fit_problem_rescale(p, x);
@@ -89,21 +86,38 @@ static enum bf_status step_window(struct fit_problem *p, double decay_ps, double
     return status;
 }
 
-/* From the score's start through the windows; theta[n_refs] is where it ends. */
-static enum bf_status walk(struct mover *m, const struct score_base *base, const struct candidate *c, double reach,
-                           int steps, double theta[], double *half_square, struct bf_error *err)
+/* Where a walk begins and how. */
+struct walk {
+    bool windows; /* short windows first */
+    double reach; /* trust radius in x */
+    double share; /* of the score's strength */
+};
+/*
+ * Small steps keep weakly seen logarithms from vanishing in the early windows, large ones reach strong effects in few steps;
+ * from near the baseline over whole records the misfit cannot end above where it was.
+ */
+static const struct walk walks[] = {{true, 1.0, 1.0}, {true, 6.0, 1.0}, {false, 1.0, 0.1}};
+
+/* theta[n_refs] is where it ends. */
+static enum bf_status walk_from(struct mover *m, const struct score_base *base, const struct candidate *c,
+                                const struct walk *walk, int steps, double theta[], double *half_square,
+                                struct bf_error *err)
 {
     struct fit_problem *p = &m->problem;
     const double first_ps = staircase_for(base->model, base->records, base->n_records).first_ps;
     double *x = bf_alloc(p->n_unknowns + 1, sizeof *x);
-    for (size_t i = 0; i < m->n_refs; i++)
-        theta[i] = m->refs[i].value;
+    for (size_t i = 0; i < m->n_refs; i++) {
+        const struct parameter_ref *ref = &m->refs[i];
+        const bool own = ref->role == ROLE_EFFECT && ref->owner + 1 == m->model.n_effects;
+        theta[i] = own && c->role[ref->slot] == CANDIDATE_STRENGTH ? walk->share * ref->value : ref->value;
+    }
     fit_problem_to_x(p, theta, x);
     enum bf_status status = BF_OK;
-    for (size_t k = 0; k < WINDOWS && !status && !candidate_is_sinusoid(c); k++) /* a phase needs whole records */
-        status = step_window(p, window[k] * first_ps, window_floor, steps, reach, x, half_square, err);
+    const bool windows = walk->windows && !candidate_is_sinusoid(c); /* a phase needs whole records */
+    for (size_t k = 0; k < WINDOWS && !status && windows; k++)
+        status = step_window(p, window[k] * first_ps, window_floor, steps, walk->reach, x, half_square, err);
     if (!status)
-        status = step_window(p, 0.0, 0.0, steps, reach, x, half_square, err);
+        status = step_window(p, 0.0, 0.0, LAST * steps, walk->reach, x, half_square, err);
     if (!status)
         fit_problem_to_theta(p, x, theta);
     free(x);
@@ -138,9 +152,12 @@ enum bf_status score_refine(const struct score_base *base, const struct candidat
     double *theta = bf_alloc(m.n_refs + 1, sizeof *theta), *best = bf_alloc(m.n_refs + 1, sizeof *best);
     double lowest = HUGE_VAL;
     bool ready = status == BF_OK;
-    for (size_t k = 0; k < sizeof radius / sizeof *radius && ready && (!status || status == BF_NUMERIC); k++) {
+    for (size_t k = 0; k < sizeof walks / sizeof *walks && ready && (!status || status == BF_NUMERIC); k++) {
         double half_square;
-        status = walk(&m, base, candidate, radius[k], steps > 0 ? steps : STEPS, theta, &half_square, err);
+        const bool enough = 2.0 * lowest < (walks[k].windows ? home * (double)base->n_rows : base->white_misfit);
+        if (enough)
+            continue;
+        status = walk_from(&m, base, candidate, &walks[k], steps > 0 ? steps : STEPS, theta, &half_square, err);
         if (!status && half_square < lowest) {
             lowest = half_square;
             memcpy(best, theta, m.n_refs * sizeof *best);
