@@ -53,28 +53,29 @@ static double input_noise(const double *u, size_t n)
     return head < 1e-2 * peak ? head : 0.0;
 }
 
+double linearity_added_at(const struct linearity_added *added, size_t i, size_t n, double dt_s)
+{
+    if (added->drift)
+        return added->amplitude * ((double)i / (double)n - 0.5);
+    if (added->frequency_Hz > 0.0)
+        return added->amplitude * sin(2.0 * M_PI * added->frequency_Hz * (double)i * dt_s + added->phase_rad);
+    return added->amplitude;
+}
+
 /* What was found added to a channel, at sample i. */
 static double added_at(const struct linearity *l, const struct linearity_signal *s, size_t i)
 {
     double sum = 0.0;
-    for (size_t k = 0; k < l->n_added; k++) {
-        const struct linearity_added *a = &l->added[k];
-        if (a->record != s->record || a->output != s->output)
-            continue;
-        if (a->drift)
-            sum += a->amplitude * ((double)i / (double)s->n - 0.5);
-        else if (a->frequency_Hz > 0.0)
-            sum += a->amplitude * sin(2.0 * M_PI * a->frequency_Hz * (double)i * s->dt_s + a->phase_rad);
-        else
-            sum += a->amplitude;
-    }
+    for (size_t k = 0; k < l->n_added; k++)
+        if (l->added[k].record == s->record && l->added[k].output == s->output)
+            sum += linearity_added_at(&l->added[k], i, s->n, s->dt_s);
     return sum;
 }
 
-/* A channel begins at rest when its first samples, without what was found added, are noise or small. */
+/* A channel begins at rest when its first samples, with or without what was found added, are noise or small. */
 static bool begins_at_rest(const struct linearity_signal *s)
 {
-    const double head = root_mean_square(s->cleaned, REST_SAMPLES);
+    const double head = fmin(root_mean_square(s->cleaned, REST_SAMPLES), root_mean_square(s->y, REST_SAMPLES));
     return head < fmax(4.0 * s->noise->rms, rest_share * s->level);
 }
 
@@ -247,21 +248,22 @@ static bool differs_in_level(const struct linearity_pair *pair)
 static void conclude(const struct model *model, const struct record records[], struct linearity *out)
 {
     const struct linearity_pair *worst = NULL;
-    size_t compared = 0, n_nonlinear = 0;
+    size_t compared = 0, n_nonlinear = 0, added = out->n_added;
     double lowest = INFINITY, highest = 0.0;
     for (size_t i = 0; i < out->n_pairs; i++) {
         const struct linearity_pair *p = &out->pairs[i];
         compared += differs_in_level(p);
         n_nonlinear += p->nonlinear;
+        added += p->n_added;
         lowest = fmin(lowest, p->ratio_broad);
         highest = fmax(highest, p->ratio_broad);
         if (p->nonlinear && (worst == NULL || p->ratio_broad > worst->ratio_broad))
             worst = p;
     }
-    out->verdict = worst != NULL      ? LINEARITY_NONLINEAR
-                   : compared == 0    ? LINEARITY_CANNOT_TELL
-                   : out->n_added > 0 ? LINEARITY_ADDITIVE
-                                      : LINEARITY_LINEAR;
+    out->verdict = worst != NULL   ? LINEARITY_NONLINEAR
+                   : compared == 0 ? LINEARITY_CANNOT_TELL
+                   : added > 0     ? LINEARITY_ADDITIVE
+                                   : LINEARITY_LINEAR;
     if (worst != NULL)
         (void)snprintf(out->text, sizeof out->text,
                        "No linear time-invariant system explains both %s and %s: in %s what is left is %.3g times the "
@@ -279,7 +281,7 @@ static void conclude(const struct model *model, const struct record records[], s
                        "Records of different level agree with one linear system (or one of degree 1, as a breathing "
                        "crack): %.2f to %.2f times the noise over %zu pairs.%s",
                        lowest, highest, out->n_pairs,
-                       out->n_added > 0 ? " Signals that do not come from the input are added to them." : "");
+                       added > 0 ? " Signals that do not come from the input are added to them." : "");
 }
 
 /* ---- All ---- */

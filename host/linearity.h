@@ -38,6 +38,8 @@ struct linearity_pair {
     double ratio;       /* rms of what is left over the noise's, all cells: 1 ± ratio_sd for a linear system */
     double ratio_sd;    /* from the number of cells and the standard errors of both noise levels */
     double ratio_broad; /* the same after what was found added is taken out, without the cells of its lines */
+    size_t n_added;     /* of one shape: lines or offsets that y₂ − k y₁ has and ratio_broad lacks, 0 … 3 */
+    double added_Hz;    /* the strongest of them; 0: an offset */
     double worst_from_Hz, worst_to_Hz; /* third of an octave with the largest excess */
     double worst_ratio;
     bool nonlinear; /* see linearity_threshold */

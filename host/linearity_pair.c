@@ -11,9 +11,10 @@
 enum {
     SEGMENTS = 16, /* lengths of a segment that a record holds */
     SEGMENT_LEAST = 32,
-    DRAWS = 12,    /* of simulated noise, for the standard error of a ratio */
-    LINE_BINS = 2, /* to either side that a line leaks into, Hann */
-    BANDS = 24     /* thirds of an octave below Nyquist */
+    DRAWS = 12,     /* of simulated noise, for the standard error of a ratio */
+    MOST_LINES = 3, /* that are taken out of one pair */
+    LINE_BINS = 2,  /* to either side that a line leaks into, Hann */
+    BANDS = 24      /* thirds of an octave below Nyquist */
 };
 static const double same_shape_match = 3e-4; /* rms of u₂ − k u₁ over that of u₂; noise is some 4e-3 of a channel */
 static const double weakest_cell = 1e-6;     /* of the strongest: below, digits of the file are larger than noise */
@@ -336,6 +337,35 @@ static void sum_cells(struct pair_work *w, const struct linearity_lines *lines, 
     }
 }
 
+/*
+ * y₂ − k y₁ holds no motion when the beam is linear, so that hum is seen in it better than in either record. Few lines that
+ * are all there is are added signals; a nonlinear beam under a steady drive leaves many. What remains replaces *cells then.
+ */
+static void take_lines_out(struct pair_work *w, const struct linearity_lines *lines, struct cells *cells,
+                           struct linearity_pair *pair)
+{
+    struct linearity_added found[MOST_LINES];
+    struct linearity_lines more = *lines;
+    const double *const u[1] = {w->strong->u};
+    const size_t n = linearity_find_added(w->e, w->n, w->weak->dt_s, u, 1, found, MOST_LINES);
+    for (size_t k = 0; k < n; k++) {
+        for (size_t i = 0; i < w->n; i++)
+            w->e[i] -= linearity_added_at(&found[k], i, w->n, w->weak->dt_s);
+        if (more.n < sizeof more.frequency_Hz / sizeof *more.frequency_Hz)
+            more.frequency_Hz[more.n++] = found[k].frequency_Hz;
+    }
+    struct cells rest;
+    sum_cells(w, &more, &rest);
+    if (n == 0 || !(rest.broad < linearity_threshold * linearity_threshold * rest.n_broad))
+        return;
+    *cells = rest;
+    pair->n_added = n;
+    for (size_t k = 1; k < n; k++)
+        if (fabs(found[k].amplitude) > fabs(found[0].amplitude))
+            found[0] = found[k];
+    pair->added_Hz = found[0].frequency_Hz;
+}
+
 /* Standard deviations of the means over simulated noise, of all cells and band by band. */
 static void measure_scatter(struct pair_work *w, const struct linearity_lines *lines, double *sd, double band_sd[BANDS])
 {
@@ -398,6 +428,8 @@ enum bf_status linearity_pair_measure(const struct linearity_signal *weak, const
         sum_cells(&w, lines, &cleaned);
         if (cleaned.broad * measured.n_broad > measured.broad * cleaned.n_broad)
             cleaned = measured; /* what was taken out was not there */
+        if (w.same_shape && cleaned.broad > linearity_threshold * linearity_threshold * cleaned.n_broad)
+            take_lines_out(&w, lines, &cleaned, pair);
         measure_scatter(&w, lines, &sd, band_sd);
         pair->same_shape = w.same_shape;
         pair->opposite = w.scale < 0.0;

@@ -17,6 +17,9 @@ struct linearity_signal {
     const struct noise_estimate *noise;
 };
 
+/* What was found added, at sample i of n. */
+double linearity_added_at(const struct linearity_added *added, size_t i, size_t n, double dt_s);
+
 /* Frequencies that are left out of ratio_broad: each takes the cells it leaks into. */
 struct linearity_lines {
     size_t n;
