@@ -7,7 +7,7 @@
 #include "vector.h"
 
 /* A pole with |p| h above this follows the force without dynamics of its own. */
-static const double far_step = 2.0;
+static const double far_step = 4.0;
 /* Steps a sample: forces that are smooth in time are followed by cubics, kinks by shorter straight lines. */
 enum { OVERSAMPLE_SMOOTH = 4, OVERSAMPLE_KINKED = 8 };
 
