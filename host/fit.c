@@ -9,8 +9,10 @@
 #include "fit_own.h"
 #include "fit_result.h"
 #include "fit_stages.h"
+#include "fit_starts.h"
 #include "noise.h"
 #include "progress.h"
+#include "refit_horizon.h"
 #include "refit_law.h"
 #include "refit_search.h"
 
@@ -110,6 +112,7 @@ static struct fit_channel_error *channel_errors(const struct fit_work *w)
         e->record = channel->record;
         memcpy(e->name, w->model->outputs[channel->output].name, sizeof e->name);
         e->n = n;
+        e->cut = n < channel->n;
         e->noise = w->noise[c];
         e->nrmse = size > 0.0 ? rms / size : rms > 0.0 ? HUGE_VAL : 0.0;
         e->noise_ratio = w->noise[c] > 0.0 ? rms / w->noise[c] : nan("");
@@ -137,6 +140,22 @@ static double total_noise_ratio(const struct fit_work *w)
     return ratio;
 }
 
+/* Rows that nobody can predict count neither for nor against a model. */
+static enum bf_status look_ahead(struct fit_work *w, const struct fit_options *options, struct bf_error *err)
+{
+    struct fit_problem *p = &w->problem;
+    double *theta = bf_alloc(w->n_refs, sizeof *theta);
+    bool any;
+    for (size_t i = 0; i < w->n_refs; i++)
+        theta[i] = w->refs[i].value;
+    enum bf_status status = horizon_find(p, &options->predict, theta, &any, err);
+    starts_to_x(p, theta, w->x);
+    if (!status && any)
+        status = fit_problem_stage(p, 0.0, 0.0, w->x, err);
+    free(theta);
+    return status;
+}
+
 enum bf_status fit_errors(const struct model *model, const struct record records[], size_t n_records,
                           const struct fit_options *options, struct fit_channel_error **channels, size_t *n_channels,
                           struct bf_error *err)
@@ -149,6 +168,8 @@ enum bf_status fit_errors(const struct model *model, const struct record records
     double square;
     if (!status)
         status = fit_problem_stage(&w.problem, 0.0, 0.0, w.x, err);
+    if (!status && law_in_model(model))
+        status = look_ahead(&w, options, err);
     if (!status)
         status = fit_problem_evaluate(&w.problem, w.x, false, &square, err);
     if (!status) {

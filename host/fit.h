@@ -28,7 +28,8 @@ struct fit_options {
 struct fit_channel_error {
     size_t record;
     char name[MODEL_NAME];
-    size_t n;
+    size_t n;           /* rows compared */
+    bool cut;           /* the rest of the record cannot be predicted */
     double noise;       /* rms of the noise, unit of the channel; 0: unknown */
     double nrmse;       /* ‖z − ŷ‖/‖z‖ */
     double noise_ratio; /* rms(z − ŷ)/noise; NaN when the noise is unknown */
@@ -85,7 +86,10 @@ enum bf_status fit_run(const struct model *model, const struct record records[],
                        const struct fit_options *options, struct fit_result *out, struct bf_error *err);
 void fit_free(struct fit_result *result);
 
-/* Errors of a model on records it is not fitted to (free-decay states and unknown levels are still solved for). */
+/*
+ * Errors of a model on records it is not fitted to (free-decay states and unknown levels are still solved for). With a nonlinear
+ * effect rows that cannot be predicted (refit_horizon.h) are left out: then n of a channel is less than the record's.
+ */
 enum bf_status fit_errors(const struct model *model, const struct record records[], size_t n_records,
                           const struct fit_options *options, struct fit_channel_error **channels, size_t *n_channels,
                           struct bf_error *err);

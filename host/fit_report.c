@@ -238,9 +238,13 @@ static void print_channels(FILE *out, const char *title, const struct record rec
         const char *path = records[channels[c].record].path ? records[channels[c].record].path : "";
         fprintf(out, "  %-32s %-14s error %8.3f %%   ", path, channels[c].name, 100.0 * channels[c].nrmse);
         if (isfinite(channels[c].noise_ratio))
-            fprintf(out, "%.3f × noise (%.3g)\n", channels[c].noise_ratio, channels[c].noise);
+            fprintf(out, "%.3f × noise (%.3g)", channels[c].noise_ratio, channels[c].noise);
         else
-            fprintf(out, "noise not seen\n");
+            fprintf(out, "noise not seen");
+        const struct record *record = &records[channels[c].record];
+        if (channels[c].cut)
+            fprintf(out, ", first %.4g s: the rest cannot be predicted", (double)channels[c].n * record->dt_s);
+        fprintf(out, "\n");
     }
     fprintf(out, "  %-47s error %8.3f %%   ", "all (root mean square)", 100.0 * nrmse);
     if (isfinite(noise_ratio))

@@ -253,42 +253,38 @@ static enum bf_status compete(struct tournament *t, bool law, struct champion *b
     return status;
 }
 
-static bool has_law(const struct model *model)
-{
-    for (size_t e = 0; e < model->n_effects; e++)
-        if (model->effects[e].effect->law)
-            return true;
-    return false;
-}
-
 /*
  * A law that explains its windows and misses whole records may meet what nobody can predict. Then the rows that can be
- * predicted are fitted, from what the windows told.
+ * predicted are fitted, from what the windows told; and once more, because the horizon moves with the values.
  */
 static enum bf_status cut_at_horizon(struct tournament *t, struct champion *best, struct bf_error *err)
 {
     struct fit_problem *p = t->p;
-    double *x = bf_alloc(p->n_unknowns, sizeof *x);
-    const double whole = best->found.half_square / (double)p->n_rows;
-    struct optimise_result found;
-    bool any;
-    enum bf_status status = horizon_find(p, &t->predict, best->explained, &any, err);
-    if (!status && any) {
-        starts_to_x(p, best->explained, x);
+    double *x = bf_alloc(p->n_unknowns, sizeof *x), *theta = bf_alloc(p->n_refs, sizeof *theta);
+    double *kept_s = bf_alloc(p->n_records, sizeof *kept_s);
+    const double lowest = best->found.half_square / (double)p->n_rows;
+    enum bf_status status = BF_OK;
+    bool any = true;
+    memcpy(theta, best->explained, p->n_refs * sizeof *theta);
+    for (size_t r = 0; r < p->n_records; r++)
+        kept_s[r] = HUGE_VAL;
+    for (int round = 0; round < 2 && any && !status && !fit_problem_interrupted(p); round++) {
+        struct optimise_result found;
+        status = horizon_find(p, &t->predict, theta, &any, err);
+        if (status || !any)
+            break;
+        starts_to_x(p, theta, x);
         status = staircase_last(p, &t->stairs, x, &found, err);
-    }
-    if (!status && any && p->n_used > 0 && found.half_square / (double)p->n_used < whole) {
-        memcpy(best->theta, t->theta0, p->n_refs * sizeof *best->theta);
-        fit_problem_to_theta(p, x, best->theta);
+        if (status || p->n_used == 0 || (round == 0 && !(found.half_square / (double)p->n_used < lowest)))
+            break;
+        fit_problem_to_theta(p, x, theta);
+        memcpy(best->theta, theta, p->n_refs * sizeof *theta);
+        memcpy(kept_s, p->horizon_s, p->n_records * sizeof *kept_s);
         best->found = found;
-    } else {
-        for (size_t r = 0; r < p->n_records; r++)
-            p->horizon_s[r] = HUGE_VAL;
-        if (!status || status == BF_NUMERIC)
-            status = fit_problem_stage(p, 0.0, 0.0, x, err);
     }
-    free(x);
-    return status;
+    memcpy(p->horizon_s, kept_s, p->n_records * sizeof *kept_s);
+    free(x), free(theta), free(kept_s);
+    return status == BF_NUMERIC ? BF_OK : status;
 }
 
 enum bf_status tournament_run(struct tournament *t, double x[], struct optimise_result *found, struct bf_error *err)
@@ -297,7 +293,7 @@ enum bf_status tournament_run(struct tournament *t, double x[], struct optimise_
     const bool law = law_is_new(p, t->first_effect);
     struct champion best = {.theta = bf_alloc(p->n_refs, sizeof *best.theta),
                             .explained = bf_alloc(p->n_refs, sizeof *best.explained)};
-    t->stairs.gentle = has_law(p->model) && !t->quick;
+    t->stairs.gentle = law_in_model(p->model) && !t->quick;
     enum bf_status status = law ? descend_trial(t, &best, err) : BF_OK;
     if (!status && !(best.have && (t->quick || explained(t, &best) || fit_problem_interrupted(p))) &&
         !far_explained(t, &best))
