@@ -205,8 +205,7 @@ bool base_answer_derivative(const struct question *q, size_t parameter, double o
 {
     const struct run *run = q->run;
     const struct predictor *p = run->p;
-    bool any = false,
-         structural = functional_depends(run, q->f, parameter) || functional_depends(run, p->base_load, parameter);
+    bool any = false, structural = run_structural(run, parameter);
     for (size_t e = 0; e < p->model.n_effects; e++) {
         struct beam_tone tone;
         if (!base_tone(q, e, &tone))

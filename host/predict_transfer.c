@@ -86,10 +86,11 @@ void transfer_motion(const struct predictor *p, const double theta[], size_t rec
         if (plan->input[i] == NULL)
             continue;
         double gain = input_gain(&run, i, &parameter);
-        response_value(p->kernels[plan->grid], 0, alpha, p->inputs[i].alpha, H);
+        response_value(p->kernels[plan->grid], 0, alpha, p->inputs[plan->source[i]].alpha, H);
         for (size_t k = 0; k < m; k++)
             W[k] += gain * (H[k] * plan->U[i][k]);
     }
+    recorder_undo(plan, m, W); /* the beam moved before the recorder's filter */
     free(H);
     free(alpha);
 }
@@ -106,6 +107,7 @@ enum bf_status transfer_chain(const struct predictor *p, const double theta[], s
     enum bf_status status = channel_filter(&run, c->record, c->output, grid->s, grid->m, F, &any, err);
     for (size_t k = 0; k < grid->m; k++)
         F[k] *= gain;
+    recorder_apply(&p->plans[c->record], grid->m, F);
     return status;
 }
 

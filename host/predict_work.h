@@ -173,14 +173,7 @@ void recorder_apply(const struct record_plan *plan, size_t m, double complex Y[]
 bool input_driven(const struct model *model, size_t input);
 enum bf_status drives_evaluate(const struct run *run, struct bf_error *err);
 
-/*
- * predict_source.c: W[m] = Σ_i gain_i H_fi U_i, the displacement of a functional under a record's inputs, and its derivative
- * by a parameter; false when that is zero (then dW is left alone).
- */
-void source_response(const struct run *run, size_t record, const struct functional *f, double complex W[]);
-bool source_response_derivative(const struct run *run, size_t record, const struct functional *f, size_t parameter,
-                                double complex dW[]);
-/* Some recorded or shaken input of this record depends on the parameter beside what the system does. */
+/* Gain, drive or tone of an input of this record depends on the parameter: beside what the system does. */
 bool source_depends(const struct run *run, size_t record, size_t parameter);
 
 /* predict_base.c: the shaken clamp. Adds the motion relative to it, order-th time derivative, at t = k h_s. */

@@ -327,6 +327,16 @@ static void clock_with_a_law(void **state)
                    true, 1e-6);
 }
 
+static void law_on_a_shaken_clamp_behind_a_drive(void **state)
+{
+    (void)state;
+    check_together("  - {kind: drive_saturation, level_V: 20}\n"
+                   "  - {kind: base_motion, amplitude_mps2: 2, frequency_Hz: 31, phase_rad: 0.5}\n"
+                   "  - {kind: input_position, shift_m: 0.004}\n"
+                   "  - {kind: cubic_stiffness, coefficient_Npm3: 1e6, at_m: 0.3507}\n",
+                   true, 1e-6);
+}
+
 static void shifted_patch_with_a_law_on_it(void **state)
 {
     (void)state;
@@ -429,6 +439,7 @@ int main(void)
         cmocka_unit_test(clock_with_drives_filters_signals_and_a_shifted_blow),
         cmocka_unit_test(free_decay_on_a_shaken_clamp_under_a_wrong_clock),
         cmocka_unit_test(clock_with_a_law),
+        cmocka_unit_test(law_on_a_shaken_clamp_behind_a_drive),
         cmocka_unit_test(shifted_patch_with_a_law_on_it),
         cmocka_unit_test(every_effect),
     };

@@ -188,6 +188,80 @@ static void slow_clock_on_a_shaken_bench_with_hum(void **state)
             3e-4);
 }
 
+static void law_on_a_shaken_clamp_behind_a_drive(void **state)
+{
+    (void)state;
+    compare("  - {kind: drive_hysteresis, share: 0.2, slip_pV: 0.15, shape_pV: 0.06}\n"
+            "  - {kind: base_motion, amplitude_mps2: 3, frequency_Hz: 7.1, phase_rad: 0.7}\n"
+            "  - {kind: cubic_stiffness, coefficient_Npm3: 3e5, at_m: 0.35}\n"
+            "  - {kind: input_position, shift_m: {value: 0, per_record: {case.csv: 0.004}}}\n",
+            "effect drive_hysteresis share=0.2 slip_pV=0.15 shape_pV=0.06\n"
+            "effect base_motion amplitude_mps2=3 frequency_Hz=7.1 phase_rad=0.7\n"
+            "effect cubic_stiffness coefficient_Npm3=3e5 at_m=0.35\neffect input_position shift_m=0.004\n",
+            2e-3);
+}
+
+static void law_on_a_shifted_patch_under_a_wrong_clock(void **state)
+{
+    (void)state;
+    compare("  - {kind: patch_position, shift_m: 0.006}\n  - {kind: clock_error, relative: 0.01}\n"
+            "  - {kind: coulomb_friction, moment_Nm: 1e-3, velocity_radps: 0.3}\n",
+            "effect patch_position shift_m=0.006\neffect clock_error relative=0.01\n"
+            "effect coulomb_friction moment_Nm=1e-3 velocity_radps=0.3\n",
+            2e-3);
+}
+
+/* What is left of a free decay after its linear unknowns, relative. */
+static double unexplained(struct predict_case *c, size_t columns)
+{
+    struct bf_error err;
+    size_t rows = c->out.n_rows;
+    double *A = bf_alloc(rows * (columns + 1), sizeof *A), *b = A + rows * columns, difference = 0.0, size = 0.0;
+    double *x = bf_alloc(columns, sizeof *x);
+    const double *measured = record_column(&c->record, "piezo_V");
+    memcpy(A, c->out.nuisance, rows * columns * sizeof *A);
+    memcpy(b, measured, rows * sizeof *b);
+    assert_int_equal(dense_least_squares(rows, columns, A, b, 1e-12, x, NULL, &err), BF_OK);
+    for (size_t k = 0; k < rows; k++) {
+        double y = 0.0;
+        for (size_t j = 0; j < columns; j++)
+            y += x[j] * c->out.nuisance[j * rows + k];
+        difference += (measured[k] - y) * (measured[k] - y);
+        size += measured[k] * measured[k];
+    }
+    free(A);
+    free(x);
+    return sqrt(difference / size);
+}
+
+/* A charge amplifier still remembers the blow when a free decay begins. */
+static void free_decay_behind_a_charge_amplifier(void **state)
+{
+    (void)state;
+    struct truth_spec spec;
+    struct bf_error err;
+    struct predict_case c = {.record = {.path = strdup("case.csv"), .dt_s = 1.0 / 1024.0}};
+    beam_of_fixture(&spec);
+    spec.n_outputs = spec.n_signals = 1; /* the blow and the patch alone */
+    say(&spec, "duration_s = 1.5");
+    say(&spec, "keep_from_s = 0.2");
+    say(&spec, "effect sensor_highpass channel=piezo_V tau_s=0.2");
+    struct truth_record truth = run(&spec);
+    c.record.n = truth.n;
+    record_add_column(&c.record, "piezo_V", truth_record_channel(&truth, "piezo_V"));
+    record_add_meta(&c.record, "excitation", "free_decay");
+    fixture_model(&c.model, "  - {kind: sensor_highpass, tau_s: 0.2}\n");
+    if (case_open(&c, NULL, &err) != BF_OK)
+        fail_msg("%s", err.text);
+    case_run(&c, NULL);
+    double with = unexplained(&c, c.out.n_nuisance), without = unexplained(&c, c.out.n_nuisance - 1);
+    print_message("  %.1e, without the filter's state %.1e\n", with, without);
+    assert_true(with < 1e-3);
+    assert_true(without > 5.0 * with);
+    case_close(&c);
+    truth_record_free(&truth);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -202,6 +276,9 @@ int main(void)
         cmocka_unit_test(shifted_blow),
         cmocka_unit_test(fast_clock),
         cmocka_unit_test(slow_clock_on_a_shaken_bench_with_hum),
+        cmocka_unit_test(law_on_a_shaken_clamp_behind_a_drive),
+        cmocka_unit_test(law_on_a_shifted_patch_under_a_wrong_clock),
+        cmocka_unit_test(free_decay_behind_a_charge_amplifier),
     };
     dense_init();
     return cmocka_run_group_tests(tests, NULL, NULL);
