@@ -6,8 +6,8 @@
 
 #include "vector.h"
 
-/* A pole with |p| h above this follows the force without dynamics of its own. */
-static const double far_step = 4.0;
+/* A pole with |p| h above this follows the force without dynamics of its own: the same frequency for both oversamplings. */
+static const double far_smooth = 4.0, far_kinked = 2.0;
 /* Steps a sample: forces that are smooth in time are followed by cubics, kinks by shorter straight lines. */
 enum { OVERSAMPLE_SMOOTH = 4, OVERSAMPLE_KINKED = 8 };
 
@@ -23,6 +23,7 @@ static bool all_smooth(const struct predictor *p)
 static void split_poles(struct law_run *l)
 {
     const struct system *s = l->run->p->system;
+    double far_step = l->held == HOLD_CUBIC ? far_smooth : far_kinked;
     l->pole = bf_alloc(s->n_poles, sizeof *l->pole);
     l->hold = bf_alloc(s->n_poles, sizeof *l->hold);
     l->multiplicity = bf_alloc(s->n_poles, sizeof *l->multiplicity);
