@@ -83,7 +83,10 @@ size_t score_rank(const struct candidate candidates[], const struct score scores
 enum bf_status score_refine(const struct score_base *base, const struct candidate *candidate, int steps,
                             struct score *score, struct bf_error *err);
 
-/* The same for scores[order[0 … n − 1]], on the threads of the options; what failed or was interrupted is not `refined`. */
+/*
+ * The same for scores[order[0 … n − 1]], best first, on the threads of the options. What cannot come within ten times the lowest χ²
+ * so far is not walked to its end; what failed or was interrupted is not `refined`.
+ */
 void score_refine_all(const struct score_base *base, const struct candidate candidates[], struct score scores[],
                       const size_t order[], size_t n, int steps);
 

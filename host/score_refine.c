@@ -71,10 +71,14 @@ static enum bf_status mover_new(const struct score_base *base, const struct cand
 
 /* One window of the staircase: x[n_unknowns] in/out. */
 static enum bf_status step_window(struct fit_problem *p, double decay_ps, double floor, int steps, double reach,
-                                  double x[], double *half_square, struct bf_error *err)
+                                  double hopeless, double x[], double *half_square, struct bf_error *err)
 {
-    const struct optimise_options options = {
-        .iterations = steps, .radius = reach, .radius_max = 4.0 * reach, .tolerance = 1e-2, .relative = settled};
+    const struct optimise_options options = {.iterations = steps,
+                                             .radius = reach,
+                                             .radius_max = 4.0 * reach,
+                                             .tolerance = 1e-2,
+                                             .relative = settled,
+                                             .hopeless = hopeless};
     const struct least_squares view = fit_problem_view(p);
     struct optimise_result result;
     fit_problem_rescale(p, x);
@@ -100,8 +104,8 @@ static const struct walk walks[] = {{true, 1.0, 1.0}, {true, 6.0, 1.0}, {false, 
 
 /* theta[n_refs] is where it ends. */
 static enum bf_status walk_from(struct mover *m, const struct score_base *base, const struct candidate *c,
-                                const struct walk *walk, int steps, double theta[], double *half_square,
-                                struct bf_error *err)
+                                const struct walk *walk, int steps, double hopeless, double theta[],
+                                double *half_square, struct bf_error *err)
 {
     struct fit_problem *p = &m->problem;
     const double first_ps = staircase_for(base->model, base->records, base->n_records).first_ps;
@@ -115,9 +119,9 @@ static enum bf_status walk_from(struct mover *m, const struct score_base *base, 
     enum bf_status status = BF_OK;
     const bool windows = walk->windows && !candidate_is_sinusoid(c); /* a phase needs whole records */
     for (size_t k = 0; k < WINDOWS && !status && windows; k++)
-        status = step_window(p, window[k] * first_ps, window_floor, steps, walk->reach, x, half_square, err);
+        status = step_window(p, window[k] * first_ps, window_floor, steps, walk->reach, 0.0, x, half_square, err);
     if (!status)
-        status = step_window(p, 0.0, 0.0, LAST * steps, walk->reach, x, half_square, err);
+        status = step_window(p, 0.0, 0.0, LAST * steps, walk->reach, hopeless, x, half_square, err);
     if (!status)
         fit_problem_to_theta(p, x, theta);
     free(x);
@@ -145,6 +149,12 @@ static void keep(const struct mover *m, const double theta[], double half_square
 enum bf_status score_refine(const struct score_base *base, const struct candidate *candidate, int steps,
                             struct score *score, struct bf_error *err)
 {
+    return refine_below(base, candidate, steps, 0.0, score, err);
+}
+
+enum bf_status refine_below(const struct score_base *base, const struct candidate *candidate, int steps,
+                            double chi_square, struct score *score, struct bf_error *err)
+{
     if (!score->possible)
         return bf_fail(err, BF_USAGE, "effect %s has no score to refine: %s", candidate->effect->id, score->reason);
     struct mover m;
@@ -157,7 +167,8 @@ enum bf_status score_refine(const struct score_base *base, const struct candidat
         const bool enough = 2.0 * lowest < (walks[k].windows ? home * (double)base->n_rows : base->white_misfit);
         if (enough)
             continue;
-        status = walk_from(&m, base, candidate, &walks[k], steps > 0 ? steps : STEPS, theta, &half_square, err);
+        status = walk_from(&m, base, candidate, &walks[k], steps > 0 ? steps : STEPS, 0.5 * chi_square, theta,
+                           &half_square, err);
         if (!status && half_square < lowest) {
             lowest = half_square;
             memcpy(best, theta, m.n_refs * sizeof *best);

@@ -100,4 +100,10 @@ void answer_range(const struct probe *probe, const struct probe_column *what, co
 /* best: the best point of the grid and about it; now: scratch. Both as answer_new() leaves them. */
 enum bf_status probe_scan(struct probe *probe, struct answer *now, struct answer *best, struct bf_error *err);
 
+/* ---- score_refine.c ---- */
+
+/* score_refine() that gives up over whole records when ten more steps would not get below chi_square; 0: never. */
+enum bf_status refine_below(const struct score_base *base, const struct candidate *candidate, int steps,
+                            double chi_square, struct score *score, struct bf_error *err);
+
 #endif
