@@ -193,7 +193,8 @@ static enum bf_status finish(struct refit_work *w, struct refit_result *out, str
     out->abandoned = w->found.end == OPTIMISE_HOPELESS;
     out->converged = !out->interrupted && w->found.end == OPTIMISE_CONVERGED && out->distance < at_optimum;
     /* where no step goes down although the gradient promises one, the derivatives say nothing about errors */
-    return w->options->quick || w->found.end == OPTIMISE_STALLED ? BF_OK : fill_errors(w, out, err);
+    const bool senseless = w->found.end == OPTIMISE_STALLED && out->chi2_per_row > 10.0;
+    return w->options->quick || senseless ? BF_OK : fill_errors(w, out, err);
 }
 
 enum bf_status refit_run(const struct model *model, const struct record records[], size_t n_records,

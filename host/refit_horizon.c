@@ -9,7 +9,7 @@
 
 enum { SPAN = 16, USUAL_OVERSAMPLE = 8 };
 static const double other_motion = 0.02; /* of the channel's rms: not the same motion any more */
-static const double same_motion = 0.5;   /* of the noise: no difference that matters */
+static const double same_motion = 0.1;   /* of the noise: no difference that matters */
 
 /* First row of a channel from which two predictions differ; n when they do not. difference: [n]. */
 static size_t first_difference(const double difference[], size_t n, double sigma, double rms)
