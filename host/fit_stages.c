@@ -5,7 +5,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include "fit_starts.h"
 #include "progress.h"
+#include "refit_horizon.h"
 
 enum { STEP_ITERATIONS = 20 };
 static const double floor_share = 0.02; /* of the windowed signal */
@@ -135,35 +137,56 @@ static enum bf_status careful_step(struct fit_problem *p, double decay_ps, doubl
     return status ? status : optimise_local(&view, &options, x, out, err);
 }
 
+/* Rows that cannot be predicted from p->explained are left out; x[] becomes that θ. *cut: there were some. */
+static enum bf_status look_ahead(struct fit_problem *p, const struct staircase *stairs, double x[], bool *cut,
+                                 struct bf_error *err)
+{
+    *cut = false;
+    if (!stairs->predict)
+        return BF_OK;
+    const enum bf_status status = horizon_find(p, stairs->predict, p->explained, cut, err);
+    starts_to_x(p, p->explained, x);
+    return status;
+}
+
 /*
- * Windows for a nonlinear motion, whose phase drifts faster and which may jump from one branch to another: a window that is not
- * explained although the one before was is tried again, less long, from there. When even a little longer is not
- * explained, it is the model that lacks something, and the rest is done in the large steps of the ordinary staircase.
+ * Windows for a nonlinear motion, whose phase drifts faster and which may jump from one branch to another. A window that is
+ * not explained although the one before was: what cannot be predicted is left out, or it is tried again less long. When
+ * even a little longer is not explained, it is the model that lacks something, and the rest is done in large steps.
  */
 static enum bf_status careful_windows(struct fit_problem *p, const struct staircase *stairs, struct progress *bar,
                                       double x[], struct optimise_result *out, struct bf_error *err)
 {
-    static const double usual = 3.0, least = 1.15, last_share = 0.7;
+    static const double usual = 3.0, least = 1.15, last_share = 0.7, strange = 2.0;
     int retries = 6;
-    double s = stairs->first_ps, known = 0.0, factor = usual, misfit;
+    bool looked = false, cut;
+    double s = stairs->first_ps, known = 0.0, known_noises = 0.0, factor = usual, misfit;
     double *trial = bf_alloc(p->n_unknowns, sizeof *trial);
     enum bf_status status = BF_OK;
     p->explained_ps = 0.0;
+    for (size_t r = 0; r < p->n_records; r++)
+        p->horizon_s[r] = HUGE_VAL;
     while (!status && s * stairs->longest_s > last_share) {
+        fit_problem_rescale(p, x);
         memcpy(trial, x, p->n_unknowns * sizeof *trial);
-        fit_problem_rescale(p, trial);
-        memcpy(x, trial, p->n_unknowns * sizeof *trial);
         status = careful_step(p, s, trial, out, &misfit, err);
         if (status || out->end == OPTIMISE_INTERRUPTED)
             break;
         say(bar, s, stairs, p);
+        const double noises = p->floor > 0.0 ? HUGE_VAL : staircase_misfit(p);
+        if ((misfit > 1.0 || noises > strange * known_noises) && known > 0.0 && !looked) {
+            status = look_ahead(p, stairs, x, &cut, err);
+            looked = true;
+            if (cut)
+                continue;
+        }
         if (misfit > 1.0 && known > 0.0 && factor > least && retries-- > 0) {
             factor = sqrt(factor);
             s = known / factor;
             continue;
         }
         memcpy(x, trial, p->n_unknowns * sizeof *trial);
-        known = misfit > 1.0 ? 0.0 : s;
+        known = misfit > 1.0 ? 0.0 : s, known_noises = noises;
         if (known > 0.0) {
             p->explained_ps = known;
             memcpy(p->explained, p->theta, p->n_refs * sizeof *p->explained);

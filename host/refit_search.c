@@ -176,12 +176,29 @@ struct champion {
     double *theta;     /* [n_refs] */
     double *explained; /* [n_refs] of the longest window that was explained, if any: explained_ps > 0 */
     double explained_ps;
+    double *horizon_s; /* [n_records] */
+    size_t n_used;     /* rows before the horizons */
     struct optimise_result found;
 };
 
-static bool explained(const struct tournament *t, const struct champion *best)
+static bool explained(const struct champion *best)
 {
-    return best->have && 2.0 * best->found.half_square <= reached * reached * (double)t->p->n_used;
+    return best->have && 2.0 * best->found.half_square <= reached * reached * (double)best->n_used;
+}
+
+/* x of a whole staircase: keeps it when its mean square is the lowest. */
+static void crown(const struct tournament *t, const double x[], const struct optimise_result *found,
+                  struct champion *best)
+{
+    const struct fit_problem *p = t->p;
+    if (p->n_used == 0 ||
+        (best->have && found->half_square / (double)p->n_used >= best->found.half_square / (double)best->n_used))
+        return;
+    memcpy(best->theta, t->theta0, p->n_refs * sizeof *best->theta);
+    fit_problem_to_theta(p, x, best->theta);
+    memcpy(best->explained, p->explained, p->n_refs * sizeof *best->explained);
+    memcpy(best->horizon_s, p->horizon_s, p->n_records * sizeof *best->horizon_s);
+    best->have = true, best->explained_ps = p->explained_ps, best->n_used = p->n_used, best->found = *found;
 }
 
 /* The law is known from windows many times the first; what is left of the records cannot be predicted, or lacks something else. */
@@ -205,13 +222,9 @@ static enum bf_status descend(struct tournament *t, const struct starts *starts,
         t->tried++;
         if (status && status != BF_NUMERIC)
             break;
-        if (!status && (!best->have || found.half_square < best->found.half_square)) {
-            memcpy(best->theta, t->theta0, p->n_refs * sizeof *best->theta);
-            fit_problem_to_theta(p, x, best->theta);
-            best->found = found, best->have = true, best->explained_ps = p->explained_ps;
-            memcpy(best->explained, p->explained, p->n_refs * sizeof *best->explained);
-        }
-        if (fit_problem_interrupted(p) || explained(t, best))
+        if (!status)
+            crown(t, x, &found, best);
+        if (fit_problem_interrupted(p) || explained(best))
             break;
     }
     free(x);
@@ -253,38 +266,31 @@ static enum bf_status compete(struct tournament *t, bool law, struct champion *b
     return status;
 }
 
-/*
- * A law that explains its windows and misses whole records may meet what nobody can predict. Then the rows that can be
- * predicted are fitted, from what the windows told; and once more, because the horizon moves with the values.
- */
-static enum bf_status cut_at_horizon(struct tournament *t, struct champion *best, struct bf_error *err)
+/* The horizon moves with the values: once more with the rows that can be predicted from the best. */
+static enum bf_status move_horizon(struct tournament *t, struct champion *best, struct bf_error *err)
 {
     struct fit_problem *p = t->p;
-    double *x = bf_alloc(p->n_unknowns, sizeof *x), *theta = bf_alloc(p->n_refs, sizeof *theta);
-    double *kept_s = bf_alloc(p->n_records, sizeof *kept_s);
-    const double lowest = best->found.half_square / (double)p->n_rows;
-    enum bf_status status = BF_OK;
-    bool any = true;
-    memcpy(theta, best->explained, p->n_refs * sizeof *theta);
-    for (size_t r = 0; r < p->n_records; r++)
-        kept_s[r] = HUGE_VAL;
-    for (int round = 0; round < 2 && any && !status && !fit_problem_interrupted(p); round++) {
-        struct optimise_result found;
-        status = horizon_find(p, &t->predict, theta, &any, err);
-        if (status || !any)
-            break;
-        starts_to_x(p, theta, x);
+    double *x = bf_alloc(p->n_unknowns, sizeof *x);
+    struct optimise_result found;
+    bool any;
+    enum bf_status status = horizon_find(p, &t->predict, best->theta, &any, err);
+    starts_to_x(p, best->theta, x);
+    if (!status)
         status = staircase_last(p, &t->stairs, x, &found, err);
-        if (status || p->n_used == 0 || (round == 0 && !(found.half_square / (double)p->n_used < lowest)))
-            break;
-        fit_problem_to_theta(p, x, theta);
-        memcpy(best->theta, theta, p->n_refs * sizeof *theta);
-        memcpy(kept_s, p->horizon_s, p->n_records * sizeof *kept_s);
-        best->found = found;
+    if (!status && p->n_used > 0 && 2.0 * found.half_square <= reached * reached * (double)p->n_used) {
+        best->have = false;
+        crown(t, x, &found, best);
     }
-    memcpy(p->horizon_s, kept_s, p->n_records * sizeof *kept_s);
-    free(x), free(theta), free(kept_s);
+    free(x);
     return status == BF_NUMERIC ? BF_OK : status;
+}
+
+static bool is_cut(const struct tournament *t, const struct champion *best)
+{
+    for (size_t r = 0; r < t->p->n_records; r++)
+        if (isfinite(best->horizon_s[r]))
+            return true;
+    return false;
 }
 
 enum bf_status tournament_run(struct tournament *t, double x[], struct optimise_result *found, struct bf_error *err)
@@ -292,22 +298,25 @@ enum bf_status tournament_run(struct tournament *t, double x[], struct optimise_
     struct fit_problem *p = t->p;
     const bool law = law_is_new(p, t->first_effect);
     struct champion best = {.theta = bf_alloc(p->n_refs, sizeof *best.theta),
-                            .explained = bf_alloc(p->n_refs, sizeof *best.explained)};
+                            .explained = bf_alloc(p->n_refs, sizeof *best.explained),
+                            .horizon_s = bf_alloc(p->n_records, sizeof *best.horizon_s)};
+    t->stairs.predict = &t->predict;
     t->stairs.gentle = law_in_model(p->model) && !t->quick;
     enum bf_status status = law ? descend_trial(t, &best, err) : BF_OK;
-    if (!status && !(best.have && (t->quick || explained(t, &best) || fit_problem_interrupted(p))) &&
+    if (!status && !(best.have && (t->quick || explained(&best) || fit_problem_interrupted(p))) &&
         !far_explained(t, &best))
         status = compete(t, law, &best, err);
     if (!status && !best.have)
         status = bf_fail(err, BF_NUMERIC, "no start of the new effects has a value");
-    if (!status && best.explained_ps > 0.0 && !explained(t, &best) && !fit_problem_interrupted(p))
-        status = cut_at_horizon(t, &best, err);
+    if (!status && is_cut(t, &best) && explained(&best) && !fit_problem_interrupted(p))
+        status = move_horizon(t, &best, err);
     if (best.have) {
         starts_to_x(p, best.theta, x);
         *found = best.found;
         p->explained_ps = best.explained_ps;
+        memcpy(p->horizon_s, best.horizon_s, p->n_records * sizeof *best.horizon_s);
         status = fit_problem_stage(p, 0.0, 0.0, x, err);
     }
-    free(best.theta), free(best.explained);
+    free(best.theta), free(best.explained), free(best.horizon_s);
     return status;
 }
