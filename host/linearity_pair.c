@@ -9,8 +9,6 @@
 #include <string.h>
 
 enum {
-    SEGMENTS = 16, /* lengths of a segment that a record holds */
-    SEGMENT_LEAST = 32,
     DRAWS = 12,     /* of simulated noise, for the standard error of a ratio */
     MOST_LINES = 3, /* that are taken out of one pair */
     LINE_BINS = 2,  /* to either side that a line leaks into, Hann */
@@ -18,95 +16,9 @@ enum {
 };
 static const double same_shape_match = 3e-4; /* rms of u₂ − k u₁ over that of u₂; noise is some 4e-3 of a channel */
 static const double weakest_cell = 1e-6;     /* of the strongest: below, digits of the file are larger than noise */
-static const double band_excess = 1.3;       /* ratio of a third of an octave that counts, when it is … */
+static const double band_excess = 2.0;       /* ratio of a third of an octave that counts, when it is … */
 static const double band_sds = 6.0;          /* … this many standard errors above 1 */
 static const double pair_sds = 4.0;
-
-/* ---- Spectrograms ---- */
-
-struct plane {
-    size_t segment, hop, n_times, n_bins; /* n_bins: 0 … Nyquist */
-    const struct fft *plan;
-    double *window; /* [segment] Hann */
-};
-
-static enum bf_status plane_new(size_t n, struct plane *out, struct bf_error *err)
-{
-    size_t segment = SEGMENT_LEAST;
-    while (2 * segment * SEGMENTS <= n)
-        segment *= 2;
-    *out = (struct plane){.segment = segment, .hop = segment / 4, .n_bins = segment / 2 + 1};
-    out->n_times = (n + segment) / out->hop; /* the first segments begin before the record */
-    out->window = bf_alloc(segment, sizeof *out->window);
-    window_fill(WINDOW_HANN, segment, out->window);
-    return fft_get(segment, &out->plan, err);
-}
-
-/* power[t][k] of x[n], zero outside; segment t ends before sample (t + 1)·hop. */
-static void spectrogram(const struct plane *p, const double *x, size_t n, double *power)
-{
-    double *a = bf_alloc(p->segment, sizeof *a);
-    double complex *A = bf_alloc(p->n_bins, sizeof *A);
-    for (size_t t = 0; t < p->n_times; t++) {
-        for (size_t i = 0; i < p->segment; i++) {
-            const size_t end = (t + 1) * p->hop + i; /* sample + segment */
-            a[i] = end >= p->segment && end - p->segment < n ? p->window[i] * x[end - p->segment] : 0.0;
-        }
-        fft_forward(p->plan, a, A);
-        for (size_t k = 0; k < p->n_bins; k++)
-            power[t * p->n_bins + k] = creal(A[k]) * creal(A[k]) + cimag(A[k]) * cimag(A[k]);
-    }
-    free(a);
-    free(A);
-}
-
-/* ---- Linear convolution of whole records, cut to the record ---- */
-
-struct convolution {
-    size_t n, m;
-    const struct fft *plan;
-    double *x;
-    double complex *X;
-};
-
-static enum bf_status convolution_new(size_t n, struct convolution *out, struct bf_error *err)
-{
-    const size_t size = fft_good_size(2 * n);
-    *out = (struct convolution){.n = n, .m = size / 2 + 1};
-    out->x = bf_alloc(size, sizeof *out->x);
-    out->X = bf_alloc(out->m, sizeof *out->X);
-    return fft_get(size, &out->plan, err);
-}
-
-static void convolution_free(struct convolution *c)
-{
-    free(c->x);
-    free(c->X);
-}
-
-static double complex *transform(struct convolution *c, const double *x)
-{
-    double complex *X = bf_alloc(c->m, sizeof *X);
-    memset(c->x, 0, fft_size(c->plan) * sizeof *c->x);
-    memcpy(c->x, x, c->n * sizeof *x);
-    fft_forward(c->plan, c->x, X);
-    return X;
-}
-
-/* e[n] = b * x − a * y */
-static void commute(struct convolution *c, const double complex *B, const double complex *X, const double complex *A,
-                    const double complex *Y, double *e)
-{
-    for (size_t k = 0; k < c->m; k++) {
-        const double re = creal(B[k]) * creal(X[k]) - cimag(B[k]) * cimag(X[k]) - creal(A[k]) * creal(Y[k]) +
-                          cimag(A[k]) * cimag(Y[k]);
-        const double im = creal(B[k]) * cimag(X[k]) + cimag(B[k]) * creal(X[k]) - creal(A[k]) * cimag(Y[k]) -
-                          cimag(A[k]) * creal(Y[k]);
-        c->X[k] = CMPLX(re, im);
-    }
-    fft_inverse(c->plan, c->X, c->x);
-    memcpy(e, c->x, c->n * sizeof *e);
-}
 
 /* ---- Noise ---- */
 
@@ -130,7 +42,7 @@ static double uniform(uint64_t *seed)
 }
 
 /* x[n]: white noise of variance 1 coloured by the noise's density. */
-static void draw_noise(struct convolution *c, const struct noise_estimate *noise, double dt_s, uint64_t *seed,
+static void draw_noise(struct linearity_convolution *c, const struct noise_estimate *noise, double dt_s, uint64_t *seed,
                        double *x)
 {
     const size_t size = fft_size(c->plan);
@@ -147,7 +59,8 @@ static void draw_noise(struct convolution *c, const struct noise_estimate *noise
  * expected[t][k] += S(k) Σ_{t' ≤ t} hop · |V(t', k)|²: noise that began with the record, filtered by the signal whose
  * spectrogram is V. variance: [n_bins] of the noise.
  */
-static void add_filtered_noise(const struct plane *p, const double *V, const double *variance, double *expected)
+static void add_filtered_noise(const struct linearity_plane *p, const double *V, const double *variance,
+                               double *expected)
 {
     for (size_t k = 0; k < p->n_bins; k++) {
         double sum = 0.0;
@@ -165,8 +78,8 @@ struct pair_work {
     size_t n;
     double scale; /* k of u₂ = k u₁ */
     bool same_shape;
-    struct plane plane;
-    struct convolution convolution;
+    struct linearity_plane plane;
+    struct linearity_convolution convolution;
     double complex *U1, *U2;  /* NULL for the same shape */
     double *expected, *power; /* [n_times][n_bins] */
     double *e, *x1, *x2;      /* [n] */
@@ -197,8 +110,8 @@ static void left_over(struct pair_work *w, const double *y1, const double *y2)
             w->e[i] = y2[i] - w->scale * y1[i];
         return;
     }
-    double complex *Y1 = transform(&w->convolution, y1), *Y2 = transform(&w->convolution, y2);
-    commute(&w->convolution, w->U2, Y1, w->U1, Y2, w->e);
+    double complex *Y1 = linearity_transform(&w->convolution, y1), *Y2 = linearity_transform(&w->convolution, y2);
+    linearity_commute(&w->convolution, w->U2, Y1, w->U1, Y2, w->e);
     free(Y1);
     free(Y2);
 }
@@ -211,7 +124,7 @@ static void fill_variance(const struct pair_work *w, const struct linearity_sign
 
 static void expect_same_shape(struct pair_work *w, const double *v1, const double *v2)
 {
-    const struct plane *p = &w->plane;
+    const struct linearity_plane *p = &w->plane;
     for (size_t t = 0; t < p->n_times; t++) {
         double inside = 0.0; /* of the segment, inside the record */
         for (size_t i = 0; i < p->segment; i++) {
@@ -226,17 +139,17 @@ static void expect_same_shape(struct pair_work *w, const double *v1, const doubl
 
 static void expect_commuted(struct pair_work *w, double *v1, double *v2)
 {
-    const struct plane *p = &w->plane;
+    const struct linearity_plane *p = &w->plane;
     const struct linearity_signal *s[2] = {w->weak, w->strong};
     double *V = bf_alloc(p->n_times * p->n_bins, sizeof *V), *flat = bf_alloc(p->n_bins, sizeof *flat);
     for (int i = 0; i < 2; i++) { /* output noise through the other record's input, input noise through its output */
         const struct linearity_signal *other = s[1 - i];
-        spectrogram(p, other->u, w->n, V);
+        linearity_spectrogram(p, other->u, w->n, V);
         add_filtered_noise(p, V, i == 0 ? v1 : v2, w->expected);
         for (size_t k = 0; k < p->n_bins; k++)
             flat[k] = s[i]->u_noise_rms * s[i]->u_noise_rms;
         if (s[i]->u_noise_rms > 0.0) {
-            spectrogram(p, other->y, w->n, V);
+            linearity_spectrogram(p, other->y, w->n, V);
             add_filtered_noise(p, V, flat, w->expected);
         }
     }
@@ -246,9 +159,9 @@ static void expect_commuted(struct pair_work *w, double *v1, double *v2)
 
 static enum bf_status prepare(struct pair_work *w, struct bf_error *err)
 {
-    enum bf_status status = plane_new(w->n, &w->plane, err);
+    enum bf_status status = linearity_plane_new(w->n, &w->plane, err);
     if (status == BF_OK)
-        status = convolution_new(w->n, &w->convolution, err);
+        status = linearity_convolution_new(w->n, &w->convolution, err);
     if (status != BF_OK)
         return status;
     const size_t cells = w->plane.n_times * w->plane.n_bins;
@@ -264,8 +177,8 @@ static enum bf_status prepare(struct pair_work *w, struct bf_error *err)
     if (w->same_shape) {
         expect_same_shape(w, v1, v2);
     } else {
-        w->U1 = transform(&w->convolution, w->weak->u);
-        w->U2 = transform(&w->convolution, w->strong->u);
+        w->U1 = linearity_transform(&w->convolution, w->weak->u);
+        w->U2 = linearity_transform(&w->convolution, w->strong->u);
         expect_commuted(w, v1, v2);
     }
     free(v1);
@@ -275,7 +188,7 @@ static enum bf_status prepare(struct pair_work *w, struct bf_error *err)
 
 static void pair_work_free(struct pair_work *w)
 {
-    convolution_free(&w->convolution);
+    linearity_convolution_free(&w->convolution);
     free(w->plane.window);
     free(w->U1);
     free(w->U2);
@@ -311,11 +224,11 @@ static bool near_line(const struct linearity_lines *lines, size_t k, double df_H
 /* Sums over the cells of w->e that noise reaches; the last segments reach past the end of the record and are left out. */
 static void sum_cells(struct pair_work *w, const struct linearity_lines *lines, struct cells *out)
 {
-    const struct plane *p = &w->plane;
+    const struct linearity_plane *p = &w->plane;
     const double df_Hz = 1.0 / ((double)p->segment * w->weak->dt_s);
     double strongest = 0.0;
     *out = (struct cells){0};
-    spectrogram(p, w->e, w->n, w->power);
+    linearity_spectrogram(p, w->e, w->n, w->power);
     for (size_t i = 0; i < p->n_times * p->n_bins; i++)
         strongest = fmax(strongest, w->expected[i]);
     for (size_t t = 0; t < p->n_times && (t + 1) * p->hop <= w->n; t++) {
