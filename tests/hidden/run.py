@@ -15,8 +15,8 @@ import cases as hidden
 MIMIC = 1.1  # held-out residual / noise below which an explanation counts as predicting to the floor (issue: 1.1)
 BARS = {"plain": 0.95, "subtle": 0.90, "clean": 1.0, "outside": 1.0, "pair": 0.75}
 GOOD = ("right", "class", "mimic")
-# Cheap ones of each kind, for `make test`.
-FAST = ("clean-bench-1", "tip_mass-plain", "root_compliance-subtle", "sensor_highpass-plain", "mains_hum-plain")
+# For `make test`: cheap ones, clean, of the structure, of damping, of the measurement chain.
+FAST = ("h01", "h08", "h18", "h31", "h62")
 
 
 def call(command, limit_s):
@@ -82,7 +82,24 @@ def diagnose(program, case, directory, noise, without, limit_s):
                after=number(answer, "noise_ratio_after"), check_before=check_before, check_after=check_after,
                text=answer.get("text", ""))
     row["outcome"] = judge(strength, truth, case.mates, row["verdict"], row["named"], check_after)
+    row["candidates"] = [[c["effects"], c.get("noise_ratio_after"), c.get("check_noise_ratio_after")]
+                         for c in answer["candidates"]]
+    best = answer["candidates"][0] if answer["candidates"] else {}
+    estimates = best["parameters"] if set(best.get("effects", [])) == set(truth) else {}
+    row["covered"] = coverage(case, estimates)
     return row
+
+
+def coverage(case, estimates):
+    """[[name, truth, estimate, interval, inside]] of the effects' parameters; per-record values are left out."""
+    rows = []
+    for effect, values, _ in case.effects():
+        for name, value in values.items():
+            estimate = estimates.get(name) or estimates.get(effect + "." + name) or {}
+            low, high = estimate.get("ci95") or (None, None)
+            if low is not None and high is not None and not isinstance(value, dict):
+                rows.append([effect + "." + name, value, estimate["value"], [low, high], low <= value <= high])
+    return rows
 
 
 def refit(program, case, directory, limit_s):
@@ -104,12 +121,7 @@ def refit(program, case, directory, limit_s):
     if answer is None:
         return {**row, "text": message}
     row.update(after=answer["noise_ratio"], check_after=answer["check"]["noise_ratio"], text="")
-    for effect, values, _ in case.effects():
-        for name, value in values.items():
-            estimate = answer["parameters"].get(name) or answer["parameters"].get(effect + "." + name)
-            if estimate and estimate.get("ci95") and not isinstance(value, dict):
-                inside = estimate["ci95"][0] <= value <= estimate["ci95"][1]
-                row["covered"].append([effect + "." + name, value, estimate["value"], estimate["ci95"], inside])
+    row["covered"] = coverage(case, answer["parameters"])
     return row
 
 
@@ -148,6 +160,10 @@ def totals(rows, without):
     single = [row for row in rows if row["strength"] in ("plain", "subtle") and row["outcome"] in ("right", "class")]
     if single and not without:
         line("check <= 1.1 x noise after", sum(row["check_after"] <= MIMIC for row in single), len(single), 1.0)
+    intervals = [item[4] for row in rows for item in row.get("covered", [])]
+    if intervals:
+        print("%-28s %3d of %3d = %5.1f %%   bar 90 to 97 %%" % ("95 % intervals that hold truth", sum(intervals),
+              len(intervals), 100 * sum(intervals) / len(intervals)))
     seconds = [row["seconds"] for row in rows]
     print("%-28s median %.1f, longest %.1f, sum %.0f" % ("seconds", statistics.median(seconds), max(seconds), sum(seconds)))
     return met and not wrong
@@ -240,7 +256,8 @@ def main():
         print()
         met = totals(rows, options.without_truth)
     os.makedirs(options.work, exist_ok=True)
-    result = os.path.join(options.work, "results.json")
+    kind = "with_truth" if options.with_truth else "without_truth" if options.without_truth else "results"
+    result = os.path.join(options.work, ("open_" if options.open else "") + kind + ".json")
     with open(result, "w", encoding="utf-8") as stream:
         json.dump(rows, stream, indent=1)
     print("rows: " + result)
