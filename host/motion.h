@@ -14,6 +14,7 @@
  * holds for changes ΔA of mass, damping and stiffness of any size, not only small ones; column j of the Jacobian is
  * −H (∂A/∂θ_j) x̂.
  *
+ * In the last two periods of the first mode the motion is less certain: what the sensors would have said next is not known.
  * Free decays have no motion here (nothing recorded drives them); their rows are left out with weight zero.
  */
 #ifndef BEAMFIT_MOTION_H

@@ -49,7 +49,7 @@ struct transfer_modes transfer_modes(const struct predictor *predictor, double h
 /* W[m] of w = gᵀx under the recorded inputs; zero for a free decay. */
 void transfer_motion(const struct predictor *predictor, const double theta[], size_t record, const double g[],
                      double complex W[]);
-/* gain · F of a channel (Ks and the sensor's filters), [m]. */
+/* gain · F of a channel (Ks, the sensor's filters, the recorder's where it is stated), [m]. */
 enum bf_status transfer_chain(const struct predictor *predictor, const double theta[], size_t channel,
                               double complex F[], struct bf_error *err);
 /* H[m]: output before gain and filters over a force at g, with the output's time derivatives. */
