@@ -96,6 +96,12 @@ void diagnose_free(struct diagnosis *diagnosis);
 
 struct json *diagnose_json(const struct diagnosis *diagnosis);
 void diagnose_print(FILE *out, const struct diagnosis *diagnosis);
-enum bf_status diagnose_plot(const struct diagnosis *diagnosis, const char *directory, struct bf_error *err);
+/*
+ * Pictures, each as PNG and PDF: DIR/diagnose-misfit (by band and amplitude, before and after adding the best),
+ * diagnose-ranking, diagnose-amplitude (frequency and damping; when a record has a stretch without drive), diagnose-force
+ * (when reconstructed). docs/diagnose.md, 'Pictures'. predict: as in the options of the diagnosis; NULL: none.
+ */
+enum bf_status diagnose_plot(const struct diagnosis *diagnosis, const struct predict_options *predict,
+                             const char *directory, struct bf_error *err);
 
 #endif

@@ -76,4 +76,65 @@ struct plot_convergence {
 };
 enum bf_status plot_convergence(const struct plot_convergence *plot, struct bf_error *err);
 
+/* Misfit in units of the noise: a bar group for each band, and lines against the amplitude of motion. NAN: none. */
+enum { PLOT_BEFORE, PLOT_BEFORE_HELD_OUT, PLOT_AFTER, PLOT_AFTER_HELD_OUT, PLOT_STATES };
+struct plot_misfit {
+    const char *directory, *stem, *title;
+    size_t n_bands;
+    const double *band_Hz; /* [n_bands] the mode in each band, or its upper edge */
+    bool bands_are_modes;
+    const double *band[PLOT_STATES]; /* [n_bands] */
+    size_t n_levels;
+    const double *level;                 /* [n_levels] motion over the largest motion, > 0 */
+    const double *at_level[PLOT_STATES]; /* [n_levels] */
+};
+enum bf_status plot_misfit(const struct plot_misfit *misfit, struct bf_error *err);
+
+/* Explanations, best first, with what each leaves in units of the noise; the last row may be the model as it was. */
+struct plot_rank {
+    const char *name;
+    double fitted, held_out; /* NAN: none */
+    double gain;             /* evidence, BIC; NAN: none */
+    bool named;              /* belongs to the verdict: shaded */
+};
+struct plot_ranking {
+    const char *directory, *stem, *title;
+    size_t n;
+    const struct plot_rank *rows;
+};
+enum bf_status plot_ranking(const struct plot_ranking *ranking, struct bf_error *err);
+
+/* Frequency and damping ratio of one mode against its amplitude: points with standard errors, and two models as lines. */
+struct plot_drift_curve {
+    size_t n;
+    const double *amplitude, *frequency_Hz, *damping; /* [n] NAN: none */
+    const double *frequency_sd_Hz, *damping_sd;       /* [n] or NULL */
+};
+struct plot_drift {
+    const char *directory, *stem, *title;
+    const char *quantity; /* of the amplitude, as in plot_panels */
+    size_t n_measured, n_before, n_after;
+    const struct plot_drift_curve *measured, *before, *after;
+};
+enum bf_status plot_drift(const struct plot_drift *drift, struct bf_error *err);
+
+/* A force against displacement and velocity at its place (samples and means in bins), its size against the size of the
+ * displacement, and its amplitude spectrum with the modes as thin lines. */
+struct plot_force {
+    const char *directory, *stem, *title;
+    const char *force, *displacement, *velocity; /* axis labels with units */
+    size_t n;
+    const double *f, *w, *v; /* [n] */
+    size_t n_bins;
+    const double *w_bin, *f_of_w, *v_bin, *f_of_v; /* [n_bins] f_of_v: of what f_of_w leaves; NAN: empty bin */
+    size_t n_sizes;
+    const double *size_w, *size_f; /* [n_sizes] running rms */
+    size_t n_lines;
+    double df_Hz;
+    const double *spectrum; /* [n_lines] */
+    size_t n_modes;
+    const double *mode_Hz; /* [n_modes] */
+};
+enum bf_status plot_force(const struct plot_force *force, struct bf_error *err);
+
 #endif

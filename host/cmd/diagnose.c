@@ -195,6 +195,8 @@ static enum bf_status answer(const struct arguments *a, struct work *w, struct b
         status = json_print_and_free(diagnose_json(&w->diagnosis), stdout, err);
     else
         diagnose_print(stdout, &w->diagnosis);
+    if (!status && a->plot)
+        status = diagnose_plot(&w->diagnosis, &a->options.predict, a->plot, err);
     return status;
 }
 
