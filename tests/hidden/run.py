@@ -85,7 +85,7 @@ def diagnose(program, case, directory, noise, without, limit_s):
     row["candidates"] = [[c["effects"], c.get("noise_ratio_after"), c.get("check_noise_ratio_after")]
                          for c in answer["candidates"]]
     best = answer["candidates"][0] if answer["candidates"] else {}
-    estimates = best["parameters"] if set(best.get("effects", [])) == set(truth) else {}
+    estimates = best.get("parameters", {}) if set(best.get("effects", [])) == set(truth) else {}
     row["covered"] = coverage(case, estimates)
     return row
 
@@ -235,14 +235,23 @@ def choose(options):
     return [(case, os.path.join(options.work, case.name), case.rig.noise) for case in chosen]
 
 
+def save(rows, path):
+    with open(path, "w", encoding="utf-8") as stream:
+        json.dump(rows, stream, indent=1)
+
+
 def main():
     options = arguments()
     program = os.path.join(options.build, "beamfit")
     chosen = choose(options)
     if options.generate:
         return 0
+    kind = "with_truth" if options.with_truth else "without_truth" if options.without_truth else "results"
+    os.makedirs(options.work, exist_ok=True)
+    result = os.path.join(options.work, ("open_" if options.open else "") + kind + ".json")
     if options.with_truth:
         rows = with_truth(program, chosen, options.limit)
+        save(rows, result)
         met = True
     else:
         print("%-26s %-34s %-9s %-40s %-8s %s %6s" % ("case", "truth", "verdict", "named", "outcome",
@@ -253,13 +262,9 @@ def main():
                 continue
             rows.append(diagnose(program, case, directory, noise, options.without_truth, options.limit))
             show(rows[-1])
+            save(rows, result)
         print()
         met = totals(rows, options.without_truth)
-    os.makedirs(options.work, exist_ok=True)
-    kind = "with_truth" if options.with_truth else "without_truth" if options.without_truth else "results"
-    result = os.path.join(options.work, ("open_" if options.open else "") + kind + ".json")
-    with open(result, "w", encoding="utf-8") as stream:
-        json.dump(rows, stream, indent=1)
     print("rows: " + result)
     return 0 if met else 1
 
