@@ -13,6 +13,9 @@ static const double modes_to_nyquist = 1.5;
 enum { MOST_MODES = 16 };
 /* The power of the forces is smoothed over this many points of the Laplace line to either side (4 Hz of an 8 s line). */
 enum { SMOOTH = 16 };
+/* The window e^(−σt) leaves a band of that width two or three independent values, so noise alone reaches this many times
+ * its mean there; less is not taken for a signal. */
+static const double noise_margin = 3.0;
 /* A channel whose gain is below this (relative to the record's largest |s^ν ψ G|) tells nothing. */
 static const double deaf = 1e-30;
 
@@ -82,7 +85,7 @@ static enum bf_status fill_channel(const struct motion *motion, const double res
     return BF_OK;
 }
 
-/* Φ = (mean |R|² − channels)/(mean |h|²) over bands: what the forces must have, beyond the noise. */
+/* Φ = (mean |R|² − margin · channels)/(mean |h|²) over bands: what the forces must have, beyond the noise. */
 static void fill_power(struct lines *l)
 {
     double *sums = bf_alloc(2 * (l->m + 1), sizeof *sums), *of_h = sums + l->m + 1;
@@ -98,7 +101,8 @@ static void fill_power(struct lines *l)
     }
     for (size_t i = 0; i < l->m; i++) {
         size_t from = i > SMOOTH ? i - SMOOTH : 0, to = i + SMOOTH < l->m ? i + SMOOTH + 1 : l->m;
-        double r = sums[to] - sums[from] - (double)(l->n_channels * (to - from)), h = of_h[to] - of_h[from];
+        double r = sums[to] - sums[from] - noise_margin * (double)(l->n_channels * (to - from)),
+               h = of_h[to] - of_h[from];
         l->power[i] = r > 0.0 && h > deaf ? r / h : 0.0;
     }
     free(sums);
@@ -127,12 +131,11 @@ static void hermitian_solve(size_t n, double complex A[], double complex b[])
     }
 }
 
-/* q = G F̂, F̂ = Φ hᴴ (Φ h hᴴ + 1)⁻¹ R, one line after the other. Returns the part of |R|² that h F̂ reproduces. */
-static double solve_lines(const struct lines *l, double complex q[])
+/* q = G F̂, F̂ = Φ hᴴ (Φ h hᴴ + 1)⁻¹ R, one line after the other. */
+static void solve_lines(const struct lines *l, double complex q[])
 {
     size_t n = l->n_channels;
     double complex *A = bf_alloc(n * n + n, sizeof *A), *v = A + n * n;
-    double left = 0.0, all = 0.0;
     for (size_t i = 0; i < l->m; i++) {
         for (size_t a = 0; a < n; a++) {
             v[a] = l->R[a * l->m + i];
@@ -143,11 +146,8 @@ static double solve_lines(const struct lines *l, double complex q[])
                            conj(l->h[(b * l->n_modes + k) * l->m + i]);
                 A[a * n + b] = sum;
             }
-            all += cabs2(v[a]);
         }
         hermitian_solve(n, A, v); /* what is left of R in units of the noise: R − h F̂ = v */
-        for (size_t a = 0; a < n; a++)
-            left += cabs2(v[a]);
         for (size_t k = 0; k < l->n_modes; k++) {
             double complex force = 0.0;
             for (size_t a = 0; a < n; a++)
@@ -156,7 +156,6 @@ static double solve_lines(const struct lines *l, double complex q[])
         }
     }
     free(A);
-    return all > 0.0 ? 1.0 - left / all : 0.0;
 }
 
 /* The smallest forces behind a residual[n_rows] of a record, into out->q. */
@@ -177,7 +176,7 @@ static enum bf_status solve_record(const struct motion *motion, size_t record, c
     memset(out->q, 0, l.n_modes * l.m * sizeof *out->q);
     if (status == BF_OK && l.n_channels > 0) {
         fill_power(&l);
-        out->explained = solve_lines(&l, out->q);
+        solve_lines(&l, out->q);
     }
     free(l.R);
     free(l.h);
@@ -289,11 +288,11 @@ static enum bf_status fill(struct motion *motion, double floor, struct bf_error 
     if (status == BF_OK && valid == 0)
         status = bf_fail(err, BF_USAGE, "every record is a free decay: the force that drove it is not known");
     motion->predicted = out.jacobian;
-    return status == BF_OK ? motion_update_jacobian(motion, err) : status;
+    return status;
 }
 
-enum bf_status motion_new(struct predictor *predictor, const double theta[], const double sigma[], double floor,
-                          struct motion *out, struct bf_error *err)
+enum bf_status motion_prepare(struct predictor *predictor, const double theta[], const double sigma[], double floor,
+                              struct motion *out, struct bf_error *err)
 {
     const struct parameter_ref *refs;
     *out = (struct motion){.predictor = predictor, .n_records = transfer_records(predictor), .floor = floor};
@@ -311,6 +310,18 @@ enum bf_status motion_new(struct predictor *predictor, const double theta[], con
     out->records = bf_alloc(out->n_records, sizeof *out->records);
     out->free = bf_alloc(out->n_parameters, sizeof *out->free);
     enum bf_status status = fill(out, floor, err);
+    if (status != BF_OK)
+        motion_free(out);
+    return status;
+}
+
+enum bf_status motion_new(struct predictor *predictor, const double theta[], const double sigma[], double floor,
+                          struct motion *out, struct bf_error *err)
+{
+    enum bf_status status = motion_prepare(predictor, theta, sigma, floor, out, err);
+    if (status != BF_OK)
+        return status;
+    status = motion_update_jacobian(out, err);
     if (status != BF_OK)
         motion_free(out);
     return status;

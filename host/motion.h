@@ -26,7 +26,6 @@ struct motion_record {
     size_t n, m;       /* samples; points of the Laplace line */
     bool valid;        /* false: a free decay */
     double complex *q; /* [modes.n][m] deviation of the modal coordinates from the linear response */
-    double explained;  /* part of the residual's square that the deviation reproduces in the channels, 0 … 1 */
 };
 
 struct motion {
@@ -56,6 +55,9 @@ struct motion {
  */
 enum bf_status motion_new(struct predictor *predictor, const double theta[], const double sigma[], double floor,
                           struct motion *out, struct bf_error *err);
+/* The same without the Jacobian, for a motion that is to be renewed first; motion_update_jacobian() fills it. */
+enum bf_status motion_prepare(struct predictor *predictor, const double theta[], const double sigma[], double floor,
+                              struct motion *out, struct bf_error *err);
 void motion_free(struct motion *motion);
 
 /*

@@ -19,6 +19,8 @@ static const double first_step = 0.5, last_step = 0.1;
 static const double first_place = 0.06, last_place = 0.015;
 /* A force whose response the baseline's parameters imitate to this part of its square says nothing. */
 static const double imitated = 1e-7;
+/* Rounds are for candidates that explain at least this part of what the best explains. */
+static const double worth_a_round = 0.05;
 /* Rounds end when χ² changes by less than this part. */
 static const double standstill = 0.05;
 /* Candidates of trial_all() that go through the rounds; an effect with a place may take two, see candidates(). */
@@ -314,7 +316,7 @@ static enum bf_status next_round(struct predictor *predictor, const struct motio
     struct motion motion;
     enum bf_status status = predictor_rebase(predictor, out->theta, err);
     if (status == BF_OK)
-        status = motion_new(predictor, out->theta, old->sigma, old->floor, &motion, err);
+        status = motion_prepare(predictor, out->theta, old->sigma, old->floor, &motion, err);
     if (status != BF_OK)
         return status;
     status = search_again(&motion, old->weight, options, out, err);
@@ -409,8 +411,10 @@ static enum bf_status finish(const struct motion *motion, const struct trial_opt
                              size_t *n, struct bf_error *err)
 {
     enum bf_status status = BF_OK;
-    size_t kept = 0, renewed = *n < SHORT_LIST ? *n : SHORT_LIST;
+    size_t kept = 0, renewed = 0;
     qsort(list, *n, sizeof *list, by_chi_square);
+    while (renewed < *n && renewed < SHORT_LIST && list[renewed].share >= worth_a_round * list[0].share)
+        renewed++;
     for (size_t i = 0; status == BF_OK && i < renewed; i++)
         status = rounds(motion, options, &list[i], err);
     qsort(list, renewed, sizeof *list, by_chi_square);
