@@ -11,7 +11,7 @@
 
 static const struct command *const commands[] = {
     &command_init,    &command_modes, &command_simulate, &command_fit,     &command_compare, &command_diagnose,
-    &command_effects, &command_add,   &command_drop,     &command_history, &command_import,
+    &command_effects, &command_add,   &command_drop,     &command_history, &command_import,  &command_discriminate,
 };
 enum { COMMANDS = sizeof commands / sizeof *commands };
 

@@ -17,6 +17,6 @@ struct command {
 };
 
 extern const struct command command_init, command_modes, command_simulate, command_fit, command_compare,
-    command_effects, command_add, command_diagnose, command_drop, command_history, command_import;
+    command_effects, command_add, command_diagnose, command_discriminate, command_drop, command_history, command_import;
 
 #endif

@@ -1,0 +1,298 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include <stdlib.h>
+#include <string.h>
+
+#include "commands.h"
+#include "discriminate.h"
+#include "options.h"
+#include "progress.h"
+
+static const char help[] =
+    "Usage: beamfit discriminate MODEL RIVAL RIVAL... [RECORD...] [-o DRIVE] [options]\n"
+    "\n"
+    "Says which next experiment tells rival effects apart best, when the records so far cannot. Each rival is added "
+    "to\n"
+    "MODEL and fitted to the RECORDs; then every experiment of a menu is predicted by all of them: hits and a release "
+    "at\n"
+    "several places, chirp and multisine on the patch, each at a quarter of, at and at four times the largest level "
+    "of\n"
+    "the records, with the sensors of MODEL alone and with one more (displacement, velocity or acceleration at a\n"
+    "quarter, the middle and the end of the beam). An experiment is worth what is left of the difference of two "
+    "rivals,\n"
+    "in units of the noise, after the wrong one has been fitted again; of several pairs the worst counts.\n"
+    "\n"
+    "  RIVAL                 an effect (tip_mass), several at once (tip_mass+root_compliance), or with a model that "
+    "has\n"
+    "                        them (tip_mass=fitted_tip_mass.yaml), whose values are the start of the refit\n"
+    "  RECORD                the recordings so far; without any, effects have typical strengths (a warning says so)\n"
+    "  -o, --output DRIVE    write the drive signal of the best experiment: a record (CSV) with MODEL's inputs\n"
+    "  --only KIND,KIND...   of hit, soft_hit, release, chirp, multisine\n"
+    "  --no-sensors          no added sensor\n"
+    "  --duration S          length of an experiment, s (default: that of the first record, else 4)\n"
+    "  --force N             largest force, N (default: of the records, else 5)\n"
+    "  --voltage V           largest drive, V (default: of the records, else 20)\n"
+    "  --rows N              rows of the table (default 12)\n"
+    "  --intersample HOW     what inputs do between samples: bl (band-limited, default), foh (linear), zoh (held)\n"
+    "  --threads N           default: one a processor\n"
+    "  --json                {\"experiments\": [{\"name\", \"separation\", \"pairs\": [{\"a\", \"b\", \"separation\",\n"
+    "                        \"wrong_choice\"}], ...}], \"best\", \"drive\", \"text\", \"seconds\", ...}\n"
+    "\n"
+    "Evidence (separation) is the expected 2 log of the likelihood ratio: above 10 is decisive. It adds up over "
+    "repeated\n"
+    "experiments. The best one stays within the largest level so far, and asks for a sensor only where that gains "
+    "half\n"
+    "as much again; what four times the level would bring is listed as 'beyond the largest so far'.\n"
+    "\n"
+    "Example:\n"
+    "  beamfit discriminate fitted.yaml square_root_damping hysteretic_damping hit1.csv chirp1.csv -o next.csv\n"
+    "\n"
+    "Exit status: 0 done; 2 usage; 3 bad model or record, or DRIVE not writable; 4 no experiment can be predicted.\n";
+
+enum { ROWS = 12 };
+
+struct rival_argument {
+    char *name;
+    struct discriminate_rival rival;
+    struct model model;
+};
+
+struct arguments {
+    const char *model, *output;
+    size_t n_rivals, n_records;
+    struct rival_argument rivals[DISCRIMINATE_RIVALS];
+    const char **records;
+    bool json;
+    double rows;
+    struct discriminate_options options;
+};
+
+static enum bf_status take_only(struct arguments *a, const char *text, struct bf_error *err)
+{
+    const char *names[DRIVE_KINDS];
+    for (int k = 0; k < DRIVE_KINDS; k++) {
+        names[k] = drive_kind_name((enum drive_kind)k);
+        a->options.without[k] = true;
+    }
+    char *copy = bf_strdup(text), *rest = NULL;
+    enum bf_status status = BF_OK;
+    for (char *kind = strtok_r(copy, ",", &rest); kind != NULL && !status; kind = strtok_r(NULL, ",", &rest)) {
+        int k = 0;
+        while (k < DRIVE_KINDS && strcmp(kind, names[k]) != 0)
+            k++;
+        if (k < DRIVE_KINDS)
+            a->options.without[k] = false;
+        else
+            status = bf_fail(err, BF_USAGE, "--only %.60s: known are hit, soft_hit, release, chirp, multisine", kind);
+    }
+    free(copy);
+    return status;
+}
+
+static enum bf_status take_positive(const char *option, const char *text, double most, double *out,
+                                    struct bf_error *err)
+{
+    if (options_number(option, text, out, err) != BF_OK)
+        return BF_USAGE;
+    if (!(*out > 0.0 && *out <= most))
+        return bf_fail(err, BF_USAGE, "%s %s: give a number above 0, at most %g", option, text, most);
+    return BF_OK;
+}
+
+static enum bf_status take_option(struct arguments *a, int code, struct bf_error *err)
+{
+    double number = 0.0;
+    enum bf_status status;
+    switch (code) {
+    case 'o':
+        a->output = optarg;
+        return BF_OK;
+    case 'k':
+        return take_only(a, optarg, err);
+    case 's':
+        a->options.no_sensors = true;
+        return BF_OK;
+    case 'd':
+        return take_positive("--duration", optarg, 1e4, &a->options.duration_s, err);
+    case 'f':
+        return take_positive("--force", optarg, 1e6, &a->options.force_N, err);
+    case 'v':
+        return take_positive("--voltage", optarg, 1e6, &a->options.moment_V, err);
+    case 'r':
+        return take_positive("--rows", optarg, 1e6, &a->rows, err);
+    case 't':
+        status = take_positive("--threads", optarg, 256.0, &number, err);
+        a->options.threads = number < 1.0 ? 1 : (int)number;
+        return status;
+    case 'i':
+        return intersample_from_text(optarg, &a->options.predict.intersample, err);
+    case 'j':
+        a->json = true;
+        return BF_OK;
+    default:
+        return BF_USAGE;
+    }
+}
+
+/* "ID+ID" into effects; BF_USAGE with a proposal when one is unknown. */
+static enum bf_status take_effects(const char *ids, struct discriminate_rival *rival, struct bf_error *err)
+{
+    char *copy = bf_strdup(ids), *rest = NULL;
+    enum bf_status status = BF_OK;
+    rival->n_effects = 0;
+    for (char *id = strtok_r(copy, "+", &rest); id != NULL && !status; id = strtok_r(NULL, "+", &rest)) {
+        const struct beam_effect *effect = effect_find(id, err);
+        if (effect == NULL)
+            status = BF_USAGE;
+        else if (rival->n_effects == DISCRIMINATE_EFFECTS)
+            status = bf_fail(err, BF_USAGE, "%.60s: at most %d effects in one rival", ids, DISCRIMINATE_EFFECTS);
+        else
+            rival->effects[rival->n_effects++] = effect;
+    }
+    if (!status && rival->n_effects == 0)
+        status = bf_fail(err, BF_USAGE, "'%.60s' names no effect", ids);
+    free(copy);
+    return status;
+}
+
+static enum bf_status check_has(const struct rival_argument *r, const char *path, struct bf_error *err)
+{
+    for (size_t i = 0; i < r->rival.n_effects; i++) {
+        bool found = false;
+        for (size_t e = 0; e < r->model.n_effects; e++)
+            found = found || r->model.effects[e].effect == r->rival.effects[i];
+        if (!found)
+            return bf_fail(err, BF_USAGE, "%s: the model has no effect %s; `beamfit add` and `beamfit fit` make one",
+                           path, r->rival.effects[i]->id);
+    }
+    return BF_OK;
+}
+
+static enum bf_status take_rival(struct arguments *a, const char *word, struct bf_error *err)
+{
+    if (a->n_rivals == DISCRIMINATE_RIVALS)
+        return bf_fail(err, BF_USAGE, "at most %d rivals can be compared", DISCRIMINATE_RIVALS);
+    struct rival_argument *r = &a->rivals[a->n_rivals++];
+    const char *equals = strchr(word, '=');
+    r->name = bf_strdup(word);
+    if (equals != NULL)
+        r->name[equals - word] = '\0';
+    r->rival.name = r->name;
+    enum bf_status status = take_effects(r->name, &r->rival, err);
+    if (status || equals == NULL)
+        return status;
+    status = model_read(equals + 1, &r->model, err);
+    if (status)
+        return status;
+    r->rival.model = &r->model;
+    return check_has(r, equals + 1, err);
+}
+
+/* Effects have neither dot nor slash in their names, files of records have one of them. */
+static bool is_rival(const char *word)
+{
+    return word[strcspn(word, "/.=")] == '=' || strpbrk(word, "/.") == NULL;
+}
+
+static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
+{
+    static const struct option options[] = {
+        {"output", required_argument, NULL, 'o'},
+        {"only", required_argument, NULL, 'k'},
+        {"no-sensors", no_argument, NULL, 's'},
+        {"duration", required_argument, NULL, 'd'},
+        {"force", required_argument, NULL, 'f'},
+        {"voltage", required_argument, NULL, 'v'},
+        {"rows", required_argument, NULL, 'r'},
+        {"threads", required_argument, NULL, 't'},
+        {"intersample", required_argument, NULL, 'i'},
+        {"json", no_argument, NULL, 'j'},
+        {0},
+    };
+    int code;
+    a->rows = ROWS;
+    while ((code = options_next(argc, argv, ":o:", options, err)) != -1) {
+        const enum bf_status status = take_option(a, code, err);
+        if (status)
+            return status;
+    }
+    if (argc - optind < 1)
+        return bf_fail(err, BF_USAGE,
+                       "give a model and at least two rival effects: beamfit discriminate MODEL ID ID...");
+    if (a->json && a->output && strcmp(a->output, "-") == 0)
+        return bf_fail(err, BF_USAGE, "--json and -o - both want standard output; give a file to -o");
+    a->model = argv[optind++];
+    a->records = bf_alloc((size_t)(argc - optind) + 1, sizeof *a->records);
+    for (; optind < argc; optind++) {
+        if (!is_rival(argv[optind])) {
+            a->records[a->n_records++] = argv[optind];
+            continue;
+        }
+        const enum bf_status status = take_rival(a, argv[optind], err);
+        if (status)
+            return status;
+    }
+    if (a->n_rivals < 2)
+        return bf_fail(err, BF_USAGE,
+                       "give at least two rival effects: beamfit discriminate MODEL ID ID... [RECORD...]; "
+                       "`beamfit effects` lists them");
+    return BF_OK;
+}
+
+static enum bf_status answer(const struct arguments *a, const struct model *model, const struct record records[],
+                             struct bf_error *err)
+{
+    struct discriminate_rival rivals[DISCRIMINATE_RIVALS];
+    struct discrimination d;
+    for (size_t i = 0; i < a->n_rivals; i++)
+        rivals[i] = a->rivals[i].rival;
+    progress_catch_interrupts();
+    enum bf_status status = discriminate_run(model, rivals, a->n_rivals, records, a->n_records, &a->options, &d, err);
+    if (!status && d.warning != NULL)
+        bf_warn("%s", d.warning);
+    if (!status && a->output != NULL)
+        status = record_write(a->output, &d.signal, 0, err);
+    if (!status && a->json)
+        status = json_print_and_free(discriminate_json(&d, a->output), stdout, err);
+    else if (!status && !(a->output != NULL && strcmp(a->output, "-") == 0)) {
+        discriminate_print(stdout, &d, (size_t)a->rows);
+        if (a->output != NULL)
+            (void)printf("Its drive signal: %s\n", a->output);
+    }
+    discrimination_free(&d);
+    return status;
+}
+
+static enum bf_status run(int argc, char **argv, struct bf_error *err)
+{
+    struct arguments a = {0};
+    struct model model = {0};
+    struct record *records = NULL;
+    size_t n_read = 0;
+    enum bf_status status = parse(argc, argv, &a, err);
+    if (!status)
+        status = model_read(a.model, &model, err);
+    if (!status)
+        records = bf_alloc(a.n_records, sizeof *records);
+    while (!status && n_read < a.n_records) {
+        status = record_read(a.records[n_read], &records[n_read], err);
+        n_read += status == BF_OK;
+    }
+    if (!status)
+        status = answer(&a, &model, records, err);
+    for (size_t i = 0; i < n_read; i++)
+        record_free(&records[i]);
+    for (size_t i = 0; i < a.n_rivals; i++) {
+        free(a.rivals[i].name);
+        model_free(&a.rivals[i].model);
+    }
+    free(records), free(a.records);
+    model_free(&model);
+    return status;
+}
+
+const struct command command_discriminate = {
+    .name = "discriminate",
+    .summary = "which next experiment tells rival effects apart, and its drive signal",
+    .help = help,
+    .run = run,
+};
