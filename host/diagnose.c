@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "diagnose_work.h"
+#include "diagnose_shortlist.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -11,7 +11,9 @@
 #include "progress.h"
 
 /* Refits per stage, at most. */
-enum { MOST_LINEAR = 6, MOST_LAWS = 4, PAIR_LINEAR = 4, PAIR_LAWS = 3, PAIR_ROOTS = 2 };
+static const size_t most_singles[] = {[KIND_LINEAR] = 6, [KIND_BENT] = 3, [KIND_LAW] = 4};
+static const size_t most_pairs[] = {[KIND_LINEAR] = 4, [KIND_BENT] = 2, [KIND_LAW] = 3};
+enum { PAIR_ROOTS = 2 };
 /* Bands of the misfit: one a mode. */
 enum { MOST_MODES = 16, SPLINES = 100 };
 /* Parts of the progress bar. */
@@ -58,7 +60,7 @@ static enum bf_status one_more(struct diagnose_work *w, size_t n_effects, struct
             status = copy_root(&d->hypotheses[i], &roots[n++], err);
     for (size_t i = 0; i < n; i++) {
         if (!status && !progress_interrupted())
-            status = diagnose_extend(w, &roots[i], PAIR_LINEAR, PAIR_LAWS, part_pairs / (double)n, err);
+            status = diagnose_extend(w, &roots[i], most_pairs, part_pairs / (double)n, err);
         free_root(&roots[i]);
     }
     return status;
@@ -68,7 +70,7 @@ static enum bf_status search(struct diagnose_work *w, struct bf_error *err)
 {
     const size_t most = w->options->most_effects > 0 ? w->options->most_effects : DIAGNOSE_EFFECTS;
     tell(w, part_baseline, "short list");
-    enum bf_status status = diagnose_extend(w, &w->d->baseline, MOST_LINEAR, MOST_LAWS, part_singles, err);
+    enum bf_status status = diagnose_extend(w, &w->d->baseline, most_singles, part_singles, err);
     for (size_t n = 1; n < most && !status && !progress_interrupted(); n++) {
         if (w->d->n_hypotheses == 0 || !diagnose_more_wanted(w->d))
             break;

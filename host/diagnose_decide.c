@@ -206,10 +206,19 @@ static void name(struct diagnosis *d, const struct hypothesis *h)
     }
 }
 
+/*
+ * A second effect that lowers the rms by a few per cent is worth a search where the search is cheap. On top of a law every
+ * evaluation steps through time, so there only what does not explain the records is looked into.
+ */
 bool diagnose_more_wanted(const struct diagnosis *d)
 {
     static const double wanted_fitted = 1.03, wanted_check = 1.08;
-    const struct hypothesis *best = d->n_hypotheses > 0 ? &d->hypotheses[0] : &d->baseline;
+    const struct hypothesis *best = &d->hypotheses[0];
+    if (d->n_hypotheses == 0)
+        return false;
+    for (size_t i = 0; i < best->n_effects; i++)
+        if (best->effects[i]->law != NULL)
+            return !best->explains;
     return best->fitted.noise_ratio > wanted_fitted || best->check.noise_ratio > wanted_check;
 }
 

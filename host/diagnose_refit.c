@@ -2,6 +2,7 @@
 /* Refits on all threads: each worker takes the next job; answers are appended to the diagnosis under a lock. */
 #include "diagnose_work.h"
 
+#include <math.h>
 #include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -19,14 +20,14 @@ struct refit_queue {
 };
 
 /* A hypothesis whose fit has no value is dropped: the others decide, and the diagnosis is no longer sure. */
-static bool run_job(const struct diagnose_work *w, struct refit_job *job, int threads, struct hypothesis *h)
+static bool run_job(const struct diagnose_work *w, struct refit_job *job, int threads, double abandon_above,
+                    struct hypothesis *h)
 {
     const struct diagnosis *d = w->d;
     struct bf_error err;
     const struct refit_options options = {.sigma = w->sigma,
                                           .threads = threads,
-                                          .abandon_above = job->abandon_above,
-                                          .quick = job->quick,
+                                          .abandon_above = abandon_above,
                                           .first_new = job->first_new,
                                           .predict = w->options->predict};
     *h = (struct hypothesis){.n_base = d->baseline.n_base, .n_effects = job->n_effects, .n_tried = job->n_tried};
@@ -48,6 +49,18 @@ static bool run_job(const struct diagnose_work *w, struct refit_job *job, int th
     return hypothesis_measure(w, h, &err) == BF_OK;
 }
 
+/* χ²/n that is far above what the best refit with as many effects leaves. */
+static double hopeless(const struct diagnosis *d, size_t n_effects)
+{
+    double best = 0.0;
+    for (size_t i = 0; i < d->n_hypotheses; i++) {
+        const double left = fmax(d->hypotheses[i].fit.chi2_per_row, 1.0);
+        if (d->hypotheses[i].n_effects == n_effects && (best == 0.0 || left < best))
+            best = left;
+    }
+    return diagnose_worth * diagnose_worth * best;
+}
+
 static void *work(void *argument)
 {
     struct refit_queue *queue = argument;
@@ -57,9 +70,10 @@ static void *work(void *argument)
         struct refit_job *job = &queue->jobs[queue->next++];
         const size_t left = queue->n - queue->next + 1;
         const int threads = left >= (size_t)w->threads ? 1 : w->threads / (int)left;
+        const double abandon_above = w->options->everything ? 0.0 : hopeless(w->d, job->n_effects);
         (void)pthread_mutex_unlock(&queue->lock);
         struct hypothesis h;
-        const bool usable = run_job(w, job, threads, &h);
+        const bool usable = run_job(w, job, threads, abandon_above, &h);
         (void)pthread_mutex_lock(&queue->lock);
         struct diagnosis *d = w->d;
         d->evaluations += h.fit.evaluations;

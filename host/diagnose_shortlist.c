@@ -1,12 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/*
- * Which effects are worth a refit on top of a hypothesis: linear ones by score test and a few Gauss–Newton steps, laws by
- * the equation-error trial along the measured motion. Both only rank and give start values; refits decide.
- */
-#include "diagnose_work.h"
+#include "diagnose_shortlist.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -14,31 +9,25 @@
 
 /*
  * A candidate is refitted when what it leaves (rms, after its few steps) is at most this many times what the best one
- * leaves. docs/diagnose.md, 'Short list': the true effect was within 2.1 of the best in every hidden case.
+ * leaves; a refit that will end above it is given up. The true effect was the best of its list in all 17 linear cases of
+ * docs/diagnose.md, 'Short list', and the best or second law in 9 of 10: three leaves room for what was not tried.
  */
-static const double worth = 3.0;
-/* Scores with a family-wise p above this are not refitted. Generous: a refit is cheap, an omission is final. */
+const double diagnose_worth = 3.0;
+/* Candidates whose score or trial has a p-value above this are not refitted. Generous: an omission is final. */
 static const double hopeless_p = 0.05;
-/* A first-order score is worth something below this noise ratio (diagnosis.md: χ²/n below 100); above, all are refitted. */
-static const double score_limit = 10.0;
+/* Relative error of the measured motion that trials allow for. */
 static const double motion_floor = 0.01;
-enum { REFINED = 12, REFINE_STEPS = 3, TRIAL_ROUNDS = 2 };
+/* Best first-order scores that are refined, and renewals of a trial's motion. */
+enum { REFINED = 14, TRIAL_ROUNDS = 2 };
 
-struct shortlist {
-    struct diagnose_work *w;
-    const struct hypothesis *from;
-    size_t n_effects; /* of the new hypotheses */
-    struct candidate_list list;
-    struct score_base *base;
-    struct score *scores;   /* [list.n] */
-    size_t *order, n_order; /* of the linear candidates, best first */
-    struct trial *trials;   /* best first */
-    size_t n_trials;
-    bool scored;      /* false: the misfit is too large for scores */
-    double best_left; /* rms in units of the noise that the best of all leaves */
-};
+enum effect_kind effect_kind(const struct beam_effect *effect)
+{
+    if (effect->law != NULL)
+        return KIND_LAW;
+    return effect->drive != NULL || effect->map != NULL ? KIND_BENT : KIND_LINEAR;
+}
 
-static double score_left(const struct shortlist *s, size_t i)
+double shortlist_left(const struct shortlist *s, size_t i)
 {
     const struct score *score = &s->scores[i];
     const double rows = (double)s->from->fit.n_rows;
@@ -51,34 +40,50 @@ static double score_left(const struct shortlist *s, size_t i)
 static int by_left(const void *a, const void *b, void *context)
 {
     const struct shortlist *s = context;
-    const double x = score_left(s, *(const size_t *)a), y = score_left(s, *(const size_t *)b);
+    const double x = shortlist_left(s, *(const size_t *)a), y = shortlist_left(s, *(const size_t *)b);
     return (x > y) - (x < y);
 }
 
-static enum bf_status score_linear(struct shortlist *s, struct bf_error *err)
+/* Scores of candidates of one kind; scores[] stays in the order of the list. */
+static void score_kind(struct shortlist *s, enum effect_kind kind)
+{
+    struct candidate *some = bf_alloc(s->list.n, sizeof *some);
+    struct score *scores = bf_alloc(s->list.n, sizeof *scores);
+    size_t *at = bf_alloc(s->list.n, sizeof *at), *order = bf_alloc(s->list.n, sizeof *order), n = 0;
+    for (size_t i = 0; i < s->list.n; i++)
+        if (effect_kind(s->list.candidates[i].effect) == kind) {
+            at[n] = i;
+            some[n++] = s->list.candidates[i];
+        }
+    score_run(s->base, some, n, scores);
+    const size_t ranked = score_rank(some, scores, n, order), refined = ranked < REFINED ? ranked : REFINED;
+    score_refine_all(s->base, some, scores, order, refined, 0);
+    for (size_t i = 0; i < n; i++) {
+        s->scores[at[i]] = scores[i];
+        s->w->n_tried += scores[i].n_tried;
+    }
+    for (size_t k = 0; k < ranked; k++)
+        s->order[kind][k] = at[order[k]];
+    s->n_order[kind] = ranked;
+    qsort_r(s->order[kind], refined, sizeof(size_t), by_left, s);
+    free(some), free(scores), free(at), free(order);
+}
+
+enum bf_status shortlist_score(struct shortlist *s, enum effect_kind kind, struct bf_error *err)
 {
     struct diagnose_work *w = s->w;
-    const struct score_options options = {.sigma = w->sigma, .threads = w->threads, .predict = w->options->predict};
-    enum bf_status status = score_base_new(&s->from->model, w->d->records, w->d->n_records, &options, &s->base, err);
-    s->scores = bf_alloc(s->list.n, sizeof *s->scores);
-    s->order = bf_alloc(s->list.n, sizeof *s->order);
-    if (status)
-        return status;
-    score_run(s->base, s->list.candidates, s->list.n, s->scores);
-    s->n_order = score_rank(s->list.candidates, s->scores, s->list.n, s->order);
-    for (size_t i = 0; i < s->list.n; i++)
-        w->n_tried += s->scores[i].n_tried;
-    for (size_t k = 0; k < s->n_order && k < REFINED && !progress_interrupted(); k++) {
-        struct score *score = &s->scores[s->order[k]];
-        if (score->p_value > hopeless_p)
-            break;
-        status = score_refine(s->base, &s->list.candidates[s->order[k]], REFINE_STEPS, score, err);
-        if (status == BF_NUMERIC)
-            status = BF_OK;
+    if (s->order[kind] != NULL)
+        return BF_OK;
+    if (s->base == NULL) {
+        const struct score_options options = {.sigma = w->sigma, .threads = w->threads, .predict = w->options->predict};
+        const enum bf_status status =
+            score_base_new(&s->from->model, w->d->records, w->d->n_records, &options, &s->base, err);
         if (status)
             return status;
+        s->scores = bf_alloc(s->list.n, sizeof *s->scores);
     }
-    qsort_r(s->order, s->n_order < REFINED ? s->n_order : REFINED, sizeof *s->order, by_left, s);
+    s->order[kind] = bf_alloc(s->list.n, sizeof(size_t));
+    score_kind(s, kind);
     return BF_OK;
 }
 
@@ -90,15 +95,22 @@ static bool excluded(const struct diagnose_work *w, const char *id)
     return false;
 }
 
-/* Laws, along the motion that the hypothesis and its residual tell; none when the hypothesis itself has a law. */
-static enum bf_status try_laws(struct shortlist *s, struct bf_error *err)
+static bool has_law(const struct model *model)
+{
+    for (size_t e = 0; e < model->n_effects; e++)
+        if (effect_kind(model->effects[e].effect) != KIND_LINEAR)
+            return true;
+    return false;
+}
+
+enum bf_status shortlist_try_laws(struct shortlist *s, struct bf_error *err)
 {
     struct diagnose_work *w = s->w;
     struct predictor *predictor;
     struct motion motion;
-    for (size_t e = 0; e < s->from->model.n_effects; e++)
-        if (s->from->model.effects[e].effect->law != NULL)
-            return BF_OK;
+    if (s->tried || has_law(&s->from->model))
+        return BF_OK;
+    s->tried = true;
     enum bf_status status =
         predictor_new(&s->from->model, w->d->records, w->d->n_records, &w->options->predict, &predictor, err);
     if (status)
@@ -124,201 +136,115 @@ static enum bf_status try_laws(struct shortlist *s, struct bf_error *err)
     return status;
 }
 
-static struct refit_job *push(struct refit_job **jobs, size_t *n)
+/* ---- Jobs ---- */
+
+static void push(struct refit_job **jobs, size_t *n, const struct refit_job *job)
 {
     *jobs = bf_grow(*jobs, *n + 1, sizeof **jobs);
-    return &(*jobs)[(*n)++];
+    (*jobs)[(*n)++] = *job;
 }
 
+/* The score's start is near: the refit needs no starts of its own. */
 static enum bf_status job_of_score(const struct shortlist *s, size_t i, struct refit_job *job, struct bf_error *err)
 {
     *job = (struct refit_job){.n_effects = s->n_effects, .n_tried = s->w->n_tried};
     const enum bf_status status = score_model(s->base, &s->list.candidates[i], &s->scores[i], &job->model, err);
-    job->first_new = job->model.n_effects; /* the score's start is near */
+    job->first_new = job->model.n_effects;
     return status;
 }
 
-/* Far from the noise a score cannot tell: the catalogue's start, and the refit finds its own. */
-static enum bf_status job_unscored(const struct shortlist *s, const struct candidate *candidate, struct refit_job *job,
-                                   struct bf_error *err)
+static enum bf_status job_of_candidate(const struct shortlist *s, const struct candidate *candidate, const double p[],
+                                       struct refit_job *job, struct bf_error *err)
 {
-    *job = (struct refit_job){.n_effects = s->n_effects,
-                              .n_tried = s->w->n_tried,
-                              .first_new = s->from->model.n_effects,
-                              .abandon_above = pow(worth * s->best_left, 2.0)};
-    return candidate_model(&s->from->model, candidate, candidate->start, &job->model, err);
+    *job =
+        (struct refit_job){.n_effects = s->n_effects, .n_tried = s->w->n_tried, .first_new = s->from->model.n_effects};
+    return candidate_model(&s->from->model, candidate, p, &job->model, err);
 }
 
-static enum bf_status job_of_trial(const struct shortlist *s, const struct trial *trial, struct refit_job *job,
-                                   struct bf_error *err)
+/* The candidate with the effect's default channels. */
+static const struct candidate *candidate_of(const struct shortlist *s, const struct beam_effect *effect)
 {
-    *job = (struct refit_job){.n_effects = s->n_effects, .n_tried = s->w->n_tried};
-    for (size_t i = 0; i < s->list.n; i++) {
-        const struct candidate *candidate = &s->list.candidates[i];
-        if (candidate->effect != trial->effect || candidate->channel[0] != '\0')
-            continue;
-        job->first_new = s->from->model.n_effects;
-        return candidate_model(&s->from->model, candidate, trial->p, &job->model, err);
-    }
-    return bf_fail(err, BF_USAGE, "effect %s cannot act on this model", trial->effect->id);
+    for (size_t i = 0; i < s->list.n; i++)
+        if (s->list.candidates[i].effect == effect && s->list.candidates[i].channel[0] == '\0')
+            return &s->list.candidates[i];
+    return NULL;
 }
 
-/* What the best of a list leaves, and of the refits so far that have as many effects. */
-static void update_best(struct shortlist *s)
-{
-    const struct diagnosis *d = s->w->d;
-    double best = s->from->fitted.noise_ratio;
-    if (s->scored && s->n_order > 0)
-        best = fmin(best, score_left(s, s->order[0]));
-    if (s->n_trials > 0)
-        best = fmin(best, s->trials[0].unexplained);
-    for (size_t i = 0; i < d->n_hypotheses; i++)
-        if (d->hypotheses[i].n_effects == s->n_effects)
-            best = fmin(best, d->hypotheses[i].fitted.noise_ratio);
-    s->best_left = fmax(best, 1.0);
-}
-
-static bool bends(const struct beam_effect *effect)
-{
-    return effect->law != NULL || effect->drive != NULL || effect->map != NULL;
-}
-
-/* Candidates that act without a law; which: only those that are not linear, only those that are, or both. */
-enum which { LINEAR_ONES, BENT_ONES };
-
-static void choose_linear(struct shortlist *s, enum which which, size_t most, struct refit_job **jobs, size_t *n)
+static void choose_laws(struct shortlist *s, size_t most, double best, struct refit_job **jobs, size_t *n)
 {
     struct bf_error err;
     struct refit_job job;
-    const bool all = s->w->options->everything;
-    for (size_t i = 0; !s->scored && i < s->list.n; i++) {
-        const struct candidate *candidate = &s->list.candidates[i];
-        if (candidate->effect->law == NULL && bends(candidate->effect) == (which == BENT_ONES) &&
-            job_unscored(s, candidate, &job, &err) == BF_OK)
-            *push(jobs, n) = job;
-    }
-    for (size_t k = 0; s->scored && k < s->n_order && (all || *n < most); k++) {
-        const size_t i = s->order[k];
-        if (bends(s->list.candidates[i].effect) != (which == BENT_ONES))
+    for (; s->refitted_laws < s->n_trials && most > 0; s->refitted_laws++) {
+        const struct trial *trial = &s->trials[s->refitted_laws];
+        if (trial->unexplained > diagnose_worth * best || trial->p_value > hopeless_p)
             continue;
-        if (!all && (score_left(s, i) > worth * s->best_left || s->scores[i].p_value > hopeless_p))
+        const struct candidate *candidate = candidate_of(s, trial->effect);
+        if (candidate == NULL || job_of_candidate(s, candidate, trial->p, &job, &err) != BF_OK)
             continue;
-        if (job_of_score(s, i, &job, &err) == BF_OK)
-            *push(jobs, n) = job;
+        push(jobs, n, &job);
+        most--;
     }
 }
 
-static void choose_laws(struct shortlist *s, size_t most, struct refit_job **jobs, size_t *n)
+/* Every candidate of a kind from the catalogue's start, in its own time. */
+static void choose_all(struct shortlist *s, enum effect_kind kind, struct refit_job **jobs, size_t *n)
 {
     struct bf_error err;
     struct refit_job job;
-    const bool all = s->w->options->everything;
-    for (size_t k = 0; k < s->n_trials && (all || k < most); k++) {
-        if (!all && (s->trials[k].unexplained > worth * s->best_left || s->trials[k].p_value > hopeless_p))
-            continue;
-        if (job_of_trial(s, &s->trials[k], &job, &err) == BF_OK)
-            *push(jobs, n) = job;
-    }
+    for (size_t i = 0; i < s->list.n; i++)
+        if (effect_kind(s->list.candidates[i].effect) == kind &&
+            job_of_candidate(s, &s->list.candidates[i], s->list.candidates[i].start, &job, &err) == BF_OK)
+            push(jobs, n, &job);
 }
 
-/* Some refit with one effect more than the root leaves nothing that matters. */
-static bool explained(const struct shortlist *s)
+void shortlist_choose(struct shortlist *s, enum effect_kind kind, size_t most, double best, struct refit_job **jobs,
+                      size_t *n)
 {
-    const struct diagnosis *d = s->w->d;
-    for (size_t i = 0; i < d->n_hypotheses; i++)
-        if (d->hypotheses[i].n_effects == s->n_effects && d->hypotheses[i].explains)
-            return true;
-    return false;
-}
-
-static void refit(struct shortlist *s, struct refit_job **jobs, size_t *n, double span)
-{
-    diagnose_refits(s->w, *jobs, *n, span);
-    free(*jobs);
-    *jobs = NULL, *n = 0;
-    diagnose_rank(s->w->d, s->w->n_tried);
-    update_best(s);
-}
-
-/*
- * What records of different level say comes first: a beam that is not linear needs an effect that is not, and only when
- * none explains it the others are tried; a linear beam needs no law unless its trial is as good as the best refit.
- */
-static void waves(struct shortlist *s, size_t most_linear, size_t most_laws, double span)
-{
-    struct refit_job *jobs = NULL;
-    size_t n = 0;
-    const bool bent = s->from->n_effects == 0 && s->w->d->linearity.verdict == LINEARITY_NONLINEAR;
-    update_best(s);
-    if (bent || s->w->options->everything) {
-        choose_laws(s, most_laws, &jobs, &n);
-        choose_linear(s, BENT_ONES, most_linear, &jobs, &n);
-        refit(s, &jobs, &n, 0.5 * span);
-        if (explained(s) && !s->w->options->everything)
-            return;
-        choose_linear(s, LINEAR_ONES, most_linear, &jobs, &n);
-    } else {
-        choose_linear(s, LINEAR_ONES, most_linear, &jobs, &n);
-        choose_linear(s, BENT_ONES, most_linear, &jobs, &n);
-        refit(s, &jobs, &n, 0.5 * span);
-        choose_laws(s, most_laws, &jobs, &n);
-    }
-    refit(s, &jobs, &n, 0.5 * span);
-}
-
-static void debug(const struct shortlist *s)
-{
-    if (getenv("BF_DEBUG") == NULL)
+    struct bf_error err;
+    struct refit_job job;
+    if (s->w->options->everything) {
+        choose_all(s, kind, jobs, n);
         return;
-    double f;
-    fprintf(stderr, "== base misfit %.4g rows %zu\n", s->base ? score_base_misfit(s->base, &f) : 0.0,
-            s->from->fit.n_rows);
-    for (size_t k = 0; k < s->n_order; k++) {
-        const struct score *c = &s->scores[s->order[k]];
-        fprintf(stderr, "%-22s %-10s LM %.4g p %.2g est %.3g left %.4g ref %d\n",
-                s->list.candidates[s->order[k]].effect->id, s->list.candidates[s->order[k]].channel, c->LM, c->p_value,
-                c->estimate, score_left(s, s->order[k]), c->refined);
     }
-    for (size_t k = 0; k < s->n_trials; k++)
-        fprintf(stderr, "law %-22s share %.4g p %.2g strength %.3g±%.2g unexpl %.4g\n", s->trials[k].effect->id,
-                s->trials[k].share, s->trials[k].p_value, s->trials[k].strength, s->trials[k].strength_sd,
-                s->trials[k].unexplained);
-    if (getenv("BF_DEBUG")[0] == '2')
-        exit(0);
+    if (kind == KIND_LAW) {
+        choose_laws(s, most, best, jobs, n);
+        return;
+    }
+    for (; s->looked[kind] < s->n_order[kind] && most > 0; s->looked[kind]++) {
+        const size_t i = s->order[kind][s->looked[kind]];
+        if (shortlist_left(s, i) > diagnose_worth * best || s->scores[i].p_value > hopeless_p ||
+            job_of_score(s, i, &job, &err) != BF_OK)
+            continue;
+        push(jobs, n, &job);
+        most--;
+    }
 }
 
-static void shortlist_free(struct shortlist *s)
+/* ---- Begin and end ---- */
+
+enum bf_status shortlist_new(struct diagnose_work *w, const struct hypothesis *from, struct shortlist *out,
+                             struct bf_error *err)
+{
+    enum { MOST_LINES = 16 };
+    double lines[MOST_LINES];
+    size_t n_lines = 0;
+    for (size_t i = 0; i < w->d->linearity.n_added && n_lines < MOST_LINES; i++)
+        if (w->d->linearity.added[i].frequency_Hz > 0.0)
+            lines[n_lines++] = w->d->linearity.added[i].frequency_Hz;
+    const struct candidate_options options = {
+        .without = w->options->without, .n_without = w->options->n_without, .line_Hz = lines, .n_lines = n_lines};
+    *out = (struct shortlist){.w = w, .from = from, .n_effects = from->n_effects + 1};
+    return candidate_list_new(&from->model, w->d->records, w->d->n_records, &options, &out->list, err);
+}
+
+void shortlist_free(struct shortlist *s)
 {
     for (size_t i = 0; s->scores && i < s->list.n; i++)
         score_free(&s->scores[i]);
     for (size_t i = 0; i < s->n_trials; i++)
         trial_free(&s->trials[i]);
-    free(s->scores), free(s->order), free(s->trials);
+    free(s->scores), free(s->order[0]), free(s->order[1]), free(s->trials);
     if (s->base)
         score_base_free(s->base);
     candidate_list_free(&s->list);
-}
-
-enum bf_status diagnose_extend(struct diagnose_work *w, const struct hypothesis *from, size_t most_linear,
-                               size_t most_laws, double span, struct bf_error *err)
-{
-    struct shortlist s = {.w = w, .from = from, .n_effects = from->n_effects + 1};
-    double lines[16];
-    size_t n_lines = 0;
-    for (size_t i = 0; i < w->d->linearity.n_added && n_lines < 16; i++)
-        if (w->d->linearity.added[i].frequency_Hz > 0.0)
-            lines[n_lines++] = w->d->linearity.added[i].frequency_Hz;
-    const struct candidate_options options = {
-        .without = w->options->without, .n_without = w->options->n_without, .line_Hz = lines, .n_lines = n_lines};
-    enum bf_status status = candidate_list_new(&from->model, w->d->records, w->d->n_records, &options, &s.list, err);
-    s.scored = !w->options->everything && from->fitted.noise_ratio < score_limit;
-    if (!status && s.scored)
-        status = score_linear(&s, err);
-    if (!status && most_laws > 0)
-        status = try_laws(&s, err);
-    debug(&s);
-    if (!status)
-        waves(&s, most_linear, most_laws, span);
-    shortlist_free(&s);
-    return status;
 }

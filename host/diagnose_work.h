@@ -30,8 +30,6 @@ struct refit_job {
     size_t first_new; /* effects of the model from here on have starts of their own */
     size_t n_effects; /* effects more than the baseline, the last ones of the model */
     size_t n_tried;   /* scan points that led here */
-    double abandon_above;
-    bool quick;
 };
 
 /* diagnose_baseline.c: noise of all channels; the model given, fitted; its predictor. */
@@ -46,12 +44,14 @@ void hypothesis_free(struct hypothesis *h);
 /* diagnose_refit.c: jobs on all threads; each job that has a value becomes a hypothesis of the diagnosis. */
 void diagnose_refits(struct diagnose_work *w, struct refit_job jobs[], size_t n, double span);
 
+extern const double diagnose_worth; /* a candidate that will leave more than this times the best is given up */
+
 /*
- * diagnose_shortlist.c: one more effect on this hypothesis (the baseline, or a best single): short list, refits, ranking.
- * `from` must not lie in d->hypotheses, which grows. At most so many refits of a kind; all where scores tell nothing.
+ * diagnose_extend.c: one more effect on this hypothesis (the baseline, or a best one so far): short list, refits, ranking.
+ * `from` must not lie in d->hypotheses, which grows. most: refits at most, by enum effect_kind.
  */
-enum bf_status diagnose_extend(struct diagnose_work *w, const struct hypothesis *from, size_t most_linear,
-                               size_t most_laws, double span, struct bf_error *err);
+enum bf_status diagnose_extend(struct diagnose_work *w, const struct hypothesis *from, const size_t most[], double span,
+                               struct bf_error *err);
 
 /* diagnose_decide.c */
 /* Evidence against the baseline and Holm over all that were tried; best first. */

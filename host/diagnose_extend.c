@@ -1,0 +1,96 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/*
+ * One more effect on a hypothesis, in waves. What records of different level say comes first: a beam that is not linear
+ * needs an effect that is not, and the others are tried only when none explains it; a linear beam needs no law when a
+ * linear effect explains it.
+ */
+#include "diagnose_shortlist.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "progress.h"
+
+static bool explained(const struct shortlist *s)
+{
+    const struct diagnosis *d = s->w->d;
+    for (size_t i = 0; i < d->n_hypotheses; i++)
+        if (d->hypotheses[i].n_effects == s->n_effects && d->hypotheses[i].explains)
+            return true;
+    return false;
+}
+
+/* Rms in units of the noise of the best that is known for this number of effects. */
+static double best_left(const struct shortlist *s)
+{
+    const struct diagnosis *d = s->w->d;
+    double best = s->from->fitted.noise_ratio;
+    for (int kind = 0; kind < KIND_LAW; kind++)
+        if (s->n_order[kind] > 0)
+            best = fmin(best, shortlist_left(s, s->order[kind][0]));
+    if (s->n_trials > 0)
+        best = fmin(best, s->trials[0].unexplained);
+    for (size_t i = 0; i < d->n_hypotheses; i++)
+        if (d->hypotheses[i].n_effects == s->n_effects)
+            best = fmin(best, d->hypotheses[i].fitted.noise_ratio);
+    return fmax(best, 1.0);
+}
+
+static void debug(const struct shortlist *s)
+{
+    if (getenv("BF_DEBUG") == NULL)
+        return;
+    fprintf(stderr, "== from %zu effects ratio %.3f check %.3f\n", s->from->n_effects, s->from->fitted.noise_ratio,
+            s->from->check.noise_ratio);
+    for (int kind = 0; kind < KIND_LAW; kind++)
+        for (size_t k = 0; k < s->n_order[kind] && k < 8; k++) {
+            const struct score *c = &s->scores[s->order[kind][k]];
+            fprintf(stderr, "score %-22s LM %.4g p %.2g left %.4g ref %d\n",
+                    s->list.candidates[s->order[kind][k]].effect->id, c->LM, c->p_value,
+                    shortlist_left(s, s->order[kind][k]), c->refined);
+        }
+    for (size_t k = 0; k < s->n_trials; k++)
+        fprintf(stderr, "law %-22s share %.4g p %.2g strength %.3g±%.2g unexpl %.4g\n", s->trials[k].effect->id,
+                s->trials[k].share, s->trials[k].p_value, s->trials[k].strength, s->trials[k].strength_sd,
+                s->trials[k].unexplained);
+}
+
+/* Scores, trials and refits of the kinds. */
+static enum bf_status wave(struct shortlist *s, const enum effect_kind kinds[], size_t n_kinds, const size_t most[],
+                           double span, struct bf_error *err)
+{
+    struct refit_job *jobs = NULL;
+    size_t n = 0;
+    enum bf_status status = BF_OK;
+    const bool everything = s->w->options->everything;
+    for (size_t k = 0; k < n_kinds && !everything && !status; k++)
+        status = kinds[k] == KIND_LAW ? shortlist_try_laws(s, err) : shortlist_score(s, kinds[k], err);
+    debug(s);
+    const double best = best_left(s);
+    for (size_t k = 0; k < n_kinds && !status; k++)
+        shortlist_choose(s, kinds[k], most[kinds[k]], best, &jobs, &n);
+    if (!status)
+        diagnose_refits(s->w, jobs, n, span);
+    free(jobs);
+    diagnose_rank(s->w->d, s->w->n_tried);
+    return status;
+}
+
+enum bf_status diagnose_extend(struct diagnose_work *w, const struct hypothesis *from, const size_t most[], double span,
+                               struct bf_error *err)
+{
+    static const enum effect_kind bent_first[] = {KIND_LAW, KIND_BENT, KIND_LINEAR},
+                                  linear_first[] = {KIND_LINEAR, KIND_BENT, KIND_LAW};
+    const bool bent = from->n_effects == 0 && w->d->linearity.verdict == LINEARITY_NONLINEAR;
+    const enum effect_kind *kinds = bent ? bent_first : linear_first;
+    struct shortlist s;
+    enum bf_status status = shortlist_new(w, from, &s, err);
+    if (!status)
+        status = wave(&s, kinds, 2, most, 0.6 * span, err);
+    const bool enough = explained(&s) && w->d->linearity.verdict != LINEARITY_CANNOT_TELL;
+    if (!status && !progress_interrupted() && (!enough || w->options->everything))
+        status = wave(&s, kinds + 2, 1, most, 0.4 * span, err);
+    shortlist_free(&s);
+    return status;
+}
