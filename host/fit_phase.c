@@ -259,3 +259,14 @@ enum bf_status phases_find(struct fit_problem *p, double x[], struct bf_error *e
     }
     return status;
 }
+
+void phases_wrap(const struct fit_problem *p, double x[])
+{
+    for (size_t i = 0; i < p->n_unknowns; i++) {
+        const struct unknown *u = &p->unknowns[i];
+        const struct parameter_ref *ref = &p->refs[u->ref];
+        if (ref->role == ROLE_EFFECT && ref->record >= 0 && !u->logarithmic &&
+            is_phase(&p->model->effects[ref->owner].effect->parameters[ref->slot]))
+            x[i] = remainder(x[i] * u->scale, 2.0 * M_PI) / u->scale;
+    }
+}

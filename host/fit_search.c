@@ -5,10 +5,9 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include "progress.h"
+#include "fit_starts.h"
 
 enum {
-    GRID_VALUES = 8,     /* per parameter, at most */
     GRID_STARTS = 48,    /* per effect, at most */
     RANDOM_VALUES = 600, /* evaluations of the controlled random search, at the cheapest window */
     PROMISING = 4        /* starts that go through the whole staircase */
@@ -102,75 +101,23 @@ static enum bf_status try_start(struct search_state *s, const double x[])
     return status == BF_NUMERIC ? BF_OK : status; /* a start without a value is no start */
 }
 
-static const struct beam_parameter_info *effect_info(const struct search_state *s, const struct unknown *u)
-{
-    const struct parameter_ref *ref = &s->p->refs[u->ref];
-    return &s->model->effects[ref->owner].effect->parameters[ref->slot];
-}
-
-/* Values of one effect parameter worth a start, in x. */
-static size_t grid_of(const struct search_state *s, size_t i, double grid[GRID_VALUES])
-{
-    static const double scales[] = {1.0, 0.1, 10.0};
-    const struct unknown *u = &s->p->unknowns[i];
-    const struct beam_parameter_info *info = effect_info(s, u);
-    const double x = s->start[i];
-    size_t n = 0;
-    if (info->flags & BEAM_PARAMETER_POSITION) {
-        for (int k = 1; k <= 6; k++)
-            grid[n++] = s->model->length_m * (double)k / 6.0 / u->scale;
-    } else if (strcmp(info->unit, "rad") == 0 && info->flags & BEAM_PARAMETER_PER_RECORD) {
-        for (int k = 0; k < 4; k++)
-            grid[n++] = x + 0.5 * M_PI * (double)k / u->scale;
-    } else {
-        for (size_t k = 0; k < sizeof scales / sizeof *scales; k++) {
-            if (u->logarithmic) {
-                grid[n++] = x + log(scales[k]);
-            } else {
-                const double size = isfinite(info->start) && info->start != 0.0 ? info->start / u->scale : x;
-                grid[n++] = size * scales[k];
-                if (s->p->lower[i] < 0.0)
-                    grid[n++] = -size * scales[k];
-            }
-        }
-    }
-    size_t kept = 0;
-    for (size_t k = 0; k < n; k++)
-        if (grid[k] >= s->p->lower[i] && grid[k] <= s->p->upper[i])
-            grid[kept++] = grid[k];
-    return kept;
-}
-
-/* The product of the grids of one effect's free parameters (per-record ones move together). */
+/* The product of the grids of one effect's free parameters. */
 static enum bf_status scan_effect(struct search_state *s, size_t effect)
 {
-    const struct fit_problem *p = s->p;
-    double grid[BEAM_EFFECT_PARAMETERS][GRID_VALUES];
-    size_t count[BEAM_EFFECT_PARAMETERS] = {0}, total = 1;
-    for (size_t i = 0; i < p->n_unknowns; i++) {
-        const struct parameter_ref *ref = &p->refs[p->unknowns[i].ref];
-        if (ref->role == ROLE_EFFECT && ref->owner == effect && count[ref->slot] == 0)
-            count[ref->slot] = grid_of(s, i, grid[ref->slot]);
-    }
-    for (int slot = 0; slot < BEAM_EFFECT_PARAMETERS; slot++)
-        total *= count[slot] ? count[slot] : 1;
-    double *x = bf_alloc(p->n_unknowns, sizeof *x);
+    struct fit_problem *p = s->p;
+    double *x = bf_alloc(p->n_unknowns, sizeof *x), *theta = bf_alloc(p->n_refs, sizeof *theta);
+    struct start_grid grid = start_grid_new(p, effect, effect + 1, 1, true);
     enum bf_status status = BF_OK;
-    const size_t stride = total > GRID_STARTS ? (total + GRID_STARTS - 1) / GRID_STARTS : 1;
-    for (size_t k = 0; k < total && !status && !fit_problem_interrupted(p); k += stride) {
-        memcpy(x, s->start, p->n_unknowns * sizeof *x);
-        for (size_t i = 0; i < p->n_unknowns; i++) {
-            const struct parameter_ref *ref = &p->refs[p->unknowns[i].ref];
-            if (ref->role != ROLE_EFFECT || ref->owner != effect || count[ref->slot] == 0)
-                continue;
-            size_t digit = k;
-            for (int slot = 0; slot < ref->slot; slot++)
-                digit /= count[slot] ? count[slot] : 1;
-            x[i] = grid[ref->slot][digit % count[ref->slot]];
-        }
+    const size_t stride = (grid.n + GRID_STARTS - 1) / GRID_STARTS;
+    memcpy(theta, p->theta, p->n_refs * sizeof *theta);
+    fit_problem_to_theta(p, s->start, theta);
+    for (size_t k = 0; k < grid.n && !status && !fit_problem_interrupted(p); k += stride) {
+        start_grid_at(&grid, p, k, theta);
+        fit_problem_to_x(p, theta, x);
         status = try_start(s, x);
     }
-    free(x);
+    start_grid_free(&grid);
+    free(x), free(theta);
     return status;
 }
 

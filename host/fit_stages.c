@@ -219,6 +219,7 @@ enum bf_status staircase_run(struct fit_problem *p, const struct staircase *stai
         status = phases_find(p, x, err);
     if (!status && !fit_problem_interrupted(p))
         status = staircase_last(p, stairs, x, out, err);
+    phases_wrap(p, x);
     say(bar, 0.0, stairs, p);
     return status;
 }

@@ -44,6 +44,8 @@ double staircase_misfit(const struct fit_problem *p);
  */
 void phases_hold(struct fit_problem *p, double x[]);
 enum bf_status phases_find(struct fit_problem *p, double x[], struct bf_error *err);
+/* Free phases into −π … π; the prediction stays. */
+void phases_wrap(const struct fit_problem *p, double x[]);
 
 /* Minima found by a search, best first; x of each is [n_unknowns]. */
 struct minima {

@@ -142,7 +142,8 @@ static size_t values_of(const struct fit_problem *p, size_t i, int density, bool
     return is_strength(info) ? sizes(start, -4, 6, 2, both, out) : sizes(start, -3, 3, 2, false, out);
 }
 
-struct start_grid start_grid_new(const struct fit_problem *p, size_t first_effect, int density, bool strengths)
+struct start_grid start_grid_new(const struct fit_problem *p, size_t first_effect, size_t end_effect, int density,
+                                 bool strengths)
 {
     const size_t n = p->n_unknowns;
     struct start_grid grid = {.n_unknowns = n,
@@ -153,7 +154,7 @@ struct start_grid start_grid_new(const struct fit_problem *p, size_t first_effec
     for (size_t i = 0; i < n; i++) {
         const struct parameter_ref *ref = &p->refs[p->unknowns[i].ref];
         grid.same[i] = i;
-        if (ref->role != ROLE_EFFECT || ref->owner < first_effect)
+        if (ref->role != ROLE_EFFECT || ref->owner < first_effect || ref->owner >= end_effect)
             continue;
         for (size_t j = 0; j < i && grid.same[i] == i; j++) {
             const struct parameter_ref *other = &p->refs[p->unknowns[j].ref];

@@ -40,9 +40,10 @@ bool is_position(const struct beam_parameter_info *info);
 /*
  * density 1: a few values per parameter (strengths 0.1, 1, 10 of the start in both signs, thresholds likewise, six places);
  * 2: half decades, 0.01 … 1000 for strengths, 0.03 … 30 for thresholds, twelve places; strengths only where `strengths`.
- * Effects before first_effect stay.
+ * Effects before first_effect and from end_effect on stay.
  */
-struct start_grid start_grid_new(const struct fit_problem *p, size_t first_effect, int density, bool strengths);
+struct start_grid start_grid_new(const struct fit_problem *p, size_t first_effect, size_t end_effect, int density,
+                                 bool strengths);
 /* Writes start k into theta[n_refs]. */
 void start_grid_at(const struct start_grid *grid, const struct fit_problem *p, size_t k, double theta[]);
 void start_grid_free(struct start_grid *grid);

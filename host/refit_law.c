@@ -73,7 +73,7 @@ static enum bf_status scan(struct fit_problem *p, size_t first_effect, size_t va
                            const double base[], struct starts *out, struct bf_error *err)
 {
     double *theta = bf_alloc(p->n_refs, sizeof *theta), *x = bf_alloc(p->n_unknowns, sizeof *x);
-    struct start_grid grid = start_grid_new(p, first_effect, 2, true);
+    struct start_grid grid = start_grid_new(p, first_effect, p->model->n_effects, 2, true);
     memcpy(theta, base, p->n_refs * sizeof *theta);
     starts_to_x(p, theta, x);
     enum bf_status status = fit_problem_stage(p, decay_ps, floor_share, x, err);

@@ -101,7 +101,7 @@ static enum bf_status rank_starts(struct tournament *t, struct starts *kept, str
     memcpy(theta, t->theta0, t->p->n_refs * sizeof *theta);
     starts_to_x(p, theta, x);
     phases_hold(p, x);
-    struct start_grid grid = start_grid_new(p, t->first_effect, 1, false);
+    struct start_grid grid = start_grid_new(p, t->first_effect, p->model->n_effects, 1, false);
     fit_problem_to_theta(p, x, theta);
     enum bf_status status = BF_OK;
     if (grid.n + t->n_starts <= 1) {
