@@ -135,10 +135,10 @@ test-both:
 	+$(MAKE) --no-print-directory -j$(JOBS) B=$(B)/san OPT="-O1 -g" CFLAGS="$(SANITIZE) $(CFLAGS)" tests
 	tests/run $(B)/san $(B)
 
-demo: ## install what is missing, build, fit the paper's two experiments, draw the pictures
-	@tools/deps.sh build
-	@$(MAKE) --no-print-directory -j$(JOBS) all
-	@tools/demo.sh $(B)/beamfit $(B)/demo
+demo: ## install what is missing, build, fit the paper's two experiments, find a hidden effect, draw the pictures
+	@tools/deps.sh build test
+	@$(MAKE) --no-print-directory -j$(JOBS) all $(B)/beam_truth
+	@tools/demo.sh $(B) $(B)/demo
 
 deps: ## install every Debian package that is missing (apt-get; sudo when not root)
 	@tools/deps.sh build test check
@@ -173,9 +173,11 @@ CASES  ?=
 N      ?= 200
 hidden: $(B)/beamfit $(B)/beam_truth ## diagnose the hidden cases and judge it [CASES='h08 subtle tip_mass --open']
 	@tools/deps.sh build test
-	@python3 tests/hidden/run.py --build $(B) --work $(HIDDEN) --jobs $(JOBS) $(CASES)
+	@python3 -B tests/hidden/run.py --build $(B) --work $(HIDDEN) --jobs $(JOBS) $(CASES)
 false-alarms: $(B)/beamfit $(B)/beam_truth ## diagnose N=200 sets that hide nothing under coloured noise
-	@python3 tests/hidden/false_alarms.py --build $(B) --work $(HIDDEN)/false_alarms --jobs $(JOBS) $(N)
+	@python3 -B tests/hidden/false_alarms.py --build $(B) --work $(HIDDEN)/false_alarms --jobs $(JOBS) $(N)
+own-effect: $(B)/beamfit $(B)/libbeamf.a $(B)/beam_truth ## docs/own_effect.md: a user's effect in a copy of the tree, built and diagnosed
+	@tools/own_effect.sh $(B)
 experiments: $(B)/beamfit $(B)/beam_truth ## docs/experiments.md: estimates against the dimension N, and EI(x) in pieces
 	@tools/experiments.sh $(B) $(B)/experiments
 data: $(B)/beam_truth ## make data/paper again: simulated recordings with the paper's values
@@ -208,4 +210,4 @@ help: ## this list
 DEPFILES = $(SHADOWS:.o=.d) $(BEAM_SHADOWS:.o=.d) $(LIB_OBJ:.o=.d) $(FLOAT_OBJ:.o=.d) $(CPLX_OBJ:.o=.d) $(HOST_OBJ:.o=.d) $(B)/host/main.d \
            $(UNIT_TESTS:%=%.d) $(SYSTEM_TESTS:%=%.d) $(SYSTEM_COMMON:.o=.d) $(TRUTH_OBJ:.o=.d)
 -include $(wildcard $(DEPFILES))
-.PHONY: all tests unit test test-both demo deps lint layers size bench hidden false-alarms experiments data fuzz install uninstall clean help
+.PHONY: all tests unit test test-both demo deps lint layers size bench hidden false-alarms own-effect experiments data fuzz install uninstall clean help

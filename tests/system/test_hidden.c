@@ -19,7 +19,7 @@ static void cheap_cases_are_named(void **state)
 #endif
     run_program(rig->dir,
                 (const char *[]){"sh", "-c",
-                                 "exec python3 \"$TOP/tests/hidden/run.py\" --fast --jobs 1 "
+                                 "exec python3 -B \"$TOP/tests/hidden/run.py\" --fast --jobs 1 "
                                  "--build \"$(dirname \"$BEAMFIT\")\" --work hidden",
                                  NULL},
                 &rig->outcome);
