@@ -13,9 +13,6 @@ static const double modes_to_nyquist = 1.5;
 enum { MOST_MODES = 16 };
 /* The power of the forces is smoothed over this many points of the Laplace line to either side (4 Hz of an 8 s line). */
 enum { SMOOTH = 16 };
-/* The window e^(−σt) leaves a band of that width two or three independent values, so noise alone reaches this many times
- * its mean there; less is not taken for a signal. */
-static const double noise_margin = 3.0;
 /* A channel whose gain is below this (relative to the record's largest |s^ν ψ G|) tells nothing. */
 static const double deaf = 1e-30;
 
@@ -85,7 +82,7 @@ static enum bf_status fill_channel(const struct motion *motion, const double res
     return BF_OK;
 }
 
-/* Φ = (mean |R|² − margin · channels)/(mean |h|²) over bands: what the forces must have, beyond the noise. */
+/* Φ = (mean |R|² − channels)/(mean |h|²) over bands: what the forces must have, beyond the noise. */
 static void fill_power(struct lines *l)
 {
     double *sums = bf_alloc(2 * (l->m + 1), sizeof *sums), *of_h = sums + l->m + 1;
@@ -101,8 +98,7 @@ static void fill_power(struct lines *l)
     }
     for (size_t i = 0; i < l->m; i++) {
         size_t from = i > SMOOTH ? i - SMOOTH : 0, to = i + SMOOTH < l->m ? i + SMOOTH + 1 : l->m;
-        double r = sums[to] - sums[from] - noise_margin * (double)(l->n_channels * (to - from)),
-               h = of_h[to] - of_h[from];
+        double r = sums[to] - sums[from] - (double)(l->n_channels * (to - from)), h = of_h[to] - of_h[from];
         l->power[i] = r > 0.0 && h > deaf ? r / h : 0.0;
     }
     free(sums);

@@ -9,8 +9,6 @@
 
 /* Points tried: so many, evenly over the span, the last at its end; then two beside the best. */
 enum { POINTS = 10, BESIDE = 2, SITES = POINTS + BESIDE + 2, SPREAD_POINTS = 48, SMOOTH = 16, ROUNDS = 2 };
-/* Noise alone reaches this many times its mean in a band, see motion.c. */
-static const double noise_margin = 3.0;
 /* A place is known when it leaves at most this, and less than this part of what places a sixth of the span away leave. */
 static const double most_left = 0.5, clearly = 0.7, apart = 1.0 / 6.0;
 /* A force is a function of displacement and velocity when the best place leaves at most this unexplained. */
@@ -106,7 +104,7 @@ static void wiener(const struct products *p, size_t m, double complex F[], doubl
 {
     for (size_t i = 0; i < m; i++) {
         double along = p->hh[i] > 0.0 ? square(p->hR[i]) / p->hh[i] : 0.0;
-        p->excess[i + 1] = p->excess[i] + along - noise_margin;
+        p->excess[i + 1] = p->excess[i] + along - 1.0;
         p->signal[i + 1] = p->signal[i] + p->hh[i];
     }
     for (size_t i = 0; i < m; i++) {
