@@ -1,7 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
 # effects_docs.sh          write the catalogue's table into docs/effects.md
-# effects_docs.sh check    build the page's worked example as an effect and run every effect's tests on it
+# effects_docs.sh check    build the worked examples of docs/effects.md and docs/own_effect.md as effects and run every
+#                          effect's tests on them
 set -eu
 top=$(cd "$(dirname "$0")/.." && pwd)
 page=$top/docs/effects.md
@@ -21,10 +22,12 @@ build() {
 }
 
 if [ "${1:-write}" = check ]; then
-    awk '/^```c$/ {inside = 1; next} /^```$/ {inside = 0} inside' "$page" >"$work/example.c"
-    id=$(sed -n 's/^ *\.id = "\([a-z_]*\)",$/\1/p' "$work/example.c")
-    [ -n "$id" ] || { echo "$page: the worked example has no .id" >&2; exit 1; }
-    mv "$work/example.c" "$work/effects/$id.c"
+    for page in "$page" "$top/docs/own_effect.md"; do
+        awk '/^```c$/ {inside = 1; next} /^```$/ {inside = 0} inside' "$page" >"$work/example.c"
+        id=$(sed -n 's/^ *\.id = "\([a-z_]*\)",$/\1/p' "$work/example.c")
+        [ -n "$id" ] || { echo "$page: the worked example has no .id" >&2; exit 1; }
+        mv "$work/example.c" "$work/effects/$id.c"
+    done
     sh "$top/tools/effects_table.sh" "$work/effects" >"$work/table.c"
     build "" double
     build -DBEAM_FLOAT float
