@@ -48,7 +48,7 @@ static enum bf_status draw_ranking(const struct diagnose_pictures *p, struct bf_
                                      .named = named(d, h)};
         n++;
     }
-    rows[n] = (struct plot_rank){.name = "(model given)",
+    rows[n] = (struct plot_rank){.name = "(the model as it is)",
                                  .fitted = d->baseline.fitted.noise_ratio,
                                  .held_out = d->baseline.check.noise_ratio,
                                  .gain = NAN,
@@ -86,12 +86,12 @@ static void find_heading(struct diagnose_pictures *p)
         if (d->hypotheses[i].refitted)
             p->best = &d->hypotheses[i];
     if (p->best == NULL) {
-        (void)snprintf(p->heading, sizeof p->heading, "Verdict: %s", verdict_name(d->verdict));
+        (void)snprintf(p->heading, sizeof p->heading, "of the model given (verdict: %s)", verdict_name(d->verdict));
         return;
     }
     name_hypothesis(p->best, p->best_name, sizeof p->best_name);
-    (void)snprintf(p->heading, sizeof p->heading, "Verdict: %s; after: with %s", verdict_name(d->verdict),
-                   p->best_name);
+    (void)snprintf(p->heading, sizeof p->heading, "before and after adding %s (verdict: %s)", p->best_name,
+                   verdict_name(d->verdict));
 }
 
 static enum bf_status predict_both(struct diagnose_pictures *p, const struct record *records,

@@ -55,7 +55,7 @@ static enum bf_status draw(const struct diagnose_pictures *p, const struct ampli
     const struct amplitude_curve *like = most_drifting(before);
     struct plot_drift_curve *measured, *model_before, *model_after;
     char title[400];
-    (void)snprintf(title, sizeof title, "Mode %zu in %s. %s", like->mode, like->channel, p->heading);
+    (void)snprintf(title, sizeof title, "Mode %zu in %s, %s", like->mode, like->channel, p->heading);
     struct plot_drift picture = {
         .directory = p->directory, .stem = "diagnose-amplitude", .title = title, .quantity = like->channel};
     picture.n_measured = curves_of(before, like, false, &measured);

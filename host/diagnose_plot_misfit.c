@@ -9,7 +9,7 @@
 #include <string.h>
 
 /* Amplitudes in steps of a factor two; a level needs LEAST_SAMPLES to be drawn. Running rms over n/WINDOWS samples. */
-enum { LEVELS = 14, LEAST_SAMPLES = 100, WINDOWS = 64 };
+enum { LEVELS = 14, LEAST_SAMPLES = 30, WINDOWS = 64 };
 
 /* Σ of squares and their weight, for each of the four states. */
 struct sums {
@@ -136,7 +136,9 @@ enum bf_status diagnose_plot_misfit(const struct diagnose_pictures *p, struct bf
     const size_t n_bands = widest != NULL ? widest->n_bands : 0;
     const bool modes = p->before.n_modes >= n_bands && n_bands > 0;
     double *band_Hz = bf_alloc(n_bands, sizeof *band_Hz), level[LEVELS];
+    char title[280];
     struct sums bands = {0}, levels = {0};
+    (void)snprintf(title, sizeof title, "Misfit %s", p->heading);
     sums_alloc(&bands, n_bands);
     sums_alloc(&levels, LEVELS);
     for (size_t b = 0; b < n_bands; b++)
@@ -148,7 +150,7 @@ enum bf_status diagnose_plot_misfit(const struct diagnose_pictures *p, struct bf
     sums_finish(&levels, LEAST_SAMPLES);
     struct plot_misfit picture = {.directory = p->directory,
                                   .stem = "diagnose-misfit",
-                                  .title = p->heading,
+                                  .title = title,
                                   .n_bands = n_bands,
                                   .band_Hz = band_Hz,
                                   .bands_are_modes = modes,

@@ -58,7 +58,8 @@ struct plot_history {
     const char *const *label; /* [n] */
     const double *fitted;     /* [n] nrmse on fitted records; NAN: none */
     const double *held_out;   /* [n] nrmse on held-out records; NAN: none */
-    double noise_floor;       /* nrmse of pure noise, drawn as a line; 0 or NAN: none */
+    double noise_floor;       /* nrmse of pure noise on fitted records, drawn as a line; 0 or NAN: none */
+    double held_out_floor;    /* the same on held-out records; a line of its own where it differs by more than 2 % */
 };
 enum bf_status plot_history(const struct plot_history *history, struct bf_error *err);
 

@@ -67,17 +67,24 @@ static void find_range(const struct plot_drift *q, enum column column, double *l
 static void panel(const struct plot_drift *q, struct picture *p, enum column column)
 {
     char label[160];
-    double low, high;
+    double low, high, left = HUGE_VAL, right = 0.0;
     const int y = column == FREQUENCY ? 2 : 3, sd = column == FREQUENCY ? 4 : 5;
     find_range(q, column, &low, &high);
+    for (size_t i = 0; i < q->n_measured; i++)
+        for (size_t k = 0; k < q->measured[i].n; k++) {
+            left = fmin(left, q->measured[i].amplitude[k]);
+            right = fmax(right, q->measured[i].amplitude[k]);
+        }
     plot_quantity(q->quantity, "", label, sizeof label);
     char x_label[200];
     (void)snprintf(x_label, sizeof x_label, "Amplitude of the mode in %s", label);
     plot_axes(p->script, x_label, column == FREQUENCY ? "Frequency (Hz)" : "Damping ratio (%)");
     (void)fprintf(p->script,
-                  "set label 1 '%s' at graph 0, graph 1.06 left\nset key above right horizontal maxrows 1\n"
-                  "set logscale x\nset format x '10^{%%T}'\nset format y '%%.7g'\nset yrange [%.9g:%.9g]\n",
-                  column == FREQUENCY ? "(a) frequency" : "(b) damping", low, high);
+                  "set label 1 '%s' at graph 0, graph 1.06 left\nset key at graph 1, graph 1.02 right bottom "
+                  "horizontal maxrows 1 width -1 samplen 4\n"
+                  "set logscale x\nset format x '10^{%%T}'\nset format y '%%.7g'\nset xrange [%.6g:%.6g]\nset yrange "
+                  "[%.9g:%.9g]\n",
+                  column == FREQUENCY ? "(a) frequency" : "(b) damping", left / 1.5, right * 1.5, low, high);
     (void)fprintf(p->script,
                   "plot '%s-before.dat' using 1:%d with lines dashtype 2 linewidth 2 linecolor rgb '" PLOT_VERMILLION
                   "' title 'model before'",
@@ -100,7 +107,9 @@ enum bf_status plot_drift(const struct plot_drift *q, struct bf_error *err)
     write_curves(q->measured, q->n_measured, &p, "measured");
     write_curves(q->before, q->n_before, &p, "before");
     write_curves(q->after, q->n_after, &p, "after");
-    plot_sheet(p.script, "layout 2,1 spacing screen 0, screen 0.12", q->title);
+    plot_sheet(p.script,
+               "layout 2,1 margins screen 0.11, screen 0.97, screen 0.08, screen 0.9 spacing screen 0, screen 0.17",
+               q->title);
     panel(q, &p, FREQUENCY);
     panel(q, &p, DAMPING);
     (void)fprintf(p.script, "unset multiplot\n");

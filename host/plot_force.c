@@ -4,6 +4,7 @@
 #include "plot_gnuplot.h"
 
 #include <math.h>
+#include <stdlib.h>
 
 enum { MOST_DOTS = 4000 };
 
@@ -22,6 +23,12 @@ static double mean_at(const struct plot_force *q, double w)
         first = false;
     }
     return y0;
+}
+
+static int ascending(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
 }
 
 static void write_samples(const struct plot_force *q, struct picture *p)
@@ -73,30 +80,52 @@ static double write_spectrum(const struct plot_force *q, struct picture *p, doub
     return q->df_Hz * top;
 }
 
+/* Half the height of (a) and (b): the means fill it, and so do nine tenths of the samples; a few may lie outside. */
+static double height(const struct plot_force *q)
+{
+    double top = 0.0;
+    double *size = bf_alloc(q->n + 1, sizeof *size);
+    for (size_t k = 0; k < q->n; k++)
+        size[k] = fabs(q->f[k]);
+    qsort(size, q->n, sizeof *size, ascending);
+    if (q->n > 0)
+        top = size[q->n * 9 / 10];
+    free(size);
+    for (size_t b = 0; b < q->n_bins; b++) {
+        top = isfinite(q->f_of_w[b]) ? fmax(top, 1.3 * fabs(q->f_of_w[b])) : top;
+        top = isfinite(q->f_of_v[b]) ? fmax(top, 1.3 * fabs(q->f_of_v[b])) : top;
+    }
+    return top > 0.0 ? top : 1.0;
+}
+
 static void motion_panel(const struct plot_force *q, struct picture *p, bool velocity)
 {
-    const int x = velocity ? 2 : 1, y = velocity ? 4 : 3;
-    plot_panel_title(p->script, velocity ? "(b) what (a) leaves, against velocity" : "(a) against displacement");
+    const double *x = velocity ? q->v : q->w, y = height(q);
+    double low = 0.0, high = 0.0;
+    for (size_t k = 0; k < q->n; k++) {
+        low = fmin(low, x[k]);
+        high = fmax(high, x[k]);
+    }
+    if (!(high > low))
+        high = low + 1.0;
+    plot_panel_title(p->script, velocity ? "(b) what the mean in (a) leaves" : "(a) against displacement");
     plot_axes(p->script, velocity ? q->velocity : q->displacement, q->force);
     (void)fprintf(p->script,
-                  "set key bottom right\nset xtics autofreq\nset autoscale\n"
-                  "stats '%s-samples.dat' using %d:%d nooutput\n"
-                  "bf_x = (STATS_max_x - STATS_min_x)/3.0; bf_p = 10**floor(log10(bf_x)); bf_m = bf_x/bf_p\n"
-                  "set xtics bf_p*(bf_m < 1.5 ? 1 : bf_m < 3.5 ? 2 : bf_m < 7.5 ? 5 : 10)\n"
+                  "set key bottom right\nset xtics %.6g\nset xrange [%.6g:%.6g]\nset yrange [%.6g:%.6g]\n"
                   "plot '%s-samples.dat' using %d:%d with points pointtype 7 pointsize 0.6*dot linecolor rgb '#B8C4CE'"
                   ", '%s-%s.dat' using 1:2 with linespoints pointtype 7 pointsize 0.8*mark linewidth 1.6 linecolor "
                   "rgb '%s'\n",
-                  p->stem, x, y, p->stem, x, y, p->stem, velocity ? "of_v" : "of_w",
-                  velocity ? PLOT_VERMILLION : PLOT_BLUE);
+                  plot_tick_step(high - low), 1.05 * low, 1.05 * high, -y, y, p->stem, velocity ? 2 : 1,
+                  velocity ? 4 : 3, p->stem, velocity ? "of_v" : "of_w", velocity ? PLOT_VERMILLION : PLOT_BLUE);
 }
 
 static void size_panel(const struct plot_force *q, struct picture *p)
 {
-    plot_panel_title(p->script, "(c) size against size of the displacement");
+    plot_panel_title(p->script, "(c) rms in short windows, all records");
     plot_axes(p->script, q->displacement, q->force);
     (void)fprintf(p->script,
                   "set autoscale\nset logscale xy\nset format x '10^{%%T}'\nset format y '10^{%%T}'\n"
-                  "set xtics autofreq\nset xlabel offset 0,0.4\n"
+                  "set xtics autofreq\n"
                   "plot '%s-sizes.dat' using 1:2 with points pointtype 7 pointsize 0.5*mark linecolor rgb '" PLOT_GREEN
                   "'\nunset logscale\nset format '%%h'\n",
                   p->stem);
@@ -131,7 +160,9 @@ enum bf_status plot_force(const struct plot_force *q, struct bf_error *err)
     write_pairs(&p, "of_v", "velocity mean_of_what_is_left", q->v_bin, q->f_of_v, q->n_bins);
     write_pairs(&p, "sizes", "displacement_rms force_rms", q->size_w, q->size_f, q->n_sizes);
     const double top_Hz = write_spectrum(q, &p, &largest);
-    plot_sheet(p.script, "layout 2,2", q->title);
+    plot_sheet(p.script,
+               "layout 2,2 margins screen 0.11, screen 0.97, screen 0.08, screen 0.9 spacing screen 0.14, screen 0.15",
+               q->title);
     motion_panel(q, &p, false);
     motion_panel(q, &p, true);
     size_panel(q, &p);

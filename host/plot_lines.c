@@ -66,11 +66,13 @@ enum bf_status plot_history(const struct plot_history *q, struct bf_error *err)
         return bf_fail(err, BF_USAGE, "a history needs at least one model");
     picture_begin(q->directory, q->stem, 14.0, 9.0, &p);
     write_history(q, &p, &least, &largest);
-    const bool floor = drawable(q->noise_floor);
-    if (floor) {
-        least = fmin(least, 100.0 * q->noise_floor);
-        largest = fmax(largest, 100.0 * q->noise_floor);
-    }
+    const double floors[2] = {q->noise_floor, q->held_out_floor};
+    const bool two = drawable(floors[0]) && drawable(floors[1]) && fabs(floors[1] / floors[0] - 1.0) > 0.02;
+    for (int j = 0; j < 2; j++)
+        if (drawable(floors[j])) {
+            least = fmin(least, 100.0 * floors[j]);
+            largest = fmax(largest, 100.0 * floors[j]);
+        }
     if (largest <= 0.0) {
         least = 0.1;
         largest = 100.0;
@@ -89,9 +91,16 @@ enum bf_status plot_history(const struct plot_history *q, struct bf_error *err)
         "'" PLOT_BLUE "' title 'fitted records', '' using 1:3 with linespoints pointtype 5 pointsize mark linewidth "
         "1.6 dashtype 2 linecolor rgb '" PLOT_VERMILLION "' title 'held out'",
         q->n, 0.6 * least, 3.0 * largest, p.stem);
-    if (floor)
-        (void)fprintf(p.script, ", %.6g with lines linewidth 1.4 linecolor rgb 'black' title 'noise'",
-                      100.0 * q->noise_floor);
+    for (int j = 0; j < 2; j++)
+        if (drawable(floors[j]) && (two || j == 0 || !drawable(floors[0])))
+            (void)fprintf(p.script, ", %.6g with lines linewidth 1.4 dashtype %d linecolor rgb '%s' title '%s'",
+                          100.0 * floors[j], j + 1,
+                          !two     ? "black"
+                          : j == 0 ? PLOT_BLUE
+                                   : PLOT_VERMILLION,
+                          !two     ? "noise"
+                          : j == 0 ? "noise, fitted"
+                                   : "noise, held out");
     (void)fprintf(p.script, "\n");
     return picture_end(&p, err);
 }

@@ -11,6 +11,8 @@ static const char *const state_name[PLOT_STATES] = {"before, fitted", "before, h
                                                     "after, held out"};
 static const char *const state_colour[PLOT_STATES] = {PLOT_VERMILLION, "#F2B78E", PLOT_BLUE, "#8FC3E3"};
 
+#define KEY_ABOVE "set key at graph 1, graph 1.02 right bottom horizontal maxrows 2 width -2\n"
+
 static bool drawable(double x)
 {
     return isfinite(x) && x > 0.0;
@@ -33,18 +35,18 @@ static void log_axis(FILE *script, char axis, struct span range)
 {
     (void)fprintf(script, "set logscale %c\nset %crange [%.6g:%.6g]\n", axis, axis, range.low, range.high);
     if (log10(range.high / range.low) > 4.0) {
-        (void)fprintf(script, "set format %c '10^{%%T}'\n", axis);
+        (void)fprintf(script, "set %ctics autofreq\nset format %c '10^{%%T}'\n", axis, axis);
         return;
     }
     const bool fine = log10(range.high / range.low) < 2.5;
     const int first = (int)floor(log10(range.low)), last = (int)ceil(log10(range.high));
-    (void)fprintf(script, "set %ctics (", axis);
+    (void)fprintf(script, "set format %c '%%h'\nset %ctics (", axis, axis);
     for (int k = first; k <= last; k++)
         for (int step = 0; step < (fine ? 3 : 1); step++) {
             const double x = pow(10.0, k) * (step == 0 ? 1.0 : step == 1 ? 2.0 : 5.0);
-            (void)fprintf(script, "'%.6g' %.6g, ", x, x);
+            (void)fprintf(script, "%s'%.6g' %.6g", k > first || step > 0 ? ", " : "", x, x);
         }
-    (void)fprintf(script, "'' 1e300)\n");
+    (void)fprintf(script, ")\n");
 }
 
 static void put_number(FILE *f, double x)
@@ -75,12 +77,11 @@ static void band_ticks(const struct plot_misfit *q, FILE *script)
     const size_t every = (q->n_bands + MOST - 1) / MOST;
     (void)fprintf(script, "set xtics scale 0 (");
     for (size_t b = 0; b < q->n_bands; b += every) {
-        if (q->bands_are_modes)
-            (void)fprintf(script, "\"%zu\\n%.3g Hz\" %zu, ", b + 1, q->band_Hz[b], b + 1);
-        else
-            (void)fprintf(script, "\"to\\n%.3g Hz\" %zu, ", q->band_Hz[b], b + 1);
+        (void)fprintf(script, b > 0 ? ", \"" : "\"");
+        (void)fprintf(script, q->bands_are_modes ? "%zu\\n%.3g Hz\" %zu" : "%zu\\nto %.3g Hz\" %zu", b + 1,
+                      q->band_Hz[b], b + 1);
     }
-    (void)fprintf(script, "'' -1)\n");
+    (void)fprintf(script, ")\n");
 }
 
 static void band_panel(const struct plot_misfit *q, struct picture *p, struct span range)
@@ -93,8 +94,8 @@ static void band_panel(const struct plot_misfit *q, struct picture *p, struct sp
     band_ticks(q, p->script);
     const double width = 0.8 / fmax(1.0, shown);
     (void)fprintf(p->script,
-                  "set label 1 '(a) by frequency' at graph 0, graph 1.06 left\n"
-                  "set key above right horizontal maxrows 1\nset xrange [0.4:%zu.6]\nset boxwidth %.4f\nplot ",
+                  "set label 1 '(a) by frequency' at graph 0, graph 1.06 left\nset xlabel offset 0,-0.6\n" KEY_ABOVE
+                  "set xrange [0.4:%zu.6]\nset boxwidth %.4f\nplot ",
                   q->n_bands, 0.92 * width);
     for (int s = 0; s < PLOT_STATES; s++)
         if (has(q->band[s], q->n_bands)) {
@@ -119,8 +120,7 @@ static void level_panel(const struct plot_misfit *q, struct picture *p, struct s
     plot_axes(p->script, "Amplitude of the motion (% of the channel's largest)", "misfit / noise");
     log_axis(p->script, 'x', (struct span){levels.low / 1.3, fmax(levels.high, 100.0) * 1.1});
     log_axis(p->script, 'y', range);
-    (void)fprintf(p->script, "set label 1 '(b) by amplitude' at graph 0, graph 1.06 left\nset key above right "
-                             "horizontal maxrows 1\nplot ");
+    (void)fprintf(p->script, "set label 1 '(b) by amplitude' at graph 0, graph 1.06 left\n" KEY_ABOVE "plot ");
     for (int s = 0; s < PLOT_STATES; s++)
         if (has(q->at_level[s], q->n_levels))
             (void)fprintf(p->script,
@@ -152,7 +152,9 @@ enum bf_status plot_misfit(const struct plot_misfit *q, struct bf_error *err)
     picture_data_end(&p);
     const double room = pow(range.high / range.low, 0.08);
     range = (struct span){fmin(range.low / room, 0.7), fmax(range.high * room, 2.0)};
-    plot_sheet(p.script, "layout 2,1 spacing screen 0, screen 0.12", q->title);
+    plot_sheet(p.script,
+               "layout 2,1 margins screen 0.09, screen 0.97, screen 0.08, screen 0.88 spacing screen 0, screen 0.19",
+               q->title);
     band_panel(q, &p, range);
     level_panel(q, &p, range);
     (void)fprintf(p.script, "unset multiplot\n");
@@ -168,18 +170,18 @@ static void rank_names(const struct plot_ranking *q, FILE *script)
     (void)fprintf(script, "set ytics scale 0 noenhanced (");
     for (size_t i = 0; i < q->n; i++) {
         plot_quote(script, q->rows[i].name);
-        (void)fprintf(script, " %zu, ", i + 1);
+        (void)fprintf(script, " %zu%s", i + 1, i + 1 < q->n ? ", " : ")\n");
         longest = text_width(q->rows[i].name) > longest ? text_width(q->rows[i].name) : longest;
         gains = gains || isfinite(q->rows[i].gain);
     }
-    (void)fprintf(script, "'' -1)\nset lmargin %.1f\n", 3.0 + 0.95 * (double)longest);
+    (void)fprintf(script, "set lmargin %.1f\n", 3.0 + 0.88 * (double)longest);
     if (!gains)
         return;
     (void)fprintf(script, "set rmargin 12\nset label 'evidence' at graph 1.02, graph 1.0 offset 0,1.3 left\n"
                           "set label '(BIC gain)' at graph 1.02, graph 1.0 offset 0,0.4 left\n");
     for (size_t i = 0; i < q->n; i++)
         if (isfinite(q->rows[i].gain))
-            (void)fprintf(script, "set label '%+.0f' at graph 1.02, first %zu left\n", q->rows[i].gain, i + 1);
+            (void)fprintf(script, "set label '%+.3g' at graph 1.02, first %zu left\n", q->rows[i].gain, i + 1);
 }
 
 static struct span write_ranking(const struct plot_ranking *q, struct picture *p)
@@ -228,13 +230,15 @@ enum bf_status plot_ranking(const struct plot_ranking *q, struct bf_error *err)
     }
     (void)fprintf(p.script,
                   "set arrow from 1, graph 0 to 1, graph 1 nohead back linewidth 1.4 linecolor rgb 'black'\n"
-                  "set yrange [%zu.5:0.5]\nset key below center horizontal maxrows 1\n"
-                  "plot '%s-rows.dat' using 2:1 with points pointtype 7 pointsize 1.3*mark linecolor rgb '" PLOT_BLUE
-                  "' title 'fitted records', ",
+                  "set label 'noise' at 1, graph 1 offset 0,0.6 center\n"
+                  "set yrange [%zu.5:0.5]\nset key at screen 0.5, screen 0.01 center bottom horizontal maxrows 1 "
+                  "width 1\nset bmargin 5\n"
+                  "plot '%s-rows.dat' using 2:1 with points pointtype 7 pointsize 1.6*mark linecolor rgb '" PLOT_BLUE
+                  "' title 'fitted records'",
                   q->n, p.stem);
     if (held_out)
-        (void)fprintf(p.script, "'' using 3:1 with points pointtype 4 pointsize 1.5*mark linewidth 1.6 linecolor rgb "
-                                "'" PLOT_VERMILLION "' title 'held out', ");
-    (void)fprintf(p.script, "NaN with lines linewidth 1.4 linecolor rgb 'black' title 'noise'\n");
+        (void)fprintf(p.script, ", '' using 3:1 with points pointtype 4 pointsize 2.2*mark linewidth 1.6 linecolor rgb "
+                                "'" PLOT_VERMILLION "' title 'held out'");
+    (void)fprintf(p.script, "\n");
     return picture_end(&p, err);
 }

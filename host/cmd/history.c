@@ -224,11 +224,27 @@ static void print_table(const struct history *h)
 
 /* ---- Picture ---- */
 
+/* Error that a perfect model would have: root mean square over channels, as nrmse is. 0: the noise is not known. */
+static double noise_floor(const struct fit_info *fit, bool held_out)
+{
+    double sum = 0.0;
+    size_t n = 0;
+    for (size_t r = 0; r < fit->n_records; r++)
+        for (size_t c = 0; c < fit->records[r].n_channels && fit->records[r].held_out == held_out; c++) {
+            const struct fit_channel *channel = &fit->records[r].channels[c];
+            if (!(channel->nrmse > 0.0 && channel->noise_ratio > 0.0))
+                continue;
+            sum += (channel->nrmse / channel->noise_ratio) * (channel->nrmse / channel->noise_ratio);
+            n++;
+        }
+    return n > 0 ? sqrt(sum / (double)n) : 0.0;
+}
+
 static enum bf_status draw(const struct history *h, const char *directory, struct bf_error *err)
 {
     const char **label = bf_alloc((size_t)h->n, sizeof *label);
     double *fitted = bf_alloc((size_t)h->n, sizeof *fitted), *held_out = bf_alloc((size_t)h->n, sizeof *held_out);
-    double floor = 0.0;
+    double floor = 0.0, held_out_floor = 0.0; /* of the newest fit */
     size_t n = 0;
     for (int i = 0; i < h->n; i++) {
         const struct entry *e = &h->entries[h->order[i]];
@@ -239,8 +255,8 @@ static enum bf_status draw(const struct history *h, const char *directory, struc
         label[n] = slash ? slash + 1 : e->file;
         fitted[n] = or_none(fit->nrmse);
         held_out[n++] = or_none(fit->check_nrmse);
-        if (fit->noise_ratio > 0.0 && fit->nrmse > 0.0)
-            floor = fit->nrmse / fit->noise_ratio; /* of the newest fit */
+        floor = noise_floor(fit, false) > 0.0 ? noise_floor(fit, false) : floor;
+        held_out_floor = noise_floor(fit, true) > 0.0 ? noise_floor(fit, true) : held_out_floor;
     }
     enum bf_status status = BF_OK;
     if (n == 0) {
@@ -253,7 +269,8 @@ static enum bf_status draw(const struct history *h, const char *directory, struc
                                           .label = label,
                                           .fitted = fitted,
                                           .held_out = held_out,
-                                          .noise_floor = floor};
+                                          .noise_floor = floor,
+                                          .held_out_floor = held_out_floor};
         status = plot_history(&plot, err);
     }
     free(label);

@@ -258,6 +258,11 @@ static void history_of_models(void **state)
                              .noise_floor = 0.004};
     assert_int_equal(plot_history(&q, &err), BF_OK);
     check_picture("history");
+    q.held_out_floor = 0.006;
+    q.stem = "floors";
+    assert_int_equal(plot_history(&q, &err), BF_OK);
+    check_picture("floors");
+    q.held_out_floor = 0.0;
     q.n = 1;
     q.stem = "one";
     q.noise_floor = NAN;
