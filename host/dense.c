@@ -32,7 +32,8 @@ static enum bf_status not_finite(struct bf_error *err)
     return bf_fail(err, BF_NUMERIC, "dense algebra: a matrix holds a number that is not finite");
 }
 
-void dense_init(void)
+/* Our matrices are small and the program's threads take records and candidates: BLAS threads would only spin. */
+__attribute__((constructor)) static void one_thread_each(void)
 {
     openblas_set_num_threads(1);
 }

@@ -13,9 +13,6 @@
 #include <stdbool.h>
 #include "error.h"
 
-/* One BLAS thread: the matrices are small and the callers have their own threads. Call once, first thing in main(). */
-void dense_init(void);
-
 /*
  * K v = λ M v, K symmetric, M symmetric positive definite (NULL: identity); lower triangles are read. values[n]
  * ascend; vectors[n × n] stand in columns with vᵀ M v = 1. O(n³).

@@ -274,7 +274,6 @@ static void what_is_not_finite_is_refused(void **state)
 
 int main(void)
 {
-    dense_init();
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(symmetric_eigenvectors_solve_the_problem),
         cmocka_unit_test(symmetric_eigen_says_when_the_mass_is_not_positive),

@@ -142,7 +142,6 @@ static void intervals_cover_with_coloured_noise(void **state)
 
 int main(void)
 {
-    dense_init();
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(intervals_cover_with_white_noise),
         cmocka_unit_test(intervals_cover_with_coloured_noise),
