@@ -129,7 +129,6 @@ static inline void rig_open(struct motion_rig *rig, const char *effect, double w
     struct bf_error err;
     const struct predict_channel *channels;
     memset(rig, 0, sizeof *rig);
-    dense_init();
     rig_model(rig, wrong);
     for (int r = 0; r < RIG_RECORDS; r++)
         rig_record(rig, r, effect);

@@ -195,7 +195,6 @@ static void the_model_gains_the_effect_with_its_place_free(void **state)
 
 int main(void)
 {
-    dense_init();
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(every_effect_is_a_candidate_or_refused_with_a_reason, setup, teardown),
         cmocka_unit_test_setup_teardown(grids_lie_inside_the_physical_range, setup, teardown),

@@ -300,6 +300,5 @@ int main(void)
         cmocka_unit_test(knots_on_the_edges_give_the_order),
         cmocka_unit_test(spaces_without_room_are_refused),
     };
-    dense_init();
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

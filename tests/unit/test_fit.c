@@ -407,7 +407,6 @@ static void an_interrupted_fit_keeps_what_it_has(void **state)
 
 int main(void)
 {
-    dense_init();
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(handbook_values_lead_to_the_truth),
         cmocka_unit_test(the_free_scale_is_found_and_left_alone),

@@ -101,7 +101,6 @@ static void projection_equals_the_joint_solution(void **state)
 
 int main(void)
 {
-    dense_init();
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_projected_gradient_is_the_gradient),
         cmocka_unit_test(projection_equals_the_joint_solution),

@@ -380,6 +380,5 @@ int main(void)
         cmocka_unit_test(steps_converge_with_order_two),    cmocka_unit_test(contact_gives_no_energy),
         cmocka_unit_test(free_decay_with_a_law_is_refused),
     };
-    dense_init();
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -9,7 +9,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "dense.h"
 #include "exact_beam.h"
 #include "model_fixture.h"
 #include "modes.h"
@@ -142,6 +141,5 @@ int main(void)
         cmocka_unit_test(damping_of_a_uniform_beam),    cmocka_unit_test(shapes_of_a_uniform_cantilever),
         cmocka_unit_test(rigid_motions_of_a_free_beam), cmocka_unit_test(impossible_models_are_refused),
     };
-    dense_init();
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -321,6 +321,5 @@ int main(void)
         cmocka_unit_test(records_that_do_not_fit_are_refused),
         cmocka_unit_test(impossible_parameters_are_numeric_errors),
     };
-    dense_init();
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

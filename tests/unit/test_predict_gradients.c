@@ -9,7 +9,6 @@
 #include <stdint.h>
 #include <cmocka.h>
 
-#include "dense.h"
 #include "predict_case.h"
 #include "signals.h"
 
@@ -443,6 +442,5 @@ int main(void)
         cmocka_unit_test(shifted_patch_with_a_law_on_it),
         cmocka_unit_test(every_effect),
     };
-    dense_init();
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -280,6 +280,5 @@ int main(void)
         cmocka_unit_test(law_on_a_shifted_patch_under_a_wrong_clock),
         cmocka_unit_test(free_decay_behind_a_charge_amplifier),
     };
-    dense_init();
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

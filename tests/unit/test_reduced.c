@@ -287,6 +287,5 @@ int main(void)
         cmocka_unit_test(root_turns_only_where_an_effect_releases_it),
         cmocka_unit_test(limit_is_kept),
     };
-    dense_init();
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -446,7 +446,6 @@ static void a_law_is_left_to_the_trial_unless_asked_for(void **state)
 
 int main(void)
 {
-    dense_init();
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_score_is_the_fall_of_a_linear_least_squares_fit),
         cmocka_unit_test(without_an_effect_the_score_is_chi_square),

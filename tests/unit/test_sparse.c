@@ -141,6 +141,5 @@ int main(void)
         cmocka_unit_test(as_many_modes_as_possible),
         cmocka_unit_test(indefinite_and_singular_are_refused),
     };
-    dense_init();
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

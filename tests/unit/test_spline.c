@@ -215,6 +215,5 @@ int main(void)
         cmocka_unit_test(cubics_are_reproduced),         cmocka_unit_test(ends_belong_to_one_function),
         cmocka_unit_test(bad_edges_are_refused),
     };
-    dense_init();
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -219,6 +219,5 @@ int main(void)
         cmocka_unit_test(derivatives_match_differences),
         cmocka_unit_test(negative_mass_is_refused),
     };
-    dense_init();
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
