@@ -226,7 +226,7 @@ def choose(options):
     """[(case, directory, relative noise)]; hidden recordings are made when they are missing."""
     if options.open:
         return [(case, directory, 0.004) for case, directory in open_cases()
-                if not options.cases or {case.name, *case.truth} & set(options.cases)]
+                if not options.cases or {case.name, case.strength, *case.truth} & set(options.cases)]
     chosen = hidden.read_cases(FAST if options.fast else options.cases)
     begin = time.monotonic()
     made = hidden.make_all(chosen, os.path.join(options.build, "beam_truth"), options.work, options.jobs)
@@ -244,6 +244,10 @@ def main():
     options = arguments()
     program = os.path.join(options.build, "beamfit")
     chosen = choose(options)
+    if options.without_truth:
+        chosen = [item for item in chosen if item[0].strength in ("plain", "subtle")]
+    if not chosen:
+        raise SystemExit("no case left: " + " ".join(options.cases))
     if options.generate:
         return 0
     kind = "with_truth" if options.with_truth else "without_truth" if options.without_truth else "results"
@@ -258,8 +262,6 @@ def main():
               " ".join("%7s" % word for word in ("before", "after", "check<", "check>")), "s"))
         rows = []
         for case, directory, noise in chosen:
-            if options.without_truth and case.strength not in ("plain", "subtle"):
-                continue
             rows.append(diagnose(program, case, directory, noise, options.without_truth, options.limit))
             show(rows[-1])
             save(rows, result)
