@@ -86,11 +86,12 @@ enum bf_status plot_history(const struct plot_history *q, struct bf_error *err)
     history_ticks(q, &p);
     (void)fprintf(
         p.script,
-        "set key inside top right horizontal width -2\nset logscale y\nset xrange [0.5:%zu.5]\nset yrange [%.6g:%.6g]\n"
+        "set key inside top right horizontal width -2 maxcols %d\nset logscale y\nset xrange [0.5:%zu.5]\nset yrange "
+        "[%.6g:%.6g]\n"
         "plot '%s-errors.dat' using 1:2 with linespoints pointtype 7 pointsize mark linewidth 1.6 linecolor rgb "
         "'" PLOT_BLUE "' title 'fitted records', '' using 1:3 with linespoints pointtype 5 pointsize mark linewidth "
         "1.6 dashtype 2 linecolor rgb '" PLOT_VERMILLION "' title 'held out'",
-        q->n, 0.6 * least, 3.0 * largest, p.stem);
+        two ? 2 : 3, q->n, 0.6 * least, (two ? 6.0 : 3.0) * largest, p.stem);
     for (int j = 0; j < 2; j++)
         if (drawable(floors[j]) && (two || j == 0 || !drawable(floors[0])))
             (void)fprintf(p.script, ", %.6g with lines linewidth 1.4 dashtype %d linecolor rgb '%s' title '%s'",
