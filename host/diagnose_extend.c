@@ -7,7 +7,6 @@
 #include "diagnose_shortlist.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 
 #include "progress.h"
@@ -37,25 +36,6 @@ static double best_left(const struct shortlist *s)
     return fmax(best, 1.0);
 }
 
-static void debug(const struct shortlist *s)
-{
-    if (getenv("BF_DEBUG") == NULL)
-        return;
-    fprintf(stderr, "== from %zu effects ratio %.3f check %.3f\n", s->from->n_effects, s->from->fitted.noise_ratio,
-            s->from->check.noise_ratio);
-    for (int kind = 0; kind < KIND_LAW; kind++)
-        for (size_t k = 0; k < s->n_order[kind] && k < 8; k++) {
-            const struct score *c = &s->scores[s->order[kind][k]];
-            fprintf(stderr, "score %-22s LM %.4g p %.2g left %.4g ref %d\n",
-                    s->list.candidates[s->order[kind][k]].effect->id, c->LM, c->p_value,
-                    shortlist_left(s, s->order[kind][k]), c->refined);
-        }
-    for (size_t k = 0; k < s->n_trials; k++)
-        fprintf(stderr, "law %-22s share %.4g p %.2g strength %.3g±%.2g unexpl %.4g\n", s->trials[k].effect->id,
-                s->trials[k].share, s->trials[k].p_value, s->trials[k].strength, s->trials[k].strength_sd,
-                s->trials[k].unexplained);
-}
-
 /* Scores, trials and refits of the kinds. */
 static enum bf_status wave(struct shortlist *s, const enum effect_kind kinds[], size_t n_kinds, const size_t most[],
                            double span, struct bf_error *err)
@@ -66,7 +46,6 @@ static enum bf_status wave(struct shortlist *s, const enum effect_kind kinds[], 
     const bool everything = s->w->options->everything;
     for (size_t k = 0; k < n_kinds && !everything && !status; k++)
         status = kinds[k] == KIND_LAW ? shortlist_try_laws(s, err) : shortlist_score(s, kinds[k], err);
-    debug(s);
     const double best = best_left(s);
     for (size_t k = 0; k < n_kinds && !status; k++)
         shortlist_choose(s, kinds[k], most[kinds[k]], best, &jobs, &n);

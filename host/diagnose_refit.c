@@ -4,7 +4,6 @@
 
 #include <math.h>
 #include <pthread.h>
-#include <stdio.h>
 #include <stdlib.h>
 
 #include "progress.h"
@@ -77,10 +76,6 @@ static void *work(void *argument)
         (void)pthread_mutex_lock(&queue->lock);
         struct diagnosis *d = w->d;
         d->evaluations += h.fit.evaluations;
-        if (getenv("BF_DEBUG") && h.fit.n_channels)
-            fprintf(stderr, "refit %-20s %7.3f check %7.3f conv %d aband %d starts %zu evals %zu %.2f s\n",
-                    h.effects[h.n_effects - 1]->id, h.fitted.noise_ratio, h.check.noise_ratio, h.fit.converged,
-                    h.fit.abandoned, h.fit.n_starts, h.fit.evaluations, h.fit.seconds);
         if (usable) {
             d->hypotheses = bf_grow(d->hypotheses, d->n_hypotheses + 1, sizeof *d->hypotheses);
             d->hypotheses[d->n_hypotheses++] = h;

@@ -1,0 +1,171 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* The verdict, from invented errors of invented refits: which rule decides is seen without any fit. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "diagnose_work.h"
+#include "model_fixture.h"
+
+enum { ROWS = 24000, CHANNELS = 6, TRIED = 400 };
+
+static void set_errors(struct hypothesis_errors *e, double ratio)
+{
+    e->n_channels = CHANNELS;
+    e->ratio = NULL;
+    e->noise_ratio = e->worst_ratio = ratio;
+    e->misfit = (struct misfit){.chi_square = ratio * ratio * ROWS, .n = ROWS, .n_eff = ROWS};
+}
+
+static struct hypothesis refit(const char *id, const char *second, size_t n_added, double fitted, double check)
+{
+    struct hypothesis h = {.n_effects = second ? 2 : 1, .n_added = n_added, .refitted = true};
+    h.effects[0] = effect_by_id(id);
+    h.effects[1] = second ? effect_by_id(second) : NULL;
+    set_errors(&h.fitted, fitted);
+    set_errors(&h.check, check);
+    return h;
+}
+
+static void decide(struct diagnosis *d, const struct model *model, double fitted, double check,
+                   struct hypothesis hypotheses[], size_t n)
+{
+    *d = (struct diagnosis){.model = model, .hypotheses = hypotheses, .n_hypotheses = n};
+    set_errors(&d->baseline.fitted, fitted);
+    set_errors(&d->baseline.check, check);
+    diagnose_rank(d, TRIED);
+    diagnose_decide(d);
+}
+
+static void a_good_model_is_complete(void **state)
+{
+    struct diagnosis d;
+    struct hypothesis h[] = {refit("tip_mass", NULL, 1, 0.9999, 1.0)};
+    decide(&d, *state, 1.0, 1.0, h, 1);
+    assert_int_equal(d.verdict, VERDICT_COMPLETE);
+    assert_int_equal(d.n_named, 0);
+}
+
+static void significance_without_size_names_nothing(void **state)
+{
+    struct diagnosis d;
+    /* Δχ² = 96 of 24000: p far below any level, and 0.2 % of the noise's rms */
+    struct hypothesis h[] = {refit("viscoelastic", NULL, 2, 0.998, 0.998)};
+    decide(&d, *state, 1.0, 1.0, h, 1);
+    assert_int_equal(d.verdict, VERDICT_COMPLETE);
+}
+
+static void one_clear_explanation_is_named(void **state)
+{
+    struct diagnosis d;
+    struct hypothesis h[] = {refit("root_compliance", NULL, 2, 31.0, 33.0),
+                             refit("quadratic_drag", NULL, 1, 1.01, 1.02)};
+    decide(&d, *state, 37.0, 28.0, h, 2);
+    assert_int_equal(d.verdict, VERDICT_MISSING);
+    assert_int_equal(d.n_named, 1);
+    assert_string_equal(d.named[0], "quadratic_drag");
+}
+
+static void two_that_explain_alike_are_ambiguous(void **state)
+{
+    struct diagnosis d;
+    struct hypothesis h[] = {refit("hysteretic_damping", NULL, 1, 1.0004, 1.0),
+                             refit("square_root_damping", NULL, 1, 1.0, 1.0)};
+    decide(&d, *state, 9.0, 8.0, h, 2);
+    assert_int_equal(d.verdict, VERDICT_AMBIGUOUS);
+    assert_int_equal(d.n_named, 2);
+    assert_string_equal(d.named[0], "square_root_damping");
+}
+
+static void held_out_records_break_a_tie(void **state)
+{
+    struct diagnosis d;
+    struct hypothesis h[] = {refit("hysteretic_damping", NULL, 1, 1.0004, 1.11),
+                             refit("square_root_damping", NULL, 1, 1.0, 1.0)};
+    decide(&d, *state, 9.0, 8.0, h, 2);
+    assert_int_equal(d.verdict, VERDICT_MISSING);
+    assert_string_equal(d.named[0], "square_root_damping");
+}
+
+static void the_simpler_of_a_family_is_named(void **state)
+{
+    struct diagnosis d;
+    struct hypothesis h[] = {refit("point_mass", NULL, 2, 0.99999, 1.0), refit("tip_mass", NULL, 1, 1.0, 1.0)};
+    decide(&d, *state, 88.0, 90.0, h, 2);
+    assert_int_equal(d.verdict, VERDICT_MISSING);
+    assert_int_equal(d.n_named, 1);
+    assert_string_equal(d.named[0], "tip_mass");
+}
+
+static void what_fits_and_does_not_predict_is_not_named(void **state)
+{
+    struct diagnosis d;
+    struct hypothesis h[] = {refit("viscoelastic", NULL, 2, 1.02, 6.0)};
+    decide(&d, *state, 5.0, 6.5, h, 1);
+    assert_int_equal(d.verdict, VERDICT_UNKNOWN);
+    assert_int_equal(d.n_named, 0);
+}
+
+static void half_an_explanation_is_unknown(void **state)
+{
+    struct diagnosis d;
+    struct hypothesis h[] = {refit("cubic_stiffness", NULL, 1, 9.0, 9.0)};
+    decide(&d, *state, 20.0, 20.0, h, 1);
+    assert_int_equal(d.verdict, VERDICT_UNKNOWN);
+}
+
+static void a_second_effect_that_adds_nothing_is_not_named(void **state)
+{
+    struct diagnosis d;
+    struct hypothesis h[] = {refit("tip_mass", "sensor_lag", 2, 1.035, 1.04), refit("tip_mass", NULL, 1, 1.04, 1.05)};
+    decide(&d, *state, 30.0, 30.0, h, 2);
+    assert_int_equal(d.verdict, VERDICT_MISSING);
+    assert_int_equal(d.n_named, 1);
+}
+
+static void a_pair_that_one_effect_cannot_replace_is_named(void **state)
+{
+    struct diagnosis d;
+    struct hypothesis h[] = {refit("tip_mass", "sensor_lag", 2, 1.0, 1.0), refit("tip_mass", NULL, 1, 6.0, 7.0),
+                             refit("sensor_lag", NULL, 1, 25.0, 26.0)};
+    decide(&d, *state, 30.0, 30.0, h, 3);
+    assert_int_equal(d.verdict, VERDICT_MISSING);
+    assert_int_equal(d.n_named, 2);
+}
+
+static int setup(void **state)
+{
+    static struct model model;
+    fixture_model(&model, "");
+    *state = &model;
+    return 0;
+}
+
+static int teardown(void **state)
+{
+    model_free(*state);
+    return 0;
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_good_model_is_complete),
+        cmocka_unit_test(significance_without_size_names_nothing),
+        cmocka_unit_test(one_clear_explanation_is_named),
+        cmocka_unit_test(two_that_explain_alike_are_ambiguous),
+        cmocka_unit_test(held_out_records_break_a_tie),
+        cmocka_unit_test(the_simpler_of_a_family_is_named),
+        cmocka_unit_test(what_fits_and_does_not_predict_is_not_named),
+        cmocka_unit_test(half_an_explanation_is_unknown),
+        cmocka_unit_test(a_second_effect_that_adds_nothing_is_not_named),
+        cmocka_unit_test(a_pair_that_one_effect_cannot_replace_is_named),
+    };
+    return cmocka_run_group_tests(tests, setup, teardown);
+}
