@@ -3,10 +3,11 @@
  * refit.h — one candidate model fitted to records, silently, from a baseline that is already fitted: for a caller that
  * compares many candidates (diagnose) and for `fit`'s own starts of nonlinear effects. Noise is given, not estimated.
  *
- * New effects (those from options.first_new on) have starts of their own: a grid over sign, size, thresholds, time constants and
- * places, ranked by a few steps in a short window; the best go through the staircase of fit_stages.h. Places are
- * freed at the end, although a fit would hold them, and held again where the records do not tell them. Effects with a
- * law start from a baseline of the weak records, see refit_law.c.
+ * New effects (those from options.first_new on) have starts of their own: a grid of thresholds, time constants and places,
+ * the amount by the linearised problem, ranked by a few steps in a short window; the best go through the staircase of
+ * fit_stages.h. Places are estimated, although a fit would hold them; a place or threshold of an effect that is not
+ * there has no standard error. Nonlinear effects begin with an equation-error trial (trial.h), then refit_law.h; rows
+ * that nobody can predict are left out (refit_horizon.h).
  *
  * Thread-safe: two refits may run at once (records, model and sigma are only read; they must outlive the call).
  */
@@ -43,7 +44,8 @@ struct refit_result {
     size_t n_used;     /* rows before the horizons */
     size_t n_unknowns; /* estimated parameters; linear unknowns of free decays not counted */
     size_t n_rows;
-    double *residual; /* [n_rows] z − ŷ, stacked channel by channel, unit of the channel */
+    double
+        *residual; /* [n_rows] z − ŷ, stacked channel by channel, unit of the channel; all rows, also those left out */
     size_t n_channels;
     struct predict_channel *channels; /* [n_channels] where each stands in residual */
     /*
@@ -51,7 +53,7 @@ struct refit_result {
      * is missing; 0: none. An impact or a jump between branches makes a long record unpredictable for the right model too.
      */
     double explained_s;
-    bool converged; /* within a tenth of a standard error of a stationary point; quick: false */
+    bool converged; /* within a tenth of a standard error of a stationary point */
     bool abandoned, interrupted;
     double distance; /* from the stationary point in standard errors, as the gradient tells it */
     size_t n_starts; /* that were tried */
@@ -60,7 +62,7 @@ struct refit_result {
 };
 
 /*
- * The model's values are a start too; the model is not changed. Free *out with refit_free(), also after a failure.
+ * The model's values and options.starts are starts too, unless a trial explains the records; the model is not changed. Free *out with refit_free(), also after a failure.
  * BF_BAD_FILE: no usable channel; BF_NUMERIC: no start has a value; BF_USAGE: an effect that cannot be predicted.
  * Cost: about 30 evaluations of the prediction for a linear effect without inner parameters.
  */
