@@ -77,7 +77,9 @@ static void run_queue(struct drive_queue *queue)
 static int by_evidence(const void *a, const void *b)
 {
     const struct experiment *x = a, *y = b;
-    return (x->evidence < y->evidence) - (x->evidence > y->evidence);
+    if (x->evidence != y->evidence)
+        return x->evidence < y->evidence ? 1 : -1;
+    return x->drive != y->drive ? (x->drive > y->drive ? 1 : -1) : (x->sensor > y->sensor) - (x->sensor < y->sensor);
 }
 
 static enum bf_status all_drives(struct discriminate_work *w, struct progress *bar, struct bf_error *err)
@@ -168,11 +170,14 @@ static enum bf_status make_rivals(struct discriminate_work *w, const struct disc
     bool guessed = false;
     for (size_t i = 0; i < d->n_rivals; i++)
         guessed = guessed || rivals[i].model == NULL;
-    if (guessed)
-        d->warning =
-            bf_strdup("no records were given: effects have strengths that change the first drive's response by the "
-                      "noise, and nothing is known of their parameters; give the records that could not tell "
-                      "them apart");
+    if (guessed) {
+        d->warning = bf_alloc(2 * DISCRIMINATE_NAME, 1);
+        (void)snprintf(
+            d->warning, 2 * DISCRIMINATE_NAME,
+            "no records were given: effects have strengths that change the response to '%.100s' by as much as "
+            "the noise, and nothing is known of their parameters; give the records that cannot tell them apart",
+            reference_drive(w)->name);
+    }
     return rivals_scaled(w, rivals, err);
 }
 
@@ -226,7 +231,7 @@ static enum bf_status run(struct discriminate_work *w, const struct discriminate
     struct model own = {0};
     enum bf_status status = menu_make(w, err);
     if (!status)
-        status = expected_noise(w, err);
+        status = noise_from_records(w, err);
     if (!status)
         status = fitted_baseline(w, &own, err);
     if (bar)

@@ -73,7 +73,8 @@ struct drive {
     size_t input;          /* of the model */
     double at_m;           /* point force */
     double level;          /* peak, N or V */
-    bool beyond;           /* more than was seen so far, or than the options allow */
+    double relative;       /* to the largest level so far (of a release: to its default) */
+    bool beyond;           /* relative > 1 */
     double width_s;        /* of a hit */
     double from_Hz, to_Hz; /* chirp, multisine */
 };
@@ -101,7 +102,7 @@ struct discrimination {
 
 /*
  * records: may be none (n_records 0): then rivals without a model of their own stand at the catalogue's start, scaled to change
- * the response of the first drive of the menu alike, and `warning` says so.
+ * the response to a hit near the end (or the first drive of the menu) alike, and `warning` says so.
  * BF_USAGE: fewer than two rivals, an effect that cannot act on this model, no input of the wanted kind. Free *out with
  * discrimination_free(), also after a failure. Cost: a refit for each rival, then one prediction with derivatives for each rival and drive.
  */

@@ -85,11 +85,12 @@ static void add_levels(struct discriminate_work *w, struct drive drive, double m
 {
     if (w->options->without[drive.kind])
         return;
-    /* the largest allowed first: the first drive is the reference for noise and strengths that nothing else tells */
+    /* the largest allowed first: it is what reference_drive() finds */
     static const size_t order[LEVELS] = {1, 0, 2};
     for (size_t i = 0; i < LEVELS; i++) {
         drive.level = most * levels[order[i]];
-        drive.beyond = levels[order[i]] > 1.0;
+        drive.relative = levels[order[i]];
+        drive.beyond = drive.relative > 1.0;
         add_drive(w, drive);
     }
 }
@@ -196,6 +197,17 @@ enum bf_status menu_make(struct discriminate_work *w, struct bf_error *err)
     if (!w->options->no_sensors)
         add_sensors(w);
     return BF_OK;
+}
+
+const struct drive *reference_drive(const struct discriminate_work *w)
+{
+    const struct drive *found = &w->d->drives[0];
+    for (size_t i = 0; i < w->d->n_drives; i++) {
+        const struct drive *drive = &w->d->drives[i];
+        if (drive->kind == DRIVE_HIT && !drive->beyond && drive->at_m > found->at_m)
+            found = drive;
+    }
+    return found;
 }
 
 /* ---- Signals ---- */

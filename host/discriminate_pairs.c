@@ -129,6 +129,7 @@ enum bf_status drive_experiments(const struct discriminate_work *w, size_t drive
     struct forecast forecasts[DISCRIMINATE_RIVALS];
     memset(forecasts, 0, sizeof forecasts);
     double *H[DISCRIMINATE_RIVALS] = {NULL};
+    struct whitener *whiteners = bf_alloc(w->n_outputs + d->n_sensors, sizeof *whiteners);
     enum bf_status status = BF_OK;
     for (size_t s = 0; s <= d->n_sensors; s++) {
         out[s] = (struct experiment){.drive = drive, .sensor = s};
@@ -142,13 +143,18 @@ enum bf_status drive_experiments(const struct discriminate_work *w, size_t drive
         H[r] = bf_alloc(forecasts[r].n_parameters * forecasts[r].n_parameters, sizeof *H[r]);
         forecast_information(w, &forecasts[r], w->information[r], &d->drives[drive], H[r]);
     }
-    if (!status)
+    if (!status) {
+        noise_of_experiment(w, forecasts, d->n_rivals, whiteners);
+        for (size_t r = 0; r < d->n_rivals; r++)
+            forecast_whiten(w, whiteners, &forecasts[r]);
         status = all_pairs(w, forecasts, H, out, err);
+    }
     for (size_t s = 0; s <= d->n_sensors && !status; s++)
         judge(w, &out[s]);
     for (size_t r = 0; r < d->n_rivals; r++) {
         forecast_free(&forecasts[r]);
         free(H[r]);
     }
+    free(whiteners);
     return status;
 }

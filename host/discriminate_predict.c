@@ -14,12 +14,6 @@ static const double ridge = 1e-12; /* relative to a unit diagonal: keeps Cholesk
 
 /* ---- Prediction ---- */
 
-static void whiten(const struct discriminate_work *w, size_t n_channels, double rows[])
-{
-    for (size_t c = 0; w->noise != NULL && c < n_channels; c++)
-        whitener_apply(&w->noise[c], rows + c * w->n, w->n, rows + c * w->n);
-}
-
 static enum bf_status run(const struct discriminate_work *w, struct predictor *predictor, bool with_jacobian,
                           struct forecast *f, struct bf_error *err)
 {
@@ -40,7 +34,6 @@ static enum bf_status run(const struct discriminate_work *w, struct predictor *p
     if (!status) {
         f->y = bf_alloc(rows, sizeof *f->y);
         memcpy(f->y, prediction.y, rows * sizeof *f->y);
-        whiten(w, n_channels, f->y);
     }
     if (!status && with_jacobian) {
         f->jacobian = bf_alloc(f->n_parameters * rows, sizeof *f->jacobian);
@@ -48,7 +41,6 @@ static enum bf_status run(const struct discriminate_work *w, struct predictor *p
             if (!want[i])
                 continue;
             memcpy(f->jacobian + i * rows, prediction.jacobian + i * rows, rows * sizeof *f->y);
-            whiten(w, n_channels, f->jacobian + i * rows);
         }
     }
     free(theta), free(want);
@@ -88,8 +80,21 @@ void forecast_free(struct forecast *forecast)
 
 /* ---- Noise ---- */
 
-/* The noisiest record speaks for an output; its colour where it was sampled like the experiment. */
-static enum bf_status recorded_noise(struct discriminate_work *w, double rms[], struct bf_error *err)
+static void learn(struct expected_noise *noise, double rms, double signal, const struct noise_estimate *colour)
+{
+    struct bf_error none;
+    if (signal > 0.0)
+        noise->share = noise->share > 0.0 ? fmin(noise->share, rms / signal) : rms / signal;
+    if (noise->least > 0.0 && noise->least <= rms)
+        return;
+    noise->least = rms;
+    if (colour == NULL || whitener_from_noise(colour, &noise->unit, &none) != BF_OK)
+        noise->unit = (struct whitener){.ar.sigma = rms, .n_eff_share = 1.0};
+    noise->unit.ar.sigma /= rms;
+}
+
+/* Colour only from records sampled like the experiment. */
+static enum bf_status learn_outputs(struct discriminate_work *w, struct bf_error *err)
 {
     struct predictor *predictor;
     const struct predict_channel *channels;
@@ -98,53 +103,69 @@ static enum bf_status recorded_noise(struct discriminate_work *w, double rms[], 
         return status;
     const size_t n = predictor_channels(predictor, &channels);
     w->sigma = bf_alloc(n, sizeof *w->sigma);
-    for (size_t c = 0; c < n && !status; c++) {
+    for (size_t c = 0; c < n; c++) {
         const size_t o = channels[c].output;
+        const double signal = root_mean_square(channels[c].measured, channels[c].n);
         struct noise_estimate noise;
         status =
             noise_of_channel(w->baseline, &w->records[channels[c].record], w->baseline->outputs[o].name, &noise, err);
         if (status)
             break;
-        w->sigma[c] =
-            noise.rms > 0.0 ? noise.rms : fmax(guess * root_mean_square(channels[c].measured, channels[c].n), 1e-300);
-        if (w->sigma[c] > rms[o]) {
-            struct bf_error none;
-            rms[o] = w->sigma[c];
-            if (noise.rms <= 0.0 || channels[c].dt_s != w->dt_s ||
-                whitener_from_noise(&noise, &w->noise[o], &none) != BF_OK)
-                w->noise[o] = (struct whitener){.ar.sigma = rms[o], .n_eff_share = 1.0};
-        }
+        w->sigma[c] = noise.rms > 0.0 ? noise.rms : fmax(guess * signal, 1e-300);
+        learn(&w->noise[o], w->sigma[c], signal, noise.rms > 0.0 && channels[c].dt_s == w->dt_s ? &noise : NULL);
         noise_free(&noise);
     }
     predictor_free(predictor);
     return status;
 }
 
-enum bf_status expected_noise(struct discriminate_work *w, struct bf_error *err)
+enum bf_status noise_from_records(struct discriminate_work *w, struct bf_error *err)
 {
-    const struct discrimination *d = w->d;
-    const size_t n_channels = w->n_outputs + d->n_sensors;
-    double *rms = bf_alloc(n_channels, sizeof *rms);
-    struct forecast reference;
-    enum bf_status status = forecast_make(w, w->baseline, &d->drives[0], false, &reference, err); /* not whitened yet */
+    const size_t n_channels = w->n_outputs + w->d->n_sensors;
+    enum bf_status status = BF_OK;
     w->noise = bf_alloc(n_channels, sizeof *w->noise);
-    if (!status && w->n_records > 0)
-        status = recorded_noise(w, rms, err);
-    for (size_t c = 0; !status && c < n_channels; c++) {
-        const enum output_kind kind = reference.model.outputs[c].kind;
-        if (rms[c] > 0.0)
+    if (w->n_records > 0)
+        status = learn_outputs(w, err);
+    for (size_t c = 0; c < n_channels; c++) {
+        const enum output_kind kind =
+            c < w->n_outputs ? w->baseline->outputs[c].kind : w->d->sensors[c - w->n_outputs].kind;
+        if (w->noise[c].share > 0.0)
             continue;
-        double sigma = 0.0;
-        for (size_t o = 0; o < w->n_outputs; o++)
-            if (o != c && reference.model.outputs[o].kind == kind && rms[o] > 0.0)
-                sigma = fmax(sigma, rms[o]);
-        if (sigma == 0.0)
-            sigma = unseen_noise * root_mean_square(reference.y + c * w->n, w->n);
-        w->noise[c] = (struct whitener){.ar.sigma = sigma > 0.0 ? sigma : 1e300, .n_eff_share = 1.0};
+        w->noise[c] = (struct expected_noise){.unit = {.ar.sigma = 1.0, .n_eff_share = 1.0}, .share = unseen_noise};
+        for (size_t o = 0; o < w->n_outputs && o < c; o++)
+            if (w->baseline->outputs[o].kind == kind && w->noise[o].least > 0.0) {
+                w->noise[c].least = w->noise[o].least;
+                w->noise[c].share = w->noise[o].share;
+            }
     }
-    forecast_free(&reference);
-    free(rms);
     return status;
+}
+
+void noise_of_experiment(const struct discriminate_work *w, const struct forecast forecasts[], size_t n,
+                         struct whitener whiteners[])
+{
+    for (size_t c = 0; c < w->n_outputs + w->d->n_sensors; c++) {
+        double signal = 0.0;
+        for (size_t i = 0; i < n; i++)
+            signal = fmax(signal, root_mean_square(forecasts[i].y + c * w->n, w->n));
+        const double rms = fmax(w->noise[c].least, w->noise[c].share * signal);
+        whiteners[c] = w->noise[c].unit;
+        whiteners[c].ar.sigma *= rms > 0.0 ? rms : 1.0; /* a channel without signal or noise tells nothing */
+    }
+}
+
+void forecast_whiten(const struct discriminate_work *w, const struct whitener whiteners[], struct forecast *forecast)
+{
+    const size_t n_channels = w->n_outputs + w->d->n_sensors,
+                 n_columns = forecast->jacobian ? forecast->n_parameters : 0;
+    for (size_t c = 0; c < n_channels; c++) {
+        whitener_apply(&whiteners[c], forecast->y + c * w->n, w->n, forecast->y + c * w->n);
+        for (size_t i = 0; i < n_columns; i++) {
+            double *column = forecast->jacobian + (i * n_channels + c) * w->n;
+            if (!forecast->refs[i].info->fixed)
+                whitener_apply(&whiteners[c], column, w->n, column);
+        }
+    }
 }
 
 /* ---- What is known of the parameters ---- */

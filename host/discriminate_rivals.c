@@ -13,6 +13,8 @@
 /* Without records: each effect changes the reference response by this many times the noise (rms, baseline refitted). */
 static const double typical_change = 1.0;
 enum { SCALE_ROUNDS = 5 };
+/* χ²/n: a rival that leaves five times the noise is ruled out by the present records; its last digits do not matter. */
+static const double ruled_out = 25.0;
 static const double largest_factor = 1e3; /* of one round */
 
 /* The first channel set that the catalogue proposes for the effect; strengths at `scale` times their start. */
@@ -94,8 +96,11 @@ static void *refit(void *argument)
     struct refit_task *task = argument;
     const struct discriminate_work *w = task->w;
     struct model *model = &w->d->models[task->rival];
-    const struct refit_options options = {
-        .sigma = w->sigma, .threads = 1, .first_new = task->first_new, .predict = w->options->predict};
+    const struct refit_options options = {.sigma = w->sigma,
+                                          .threads = 1,
+                                          .abandon_above = ruled_out,
+                                          .first_new = task->first_new,
+                                          .predict = w->options->predict};
     struct refit_result fit = {0};
     task->status = refit_run(model, w->records, w->n_records, &options, &fit, &task->err);
     if (!task->status)
@@ -137,52 +142,45 @@ enum bf_status rivals_refit(struct discriminate_work *w, const struct discrimina
 
 /* ---- Without ---- */
 
-/* A record as the baseline would give it: what the catalogue's ranges of thresholds and time constants refer to. */
-static enum bf_status imagined_record(const struct discriminate_work *w, struct record *out, struct bf_error *err)
-{
-    struct forecast forecast;
-    struct discriminate_work plain = *w;
-    plain.noise = NULL;
-    const enum bf_status status = forecast_make(&plain, w->baseline, &w->d->drives[0], false, &forecast, err);
-    if (!status) {
-        menu_record(w, &w->d->drives[0], false, out);
-        for (size_t o = 0; o < w->n_outputs; o++)
-            record_add_column(out, w->baseline->outputs[o].name, forecast.y + o * w->n);
-    }
-    forecast_free(&forecast);
-    return status;
-}
+/* The baseline under the reference drive. */
+struct reference {
+    struct record record;     /* as the baseline would give it: what ranges of thresholds and time constants refer to */
+    struct forecast forecast; /* whitened */
+    struct whitener *whiteners; /* [n_outputs + n_sensors] */
+    double *H;
+};
 
 /* What a refit of the baseline could not absorb of the effect, in the present sensors: Σ over whitened rows. */
-static enum bf_status change(const struct discriminate_work *w, const struct forecast *baseline, const double H[],
+static enum bf_status change(const struct discriminate_work *w, const struct reference *reference,
                              const struct model *model, double *out, struct bf_error *err)
 {
     struct forecast forecast;
     double *evidence = bf_alloc(w->d->n_sensors + 1, sizeof *evidence);
-    enum bf_status status = forecast_make(w, model, &w->d->drives[0], false, &forecast, err);
-    if (!status)
-        status = pair_evidence(w, &forecast, baseline, H, evidence, err);
+    enum bf_status status = forecast_make(w, model, reference_drive(w), false, &forecast, err);
+    if (!status) {
+        forecast_whiten(w, reference->whiteners, &forecast);
+        status = pair_evidence(w, &forecast, &reference->forecast, reference->H, evidence, err);
+    }
     *out = evidence[w->d->n_sensors];
     forecast_free(&forecast);
     free(evidence);
     return status;
 }
 
-static enum bf_status scale_rival(const struct discriminate_work *w, const struct forecast *baseline, const double H[],
-                                  const struct record *imagined, const struct discriminate_rival *rival,
-                                  struct model *out, struct bf_error *err)
+static enum bf_status scale_rival(const struct discriminate_work *w, const struct reference *reference,
+                                  const struct discriminate_rival *rival, struct model *out, struct bf_error *err)
 {
     const double wanted = typical_change * typical_change * (double)(w->n_outputs * w->n);
     double scale = 1.0;
-    enum bf_status status = rival_model(w->baseline, rival, imagined, 1, scale, out, err);
+    enum bf_status status = rival_model(w->baseline, rival, &reference->record, 1, scale, out, err);
     for (int round = 0; round < SCALE_ROUNDS && !status && rival->model == NULL; round++) {
         double found;
-        status = change(w, baseline, H, out, &found, err);
+        status = change(w, reference, out, &found, err);
         if (status || found <= 0.0)
             break;
         scale *= fmin(fmax(sqrt(wanted / found), 1.0 / largest_factor), largest_factor);
         struct model again;
-        status = rival_model(w->baseline, rival, imagined, 1, scale, &again, err);
+        status = rival_model(w->baseline, rival, &reference->record, 1, scale, &again, err);
         if (!status) {
             model_free(out);
             *out = again;
@@ -191,21 +189,33 @@ static enum bf_status scale_rival(const struct discriminate_work *w, const struc
     return status;
 }
 
+static enum bf_status make_reference(const struct discriminate_work *w, struct reference *r, struct bf_error *err)
+{
+    const struct drive *drive = reference_drive(w);
+    enum bf_status status = forecast_make(w, w->baseline, drive, true, &r->forecast, err);
+    if (status)
+        return status;
+    const size_t n = r->forecast.n_parameters;
+    menu_record(w, drive, false, &r->record);
+    for (size_t o = 0; o < w->n_outputs; o++)
+        record_add_column(&r->record, w->baseline->outputs[o].name, r->forecast.y + o * w->n);
+    r->whiteners = bf_alloc(w->n_outputs + w->d->n_sensors, sizeof *r->whiteners);
+    noise_of_experiment(w, &r->forecast, 1, r->whiteners);
+    forecast_whiten(w, r->whiteners, &r->forecast);
+    r->H = bf_alloc(n * n, sizeof *r->H);
+    forecast_information(w, &r->forecast, NULL, drive, r->H);
+    return BF_OK;
+}
+
 enum bf_status rivals_scaled(struct discriminate_work *w, const struct discriminate_rival rivals[],
                              struct bf_error *err)
 {
-    struct record imagined = {0};
-    struct forecast baseline;
-    enum bf_status status = forecast_make(w, w->baseline, &w->d->drives[0], true, &baseline, err);
-    double *H = bf_alloc(baseline.n_parameters * baseline.n_parameters, sizeof *H);
-    if (!status)
-        status = imagined_record(w, &imagined, err);
-    if (!status)
-        forecast_information(w, &baseline, NULL, &w->d->drives[0], H);
+    struct reference reference = {0};
+    enum bf_status status = make_reference(w, &reference, err);
     for (size_t i = 0; i < w->d->n_rivals && !status; i++)
-        status = scale_rival(w, &baseline, H, &imagined, &rivals[i], &w->d->models[i], err);
-    forecast_free(&baseline);
-    record_free(&imagined);
-    free(H);
+        status = scale_rival(w, &reference, &rivals[i], &w->d->models[i], err);
+    forecast_free(&reference.forecast);
+    record_free(&reference.record);
+    free(reference.whiteners), free(reference.H);
     return status;
 }

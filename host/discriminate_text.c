@@ -8,6 +8,12 @@
 
 #include "text.h"
 
+/* A search over starts and candidates earns some ten units by chance: twice 'decisive' leaves no doubt. */
+static const double present_is_enough = 20.0;
+static const double same_evidence = 0.99; /* of the other: as good */
+/* Times the noise: no rival leaves less, so that none of them is the explanation and the evidence means little. */
+static const double unexplained = 1.5;
+
 static const struct discriminate_pair *worst(const struct discriminate_pair pairs[], size_t n)
 {
     const struct discriminate_pair *found = &pairs[0];
@@ -77,7 +83,10 @@ char *discriminate_words(const struct discrimination *d, const struct discrimina
     (void)fprintf(out, " between %s and %s", d->names[pair->a], d->names[pair->b]);
     if (d->n_pairs > 1)
         (void)fprintf(out, ", the pair that is hardest to tell apart");
-    (void)fprintf(out, "; noise would turn the choice round with probability %.2g.", best->wrong_choice);
+    if (best->wrong_choice > 1e-9)
+        (void)fprintf(out, "; noise would turn the choice round with probability %.2g.", best->wrong_choice);
+    else
+        (void)fprintf(out, "; noise would practically never turn the choice round.");
     if (best->evidence < discriminate_decisive)
         (void)fprintf(out,
                       " That is not decisive (%.0f would be): within the levels so far treat them as one class, or "
@@ -86,10 +95,31 @@ char *discriminate_words(const struct discrimination *d, const struct discrimina
     if (more != NULL && more->evidence > 2.0 * best->evidence)
         (void)fprintf(out, " If the beam and the sensors bear it, more would be gained by: %s (evidence %.3g).",
                       more->name, more->evidence);
-    if (d->present != NULL && worst(d->present, d->n_pairs)->evidence > 2.0 * discriminate_decisive)
+    if (d->present != NULL && worst(d->present, d->n_pairs)->evidence > present_is_enough)
         (void)fprintf(out, " The present records tell them apart already: see `beamfit diagnose`.");
+    double least = INFINITY;
+    for (size_t i = 0; i < d->n_rivals; i++)
+        least = fmin(least, isnan(d->noise_ratio[i]) ? 0.0 : d->noise_ratio[i]);
+    if (least > unexplained)
+        (void)fprintf(out,
+                      " Caution: none of the rivals explains the present records (the best leaves %.3g times the "
+                      "noise); see `beamfit diagnose` first.",
+                      least);
     (void)fclose(out);
     return text;
+}
+
+/* Another level of the same that brings as much as the largest allowed one is not worth a row. */
+static bool is_repetition(const struct discrimination *d, const struct experiment *x)
+{
+    const struct drive *drive = &d->drives[x->drive];
+    for (size_t i = 0; i < d->n && drive->relative != 1.0; i++) {
+        const struct drive *other = &d->drives[d->experiments[i].drive];
+        if (other->relative == 1.0 && other->kind == drive->kind && other->at_m == drive->at_m &&
+            d->experiments[i].sensor == x->sensor && d->experiments[i].evidence >= same_evidence * x->evidence)
+            return true;
+    }
+    return false;
 }
 
 static void print_row(FILE *out, const struct discrimination *d, const struct experiment *x)
@@ -112,7 +142,7 @@ void discriminate_print(FILE *out, const struct discrimination *d, size_t most)
     for (size_t i = 0; i < d->n && printed < most; i++) {
         const struct experiment *x = &d->experiments[i];
         bool *seen = x->sensor == d->n_sensors ? &plain[x->drive] : &sensor[x->drive];
-        if (*seen)
+        if (*seen || is_repetition(d, x))
             continue;
         *seen = true;
         printed++;
