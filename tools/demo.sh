@@ -1,10 +1,12 @@
 #!/bin/bash
 # SPDX-License-Identifier: GPL-3.0-or-later
-# demo.sh BEAMFIT DIR — the seed paper's two experiments, from the 'given' values to fitted models: fit, table beside the
-# paper's Table 3 (docs/paper_table3.csv), agreement of the two experiments, pictures, convergence in N. Into DIR.
+# demo.sh BUILD DIR — the seed paper's two experiments, from the 'given' values to fitted models: fit, table beside the
+# paper's Table 3 (docs/paper_table3.csv), agreement of the two experiments, pictures, convergence in N; then a beam that hides
+# an effect: compare, diagnose, add, fit, history. Into DIR.
 set -eu
 cd "$(dirname "$0")/.."
-beamfit=$(realpath "$1")
+build=$(realpath "$1")
+beamfit=$build/beamfit
 mkdir -p "$2"
 out=$(realpath --relative-to=. "$2")
 
@@ -89,6 +91,36 @@ echo "5. Convergence in the dimension N (Theorem 2 in practice)"
 echo
 "$beamfit" modes --convergence --plot "$out/convergence" "$out/b1tapih_weighed.yaml" | tee "$out/convergence.txt"
 
+echo
+echo "6. Something is missing: case h08 of data/hidden, whose beam hides an effect that its model lacks"
+echo
+hidden=$out/hidden
+python3 -B - "$build/beam_truth" "$hidden" <<'PYTHON'
+import os, sys
+sys.path.insert(0, "tests/hidden")
+import cases
+program, directory = (os.path.abspath(path) for path in sys.argv[1:])
+case, = cases.read_cases(["h08"])
+cases.make_records(case, program, directory, cases.simulator_hash())
+PYTHON
+fitted_records=("$hidden"/train?.csv)
+check_records=("$hidden"/check?.csv)
+"$beamfit" fit "$hidden/model.yaml" "${fitted_records[@]}" --check "${check_records[@]}" -o "$hidden/fitted.yaml" \
+    >"$hidden/fit.txt"
+"$beamfit" compare "$hidden/fitted.yaml" "${check_records[@]}" --plot "$hidden/compare" | tee "$hidden/compare.txt"
+echo
+"$beamfit" diagnose "$hidden/fitted.yaml" "${fitted_records[@]}" --check "${check_records[@]}" --plot "$hidden/diagnose" |
+    tee "$hidden/diagnose.txt"
+named=$(sed -n 's/^Verdict: missing: //p' "$hidden/diagnose.txt")
+[[ $named =~ ^[a-z_]+$ ]] || { echo "demo: diagnose named no single effect" >&2; exit 1; }
+echo
+"$beamfit" add "$hidden/fitted.yaml" "$named" -o "$hidden/added.yaml"
+"$beamfit" fit "$hidden/added.yaml" "${fitted_records[@]}" --check "${check_records[@]}" -o "$hidden/added_fitted.yaml" \
+    >"$hidden/added_fit.txt"
+"$beamfit" compare "$hidden/added_fitted.yaml" "${check_records[@]}" --plot "$hidden/compare_added" >"$hidden/compare_added.txt"
+echo
+"$beamfit" history "$hidden"/{model,fitted,added,added_fitted}.yaml --plot "$hidden/history" | tee "$hidden/history.txt"
+
 total() { sed -n 's/^all channels (root mean square): //p' "$out/$1.txt"; }
 frequencies=$(awk '$1 == 1 {a = $2} $1 == 2 {b = $2; exit} END {print a, "and", b, "Hz"}' "$out/convergence.txt")
 cat <<EOT
@@ -98,6 +130,11 @@ Summary
   B1TAOIV, patch voltage to acceleration:  $(total b1taoiv)
   First two modes of the fitted B1TAPIH: $frequencies (the paper measured 6.625 and 38.375 Hz)
   $inside of $compared estimates hold the true value in their 95 % interval
+  The beam that hides an effect (records never fitted): $(total hidden/compare)
+    diagnose, $(sed -n "1s/^V/v/p" "$hidden/diagnose.txt")
+    added and fitted:  $(total hidden/compare_added)
+    the number found: $(awk '/^mass_kg / {print $1, "=", $3, $4, $5, "kg"}' "$hidden/added_fit.txt")
+    what was hidden (read after the diagnosis): $(sed -n '/^h08 /{n; s/^ *effect //p}' data/hidden/answers.txt)
   Pictures and fitted models: $out/
 EOT
 find "$out" -name '*.png' | sort | sed 's/^/    /'
