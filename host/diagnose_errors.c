@@ -9,7 +9,14 @@
 #include "fit_own.h"
 #include "residual.h"
 
-/* The fitted channels and what the hypothesis leaves of them; free() the array. */
+/* Rows of a channel before the horizon of its record: what a chaotic motion does later, no model can predict. */
+static size_t rows_in_use(const struct refit_result *fit, const struct predict_channel *channel)
+{
+    const double rows = fit->horizon_s[channel->record] / channel->dt_s;
+    return rows < (double)channel->n ? (size_t)rows : channel->n;
+}
+
+/* The fitted channels and what the hypothesis leaves of them, in the rows in use; free() the array. */
 struct misfit_channel *hypothesis_channels(const struct diagnosis *d, const struct hypothesis *h)
 {
     struct misfit_channel *channels = bf_alloc(h->fit.n_channels, sizeof *channels);
@@ -18,7 +25,7 @@ struct misfit_channel *hypothesis_channels(const struct diagnosis *d, const stru
         channels[c] = (struct misfit_channel){.file = d->records[channel->record].path,
                                               .channel = d->model->outputs[channel->output].name,
                                               .record = channel->record,
-                                              .n = channel->n,
+                                              .n = rows_in_use(&h->fit, channel),
                                               .dt_s = channel->dt_s,
                                               .measured = channel->measured,
                                               .residual = h->fit.residual + channel->row,
@@ -35,8 +42,9 @@ static void measure_fitted(const struct diagnose_work *w, struct hypothesis *h)
     double nrmse = 0.0, ratio = 0.0;
     for (size_t c = 0; c < fit->n_channels; c++) {
         const struct predict_channel *channel = &fit->channels[c];
-        const double *r = fit->residual + channel->row;
-        const double rms = root_mean_square(r, channel->n), size = root_mean_square(channel->measured, channel->n);
+        const size_t n = rows_in_use(fit, channel);
+        const double rms = root_mean_square(fit->residual + channel->row, n),
+                     size = root_mean_square(channel->measured, n);
         e->ratio[c] = rms / w->sigma[c];
         e->worst_ratio = fmax(e->worst_ratio, e->ratio[c]);
         ratio += e->ratio[c] * e->ratio[c];
@@ -47,6 +55,11 @@ static void measure_fitted(const struct diagnose_work *w, struct hypothesis *h)
     struct misfit_channel *channels = hypothesis_channels(w->d, h);
     misfit_measure(channels, w->whiteners, fit->n_channels, &e->misfit);
     free(channels);
+    /* rows beyond a horizon count as those before it, so that hypotheses of different horizons compare */
+    const double all = (double)fit->n_rows / fmax((double)e->misfit.n, 1.0);
+    e->misfit.chi_square *= all;
+    e->misfit.n_eff *= all;
+    e->misfit.n = fit->n_rows;
 }
 
 static enum bf_status measure_check(const struct diagnose_work *w, struct hypothesis *h, struct bf_error *err)

@@ -13,8 +13,13 @@
  * docs/diagnose.md, 'Short list', and the best or second law in 9 of 10: three leaves room for what was not tried.
  */
 const double diagnose_worth = 3.0;
-/* Candidates whose score or trial has a p-value above this are not refitted. Generous: an omission is final. */
+/*
+ * Candidates whose score or trial has a p-value above this are not refitted. Generous: an omission is final. Scores are held
+ * to it only where the baseline is near the noise; far from it the first order means little (a compensated baseline can turn
+ * the sign of a true effect), and the refinement decides.
+ */
 static const double hopeless_p = 0.05;
+static const double first_order_ratio = 1.5;
 /* Relative error of the measured motion that trials allow for. */
 static const double motion_floor = 0.01;
 /* Best first-order scores that are refined, and renewals of a trial's motion. */
@@ -44,6 +49,15 @@ static int by_left(const void *a, const void *b, void *context)
     return (x > y) - (x < y);
 }
 
+static size_t keep_likely(const struct score scores[], size_t order[], size_t n)
+{
+    size_t kept = 0;
+    for (size_t k = 0; k < n; k++)
+        if (scores[order[k]].p_value <= hopeless_p)
+            order[kept++] = order[k];
+    return kept;
+}
+
 /* Scores of candidates of one kind; scores[] stays in the order of the list. */
 static void score_kind(struct shortlist *s, enum effect_kind kind)
 {
@@ -56,7 +70,10 @@ static void score_kind(struct shortlist *s, enum effect_kind kind)
             some[n++] = s->list.candidates[i];
         }
     score_run(s->base, some, n, scores);
-    const size_t ranked = score_rank(some, scores, n, order), refined = ranked < REFINED ? ranked : REFINED;
+    size_t ranked = score_rank(some, scores, n, order);
+    if (s->from->fitted.noise_ratio < first_order_ratio)
+        ranked = keep_likely(scores, order, ranked);
+    const size_t refined = ranked < REFINED ? ranked : REFINED;
     score_refine_all(s->base, some, scores, order, refined, 0);
     for (size_t i = 0; i < n; i++) {
         s->scores[at[i]] = scores[i];
@@ -212,8 +229,7 @@ void shortlist_choose(struct shortlist *s, enum effect_kind kind, size_t most, d
     }
     for (; s->looked[kind] < s->n_order[kind] && most > 0; s->looked[kind]++) {
         const size_t i = s->order[kind][s->looked[kind]];
-        if (shortlist_left(s, i) > diagnose_worth * best || s->scores[i].p_value > hopeless_p ||
-            job_of_score(s, i, &job, &err) != BF_OK)
+        if (shortlist_left(s, i) > diagnose_worth * best || job_of_score(s, i, &job, &err) != BF_OK)
             continue;
         push(jobs, n, &job);
         most--;
