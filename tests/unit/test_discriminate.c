@@ -10,6 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include "discriminate.h"
+#include "residual.h"
 
 static const char beam_text[] = "format: beamfit-model/1\n"
                                 "beam: {length_m: 0.4573, patch_m: [0.02535, 0.08905]}\n"
@@ -174,6 +175,87 @@ static void damping_laws_need_many_modes(void **state)
     model_free(&own);
 }
 
+/* The model's answer to the inputs of a record, with white noise of 0.4 % of each channel. */
+static struct record simulate(const struct model *model, const struct record *inputs, const char *name)
+{
+    static uint64_t seed = 1;
+    struct predictor *predictor;
+    struct prediction p;
+    struct parameter_ref *refs;
+    struct bf_error err;
+    struct record out = {.path = bf_strdup(name), .n = inputs->n, .dt_s = inputs->dt_s};
+    double *zeros = bf_alloc(out.n, sizeof *zeros);
+    for (size_t i = 0; i < inputs->n_columns; i++)
+        record_add_column(&out, inputs->columns[i].name, inputs->columns[i].x);
+    for (size_t o = 0; o < model->n_outputs; o++)
+        record_add_column(&out, model->outputs[o].name, zeros);
+    const size_t n = model_parameters(model, (const char *const *)&out.path, 1, &refs);
+    double *theta = bf_alloc(n, sizeof *theta);
+    for (size_t i = 0; i < n; i++)
+        theta[i] = refs[i].value;
+    if (predictor_new(model, &out, 1, &(struct predict_options){.quiet = true}, &predictor, &err) ||
+        predictor_run(predictor, theta, NULL, &p, &err))
+        fail_msg("%s", err.text);
+    for (size_t o = 0; o < model->n_outputs; o++) {
+        double *y = out.columns[inputs->n_columns + o].x;
+        const double sigma = 0.004 * root_mean_square(p.y + o * out.n, out.n);
+        for (size_t k = 0; k < out.n; k++) {
+            double normal = -6.0; /* sum of twelve uniform ones */
+            for (int j = 0; j < 12; j++) {
+                seed = seed * 6364136223846793005u + 1442695040888963407u;
+                normal += (double)(seed >> 11) / 9007199254740992.0;
+            }
+            y[k] = p.y[o * out.n + k] + sigma * normal;
+        }
+    }
+    predictor_free(predictor);
+    free(refs), free(theta), free(zeros);
+    return out;
+}
+
+static struct discrimination ask(const struct model *base, const struct record records[], size_t n,
+                                 enum drive_kind kind)
+{
+    const struct discriminate_rival rivals[] = {
+        {.name = "r", .n_effects = 1, .effects = {effect_by_id("square_root_damping")}},
+        {.name = "h", .n_effects = 1, .effects = {effect_by_id("hysteretic_damping")}}};
+    struct discriminate_options options = quick();
+    struct discrimination d;
+    struct bf_error err;
+    options.duration_s = 2.0;
+    options.moment_V = 8.0;
+    only(&options, kind, kind);
+    if (discriminate_run(base, rivals, 2, records, n, &options, &d, &err))
+        fail_msg("%s", err.text);
+    return d;
+}
+
+/*
+ * The experiment proposed, then done: the evidence promised is found when both rivals are refitted to all records. The first
+ * record is a chirp, so that the strengths are known well: evidence grows with their square.
+ */
+static void what_is_expected_is_found(void **state)
+{
+    (void)state;
+    struct model base = make(""), truth = make("{kind: square_root_damping, coefficient_Ns: {value: 4e-4}}");
+    struct record records[2];
+    struct discrimination first = ask(&base, NULL, 0, DRIVE_CHIRP);
+    records[0] = simulate(&truth, &first.signal, "chirp.csv");
+    struct discrimination before = ask(&base, records, 1, DRIVE_MULTISINE);
+    records[1] = simulate(&truth, &before.signal, "multisine.csv");
+    struct discrimination after = ask(&base, records, 2, DRIVE_MULTISINE);
+    const double expected = before.present[0].evidence + before.experiments[before.best].evidence,
+                 found = after.present[0].evidence;
+    print_message("present %g, expected %g, found %g\n", before.present[0].evidence, expected, found);
+    assert_true(after.noise_ratio[0] < 1.1);
+    /* its standard deviation is 2 √evidence; two of them, and a tenth for the strength and the noise level */
+    assert_true(before.experiments[before.best].evidence > 300.0);
+    assert_true(fabs(found - expected) < 0.1 * expected + 4.0 * sqrt(before.experiments[before.best].evidence));
+    discrimination_free(&first), discrimination_free(&before), discrimination_free(&after);
+    record_free(&records[0]), record_free(&records[1]);
+    model_free(&base), model_free(&truth);
+}
+
 static void the_signal_is_the_best_drive(void **state)
 {
     (void)state;
@@ -225,6 +307,7 @@ int main(void)
         cmocka_unit_test(a_refit_absorbs_what_free_parameters_can_do),
         cmocka_unit_test(a_cubic_spring_shows_more_at_a_larger_level_and_linear_effects_do_not),
         cmocka_unit_test(damping_laws_need_many_modes),
+        cmocka_unit_test(what_is_expected_is_found),
         cmocka_unit_test(the_signal_is_the_best_drive),
         cmocka_unit_test(bad_questions_are_refused),
     };
