@@ -115,7 +115,7 @@ static void motion_panel(const struct plot_force *q, struct picture *p, bool vel
                   "plot '%s-samples.dat' using %d:%d with points pointtype 7 pointsize 0.6*dot linecolor rgb '#B8C4CE'"
                   ", '%s-%s.dat' using 1:2 with linespoints pointtype 7 pointsize 0.8*mark linewidth 1.6 linecolor "
                   "rgb '%s'\n",
-                  plot_tick_step(high - low), 1.05 * low, 1.05 * high, -y, y, p->stem, velocity ? 2 : 1,
+                  plot_tick_step(1.5 * (high - low)), 1.05 * low, 1.05 * high, -y, y, p->stem, velocity ? 2 : 1,
                   velocity ? 4 : 3, p->stem, velocity ? "of_v" : "of_w", velocity ? PLOT_VERMILLION : PLOT_BLUE);
 }
 
