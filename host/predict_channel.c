@@ -207,6 +207,9 @@ static enum bf_status apply_sample_effect(const struct run *run, const struct pr
     const double dt_s = p->grids[plan->grid].dt_s; /* of the true clock */
     double parameters[BEAM_EFFECT_PARAMETERS];
     parameter_map_effect(&p->map, channel->record, e, run->theta, parameters);
+    if (effect->map != NULL && p->options.intersample == INTERSAMPLE_BAND_LIMITED &&
+        map_bends(effect, parameters, run->out->y + channel->row, u, channel->n))
+        return map_bend(run, channel, e, parameters, u, err);
     for (size_t k = 0; k < channel->n; k++) {
         struct beam_sample_output out = {.y_v = 1.0};
         double *y = &run->out->y[channel->row + k], t = (double)(plan->start + k) * dt_s;

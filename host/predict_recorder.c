@@ -59,11 +59,20 @@ void recorder_plan(struct record_plan *plan, const struct response_grid *grid)
         plan->A[k] = butterworth(filter, grid->s[k] / corner_rad);
 }
 
+double complex recorder_at(const struct recorder_filter *filter, double cycles_per_sample)
+{
+    return butterworth(filter, CMPLX(0.0, cycles_per_sample / filter->corner_samples));
+}
+
+double complex recorder_inverse(double complex A)
+{
+    return conj(A) / (creal(A * conj(A)) + inverse_floor * (1.0 - fmin(1.0, cabs(A))));
+}
+
 void recorder_undo(const struct record_plan *plan, size_t m, double complex U[])
 {
-    const double complex *A = plan->A;
-    for (size_t k = 0; A != NULL && k < m; k++)
-        U[k] *= conj(A[k]) / (creal(A[k] * conj(A[k])) + inverse_floor * (1.0 - fmin(1.0, cabs(A[k]))));
+    for (size_t k = 0; plan->A != NULL && k < m; k++)
+        U[k] *= recorder_inverse(plan->A[k]);
 }
 
 void recorder_apply(const struct record_plan *plan, size_t m, double complex Y[])

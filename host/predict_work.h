@@ -168,6 +168,9 @@ struct recorder_filter recorder_filter_read(const struct record *record);
 void recorder_plan(struct record_plan *plan, const struct response_grid *grid); /* fills A for a window */
 void recorder_undo(const struct record_plan *plan, size_t m, double complex U[]);
 void recorder_apply(const struct record_plan *plan, size_t m, double complex Y[]);
+/* The same at one frequency; order > 0. */
+double complex recorder_at(const struct recorder_filter *filter, double cycles_per_sample);
+double complex recorder_inverse(double complex A);
 
 /* predict_drive.c: what reaches the beam through amplifiers and patches; fills U and changes of every record. */
 bool input_driven(const struct model *model, size_t input);
@@ -201,6 +204,17 @@ bool channel_filter_derivative(const struct run *run, size_t record, size_t outp
                                const double complex s[], size_t m, double complex dF[]);
 /* Maps and signals, in the time domain, on y and on every wanted column of the Jacobian. */
 enum bf_status channel_samples(const struct run *run, const struct predict_channel *channel, struct bf_error *err);
+
+
+/*
+ * predict_map.c: maps that bend a channel, before the recorder's filter. map_bends: does the slope of effect's map differ
+ * between the samples v[n] (u[n] the patch input, or NULL)? Shifts and gains need no finer grid. map_bend: that map on the
+ * channel's y and on every wanted column of the Jacobian; about four transforms of 8 n points for each.
+ */
+bool map_bends(const struct beam_effect *effect, const double parameters[], const double v[], const double u[],
+               size_t n);
+enum bf_status map_bend(const struct run *run, const struct predict_channel *channel, size_t e,
+                        const double parameters[], const double u[], struct bf_error *err);
 
 /* predict_linear.c: the response to the recorded inputs, all channels of all records. */
 enum bf_status predict_linear(const struct run *run, struct bf_error *err);

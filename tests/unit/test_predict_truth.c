@@ -129,6 +129,22 @@ static void saturation_before_hysteresis(void **state)
             "effect drive_saturation level_V=25\neffect drive_hysteresis share=0.2 slip_pV=0.15 shape_pV=0.06\n", 2e-3);
 }
 
+static void saturated_sensor(void **state)
+{
+    (void)state;
+    compare("  - {kind: sensor_saturation, channel: piezo_V, level: 0.3}\n",
+            "effect sensor_saturation channel=piezo_V level=0.3\n", 1e-3);
+}
+
+static void saturated_sensor_behind_a_charge_amplifier(void **state)
+{
+    (void)state;
+    compare("  - {kind: sensor_highpass, tau_s: 0.05}\n  - {kind: sensor_saturation, channel: piezo_V, level: 0.3}\n",
+            "effect sensor_highpass channel=piezo_V tau_s=0.05\n"
+            "effect sensor_saturation channel=piezo_V level=0.3\n",
+            1e-3);
+}
+
 static void shaken_clamp(void **state)
 {
     (void)state;
@@ -269,6 +285,8 @@ int main(void)
         cmocka_unit_test(hysteresis),
         cmocka_unit_test(saturation),
         cmocka_unit_test(saturation_before_hysteresis),
+        cmocka_unit_test(saturated_sensor),
+        cmocka_unit_test(saturated_sensor_behind_a_charge_amplifier),
         cmocka_unit_test(shaken_clamp),
         cmocka_unit_test(shaken_clamp_with_a_tip_mass),
         cmocka_unit_test(shaken_clamp_behind_a_charge_amplifier),
