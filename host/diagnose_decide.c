@@ -39,13 +39,14 @@ static double excess(double ratio)
     return fmax(ratio * ratio - 1.0, 0.0);
 }
 
+static bool at_noise(const struct hypothesis_errors *e, double limit)
+{
+    return e->n_channels == 0 || (e->noise_ratio <= limit && e->worst_ratio <= near_one_channel);
+}
+
 static bool near(const struct hypothesis_errors *e, const struct hypothesis_errors *before, double limit)
 {
-    if (e->n_channels == 0)
-        return true;
-    if (e->noise_ratio <= limit && e->worst_ratio <= near_one_channel)
-        return true;
-    return excess(e->noise_ratio) <= left_share * excess(before->noise_ratio);
+    return at_noise(e, limit) || excess(e->noise_ratio) <= left_share * excess(before->noise_ratio);
 }
 
 /* Whitened misfit with a price for parameters; comparable between hypotheses. */
@@ -110,11 +111,15 @@ static bool contains(const struct hypothesis *large, const struct hypothesis *sm
     return true;
 }
 
-/* More effects than the simpler one, and not worth them. */
+/*
+ * More effects than the simpler one that explains the records too, and not worth them: they lower the rms too little, or they
+ * do not end at the noise either. A remainder that takes three effects and still stays is a flaw of the model of the first.
+ */
 static bool not_worth(const struct hypothesis *large, const struct hypothesis *small)
 {
     return large->n_effects > small->n_effects && small->explains &&
-           large->fitted.noise_ratio > (1.0 - least_gain) * small->fitted.noise_ratio;
+           (large->fitted.noise_ratio > (1.0 - least_gain) * small->fitted.noise_ratio ||
+            !at_noise(&large->fitted, near_fitted) || !at_noise(&large->check, near_check));
 }
 
 /* The terms of `small` are those of `large` with some parameters neutral or a place at the free end. */

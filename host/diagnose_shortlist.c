@@ -20,10 +20,8 @@ const double diagnose_worth = 3.0;
  */
 static const double hopeless_p = 0.05;
 static const double first_order_ratio = 1.5;
-/* Relative error of the measured motion that trials allow for. */
-static const double motion_floor = 0.01;
 /* Best first-order scores that are refined, and renewals of a trial's motion. */
-enum { REFINED = 14, TRIAL_ROUNDS = 2 };
+enum { REFINED = 14, TRIAL_ROUNDS = 3 };
 
 enum effect_kind effect_kind(const struct beam_effect *effect)
 {
@@ -132,7 +130,7 @@ enum bf_status shortlist_try_laws(struct shortlist *s, struct bf_error *err)
         predictor_new(&s->from->model, w->d->records, w->d->n_records, &w->options->predict, &predictor, err);
     if (status)
         return status;
-    status = motion_new(predictor, s->from->fit.value, w->sigma, motion_floor, &motion, err);
+    status = motion_new(predictor, s->from->fit.value, w->sigma, MOTION_FLOOR, &motion, err);
     if (!status) {
         const struct trial_options options = {.rounds = TRIAL_ROUNDS};
         status = trial_all(&motion, &options, &s->trials, &s->n_trials, err);

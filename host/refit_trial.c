@@ -68,8 +68,8 @@ static enum bf_status try_law(const struct fit_problem *p, const struct predict_
                               const struct model *model, size_t e, const double small[], double theta[], bool *possible,
                               struct bf_error *err)
 {
-    static const double floor = 0.01;
-    const struct trial_options options = {.rounds = 2};
+    static const double floor = MOTION_FLOOR;
+    const struct trial_options options = {.rounds = 3};
     struct predict_options silent = *predict;
     struct predictor *predictor = NULL;
     struct motion motion;
