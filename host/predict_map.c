@@ -13,8 +13,11 @@
 
 #include "spectrum.h"
 
-/* Points a sample; a channel is continued by up to so many samples at both ends. */
-enum { MAP_OVERSAMPLE = 8, MAP_MARGIN = 128 };
+/*
+ * Points a sample (at four times the level, more than four change nothing); a channel is continued by up to so many
+ * samples at both ends.
+ */
+enum { MAP_OVERSAMPLE = 4, MAP_MARGIN = 128 };
 
 /* A channel of a record on both grids. */
 struct map_grid {

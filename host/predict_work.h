@@ -205,11 +205,10 @@ bool channel_filter_derivative(const struct run *run, size_t record, size_t outp
 /* Maps and signals, in the time domain, on y and on every wanted column of the Jacobian. */
 enum bf_status channel_samples(const struct run *run, const struct predict_channel *channel, struct bf_error *err);
 
-
 /*
  * predict_map.c: maps that bend a channel, before the recorder's filter. map_bends: does the slope of effect's map differ
  * between the samples v[n] (u[n] the patch input, or NULL)? Shifts and gains need no finer grid. map_bend: that map on the
- * channel's y and on every wanted column of the Jacobian; about four transforms of 8 n points for each.
+ * channel's y and on every wanted column of the Jacobian; one transform of 4 n points up and one down for each.
  */
 bool map_bends(const struct beam_effect *effect, const double parameters[], const double v[], const double u[],
                size_t n);

@@ -270,11 +270,13 @@ static void free_decay_with_a_filter(void **state)
 }
 
 /* Effects that meet in one place of the code. */
-static void check_together(const char *effects, bool inputs, double goal)
+static void check_together(const char *effects, bool inputs, const char *filter, double goal)
 {
     struct predict_options options = {.fine_splines = 24, .modes = 6};
     struct predict_case c = {.record = case_record("case.csv", SAMPLES, 1.0 / 1200.0, 1.0, inputs)};
     struct bf_error err;
+    if (filter != NULL)
+        record_add_meta(&c.record, RECORD_FILTER, filter);
     fixture_model(&c.model, effects);
     if (case_open(&c, &options, &err) != BF_OK)
         fail_msg("%s", err.text);
@@ -294,7 +296,7 @@ static void shaken_clamp_with_masses_filters_and_a_shifted_patch(void **state)
                    "  - {kind: point_mass, mass_kg: 0.002, at_m: {value: 0.3507, fixed: false}}\n"
                    "  - {kind: hysteretic_damping, loss_factor: 0.004}\n"
                    "  - {kind: sensor_highpass, tau_s: 0.05}\n",
-                   true, 3e-8);
+                   true, NULL, 3e-8);
 }
 
 static void clock_with_drives_filters_signals_and_a_shifted_blow(void **state)
@@ -306,7 +308,7 @@ static void clock_with_drives_filters_signals_and_a_shifted_blow(void **state)
                    "  - {kind: input_position, shift_m: 0.004}\n"
                    "  - {kind: sensor_lag, channel: tip_mps, tau_s: 0.0004}\n"
                    "  - {kind: mains_hum, amplitude: 0.2, frequency_Hz: 50, phase_rad: 0.3}\n",
-                   true, 3e-8);
+                   true, NULL, 3e-8);
 }
 
 static void free_decay_on_a_shaken_clamp_under_a_wrong_clock(void **state)
@@ -315,7 +317,20 @@ static void free_decay_on_a_shaken_clamp_under_a_wrong_clock(void **state)
     check_together("  - {kind: clock_error, relative: 0.002}\n"
                    "  - {kind: base_motion, amplitude_mps2: 2, frequency_Hz: 31, phase_rad: 0.5}\n"
                    "  - {kind: sensor_highpass, tau_s: 0.05}\n",
-                   false, 3e-8);
+                   false, NULL, 3e-8);
+}
+
+/* Once with the recorder's filter undone and applied again, once without. */
+static void clock_with_hum_on_saturated_sensors(void **state)
+{
+    (void)state;
+    const char *effects = "  - {kind: clock_error, relative: 0.002}\n"
+                          "  - {kind: sensor_highpass, tau_s: 0.05}\n"
+                          "  - {kind: mains_hum, amplitude: 0.2, frequency_Hz: 50, phase_rad: 0.3}\n"
+                          "  - {kind: sensor_saturation, channel: piezo_V, level: 1}\n"
+                          "  - {kind: sensor_saturation, channel: tip_mps, level: 0.5}\n";
+    check_together(effects, true, NULL, 3e-8);
+    check_together(effects, true, "Butterworth order 8 at 480 Hz, forward and backward", 3e-8);
 }
 
 static void clock_with_a_law(void **state)
@@ -323,7 +338,7 @@ static void clock_with_a_law(void **state)
     (void)state;
     check_together("  - {kind: clock_error, relative: 0.002}\n"
                    "  - {kind: cubic_stiffness, coefficient_Npm3: 1e6, at_m: 0.3507}\n",
-                   true, 1e-6);
+                   true, NULL, 1e-6);
 }
 
 static void law_on_a_shaken_clamp_behind_a_drive(void **state)
@@ -333,7 +348,7 @@ static void law_on_a_shaken_clamp_behind_a_drive(void **state)
                    "  - {kind: base_motion, amplitude_mps2: 2, frequency_Hz: 31, phase_rad: 0.5}\n"
                    "  - {kind: input_position, shift_m: 0.004}\n"
                    "  - {kind: cubic_stiffness, coefficient_Npm3: 1e6, at_m: 0.3507}\n",
-                   true, 1e-6);
+                   true, NULL, 1e-6);
 }
 
 static void shifted_patch_with_a_law_on_it(void **state)
@@ -341,7 +356,7 @@ static void shifted_patch_with_a_law_on_it(void **state)
     (void)state;
     check_together("  - {kind: patch_position, shift_m: 0.004}\n"
                    "  - {kind: coulomb_friction, moment_Nm: 1e-3, velocity_radps: 0.5}\n",
-                   true, 1e-6);
+                   true, NULL, 1e-6);
 }
 
 /* ---- The catalogue ---- */
@@ -437,6 +452,7 @@ int main(void)
         cmocka_unit_test(shaken_clamp_with_masses_filters_and_a_shifted_patch),
         cmocka_unit_test(clock_with_drives_filters_signals_and_a_shifted_blow),
         cmocka_unit_test(free_decay_on_a_shaken_clamp_under_a_wrong_clock),
+        cmocka_unit_test(clock_with_hum_on_saturated_sensors),
         cmocka_unit_test(clock_with_a_law),
         cmocka_unit_test(law_on_a_shaken_clamp_behind_a_drive),
         cmocka_unit_test(shifted_patch_with_a_law_on_it),
