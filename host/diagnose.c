@@ -48,7 +48,18 @@ static void free_root(struct hypothesis *root)
     model_free(&root->model);
 }
 
-/* One more effect on the best hypotheses with n_effects of them. */
+static bool steps_through_time(const struct hypothesis *h)
+{
+    for (size_t i = 0; i < h->n_effects; i++)
+        if (effect_kind(h->effects[i]) == KIND_LAW)
+            return true;
+    return false;
+}
+
+/*
+ * One more effect on the best hypotheses with n_effects of them that have no law: on those a law is tried along the measured
+ * motion, without a step through time, so a law and a linear effect are found from the linear one's side.
+ */
 static enum bf_status one_more(struct diagnose_work *w, size_t n_effects, struct bf_error *err)
 {
     struct diagnosis *d = w->d;
@@ -56,7 +67,7 @@ static enum bf_status one_more(struct diagnose_work *w, size_t n_effects, struct
     size_t n = 0;
     enum bf_status status = BF_OK;
     for (size_t i = 0; i < d->n_hypotheses && n < PAIR_ROOTS && !status; i++)
-        if (d->hypotheses[i].n_effects == n_effects)
+        if (d->hypotheses[i].n_effects == n_effects && !steps_through_time(&d->hypotheses[i]))
             status = copy_root(&d->hypotheses[i], &roots[n++], err);
     for (size_t i = 0; i < n; i++) {
         if (!status && !progress_interrupted())

@@ -14,8 +14,11 @@ static const double alpha = 0.01;
 /* Noise ratios up to which nothing is left that matters: the floor itself is known to about 1.2 % a channel, held-out
  * records may be cut while the drive still runs. */
 static const double near_fitted = 1.10, near_check = 1.15, near_one_channel = 1.35;
-/* … or the excess over the noise (in power) that may remain of a misfit many times the noise: a tenth of its rms. */
-static const double left_share = 0.01;
+/*
+ * … or, for one effect alone, the excess over the noise (in power) that may remain of a misfit many times the noise: 7 % of its
+ * rms. Two effects that together leave more than the noise have not explained anything: they bend until they fit.
+ */
+static const double left_share = 0.005;
 /* One more effect must lower the fitted rms by this much, or nobody would see the difference. */
 static const double least_gain = 0.02;
 /*
@@ -44,9 +47,10 @@ static bool at_noise(const struct hypothesis_errors *e, double limit)
     return e->n_channels == 0 || (e->noise_ratio <= limit && e->worst_ratio <= near_one_channel);
 }
 
-static bool near(const struct hypothesis_errors *e, const struct hypothesis_errors *before, double limit)
+static bool near(const struct hypothesis_errors *e, const struct hypothesis_errors *before, double limit,
+                 size_t n_effects)
 {
-    return at_noise(e, limit) || excess(e->noise_ratio) <= left_share * excess(before->noise_ratio);
+    return at_noise(e, limit) || (n_effects == 1 && excess(e->noise_ratio) <= left_share * excess(before->noise_ratio));
 }
 
 /* Whitened misfit with a price for parameters; comparable between hypotheses. */
@@ -77,8 +81,8 @@ void diagnose_rank(struct diagnosis *d, size_t n_tried)
     for (size_t i = 0; i < d->n_hypotheses; i++) {
         struct hypothesis *h = &d->hypotheses[i];
         evidence_compare(&d->baseline.fitted.misfit, &h->fitted.misfit, h->n_added, 0, n_tried, &h->evidence);
-        h->explains =
-            near(&h->fitted, &d->baseline.fitted, near_fitted) && near(&h->check, &d->baseline.check, near_check);
+        h->explains = near(&h->fitted, &d->baseline.fitted, near_fitted, h->n_effects) &&
+                      near(&h->check, &d->baseline.check, near_check, h->n_effects);
         p[i] = fmin(h->evidence.p_value * (double)n_tried / (double)d->n_hypotheses, 1.0);
     }
     holm_adjust(p, d->n_hypotheses, p);
@@ -113,13 +117,12 @@ static bool contains(const struct hypothesis *large, const struct hypothesis *sm
 
 /*
  * More effects than the simpler one that explains the records too, and not worth them: they lower the rms too little, or they
- * do not end at the noise either. A remainder that takes three effects and still stays is a flaw of the model of the first.
+ * do not end at the noise either: a remainder that several effects cannot take away is a flaw in the form of the first.
  */
 static bool not_worth(const struct hypothesis *large, const struct hypothesis *small)
 {
     return large->n_effects > small->n_effects && small->explains &&
-           (large->fitted.noise_ratio > (1.0 - least_gain) * small->fitted.noise_ratio ||
-            !at_noise(&large->fitted, near_fitted) || !at_noise(&large->check, near_check));
+           (!large->explains || large->fitted.noise_ratio > (1.0 - least_gain) * small->fitted.noise_ratio);
 }
 
 /* The terms of `small` are those of `large` with some parameters neutral or a place at the free end. */
@@ -211,10 +214,6 @@ static void name(struct diagnosis *d, const struct hypothesis *h)
     }
 }
 
-/*
- * A second effect that lowers the rms by a few per cent is worth a search where the search is cheap. On top of a law every
- * evaluation steps through time, so there only what does not explain the records is looked into.
- */
 bool diagnose_more_wanted(const struct diagnosis *d)
 {
     static const double wanted_fitted = 1.03, wanted_check = 1.08;
@@ -223,7 +222,7 @@ bool diagnose_more_wanted(const struct diagnosis *d)
         return false;
     for (size_t i = 0; i < best->n_effects; i++)
         if (best->effects[i]->law != NULL)
-            return !best->explains;
+            return !best->explains; /* a law's own model error leaves a few per cent */
     return best->fitted.noise_ratio > wanted_fitted || best->check.noise_ratio > wanted_check;
 }
 

@@ -78,6 +78,9 @@ static void missing(FILE *out, const struct diagnosis *d)
     (void)fprintf(out, "; ");
     values(out, d, best);
     (void)fprintf(out, ".");
+    if (best->fitted.noise_ratio > 1.2)
+        (void)fprintf(out,
+                      " What remains is no effect of the catalogue: the form of this one is not quite the beam's.");
     if (second != NULL) {
         (void)fprintf(out, " The next best, ");
         effects_text(out, second);
@@ -166,10 +169,10 @@ static void print_next(FILE *out, const struct diagnosis *d)
 {
     const char *path = d->model->path ? d->model->path : "MODEL";
     if (d->verdict == VERDICT_MISSING) {
-        (void)fprintf(out, "\nNext:");
-        for (size_t i = 0; i < d->n_named; i++)
-            (void)fprintf(out, "%s beamfit add %s %s -o added%zu.yaml\n", i > 0 ? "     " : "",
-                          i > 0 ? "added.yaml" : path, d->named[i], i + 1);
+        (void)fprintf(out, "\nNext: beamfit add %s %s -o added1.yaml\n", path, d->named[0]);
+        for (size_t i = 1; i < d->n_named; i++)
+            (void)fprintf(out, "      beamfit add added%zu.yaml %s -o added%zu.yaml\n", i, d->named[i], i + 1);
+        (void)fprintf(out, "      beamfit fit added%zu.yaml RECORD... -o fitted.yaml --check RECORD...\n", d->n_named);
     } else if (d->verdict == VERDICT_AMBIGUOUS) {
         (void)fprintf(out, "\nNext: beamfit discriminate %s", path);
         for (size_t i = 0; i < d->n_named; i++)
