@@ -67,7 +67,8 @@ enum bf_status diagnose_extend(struct diagnose_work *w, const struct hypothesis 
     enum bf_status status = shortlist_new(w, from, &s, err);
     if (!status)
         status = wave(&s, kinds, 2, most, 0.6 * span, err);
-    const bool enough = explained(&s) && w->d->linearity.verdict != LINEARITY_CANNOT_TELL;
+    const bool enough = explained(&s) && w->d->linearity.verdict != LINEARITY_CANNOT_TELL &&
+                        from->fitted.noise_ratio > diagnose_mimicry;
     if (!status && !progress_interrupted() && (!enough || w->options->everything))
         status = wave(&s, kinds + 2, 1, most, 0.4 * span, err);
     shortlist_free(&s);

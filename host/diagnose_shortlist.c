@@ -14,6 +14,13 @@
  */
 const double diagnose_worth = 3.0;
 /*
+ * Below this misfit (× noise) an effect of one kind may pass for one of the other down to the noise (a breathing crack at 1.4 × was
+ * taken for a point mass), so both kinds are tried; far above it the noise is a test that only the true kind passes.
+ */
+const double diagnose_mimicry = 3.0;
+/* … and takes away at least this part of the excess over the noise that the best takes: near the noise 3 × means nothing. */
+static const double worth_share = 0.5;
+/*
  * Candidates whose score or trial has a p-value above this are not refitted. Generous: an omission is final. Scores are held
  * to it only where the baseline is near the noise; far from it the first order means little (a compensated baseline can turn
  * the sign of a true effect), and the refinement decides.
@@ -153,6 +160,14 @@ enum bf_status shortlist_try_laws(struct shortlist *s, struct bf_error *err)
 
 /* ---- Jobs ---- */
 
+/* left, best: rms in units of the noise */
+static bool worth_refit(const struct shortlist *s, double left, double best)
+{
+    const double before = s->from->fitted.noise_ratio;
+    return left <= diagnose_worth * best &&
+           left * left <= best * best + (1.0 - worth_share) * fmax(before * before - best * best, 0.0);
+}
+
 static void push(struct refit_job **jobs, size_t *n, const struct refit_job *job)
 {
     *jobs = bf_grow(*jobs, *n + 1, sizeof **jobs);
@@ -185,13 +200,36 @@ static const struct candidate *candidate_of(const struct shortlist *s, const str
     return NULL;
 }
 
+/* f(2w, 2v) = 2 f(w, v): records of two levels do not show this law (a breathing crack, a stiffness that drifts). */
+static bool of_degree_one(const struct beam_effect *effect)
+{
+    static const double same = 1e-9;
+    double p[BEAM_EFFECT_PARAMETERS];
+    struct beam_law_output once = {0}, twice = {0};
+    struct beam_law_input in = {
+        .w = {1e-3, 2e-3}, .v = {0.3, 0.1}, .w_old = {0.9e-3, 1.9e-3}, .t_s = 1.0, .dt_s = 1e-3};
+    for (int i = 0; i < effect->n_parameters; i++)
+        p[i] = effect->parameters[i].start;
+    if (effect->law(p, &in, &once) != 0)
+        return false;
+    for (int i = 0; i < BEAM_LAW_WIDTH; i++)
+        in.w[i] *= 2.0, in.v[i] *= 2.0, in.w_old[i] *= 2.0;
+    if (effect->law(p, &in, &twice) != 0)
+        return false;
+    for (int i = 0; i < BEAM_LAW_WIDTH; i++)
+        if (fabs(twice.f[i] - 2.0 * once.f[i]) > same * fabs(twice.f[i]))
+            return false;
+    return true;
+}
+
 static void choose_laws(struct shortlist *s, size_t most, double best, struct refit_job **jobs, size_t *n)
 {
     struct bf_error err;
     struct refit_job job;
     for (; s->refitted_laws < s->n_trials && most > 0; s->refitted_laws++) {
         const struct trial *trial = &s->trials[s->refitted_laws];
-        if (trial->unexplained > diagnose_worth * best || trial->p_value > hopeless_p)
+        if (!worth_refit(s, trial->unexplained, best) || trial->p_value > hopeless_p ||
+            (s->linear && !of_degree_one(trial->effect)))
             continue;
         const struct candidate *candidate = candidate_of(s, trial->effect);
         if (candidate == NULL || job_of_candidate(s, candidate, trial->p, &job, &err) != BF_OK)
@@ -227,7 +265,7 @@ void shortlist_choose(struct shortlist *s, enum effect_kind kind, size_t most, d
     }
     for (; s->looked[kind] < s->n_order[kind] && most > 0; s->looked[kind]++) {
         const size_t i = s->order[kind][s->looked[kind]];
-        if (shortlist_left(s, i) > diagnose_worth * best || job_of_score(s, i, &job, &err) != BF_OK)
+        if (!worth_refit(s, shortlist_left(s, i), best) || job_of_score(s, i, &job, &err) != BF_OK)
             continue;
         push(jobs, n, &job);
         most--;
@@ -248,6 +286,9 @@ enum bf_status shortlist_new(struct diagnose_work *w, const struct hypothesis *f
     const struct candidate_options options = {
         .without = w->options->without, .n_without = w->options->n_without, .line_Hz = lines, .n_lines = n_lines};
     *out = (struct shortlist){.w = w, .from = from, .n_effects = from->n_effects + 1};
+    const enum linearity_verdict verdict = w->d->linearity.verdict;
+    out->linear =
+        from->fitted.noise_ratio > diagnose_mimicry && (verdict == LINEARITY_LINEAR || verdict == LINEARITY_ADDITIVE);
     return candidate_list_new(&from->model, w->d->records, w->d->n_records, &options, &out->list, err);
 }
 

@@ -17,6 +17,8 @@ enum effect_kind {
 };
 enum effect_kind effect_kind(const struct beam_effect *effect);
 
+extern const double diagnose_mimicry;
+
 struct shortlist {
     struct diagnose_work *w;
     const struct hypothesis *from;
@@ -25,8 +27,9 @@ struct shortlist {
     struct score_base *base;                 /* NULL: not needed yet */
     struct score *scores;                    /* [list.n] */
     size_t *order[2], n_order[2], looked[2]; /* of KIND_LINEAR and KIND_BENT, best first; how many were refitted */
-    bool tried;                              /* trials are there */
-    struct trial *trials;                    /* best first */
+    bool linear; /* records of two levels agree, and the misfit is large: only laws of degree one are possible */
+    bool tried;  /* trials are there */
+    struct trial *trials; /* best first */
     size_t n_trials, refitted_laws;
 };
 
