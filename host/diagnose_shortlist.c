@@ -222,6 +222,20 @@ static bool of_degree_one(const struct beam_effect *effect)
     return true;
 }
 
+/*
+ * The refit of a law that leaves much takes a minute and names nothing, so a trial must leave at most law_left of the excess
+ * over the noise; only the best one of a beam that is not linear is refitted whatever it leaves.
+ */
+static bool trial_promises(const struct shortlist *s, size_t i)
+{
+    static const double law_left = 0.2;
+    const struct trial *trial = &s->trials[i];
+    const double left = trial->unexplained * trial->unexplained;
+    const double before = left * trial->chi_square_baseline / trial->chi_square;
+    return left - 1.0 <= law_left * (before - 1.0) ||
+           (i == 0 && s->w->d->linearity.verdict == LINEARITY_NONLINEAR && s->from->n_effects == 0);
+}
+
 static void choose_laws(struct shortlist *s, size_t most, double best, struct refit_job **jobs, size_t *n)
 {
     struct bf_error err;
@@ -229,7 +243,7 @@ static void choose_laws(struct shortlist *s, size_t most, double best, struct re
     for (; s->refitted_laws < s->n_trials && most > 0; s->refitted_laws++) {
         const struct trial *trial = &s->trials[s->refitted_laws];
         if (!worth_refit(s, trial->unexplained, best) || trial->p_value > hopeless_p ||
-            (s->linear && !of_degree_one(trial->effect)))
+            (s->linear && !of_degree_one(trial->effect)) || !trial_promises(s, s->refitted_laws))
             continue;
         const struct candidate *candidate = candidate_of(s, trial->effect);
         if (candidate == NULL || job_of_candidate(s, candidate, trial->p, &job, &err) != BF_OK)
