@@ -35,16 +35,17 @@ static size_t curves_of(const struct amplitude_curves *all, const struct amplitu
         const struct amplitude_curve *c = &all->curves[i];
         if (c->mode != like->mode || strcmp(c->channel, like->channel) != 0)
             continue;
-        (*out)[n++] = predicted ? (struct plot_drift_curve){.n = c->n,
-                                                            .amplitude = c->model_amplitude,
-                                                            .frequency_Hz = c->model_frequency_Hz,
-                                                            .damping = c->model_damping_ratio}
-                                : (struct plot_drift_curve){.n = c->n,
-                                                            .amplitude = c->amplitude,
-                                                            .frequency_Hz = c->frequency_Hz,
-                                                            .damping = c->damping_ratio,
-                                                            .frequency_sd_Hz = c->frequency_sd_Hz,
-                                                            .damping_sd = c->damping_sd};
+        (*out)[n] = predicted ? (struct plot_drift_curve){.n = c->n,
+                                                          .amplitude = c->model_amplitude,
+                                                          .frequency_Hz = c->model_frequency_Hz,
+                                                          .damping = c->model_damping_ratio}
+                              : (struct plot_drift_curve){.n = c->n,
+                                                          .amplitude = c->amplitude,
+                                                          .frequency_Hz = c->frequency_Hz,
+                                                          .damping = c->damping_ratio,
+                                                          .frequency_sd_Hz = c->frequency_sd_Hz,
+                                                          .damping_sd = c->damping_sd};
+        n++;
     }
     return n;
 }

@@ -95,7 +95,7 @@ static void *work(void *argument)
 void diagnose_refits(struct diagnose_work *w, struct refit_job jobs[], size_t n, double span)
 {
     struct refit_queue queue = {.w = w, .jobs = jobs, .n = n, .begin = w->done, .span = span};
-    pthread_t threads[MOST_WORKERS];
+    pthread_t threads[MOST_WORKERS] = {0};
     size_t wanted = (size_t)w->threads, started = 0;
     wanted = wanted < n ? wanted : n;
     wanted = wanted < MOST_WORKERS ? wanted : MOST_WORKERS;

@@ -63,7 +63,7 @@ static void run_queue(struct drive_queue *queue)
     const long processors = sysconf(_SC_NPROCESSORS_ONLN);
     const int asked = queue->w->options->threads;
     size_t wanted = asked > 0 ? (size_t)asked : processors > 0 ? (size_t)processors : 1, started = 0;
-    pthread_t threads[MOST_WORKERS];
+    pthread_t threads[MOST_WORKERS] = {0};
     wanted = wanted < MOST_WORKERS ? wanted : MOST_WORKERS;
     (void)pthread_mutex_init(&queue->lock, NULL);
     while (started + 1 < wanted && pthread_create(&threads[started], NULL, work, queue) == 0)

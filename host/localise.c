@@ -262,14 +262,15 @@ size_t localise_channels(const struct comparison *comparison, bool held_out, str
         const struct comparison_channel *c = &comparison->channels[i];
         if (c->held_out != held_out)
             continue;
-        out[n++] = (struct misfit_channel){.file = comparison->records[c->record].path,
-                                           .channel = c->name,
-                                           .record = c->record,
-                                           .n = c->n,
-                                           .dt_s = c->dt_s,
-                                           .measured = c->measured,
-                                           .residual = c->residual,
-                                           .noise = &c->noise};
+        out[n] = (struct misfit_channel){.file = comparison->records[c->record].path,
+                                         .channel = c->name,
+                                         .record = c->record,
+                                         .n = c->n,
+                                         .dt_s = c->dt_s,
+                                         .measured = c->measured,
+                                         .residual = c->residual,
+                                         .noise = &c->noise};
+        n++;
     }
     return n;
 }

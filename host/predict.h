@@ -24,7 +24,7 @@ struct predict_options {
     enum intersample intersample; /* 0: band limited */
     int oversample;               /* of the nonlinear grid; 0: 8, checked by predict_convergence() */
     int threads;                  /* for nonlinear records; 0: one a processor */
-    bool quiet;           /* no warnings (the same records were seen before) */
+    bool quiet;                   /* no warnings (the same records were seen before) */
     bool uniform_splines; /* equidistant knots, not on the region edges: the seed paper's space, for comparison */
     size_t fine_splines;  /* dimension of the fine spline space; 0: 160 */
     size_t modes;         /* modes of the reduced space; 0: enough for 4 × the band */

@@ -120,7 +120,7 @@ enum bf_status site_law_fit(const struct site_force *force, const struct regress
 double site_law_fall(const struct site_law *law, const bool use[FEATURES], double c[FEATURES])
 {
     double gram[FEATURES * FEATURES], values[FEATURES], V[FEATURES * FEATURES], fall = 0.0;
-    size_t column[FEATURES], n = 0;
+    size_t column[FEATURES] = {0}, n = 0;
     struct bf_error ignored;
     for (size_t i = 0; i < FEATURES; i++)
         if (use[i] && law->norm[i] > 0.0)

@@ -75,7 +75,7 @@ static enum bf_status try_start(struct tournament *t, const double theta[], stru
     struct fit_problem *p = t->p;
     double *x = bf_alloc(p->n_unknowns, sizeof *x), *moved = bf_alloc(t->p->n_refs, sizeof *moved);
     const struct optimise_options options = {.iterations = 4, .tolerance = 1e-2, .relative = 1e-2};
-    struct optimise_result result;
+    struct optimise_result result = {0};
     memcpy(moved, theta, t->p->n_refs * sizeof *moved);
     enum bf_status status = leap(t, moved, err);
     if (!status) {
@@ -154,7 +154,7 @@ static enum bf_status rank_again(struct tournament *t, double longer, struct sta
     memcpy(theta, t->theta0, t->p->n_refs * sizeof *theta);
     t->stairs.first_ps /= longer;
     for (size_t k = 0; k < starts->n && !status && !fit_problem_interrupted(p); k++) {
-        struct optimise_result result;
+        struct optimise_result result = {0};
         starts_to_x(p, starts->theta + k * t->p->n_refs, x);
         status = staircase_step(p, t->stairs.first_ps, RANK_ITERATIONS, x, &result, err);
         if (!status) {

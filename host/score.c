@@ -215,7 +215,7 @@ static void run_queue(struct queue *queue)
 {
     pthread_mutex_init(&queue->lock, NULL);
     queue->lowest = INFINITY;
-    pthread_t threads[MOST_WORKERS];
+    pthread_t threads[MOST_WORKERS] = {0};
     const long cores = sysconf(_SC_NPROCESSORS_ONLN);
     const int wanted = queue->base->options.threads;
     size_t workers = wanted > 0 ? (size_t)wanted : cores > 0 ? (size_t)cores : 1, started = 0;

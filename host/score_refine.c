@@ -80,7 +80,7 @@ static enum bf_status step_window(struct fit_problem *p, double decay_ps, double
                                              .relative = settled,
                                              .hopeless = hopeless};
     const struct least_squares view = fit_problem_view(p);
-    struct optimise_result result;
+    struct optimise_result result = {0};
     fit_problem_rescale(p, x);
     enum bf_status status = fit_problem_stage(p, decay_ps, floor, x, err);
     if (!status)

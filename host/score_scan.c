@@ -180,7 +180,7 @@ static enum bf_status refine_slot(struct probe *probe, int slot, struct answer *
                                   struct bf_error *err)
 {
     const struct candidate *c = probe->candidate;
-    double longest = 0.0, p[BEAM_EFFECT_PARAMETERS], at[2], LM[2];
+    double longest = 0.0, p[BEAM_EFFECT_PARAMETERS], at[2], LM[2] = {NAN, NAN};
     bool logarithmic;
     for (size_t r = 0; r < probe->base->n_records; r++)
         longest = fmax(longest, (double)probe->base->records[r].n * probe->base->records[r].dt_s);

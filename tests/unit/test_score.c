@@ -61,8 +61,8 @@ static void rig_effect(struct rig *r, const char *id, const double p[], size_t n
         predictor_channels(predictor, &channels);
         for (size_t c = 0; c < CHANNELS; c++) {
             double *z = r->records[channels[c].record].columns[1 + c % 2].x;
-            for (size_t k = 0; k < SAMPLES; k++)
-                z[k] += with ? y.y[channels[c].row + k] - without[channels[c].row + k] : 0.0;
+            for (size_t k = 0; with && without && k < SAMPLES; k++)
+                z[k] += y.y[channels[c].row + k] - without[channels[c].row + k];
         }
         if (!with) {
             without = calloc(y.n_rows, sizeof *without);
