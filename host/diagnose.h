@@ -57,7 +57,6 @@ struct hypothesis {
     bool refitted;            /* false: only scored; fit, model and errors are empty */
     bool explains;            /* nothing that matters is left in fitted and held-out records */
     bool rival;               /* the records cannot tell it from the best */
-    char note[160];           /* why it was left out or what is doubtful; "" nothing */
 };
 
 struct diagnosis {
@@ -78,9 +77,8 @@ struct diagnosis {
     struct reconstruction reconstruction; /* of what the best explanation leaves, when the verdict is unknown */
     bool converged;                       /* false: the search may not have found the optimum of some candidate */
     bool interrupted;
-    size_t n_failed;       /* refits without an answer */
-    double discretisation; /* change of the prediction in units of the noise when space and time steps are refined */
-    char *text;            /* one paragraph for a person */
+    size_t n_failed; /* refits without an answer */
+    char *text;      /* one paragraph for a person */
     double seconds;
     size_t evaluations;
 };
