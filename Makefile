@@ -38,9 +38,10 @@ UNIT_SRC   := $(wildcard tests/unit/test_*.c)
 SYSTEM_SRC := $(wildcard tests/system/test_*.c)
 LIB_OBJ   = $(LIB_SRC:%.c=$(B)/double/%.o) $(B)/double/effects_table.o $(B)/double/galerkin_tables.o
 FLOAT_OBJ = $(LIB_SRC:%.c=$(B)/float/%.o) $(B)/float/effects_table.o $(B)/float/galerkin_tables.o
+TARGET_OBJ = $(LIB_SRC:%.c=$(B)/target/%.o) $(B)/target/effects_table.o $(B)/target/galerkin_tables.o
 CPLX_OBJ  = $(patsubst %.c,$(B)/complex/%.o,$(wildcard lib/effects/*.c)) $(B)/complex/effects_table.o
 HOST_OBJ  = $(HOST_SRC:%.c=$(B)/%.o)
-ARCHIVES  = $(B)/libhost.a $(B)/libbeam.a $(B)/libbeamf.a $(B)/libbeamc.a
+ARCHIVES  = $(B)/libhost.a $(B)/libbeam.a $(B)/libbeamf.a $(B)/libbeamt.a $(B)/libbeamc.a
 
 all: $(B)/beamfit $(B)/beamfit.1 $(B)/libbeamf.a ## build the program and the libraries
 
@@ -59,6 +60,9 @@ $(B)/double/%.o: $(B)/gen/%.c
 $(B)/float/%.o: $(B)/gen/%.c
 	@mkdir -p $(@D)
 	$(call say,$@)$(CC) $(LIBFLAGS) -DBEAM_FLOAT -MMD -MP -c $< -o $@
+$(B)/target/%.o: $(B)/gen/%.c
+	@mkdir -p $(@D)
+	$(call say,$@)$(CC) $(LIBFLAGS) -DBEAM_FLOAT -DBEAM_TARGET -MMD -MP -c $< -o $@
 $(B)/complex/%.o: $(B)/gen/%.c
 	@mkdir -p $(@D)
 	$(call say,$@)$(CC) $(LIBFLAGS) -DBEAM_COMPLEX -MMD -MP -c $< -o $@
@@ -68,6 +72,9 @@ $(B)/double/%.o: %.c
 $(B)/float/%.o: %.c
 	@mkdir -p $(@D)
 	$(call say,$@)$(CC) $(LIBFLAGS) -DBEAM_FLOAT -MMD -MP -c $< -o $@
+$(B)/target/%.o: %.c
+	@mkdir -p $(@D)
+	$(call say,$@)$(CC) $(LIBFLAGS) -DBEAM_FLOAT -DBEAM_TARGET -MMD -MP -c $< -o $@
 $(B)/complex/%.o: %.c
 	@mkdir -p $(@D)
 	$(call say,$@)$(CC) $(LIBFLAGS) -DBEAM_COMPLEX -MMD -MP -c $< -o $@
@@ -80,11 +87,14 @@ $(B)/libbeam.a: $(LIB_OBJ)
 	$(call say,$@)rm -f $@; ar rcs $@ $^
 $(B)/libbeamf.a: $(FLOAT_OBJ)
 	$(call say,$@)rm -f $@; ar rcs $@ $^
+# float in a controller's sizes: what the firmware runs, linked on the host to replay and to check it
+$(B)/libbeamt.a: $(TARGET_OBJ)
+	$(call say,$@)rm -f $@; ar rcs $@ $^
 $(B)/libbeamc.a: $(CPLX_OBJ)
 	$(call say,$@)rm -f $@; ar rcs $@ $^
 $(B)/libhost.a: $(HOST_OBJ)
 	$(call say,$@)rm -f $@; ar rcs $@ $^
-$(B)/beamfit: $(B)/host/main.o $(B)/libhost.a $(B)/libbeam.a
+$(B)/beamfit: $(B)/host/main.o $(B)/libhost.a $(B)/libbeam.a $(B)/libbeamt.a
 	$(call say,$@)$(CC) $(OPT) $(CFLAGS) $^ $(LIBS) -o $@
 
 $(B)/beamfit.1: $(B)/beamfit tools/man_page.sh
@@ -207,7 +217,7 @@ clean: ## remove everything built
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 18
 
-DEPFILES = $(SHADOWS:.o=.d) $(BEAM_SHADOWS:.o=.d) $(LIB_OBJ:.o=.d) $(FLOAT_OBJ:.o=.d) $(CPLX_OBJ:.o=.d) $(HOST_OBJ:.o=.d) $(B)/host/main.d \
+DEPFILES = $(SHADOWS:.o=.d) $(BEAM_SHADOWS:.o=.d) $(LIB_OBJ:.o=.d) $(FLOAT_OBJ:.o=.d) $(TARGET_OBJ:.o=.d) $(CPLX_OBJ:.o=.d) $(HOST_OBJ:.o=.d) $(B)/host/main.d \
            $(UNIT_TESTS:%=%.d) $(SYSTEM_TESTS:%=%.d) $(SYSTEM_COMMON:.o=.d) $(TRUTH_OBJ:.o=.d)
 -include $(wildcard $(DEPFILES))
 .PHONY: all tests unit test test-both demo deps lint layers size bench hidden false-alarms own-effect experiments data fuzz install uninstall clean help

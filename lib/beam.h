@@ -31,6 +31,14 @@
 
 /* ---- Sizes; those with #ifndef may be set by -D, alike for every file of a program ---- */
 
+/* BEAM_TARGET: what a controller carries, first-order or zero-order hold only; symbols are beamt_*. */
+#ifdef BEAM_TARGET
+#define BEAM_OUTPUTS 1
+#define BEAM_TAPS    64
+#define BEAM_HISTORY 64
+#else
+#define BEAM_OUTPUTS 4
+#endif
 #ifndef BEAM_PORTS
 #define BEAM_PORTS 8 /* coordinates on which laws act: one per point law, 8 for a law over the span */
 #endif
@@ -48,13 +56,12 @@
 #endif
 
 enum {
-    BEAM_N = 10,     /* dimension of the Galerkin space */
-    BEAM_INPUTS = 2, /* commanded inputs; the motion of the clamp is a further, inner one */
-    BEAM_OUTPUTS = 4,
-    BEAM_USES = 8,                                 /* effects in one model */
-    BEAM_CHAIN = 4,                                /* measurement-chain effects on one output */
-    BEAM_MEMORIES = 2,                             /* Maxwell branches */
-    BEAM_MEMORY_STATES = 12,                       /* their ranks together */
+    BEAM_N = 10,             /* dimension of the Galerkin space */
+    BEAM_INPUTS = 2,         /* commanded inputs; the motion of the clamp is a further, inner one */
+    BEAM_USES = 8,           /* effects in one model */
+    BEAM_CHAIN = 4,          /* measurement-chain effects on one output */
+    BEAM_MEMORIES = 2,       /* Maxwell branches */
+    BEAM_MEMORY_STATES = 12, /* their ranks together */
     BEAM_BLOCKS = BEAM_N + BEAM_MEMORY_STATES / 2, /* 2 × 2 blocks of the step */
     BEAM_STATES = 2 * BEAM_BLOCKS,
     BEAM_ALL_INPUTS = BEAM_INPUTS + 1,

@@ -18,12 +18,19 @@
 #if defined BEAM_FLOAT && defined BEAM_COMPLEX
 #error "define at most one of BEAM_FLOAT and BEAM_COMPLEX"
 #endif
+#if defined BEAM_TARGET && !defined BEAM_FLOAT
+#error "BEAM_TARGET, the controller's sizes, goes with BEAM_FLOAT"
+#endif
 
 #if defined BEAM_FLOAT
 
 typedef float beam_real;
-#define BEAM_K(c)       (c##F)
+#define BEAM_K(c) (c##F)
+#ifdef BEAM_TARGET
+#define BEAM_NAME(name) beamt_##name
+#else
 #define BEAM_NAME(name) beamf_##name
+#endif
 #define beam_sqrt(x)    sqrtf(x)
 #define beam_fabs(x)    fabsf(x)
 #define beam_tanh(x)    tanhf(x)

@@ -1,0 +1,64 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * board.h — everything the application asks of a board. Nothing but board_<name>/ sees a register, a file or a pty.
+ *
+ * Two contexts: the sample interrupt (sample_isr, priority above the serial port's) and the background loop. What a
+ * function may be called from is said beside it. No function waits without a bound.
+ */
+#ifndef BOARD_H
+#define BOARD_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/* Facts of the board, constant while it runs. */
+struct board_facts {
+    uint8_t device[12];       /* unique identity */
+    const uint8_t *key;       /* 32 bytes, of this device; never leaves the board */
+    uint32_t sample_mHz;      /* sample rate, 1/1000 Hz */
+    uint16_t sensor_code_max; /* 4095 */
+    uint16_t drive_code_zero; /* 2048 */
+    uint32_t nvm_slot_bytes;  /* capacity of one slot, a multiple of 4 */
+};
+
+/* Clocks, converter, port, memory; not yet sampling. Background, once. Returns NULL when the board is broken. */
+const struct board_facts *board_init(void);
+
+/* From now on app_sample() is called once a tick, with the finished conversion. Background, once. */
+void board_start(void);
+
+/* Drive code to the D/A, taking effect at once. Sample interrupt. */
+void board_drive(uint16_t code);
+
+/* Up to n received bytes; never waits. Background. */
+size_t board_receive(size_t n, uint8_t out[]);
+
+/* As many of n bytes as the port takes now; never waits longer than one byte's time. Background. */
+size_t board_send(size_t n, const uint8_t bytes[]);
+
+/* Microseconds since board_init(), modulo 2³². Any context. */
+uint32_t board_time_us(void);
+
+/*
+ * Non-volatile memory: slots 0 and 1, and slot 2 for the boot counter. Erased bytes read 0xFF; a programmed word can
+ * only clear bits. A program of `words` words of 4 bytes at a word offset. Background; the sample interrupt goes on
+ * (the code runs from memory that an erase does not stall, or the board says in its page what it costs).
+ * False: outside, or the hardware reported failure.
+ */
+bool board_nvm_read(int slot, uint32_t offset, size_t n, uint8_t out[]);
+bool board_nvm_program(int slot, uint32_t offset, size_t words, const uint32_t data[]);
+bool board_nvm_erase(int slot);
+
+/* Nothing to do until the next interrupt. False: power down is wished (board_host, emulators), leave the loop. */
+bool board_idle(void);
+
+/* ---- What the board calls ---- */
+
+/* The sample interrupt's work: one conversion finished. Bounded; see docs/target.md for its cost. */
+void app_sample(uint16_t sensor_code);
+
+/* A tick came while the previous app_sample() had not been called or had not returned. */
+void app_missed(void);
+
+#endif /* BOARD_H */

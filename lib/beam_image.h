@@ -1,0 +1,150 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * beam_image.h — a target image: what travels from a fitted model to a controller, and what the controller keeps.
+ *
+ *     header 64 B | setup | uses | counts | numbers | HMAC-SHA256 32 B            everything little-endian, 4-byte words
+ *
+ * The bytes are the members of struct beam_image_front, then of beam_plan_counts, then of beam_plan_numbers in the
+ * controller's sizes (BEAM_TARGET), then the code. So a page of the controller holds an image without decoding it:
+ * the plan a step runs on is the memory the image was written to. Only `use` is resolved, beside it.
+ * Host and controller compile this file alike; the sizes below do not depend on the build and are asserted against it.
+ */
+#ifndef BEAM_IMAGE_H
+#define BEAM_IMAGE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include "beam.h"
+
+enum {
+    BEAM_IMAGE_MAGIC = 0x494D4642, /* "BFMI" in the order of the bytes */
+    BEAM_IMAGE_LAYOUT = 1,         /* raised with every change of the bytes' meaning */
+    BEAM_IMAGE_DEVICE_BYTES = 12,
+    BEAM_IMAGE_CODE_BYTES = 32, /* HMAC-SHA256 */
+    BEAM_IMAGE_KEY_BYTES = 32,
+    BEAM_IMAGE_PROOFS = 4, /* outputs of the proof run that must come out bit for bit */
+    BEAM_IMAGE_COUNTS = 66,
+    BEAM_IMAGE_NUMBERS = 1178
+};
+
+struct beam_image_header {
+    uint32_t magic, layout;
+    uint32_t length;                         /* bytes of the whole image, code included */
+    uint32_t counter;                        /* a controller takes only a greater one than it has stored */
+    uint8_t device[BEAM_IMAGE_DEVICE_BYTES]; /* identity of the one controller this image is for */
+    uint8_t model_sha256[32];                /* of the model file it was made from */
+    uint32_t crc32;                          /* of everything between header and code; zlib's polynomial */
+};
+
+/* What the controller knows of its channels and of the model's worth. f32: IEEE 754 single. */
+struct beam_image_setup {
+    float sensor_V_per_code, sensor_zero_code; /* measured [output's unit] = (code − zero) × per_code */
+    float drive_V_per_code, drive_zero_code;   /* input [input's unit] = (code − zero) × per_code */
+    float noise_rms;                           /* expected residual, output's unit, > 0 */
+    float alarm_ratio, clear_ratio;            /* residual rms ÷ noise_rms: alarm on above, off below; clear < alarm */
+    float averaging_s;                         /* time constant of the running mean squares, > 0 */
+    float clock_relative;                      /* of the model's clock_error, for information */
+    uint32_t proof_steps;                      /* 1..1024: see beam_image_prove() */
+    float proof_amplitude;                     /* of the proof run's input, input's unit */
+    float proof[BEAM_IMAGE_PROOFS];            /* outputs of its last four steps */
+    uint32_t reserved;                         /* 0 */
+};
+
+struct beam_image_use {
+    uint32_t effect;   /* CRC-32 of the effect's id, without a terminator */
+    uint32_t channels; /* as beam_use.channels */
+    float p[BEAM_EFFECT_PARAMETERS];
+};
+
+struct beam_image_front {
+    struct beam_image_header header;
+    struct beam_image_setup setup;
+    struct beam_image_use use[BEAM_USES];
+};
+
+enum {
+    BEAM_IMAGE_FRONT_BYTES = sizeof(struct beam_image_front),
+    BEAM_IMAGE_PLAN_BYTES = 4 * (BEAM_IMAGE_COUNTS + BEAM_IMAGE_NUMBERS),
+    BEAM_IMAGE_BYTES = BEAM_IMAGE_FRONT_BYTES + BEAM_IMAGE_PLAN_BYTES + BEAM_IMAGE_CODE_BYTES
+};
+_Static_assert(sizeof(struct beam_image_header) == 64, "header");
+_Static_assert(sizeof(struct beam_image_setup) == 64, "setup");
+_Static_assert(sizeof(struct beam_image_use) == 24, "use");
+_Static_assert(sizeof(struct beam_image_front) == 320, "front");
+
+/* Why an image is refused, in the order of the checks; the controller reports the number. */
+enum beam_image_fault {
+    BEAM_IMAGE_FINE = 0,
+    BEAM_IMAGE_BAD_MAGIC,
+    BEAM_IMAGE_BAD_LAYOUT,
+    BEAM_IMAGE_BAD_LENGTH,
+    BEAM_IMAGE_BAD_CRC,
+    BEAM_IMAGE_FOREIGN_DEVICE,
+    BEAM_IMAGE_OLD_COUNTER,
+    BEAM_IMAGE_BAD_CODE,       /* HMAC: not signed with this controller's key, or changed afterwards */
+    BEAM_IMAGE_BAD_SETUP,      /* a scale, noise or ratio not finite or out of range */
+    BEAM_IMAGE_UNKNOWN_EFFECT, /* not in this firmware */
+    BEAM_IMAGE_BAD_PLAN,       /* counts out of range, a number not finite, or a block that grows */
+    BEAM_IMAGE_BAD_RATE,       /* dt_s is not the controller's sample interval */
+    BEAM_IMAGE_BAD_PROOF       /* the proof run came out otherwise here than where the image was made */
+};
+
+/* One English clause with the remedy; never NULL. */
+#define beam_image_fault_text BEAM_NAME(image_fault_text)
+const char *beam_image_fault_text(enum beam_image_fault fault);
+
+/* CRC-32 of zlib and Ethernet; crc = 0 begins, the result continues. About 12 instructions a byte (table of 16 words). */
+#define beam_crc32 BEAM_NAME(crc32)
+uint32_t beam_crc32(uint32_t crc, uint32_t n, const uint8_t bytes[]);
+
+#ifdef BEAM_TARGET
+
+/* A page: the image's memory and the plan that runs in it. */
+struct beam_image {
+    struct beam_image_front front;
+    uint8_t code[BEAM_IMAGE_CODE_BYTES];
+    struct beam_plan plan; /* n and x are the image's counts and numbers; use is resolved by beam_image_check() */
+};
+_Static_assert((int)BEAM_PLAN_COUNTS == (int)BEAM_IMAGE_COUNTS, "counts");
+_Static_assert((int)BEAM_PLAN_NUMBERS == (int)BEAM_IMAGE_NUMBERS, "numbers");
+_Static_assert(sizeof(int) == 4 && sizeof(beam_real) == 4, "words");
+
+#define beam_image_read         BEAM_NAME(image_read)
+#define beam_image_write        BEAM_NAME(image_write)
+#define beam_image_crc          BEAM_NAME(image_crc)
+#define beam_image_header_check BEAM_NAME(image_header_check)
+#define beam_image_check        BEAM_NAME(image_check)
+#define beam_image_prove        BEAM_NAME(image_prove)
+
+/* n bytes of the image at this offset; false and nothing done when offset + n > BEAM_IMAGE_BYTES. */
+bool beam_image_read(const struct beam_image *image, uint32_t offset, uint32_t n, uint8_t out[]);
+bool beam_image_write(struct beam_image *image, uint32_t offset, uint32_t n, const uint8_t in[]);
+
+/* CRC-32 of the bytes between header and code. */
+uint32_t beam_image_crc(const struct beam_image *image);
+
+/* Magic, layout, length, CRC, device. The counter and the code are the store's and the key's business. */
+enum beam_image_fault beam_image_header_check(const struct beam_image *image,
+                                              const uint8_t device[BEAM_IMAGE_DEVICE_BYTES]);
+
+/*
+ * Setup, effects, plan, sample interval (equal to dt_s to 1e-6, or any when dt_s is 0); fills plan.use.
+ * Call it only after the code was found right: it is then safe, not merely likely, that the numbers are the host's.
+ */
+enum beam_image_fault beam_image_check(struct beam_image *image, float dt_s);
+
+/*
+ * The proof run: from rest, proof_steps steps with the input proof_amplitude × r/2³¹, r the successive signed words of
+ * x ← 1664525 x + 1013904223, x₀ = 1, on every input alike; the last four outputs must equal setup.proof bit for bit.
+ * `steps` of it per call, so that a background loop stays responsive: starts when progress is 0, done when
+ * *progress == proof_steps. state, random: scratch that lives from call to call.
+ */
+struct beam_image_proof {
+    uint32_t progress, random;
+    float last[BEAM_IMAGE_PROOFS];
+    struct beam_state state;
+};
+enum beam_image_fault beam_image_prove(const struct beam_image *image, uint32_t steps, struct beam_image_proof *proof);
+
+#endif /* BEAM_TARGET */
+#endif /* BEAM_IMAGE_H */
