@@ -43,7 +43,7 @@ struct beam_image_setup {
     float noise_rms;                           /* expected residual, output's unit, > 0 */
     float alarm_ratio, clear_ratio;            /* residual rms ÷ noise_rms: alarm on above, off below; clear < alarm */
     float averaging_s;                         /* time constant of the running mean squares, > 0 */
-    float clock_relative;                      /* of the model's clock_error, for information */
+    float clock_relative;                      /* of the model's clock_error: the plan's dt_s is the true interval, (1 + this) × the nominal */
     uint32_t proof_steps;                      /* 1..1024: see beam_image_prove() */
     float proof_amplitude;                     /* of the proof run's input, input's unit */
     float proof[BEAM_IMAGE_PROOFS];            /* outputs of its last four steps */
@@ -128,7 +128,8 @@ enum beam_image_fault beam_image_header_check(const struct beam_image *image,
                                               const uint8_t device[BEAM_IMAGE_DEVICE_BYTES]);
 
 /*
- * Setup, effects, plan, sample interval (equal to dt_s to 1e-6, or any when dt_s is 0); fills plan.use.
+ * Setup, effects, plan (one output, at least one input: the drive is input 0), sample interval (the plan's is
+ * dt_s × (1 + clock_relative) to 1e-6, or any when dt_s is 0); fills plan.use. Bounded for any bytes whatever.
  * Call it only after the code was found right: it is then safe, not merely likely, that the numbers are the host's.
  */
 enum beam_image_fault beam_image_check(struct beam_image *image, float dt_s);

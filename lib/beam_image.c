@@ -1,0 +1,230 @@
+/* SPDX-License-Identifier: MIT */
+/* A target image: its bytes in a page, its checks, its proof run. CRC and texts in every build, pages in the controller's. */
+#include "beam_image.h"
+
+const char *beam_image_fault_text(enum beam_image_fault fault)
+{
+    switch (fault) {
+    case BEAM_IMAGE_FINE:
+        return "the image is fine";
+    case BEAM_IMAGE_BAD_MAGIC:
+        return "this is no target image; make one with beamfit export";
+    case BEAM_IMAGE_BAD_LAYOUT:
+        return "the image has another layout than this firmware; export it with the program that belongs to the "
+               "firmware";
+    case BEAM_IMAGE_BAD_LENGTH:
+        return "the image has another length than its layout; it was cut, export or copy it again";
+    case BEAM_IMAGE_BAD_CRC:
+        return "the CRC-32 does not belong to the bytes; the image was damaged on its way, send it again";
+    case BEAM_IMAGE_FOREIGN_DEVICE:
+        return "the image is for another device; sign it for this one";
+    case BEAM_IMAGE_OLD_COUNTER:
+        return "the counter is not above the stored one; sign the image with a greater counter";
+    case BEAM_IMAGE_BAD_CODE:
+        return "the image is not signed with this device's key, or was changed afterwards; sign it with that key";
+    case BEAM_IMAGE_BAD_SETUP:
+        return "a scale, noise, ratio or the proof's setup is not finite or out of range; correct the model's board "
+               "block";
+    case BEAM_IMAGE_UNKNOWN_EFFECT:
+        return "the model uses an effect that this firmware does not have; drop the effect or build the firmware "
+               "with it";
+    case BEAM_IMAGE_BAD_PLAN:
+        return "the step's plan is damaged, not finite or unstable; export the model again";
+    case BEAM_IMAGE_BAD_RATE:
+        return "the model's sample interval is not the controller's; export it for the controller's sample rate";
+    case BEAM_IMAGE_BAD_PROOF:
+        return "the proof run gave other bits than where the image was made; use program and firmware of one version";
+    }
+    return "unknown fault";
+}
+
+/* Reflected polynomial 0xEDB88320, four bits a turn. */
+uint32_t beam_crc32(uint32_t crc, uint32_t n, const uint8_t bytes[])
+{
+    static const uint32_t table[16] = {0x00000000, 0x1DB71064, 0x3B6E20C8, 0x26D930AC, 0x76DC4190, 0x6B6B51F4,
+                                       0x4DB26158, 0x5005713C, 0xEDB88320, 0xF00F9344, 0xD6D6A3E8, 0xCB61B38C,
+                                       0x9B64C2B0, 0x86D3D2D4, 0xA00AE278, 0xBDBDF21C};
+    crc = ~crc;
+    for (uint32_t i = 0; i < n; i++) {
+        crc ^= bytes[i];
+        crc = crc >> 4 ^ table[crc & 15u];
+        crc = crc >> 4 ^ table[crc & 15u];
+    }
+    return ~crc;
+}
+
+#ifdef BEAM_TARGET
+
+#include <string.h>
+
+/* ---- The page: four pieces of memory that are one row of bytes ---- */
+
+enum { PIECES = 4 };
+
+struct piece {
+    uint8_t *bytes;
+    uint32_t n;
+};
+
+static void pieces_of(struct beam_image *image, struct piece out[PIECES])
+{
+    out[0] = (struct piece){(uint8_t *)&image->front, BEAM_IMAGE_FRONT_BYTES};
+    out[1] = (struct piece){(uint8_t *)&image->plan.n, 4 * BEAM_IMAGE_COUNTS};
+    out[2] = (struct piece){(uint8_t *)&image->plan.x, 4 * BEAM_IMAGE_NUMBERS};
+    out[3] = (struct piece){image->code, BEAM_IMAGE_CODE_BYTES};
+}
+
+static bool copy(struct beam_image *image, uint32_t offset, uint32_t n, uint8_t out[], const uint8_t in[])
+{
+    struct piece pieces[PIECES];
+    uint32_t begin = 0, done = 0;
+    if (offset > BEAM_IMAGE_BYTES || n > BEAM_IMAGE_BYTES - offset)
+        return false;
+    pieces_of(image, pieces);
+    for (int p = 0; p < PIECES && done < n; begin += pieces[p].n, p++) {
+        const uint32_t at = offset + done;
+        if (at >= begin + pieces[p].n)
+            continue;
+        const uint32_t left = begin + pieces[p].n - at, count = n - done < left ? n - done : left;
+        if (in)
+            memcpy(pieces[p].bytes + (at - begin), in + done, count);
+        else
+            memcpy(out + done, pieces[p].bytes + (at - begin), count);
+        done += count;
+    }
+    return true;
+}
+
+bool beam_image_read(const struct beam_image *image, uint32_t offset, uint32_t n, uint8_t out[])
+{
+    return copy((struct beam_image *)image, offset, n, out, 0); /* nothing is written when `in` is absent */
+}
+
+bool beam_image_write(struct beam_image *image, uint32_t offset, uint32_t n, const uint8_t in[])
+{
+    return copy(image, offset, n, 0, in);
+}
+
+/* ---- Checks ---- */
+
+uint32_t beam_image_crc(const struct beam_image *image)
+{
+    const uint32_t body = BEAM_IMAGE_FRONT_BYTES - (uint32_t)sizeof image->front.header;
+    uint32_t crc = beam_crc32(0, body, (const uint8_t *)&image->front.setup);
+    crc = beam_crc32(crc, 4 * BEAM_IMAGE_COUNTS, (const uint8_t *)&image->plan.n);
+    return beam_crc32(crc, 4 * BEAM_IMAGE_NUMBERS, (const uint8_t *)&image->plan.x);
+}
+
+enum beam_image_fault beam_image_header_check(const struct beam_image *image,
+                                              const uint8_t device[BEAM_IMAGE_DEVICE_BYTES])
+{
+    const struct beam_image_header *header = &image->front.header;
+    if (header->magic != BEAM_IMAGE_MAGIC)
+        return BEAM_IMAGE_BAD_MAGIC;
+    if (header->layout != BEAM_IMAGE_LAYOUT)
+        return BEAM_IMAGE_BAD_LAYOUT;
+    if (header->length != BEAM_IMAGE_BYTES)
+        return BEAM_IMAGE_BAD_LENGTH;
+    if (header->crc32 != beam_image_crc(image))
+        return BEAM_IMAGE_BAD_CRC;
+    return memcmp(header->device, device, BEAM_IMAGE_DEVICE_BYTES) == 0 ? BEAM_IMAGE_FINE : BEAM_IMAGE_FOREIGN_DEVICE;
+}
+
+static bool above(float x, float least)
+{
+    return beam_finite(x) && x > least;
+}
+
+static bool within(float x, float most)
+{
+    return beam_finite(x) && beam_fabs(x) <= most;
+}
+
+static bool setup_is_sound(const struct beam_image_setup *s)
+{
+    const float code_max = 65535.0F, clock_max = 0.5F, huge = 1e30F;
+    if (!above(beam_fabs(s->sensor_V_per_code), 0.0F) || !above(beam_fabs(s->drive_V_per_code), 0.0F) ||
+        !within(s->sensor_zero_code, code_max) || !within(s->drive_zero_code, code_max))
+        return false;
+    if (!above(s->noise_rms, 0.0F) || !above(s->clear_ratio, 0.0F) || !above(s->alarm_ratio, s->clear_ratio) ||
+        !above(s->averaging_s, 0.0F) || !within(s->clock_relative, clock_max))
+        return false;
+    for (int i = 0; i < BEAM_IMAGE_PROOFS; i++)
+        if (!within(s->proof[i], huge))
+            return false;
+    return s->proof_steps >= 1 && s->proof_steps <= 1024 && within(s->proof_amplitude, huge) && s->reserved == 0;
+}
+
+static const struct beam_effect *effect_of(uint32_t crc)
+{
+    for (int e = 0; e < beam_effects_count; e++) {
+        const char *id = beam_effects[e]->id;
+        uint32_t n = 0;
+        while (id[n] != 0)
+            n++;
+        if (beam_crc32(0, n, (const uint8_t *)id) == crc)
+            return beam_effects[e];
+    }
+    return 0;
+}
+
+static enum beam_image_fault resolve_effects(struct beam_image *image)
+{
+    memset(image->plan.use, 0, sizeof image->plan.use);
+    if (image->plan.n.n_uses < 0 || image->plan.n.n_uses > BEAM_USES)
+        return BEAM_IMAGE_BAD_PLAN;
+    for (int i = 0; i < image->plan.n.n_uses; i++) {
+        const struct beam_image_use *from = &image->front.use[i];
+        struct beam_use *to = &image->plan.use[i];
+        to->effect = effect_of(from->effect);
+        if (!to->effect)
+            return BEAM_IMAGE_UNKNOWN_EFFECT;
+        to->channels = from->channels;
+        memcpy(to->p, from->p, sizeof to->p);
+    }
+    return BEAM_IMAGE_FINE;
+}
+
+enum beam_image_fault beam_image_check(struct beam_image *image, float dt_s)
+{
+    const struct beam_image_setup *setup = &image->front.setup;
+    if (!setup_is_sound(setup))
+        return BEAM_IMAGE_BAD_SETUP;
+    const enum beam_image_fault fault = resolve_effects(image);
+    if (fault != BEAM_IMAGE_FINE)
+        return fault;
+    if (beam_plan_check(&image->plan) != BEAM_OK || image->plan.n.n_inputs < 1 || image->plan.n.n_outputs != 1)
+        return BEAM_IMAGE_BAD_PLAN;
+    const float wanted = dt_s * (1.0F + setup->clock_relative), off = beam_fabs(image->plan.x.dt_s - wanted);
+    return dt_s > 0.0F && off > 1e-6F * wanted ? BEAM_IMAGE_BAD_RATE : BEAM_IMAGE_FINE;
+}
+
+/* ---- The proof run ---- */
+
+enum beam_image_fault beam_image_prove(const struct beam_image *image, uint32_t steps, struct beam_image_proof *proof)
+{
+    const struct beam_image_setup *setup = &image->front.setup;
+    const float unit = setup->proof_amplitude / 2147483648.0F;
+    if (proof->progress == 0) {
+        *proof = (struct beam_image_proof){.random = 1};
+        beam_reset(&image->plan, &proof->state);
+    }
+    for (; steps > 0 && proof->progress < setup->proof_steps; steps--) {
+        float u[BEAM_INPUTS], y[BEAM_OUTPUTS];
+        proof->random = 1664525u * proof->random + 1013904223u;
+        for (int i = 0; i < BEAM_INPUTS; i++)
+            u[i] = unit * (float)(int32_t)proof->random;
+        const enum beam_status status = beam_step(&image->plan, &proof->state, u, y);
+        if (status != BEAM_OK && status != BEAM_ERROR_SOLVE)
+            return BEAM_IMAGE_BAD_PROOF;
+        for (int i = 1; i < BEAM_IMAGE_PROOFS; i++)
+            proof->last[i - 1] = proof->last[i];
+        proof->last[BEAM_IMAGE_PROOFS - 1] = y[0];
+        proof->progress++;
+    }
+    if (proof->progress < setup->proof_steps)
+        return BEAM_IMAGE_FINE;
+    return memcmp(proof->last, setup->proof, sizeof setup->proof) == 0 ? BEAM_IMAGE_FINE : BEAM_IMAGE_BAD_PROOF;
+}
+
+#endif /* BEAM_TARGET */
