@@ -43,11 +43,11 @@ struct beam_image_setup {
     float noise_rms;                           /* expected residual, output's unit, > 0 */
     float alarm_ratio, clear_ratio;            /* residual rms ÷ noise_rms: alarm on above, off below; clear < alarm */
     float averaging_s;                         /* time constant of the running mean squares, > 0 */
-    float clock_relative;                      /* of the model's clock_error: the plan's dt_s is the true interval, (1 + this) × the nominal */
-    uint32_t proof_steps;                      /* 1..1024: see beam_image_prove() */
-    float proof_amplitude;                     /* of the proof run's input, input's unit */
-    float proof[BEAM_IMAGE_PROOFS];            /* outputs of its last four steps */
-    uint32_t reserved;                         /* 0 */
+    float clock_relative;           /* the model's clock_error: plan's dt_s = (1 + this) × nominal interval */
+    uint32_t proof_steps;           /* 1..1024: see beam_image_prove() */
+    float proof_amplitude;          /* of the proof run's input, input's unit */
+    float proof[BEAM_IMAGE_PROOFS]; /* outputs of its last four steps */
+    uint32_t reserved;              /* 0 */
 };
 
 struct beam_image_use {
