@@ -8,7 +8,7 @@
  *   BEAM_COMPLEX   beam_real = double _Complex symbols beamc_*   tests only: complex-step derivatives of the effects
  *
  * Rules for code in lib/: write constants as BEAM_K(0.5), call beam_sqrt() and friends, compare with
- * beam_less(a, b), never with <, and never name float or double.
+ * beam_less(a, b), never with <, and never name float or double (beam_math.c, of the float builds only, may).
  */
 #ifndef BEAM_REAL_H
 #define BEAM_REAL_H
@@ -33,13 +33,14 @@ typedef float beam_real;
 #endif
 #define beam_sqrt(x)    sqrtf(x)
 #define beam_fabs(x)    fabsf(x)
-#define beam_tanh(x)    tanhf(x)
-#define beam_exp(x)     expf(x)
-#define beam_log(x)     logf(x)
-#define beam_sin(x)     sinf(x)
-#define beam_cos(x)     cosf(x)
+#define beam_tanh(x)    beam_math_tanh(x)
+#define beam_exp(x)     beam_math_exp(x)
+#define beam_log(x)     beam_math_log(x)
+#define beam_sin(x)     beam_math_sin(x)
+#define beam_cos(x)     beam_math_cos(x)
 #define beam_less(a, b) ((a) < (b))
 #define beam_finite(x)  (isfinite(x))
+#include "beam_math.h" /* the C libraries' own differ from machine to machine */
 
 #elif defined BEAM_COMPLEX
 
