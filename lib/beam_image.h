@@ -50,6 +50,16 @@ struct beam_image_setup {
     uint32_t reserved;              /* 0 */
 };
 
+/* Codes to values: the one expression that controller and replay share, since they must agree bit for bit. */
+static inline float beam_image_sensor_value(const struct beam_image_setup *setup, uint32_t code)
+{
+    return ((float)code - setup->sensor_zero_code) * setup->sensor_V_per_code;
+}
+static inline float beam_image_drive_value(const struct beam_image_setup *setup, uint32_t code)
+{
+    return ((float)code - setup->drive_zero_code) * setup->drive_V_per_code;
+}
+
 struct beam_image_use {
     uint32_t effect;   /* CRC-32 of the effect's id, without a terminator */
     uint32_t channels; /* as beam_use.channels */

@@ -1,0 +1,83 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * beam_image_file.h — a target image in one piece, as it lies in a file and travels, and the controller's own code behind
+ * functions that a program of any arithmetic may call: the host is compiled in double, the controller in float and in
+ * sizes of its own (BEAM_TARGET). Only the controller's build defines them, so they carry no build in their names.
+ *
+ *     struct beam_image_file file;        fill it member by member, or with sizeof file bytes
+ *     struct beam_image_run run;          scratch: a page and a state
+ *
+ *     beam_image_run_load(&run, &file);
+ *     beam_image_run_check(&run, device, dt_s)          what a controller would say
+ *     beam_image_run_rest(&run); beam_image_run_step(&run, u, &y) ...      what a controller computes, bit for bit
+ */
+#ifndef BEAM_IMAGE_FILE_H
+#define BEAM_IMAGE_FILE_H
+
+#include "beam_image.h"
+
+enum { /* sizes of a controller (BEAM_TARGET) that the image's arrays have, asserted in beam_image_file.c */
+       BEAM_IMAGE_OUTPUTS = 1,
+       BEAM_IMAGE_PORTS = 8,
+       BEAM_IMAGE_ROWS = BEAM_IMAGE_OUTPUTS + 2 * BEAM_IMAGE_PORTS,
+       BEAM_IMAGE_TAPS = 64
+};
+
+/* struct beam_plan_counts of a controller. */
+struct beam_image_counts {
+    int32_t n_blocks, n_inputs, n_outputs, n_ports, n_uses;
+    int32_t base_use, drive_input, n_taps, beam_latency, latency, law_evaluations;
+    int32_t port_use[BEAM_IMAGE_PORTS], port_coordinate[BEAM_IMAGE_PORTS];
+    struct beam_ring input_ring[BEAM_ALL_INPUTS], command_ring, output_ring[BEAM_IMAGE_OUTPUTS];
+    int32_t n_links[BEAM_IMAGE_OUTPUTS];
+    struct beam_link link[BEAM_IMAGE_OUTPUTS][BEAM_CHAIN];
+};
+
+/* struct beam_plan_numbers of a controller. */
+struct beam_image_numbers {
+    float dt_s;
+    float phi[BEAM_BLOCKS][4];
+    float gamma[BEAM_ALL_INPUTS][BEAM_STATES];
+    float gamma_port[BEAM_IMAGE_PORTS][BEAM_STATES];
+    float row[BEAM_IMAGE_ROWS][BEAM_STATES];
+    float compliance[BEAM_IMAGE_ROWS][BEAM_IMAGE_PORTS];
+    float weight[BEAM_IMAGE_PORTS];
+    float base_gain[BEAM_IMAGE_OUTPUTS];
+    float link_phi[BEAM_IMAGE_OUTPUTS][BEAM_CHAIN];
+    float link_gamma[BEAM_IMAGE_OUTPUTS][BEAM_CHAIN];
+    float taps[BEAM_IMAGE_TAPS];
+};
+
+struct beam_image_file {
+    struct beam_image_front front;
+    struct beam_image_counts counts;
+    struct beam_image_numbers numbers;
+    uint8_t code[BEAM_IMAGE_CODE_BYTES];
+};
+_Static_assert(sizeof(struct beam_image_counts) == 4 * BEAM_IMAGE_COUNTS, "counts");
+_Static_assert(sizeof(struct beam_image_numbers) == 4 * BEAM_IMAGE_NUMBERS, "numbers");
+_Static_assert(sizeof(struct beam_image_file) == BEAM_IMAGE_BYTES, "file");
+
+enum { BEAM_IMAGE_RUN_WORDS = 2048 };
+struct beam_image_run {
+    uint64_t memory[BEAM_IMAGE_RUN_WORDS]; /* a struct beam_image and a struct beam_image_proof of the controller */
+};
+
+/* Copies the bytes into the page; nothing is checked. */
+void beam_image_run_load(struct beam_image_run *run, const struct beam_image_file *file);
+
+/* Every check of a controller but counter and code, proof run included. device NULL: any; dt_s 0: any. */
+enum beam_image_fault beam_image_run_check(struct beam_image_run *run, const uint8_t device[BEAM_IMAGE_DEVICE_BYTES],
+                                           float dt_s);
+
+/*
+ * Makes the proof of file->front.setup (proof_steps and proof_amplitude are given) and the CRC-32, with the controller's
+ * arithmetic. A fault when a controller would refuse the rest. The code is not touched. `run` is left loaded.
+ */
+enum beam_image_fault beam_image_run_seal(struct beam_image_run *run, struct beam_image_file *file, float dt_s);
+
+/* Only after a check without fault. Input in the input's unit; returns what beam_step() says, output in *y. */
+void beam_image_run_rest(struct beam_image_run *run);
+enum beam_status beam_image_run_step(struct beam_image_run *run, float u, float *y);
+
+#endif
