@@ -65,3 +65,19 @@ enum bf_status hash_file(const char *path, char hex[65], struct bf_error *err)
     hash_end(&hash, hex);
     return BF_OK;
 }
+
+void hash_hmac(const uint8_t *key, size_t key_bytes, const void *first, size_t n_first, const void *second,
+               size_t n_second, uint8_t code[HASH_CODE_BYTES])
+{
+    br_hmac_key_context keyed;
+    br_hmac_context context;
+    br_hmac_key_init(&keyed, &br_sha256_vtable, key, key_bytes);
+    br_hmac_init(&context, &keyed, HASH_CODE_BYTES);
+    if (n_first > 0)
+        br_hmac_update(&context, first, n_first);
+    if (n_second > 0)
+        br_hmac_update(&context, second, n_second);
+    (void)br_hmac_out(&context, code);
+    explicit_bzero(&keyed, sizeof keyed);
+    explicit_bzero(&context, sizeof context);
+}

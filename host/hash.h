@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* hash.h — SHA-256 of bytes and files, as 64 lower-case hexadecimal digits. Only hash.c sees BearSSL. */
+/* hash.h — SHA-256 of bytes and files, as 64 lower-case hexadecimal digits, and HMAC-SHA256. Only hash.c sees BearSSL. */
 #ifndef BEAMFIT_HASH_H
 #define BEAMFIT_HASH_H
 
@@ -19,5 +19,10 @@ void hash_end(struct hash *hash, char hex[65]);
 
 /* BF_BAD_FILE when the file cannot be read; hex is "" then. */
 enum bf_status hash_file(const char *path, char hex[65], struct bf_error *err);
+
+/* HMAC-SHA256 (RFC 2104) of two pieces in a row; a NULL piece has n 0. */
+enum { HASH_CODE_BYTES = 32 };
+void hash_hmac(const uint8_t *key, size_t key_bytes, const void *first, size_t n_first, const void *second,
+               size_t n_second, uint8_t code[HASH_CODE_BYTES]);
 
 #endif
