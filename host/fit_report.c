@@ -20,6 +20,7 @@ static void fill_fit_record(const struct record *record, size_t index, bool held
         memcpy(channel->name, channels[c].name, sizeof channel->name);
         channel->nrmse = channels[c].nrmse;
         channel->noise_ratio = channels[c].noise_ratio > 0.0 ? channels[c].noise_ratio : 0.0;
+        channel->noise_rms = channels[c].noise > 0.0 ? channels[c].noise : 0.0;
     }
 }
 

@@ -88,6 +88,7 @@ struct model_effect {
 struct fit_channel {
     char name[MODEL_NAME];
     double nrmse, noise_ratio;
+    double noise_rms; /* of the channel's noise, in its unit; 0: not known */
 };
 struct fit_record {
     char *file;
@@ -106,6 +107,19 @@ struct fit_info {
     bool converged;
     size_t n_records;
     struct fit_record *records;
+};
+
+/*
+ * What a controller that runs the model is wired to (the file's `board:` block): one output of the model at its A/D, one
+ * input at its D/A, value [channel's unit] = (code − zero_code) × per_code. 0 and "" stand for what is not said.
+ */
+struct model_board {
+    bool present;
+    double sample_Hz;
+    char sensor[MODEL_NAME], drive[MODEL_NAME]; /* names of the output and the input */
+    double sensor_per_code, sensor_zero_code, drive_per_code, drive_zero_code;
+    double noise_rms; /* expected residual, sensor's unit */
+    double alarm_ratio, clear_ratio, averaging_s;
 };
 
 struct model {
@@ -127,6 +141,7 @@ struct model {
     size_t n_effects;
     struct model_effect *effects;
     struct fit_info fit;
+    struct model_board board;
     void *document; /* owned by model_yaml.c: the file's text with comments, for saving */
 };
 

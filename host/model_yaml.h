@@ -88,6 +88,7 @@ enum bf_status yaml_interval(const struct yaml_reader *r, const struct yaml_node
 enum bf_status yaml_read_inputs(const struct yaml_reader *r, const struct yaml_node *node);
 enum bf_status yaml_read_outputs(const struct yaml_reader *r, const struct yaml_node *node);
 enum bf_status yaml_read_effects(const struct yaml_reader *r, const struct yaml_node *node);
+enum bf_status yaml_read_board(const struct yaml_reader *r, const struct yaml_node *node); /* model_yaml_board.c */
 enum bf_status yaml_read_fit(const struct yaml_reader *r, const struct yaml_node *node);
 
 /* ---- Names shared by reading and writing (model.c) ---- */
@@ -126,6 +127,8 @@ void model_print_per_record(struct yaml_text *text, const struct model_effect *e
 bool model_has_per_record(const struct model_effect *effect, int slot);
 /* What follows "fit:": lines with so many blanks in front; indent < 0: in braces, as needed inside a flow mapping. */
 void model_print_fit(struct yaml_text *text, const struct fit_info *fit, long indent);
+/* "board:" and its lines; nothing when the model has none (model_yaml_board.c). */
+void model_print_board(struct yaml_text *text, const struct model_board *board);
 /* The whole model as a new file; caller frees. */
 char *model_to_text(const struct model *model);
 

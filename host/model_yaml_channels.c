@@ -284,8 +284,9 @@ static enum bf_status read_fit_channels(const struct yaml_reader *r, const struc
             return yaml_fail(r, list->value[i],
                              "a channel of the fit block has no name; delete the block, a fit writes it anew");
         if ((status = yaml_name(r, name, "a channel's name", sizeof channel->name, channel->name)) == BF_OK &&
-            (status = fit_number(r, list->value[i], "nrmse", &channel->nrmse)) == BF_OK)
-            status = fit_number(r, list->value[i], "noise_ratio", &channel->noise_ratio);
+            (status = fit_number(r, list->value[i], "nrmse", &channel->nrmse)) == BF_OK &&
+            (status = fit_number(r, list->value[i], "noise_ratio", &channel->noise_ratio)) == BF_OK)
+            status = fit_number(r, list->value[i], "noise_rms", &channel->noise_rms);
     }
     return status;
 }

@@ -195,6 +195,8 @@ static void print_fit_record(struct yaml_text *text, const struct fit_record *re
         yaml_text_scalar(text, record->channels[i].name);
         add_pair(text, "nrmse", record->channels[i].nrmse, true);
         add_pair(text, "noise_ratio", record->channels[i].noise_ratio, true);
+        if (record->channels[i].noise_rms > 0.0)
+            add_pair(text, "noise_rms", record->channels[i].noise_rms, true);
         yaml_text_add(text, "}");
     }
     yaml_text_add(text, "]}");
@@ -322,6 +324,7 @@ char *model_to_text(const struct model *m)
         model_print_effect(&text, m, &m->effects[i]);
         yaml_text_add(&text, "\n");
     }
+    model_print_board(&text, &m->board);
     if (m->fit.present || m->fit.parent_sha256[0]) {
         yaml_text_add(&text, "fit:");
         model_print_fit(&text, &m->fit, 2);

@@ -283,7 +283,8 @@ static long line_of(const struct yaml_node *root, const struct model_where *wher
 enum bf_status model_from_yaml(const char *path, const struct yaml_node *root, struct model *model,
                                struct bf_error *err)
 {
-    static const char *const known[] = {"format", "beam", "parameters", "inputs", "outputs", "effects", "fit", "notes"};
+    static const char *const known[] = {"format",  "beam",  "parameters", "inputs", "outputs",
+                                        "effects", "board", "fit",        "notes"};
     const struct yaml_reader r = {path, err, model};
     enum bf_status status;
     if (root->kind != YAML_MAPPING)
@@ -305,6 +306,7 @@ enum bf_status model_from_yaml(const char *path, const struct yaml_node *root, s
     model_make_residuals(model); /* one for each pair of channels: their names are parameters */
     if ((status = read_parameters(&r, parameters)) != BF_OK ||
         (status = yaml_read_effects(&r, yaml_get(root, "effects", NULL))) != BF_OK ||
+        (status = yaml_read_board(&r, yaml_get(root, "board", NULL))) != BF_OK ||
         (status = yaml_read_fit(&r, yaml_get(root, "fit", NULL))) != BF_OK)
         return status;
     struct model_where where = {0};
