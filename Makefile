@@ -113,6 +113,8 @@ $(B)/libtruth.a: $(filter-out $(B)/truth/main.o,$(TRUTH_OBJ))
 $(B)/beam_truth: $(B)/truth/main.o $(B)/libtruth.a
 	$(call say,$@)$(CC) $(OPT) $(CFLAGS) $^ $(TRUTH_LIBS) -o $@
 
+include firmware/build.mk tests/target/build.mk
+
 # ---- Tests: tests/unit/test_x.c -> $(B)/tests/test_x, tests/system/test_y.c -> $(B)/system/test_y ----
 UNIT_TESTS   := $(UNIT_SRC:tests/unit/%.c=$(B)/tests/%)
 SYSTEM_TESTS := $(SYSTEM_SRC:tests/system/%.c=$(B)/system/%)

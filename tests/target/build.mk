@@ -1,0 +1,18 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+# Tests on emulated boards: tests/target/run.py drives them.
+TARGET_BOARDS := netduinoplus2 mps2-an386
+TARGET_FLAGS_netduinoplus2 := -DTARGET_COUNTS
+TARGET_LINK = $(CROSS_CPU) -Wl,--gc-sections -nostartfiles --specs=rdimon.specs -Ltests/target
+
+$(B)/replay_cases: tests/target/replay_cases.c tests/target/replay_case.h $(B)/libbeamt.a
+	$(call say,$@)$(CC) $(LIBFLAGS) -DBEAM_FLOAT -DBEAM_TARGET $(filter %.c %.a,$^) -lm -o $@
+$(B)/replay_run: tests/target/replay_run.c tests/target/replay_case.h $(B)/libbeamt.a
+	$(call say,$@)$(CC) $(LIBFLAGS) -DBEAM_FLOAT -DBEAM_TARGET $(filter %.c %.a,$^) -lm -o $@
+$(TARGET_BOARDS:%=$(B)/target_%_replay.elf): $(B)/target_%_replay.elf: tests/target/replay_run.c tests/target/start.c \
+    tests/target/replay_case.h tests/target/%.ld tests/target/sections.ld $(B)/arm/libbeamt.a
+	$(call say,$@)$(CROSS)gcc $(CROSS_FLAGS) $(TARGET_FLAGS_$*) $(TARGET_LINK) -Ttests/target/$*.ld $(filter %.c %.a,$^) -lm -o $@
+
+TARGET_PROGRAMS := $(B)/replay_cases $(B)/replay_run $(TARGET_BOARDS:%=$(B)/target_%_replay.elf)
+target: $(TARGET_PROGRAMS) ## on emulated boards: bit equality, instruction counts [NAMES='bits counts']
+	@python3 -B tests/target/run.py --build $(B) $(NAMES)
+.PHONY: target
