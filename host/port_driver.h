@@ -1,0 +1,39 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* port_driver.h — what a back end of port.c provides. Inside port*.c only. */
+#ifndef BEAMFIT_PORT_DRIVER_H
+#define BEAMFIT_PORT_DRIVER_H
+
+#include "port.h"
+
+struct port_driver;
+struct port {
+    const struct port_driver *driver;
+    char *path; /* as given */
+    char *node; /* links resolved */
+    long baud;
+    int fd;       /* to wait on and to lock; the driver's */
+    void *handle; /* the driver's */
+};
+
+enum { PORT_GONE = -1, PORT_FAILED = -2 }; /* gone: the far end; failed: errno says why */
+
+struct port_driver {
+    /* Sets fd and handle; on failure the text is in err and nothing is left open. */
+    enum bf_status (*open)(struct port *port, struct bf_error *err);
+    void (*close)(struct port *port);
+    /* Bytes read or written now, without waiting; 0: none; PORT_GONE; PORT_FAILED. */
+    long (*read)(struct port *port, size_t n, uint8_t out[]);
+    long (*write)(struct port *port, size_t n, const uint8_t bytes[]);
+    /* 0 or PORT_FAILED. */
+    int (*flush)(struct port *port);
+};
+
+extern const struct port_driver port_driver_serial, port_driver_pty;
+
+/* "; ports here: /dev/ttyUSB0 (FT232R), …" or "; no serial port was found", cut to size. */
+void port_serial_list(size_t size, char text[]);
+
+/* Text for an errno of opening. */
+enum bf_status port_open_failed(const struct port *port, int reason, struct bf_error *err);
+
+#endif
