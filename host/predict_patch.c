@@ -47,7 +47,7 @@ static bool on_patch(double from, double to, double patch_from, double patch_to,
     return fabs(from - patch_from) < 1e-9 * length && fabs(to - patch_to) < 1e-9 * length;
 }
 
-static enum bf_status shift_model(const struct model *fixed, double shift_m, struct model *out, struct bf_error *err)
+enum bf_status model_shift_patch(const struct model *fixed, double shift_m, struct model *out, struct bf_error *err)
 {
     double from = 0.0, to = 0.0, L = fixed->length_m;
     if (!model_patch(fixed, &from, &to))
@@ -81,7 +81,7 @@ void geometry_original(const struct predictor *p, struct model *out)
     struct bf_error err;
     (void)model_copy(&p->model, out, &err);
     if (p->geometry.patch_moves)
-        (void)shift_model(&p->geometry.fixed, 0.0, out, &err);
+        (void)model_shift_patch(&p->geometry.fixed, 0.0, out, &err);
 }
 
 /* ---- The space ---- */
@@ -116,7 +116,7 @@ enum bf_status geometry_place(struct predictor *p, const double theta[], struct 
         return BF_OK;
     enum bf_status status = patch_shift(p, theta, &p->geometry.base_shift_m, err);
     if (status == BF_OK)
-        status = shift_model(&p->geometry.fixed, p->geometry.base_shift_m, &p->model, err);
+        status = model_shift_patch(&p->geometry.fixed, p->geometry.base_shift_m, &p->model, err);
     p->geometry.patch_shift_m = p->geometry.base_shift_m;
     return status;
 }
@@ -142,9 +142,9 @@ static enum bf_status move_to(const struct predictor *p, double shift_m, struct 
     *out = (struct moved){0};
     (void)model_copy(&p->model, &from, err);
     (void)model_copy(&p->model, &out->model, err);
-    enum bf_status status = shift_model(&p->geometry.fixed, p->geometry.base_shift_m, &from, err);
+    enum bf_status status = model_shift_patch(&p->geometry.fixed, p->geometry.base_shift_m, &from, err);
     if (status == BF_OK)
-        status = shift_model(&p->geometry.fixed, shift_m, &out->model, err);
+        status = model_shift_patch(&p->geometry.fixed, shift_m, &out->model, err);
     if (status == BF_OK)
         status = reduced_move(&p->geometry.base, &from, &out->model, &out->reduced, err);
     model_free(&from);
@@ -286,7 +286,7 @@ enum bf_status patch_evaluate(const struct run *run, struct bf_error *err)
     if (not_zero(shift_m - g->patch_shift_m)) {
         status = move_to(p, shift_m, &at, err);
         if (status == BF_OK) {
-            status = shift_model(&g->fixed, shift_m, &p->model, err);
+            status = model_shift_patch(&g->fixed, shift_m, &p->model, err);
             struct reduced old = p->reduced;
             p->reduced = at.reduced;
             at.reduced = old;

@@ -6,6 +6,7 @@
 #include <complex.h>
 #include "law.h"
 #include "predict.h"
+#include "predict_places.h"
 #include "response.h"
 #include "system.h"
 
@@ -190,9 +191,6 @@ enum bf_status predict_base(const struct run *run, struct bf_error *err);
 /* predict_bind.c: plans[] and channels[] of all records; an effect that acts on no channel is an error. */
 enum bf_status predictor_bind(struct predictor *p, struct bf_error *err);
 
-/* predict_channel.c: does effect e act on this output? */
-bool effect_on_output(const struct model *model, size_t e, size_t output);
-bool effect_on_input(const struct model *model, size_t e, size_t input);
 /* Filters of a channel: F[m] on the grid (1 without filters); *any says whether there are filters. */
 enum bf_status channel_filter(const struct run *run, size_t record, size_t output, const double complex s[], size_t m,
                               double complex F[], bool *any, struct bf_error *err);

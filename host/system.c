@@ -276,6 +276,15 @@ enum bf_status system_evaluate(struct system *s, const double theta[], const boo
     return status;
 }
 
+bool system_memory(const struct system *s, size_t b, double *E, double *relaxation_s, const double **B)
+{
+    const struct block_use *use = &s->work->use[b];
+    *E = use->value[OF_MEMORY];
+    *relaxation_s = use->value[OF_RELAXATION];
+    *B = use->B;
+    return *E < 0.0 || *E > 0.0;
+}
+
 void system_dynamic_stiffness(const struct system *s, double complex at, double complex A[])
 {
     memset(A, 0, s->n * s->n * sizeof *A);

@@ -71,6 +71,9 @@ void system_functional(const struct system *system, const double g[], double com
 void system_functional_derivative(const struct system *system, size_t i, const double complex alpha[],
                                   double complex d_alpha[]);
 
+/* The memory E τs/(1 + τs) B of block b at the last evaluation, *B[n × n]; false when the block has none. */
+bool system_memory(const struct system *s, size_t b, double *E, double *relaxation_s, const double **B);
+
 /* A(at) assembled, [n × n], for checks and direct solves. */
 void system_dynamic_stiffness(const struct system *s, double complex at, double complex A[]);
 
