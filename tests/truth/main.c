@@ -1,7 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* beam_truth SPEC... -o DIR: for each spec file X.txt a record DIR/X.csv. */
+/*
+ * beam_truth SPEC... -o DIR: for each spec file X.txt a record DIR/X.csv.
+ * beam_truth --live SPEC --socket PATH: the beam in lock step with a controller, until a signal ends it.
+ */
 #include "truth.h"
 
+#include <signal.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -35,8 +39,39 @@ static int run(const char *path, const char *directory)
     return bad ? 3 : 0;
 }
 
+static volatile sig_atomic_t stopped;
+
+static void stop(int signal)
+{
+    (void)signal;
+    stopped = 1;
+}
+
+static bool is_stopped(void)
+{
+    return stopped != 0;
+}
+
+static int live(const char *path, const char *socket_path)
+{
+    char message[TRUTH_MESSAGE] = "";
+    struct truth_spec spec;
+    const struct sigaction action = {.sa_handler = stop};
+    sigaction(SIGTERM, &action, NULL);
+    sigaction(SIGINT, &action, NULL);
+    truth_spec_default(&spec);
+    struct truth_plant *plant = truth_spec_read(&spec, path, message) == 0 ? truth_plant_new(&spec, message) : NULL;
+    int status = plant ? truth_plant_serve(plant, socket_path, is_stopped, message) : -1;
+    if (status != 0)
+        fprintf(stderr, "beam_truth: %s\n", message);
+    truth_plant_free(plant);
+    return status == 0 ? 0 : 3;
+}
+
 int main(int argc, char **argv)
 {
+    if (argc == 5 && strcmp(argv[1], "--live") == 0 && strcmp(argv[3], "--socket") == 0)
+        return live(argv[2], argv[4]);
     const char *directory = ".";
     int status = 0, specs = 0;
     for (int i = 1; i < argc; i++)
@@ -51,7 +86,8 @@ int main(int argc, char **argv)
         specs++;
     }
     if (specs == 0) {
-        fputs("usage: beam_truth SPEC... [-o DIR]   one DIR/NAME.csv for each NAME.txt; words: docs/truth.md\n",
+        fputs("usage: beam_truth SPEC... [-o DIR]   one DIR/NAME.csv for each NAME.txt; words: docs/truth.md\n"
+              "       beam_truth --live SPEC --socket PATH   the beam in lock step with a controller\n",
               stderr);
         return 2;
     }

@@ -74,7 +74,8 @@ enum truth_signal_kind {
     TRUTH_MULTISINE,
     TRUTH_BURST,
     TRUTH_SINE,
-    TRUTH_RECORDED
+    TRUTH_RECORDED,
+    TRUTH_HELD
 };
 
 /* A signal starts at start_s and lasts width_s (0: to the end of the record and beyond). Signals on one input add. */
@@ -85,9 +86,11 @@ struct truth_signal {
     double from_Hz, to_Hz; /* chirp, multisine; burst and sine use from_Hz */
     double taper_s;        /* raised-cosine ends of chirp, multisine and sine; rounding of a triangle's corners */
     double phase_rad;
-    size_t count;          /* lines of a multisine */
-    uint64_t seed;         /* phases of a multisine */
-    const double *samples; /* TRUTH_RECORDED: [n_samples] at sample_rate_Hz, read band-limited; not owned */
+    size_t count;  /* lines of a multisine */
+    uint64_t seed; /* phases of a multisine */
+    const double
+        *samples; /* [n_samples] at sample_rate_Hz, not owned. TRUTH_RECORDED: read band-limited; TRUTH_HELD: each
+                              held until the next, from t = 0, as after a D/A converter, and zero after the last */
     size_t n_samples;
 };
 
@@ -97,6 +100,14 @@ struct truth_effect {
     int kind;                           /* row of the table in truth_effects.c */
     double parameter[TRUTH_PARAMETERS]; /* in the order of that row */
     int output;                         /* measurement chain: index of the output, or TRUTH_ALL_CHANNELS */
+};
+
+/* Converters of a controller that is coupled to the beam: drive and sensor are the spec's first input and output. */
+struct truth_live {
+    double drive_per_code, drive_zero_code;   /* input's unit = (code − zero) × per_code */
+    double sensor_per_code, sensor_zero_code; /* code = zero + output / per_code, rounded, cut at 0 and code_max */
+    double code_max;
+    double noise_rms; /* output's unit, before rounding; coloured by noise_ar */
 };
 
 struct truth_spec {
@@ -123,6 +134,7 @@ struct truth_spec {
     bool adc_inputs;     /* inputs are converted too */
     uint64_t seed;
     bool blind; /* the printed record does not state the truth */
+    struct truth_live live;
 
     size_t elements;     /* at least, over the span */
     size_t modes;        /* ≤ 400 */
@@ -172,5 +184,20 @@ const double *truth_record_channel(const struct truth_record *record, const char
 int truth_record_print(const struct truth_record *record, const struct truth_spec *spec, const char *title,
                        FILE *stream);
 void truth_record_free(struct truth_record *record);
+
+/*
+ * The same beam in lock step with a controller: each tick the drive's code for the sample interval that begins goes in
+ * and the sensor's code at its end comes out. Begins at rest; the same spec and codes give the same answers.
+ * Cost of a tick: 20 µs linear, some milliseconds with CVODE (docs/truth.md).
+ */
+struct truth_plant;
+struct truth_plant *truth_plant_new(const struct truth_spec *spec, char message[TRUTH_MESSAGE]); /* NULL: refused */
+int truth_plant_tick(struct truth_plant *plant, uint16_t drive_code, uint16_t *sensor_code,
+                     char message[TRUTH_MESSAGE]);
+/* What the sensor's converter saw at the last tick, without noise, in the output's unit. */
+double truth_plant_sensor(const struct truth_plant *plant);
+void truth_plant_free(struct truth_plant *plant);
+/* Listens on a unix stream socket until stop() says so, one client at a time; the beam goes on from one to the next. */
+int truth_plant_serve(struct truth_plant *plant, const char *path, bool (*stop)(void), char message[TRUTH_MESSAGE]);
 
 #endif

@@ -6,20 +6,16 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* τ v̇ + v = w with w a line between fine samples, exact; y becomes v, or w − v. At rest before the grid begins. */
-static void first_order(double tau_s, double dt_s, size_t n, bool highpass, double *y)
+/* τ v̇ + v = w with w a line between fine samples, exact; gives v, or w − v. */
+static double first_order(double tau_s, double dt_s, bool highpass, struct truth_link *link, double w)
 {
     if (!(tau_s > 0))
-        return;
+        return w;
     double h = dt_s / tau_s, decay = exp(-h);
     double late = 1 + expm1(-h) / h; /* weight of w at the step's end */
-    double v = y[0], before = y[0];
-    for (size_t i = 0; i < n; i++) {
-        double w = y[i];
-        v = decay * v + (1 - decay - late) * before + late * w;
-        before = w;
-        y[i] = highpass ? w - v : v;
-    }
+    link->v = decay * link->v + (1 - decay - late) * link->before + late * w;
+    link->before = w;
+    return highpass ? w - link->v : link->v;
 }
 
 /* w(t − d): polynomial of degree 7 through the eight nearest fine samples. */
@@ -43,43 +39,40 @@ static void delay(double delay_s, double dt_s, size_t n, double *y)
     free(w);
 }
 
-static void apply(const struct truth_effect *effect, const struct truth_grid *grid, const double *drive, double *y)
+double truth_link_step(const struct truth_effect *effect, struct truth_link *link, double dt_s, double t_s,
+                       double drive, double w)
 {
     const double *p = effect->parameter;
     switch (effect->kind) {
     case TRUTH_SENSOR_HIGHPASS:
-        first_order(p[0], grid->dt_s, grid->n, true, y);
-        break;
+        return first_order(p[0], dt_s, true, link, w);
     case TRUTH_SENSOR_LAG:
-        first_order(p[0], grid->dt_s, grid->n, false, y);
-        break;
-    case TRUTH_SENSOR_DELAY:
-        delay(p[0], grid->dt_s, grid->n, y);
-        break;
+        return first_order(p[0], dt_s, false, link, w);
+    case TRUTH_SENSOR_SATURATION:
+        return isfinite(p[0]) ? p[0] * tanh(w / p[0]) : w;
+    case TRUTH_SENSOR_OFFSET:
+        return w + (p[0] + p[1] * t_s);
+    case TRUTH_FEEDTHROUGH:
+        return w + p[0] * drive;
+    case TRUTH_MAINS_HUM:
+        return w + p[0] * sin(2 * TRUTH_PI * p[2] * t_s + p[1]);
+    case TRUTH_SENSOR_QUADRATIC:
+        return w + p[0] * w * w;
     default:
-        for (size_t i = 0; i < grid->n; i++) {
-            double t_s = grid->t0_s + (double)i * grid->dt_s;
-            switch (effect->kind) {
-            case TRUTH_SENSOR_SATURATION:
-                y[i] = isfinite(p[0]) ? p[0] * tanh(y[i] / p[0]) : y[i];
-                break;
-            case TRUTH_SENSOR_OFFSET:
-                y[i] += p[0] + p[1] * t_s;
-                break;
-            case TRUTH_FEEDTHROUGH:
-                y[i] += drive ? p[0] * drive[2 * i] : 0;
-                break;
-            case TRUTH_MAINS_HUM:
-                y[i] += p[0] * sin(2 * TRUTH_PI * p[2] * t_s + p[1]);
-                break;
-            case TRUTH_SENSOR_QUADRATIC:
-                y[i] += p[0] * y[i] * y[i];
-                break;
-            default:
-                break;
-            }
-        }
+        return w;
     }
+}
+
+static void apply(const struct truth_effect *effect, const struct truth_grid *grid, const double *drive, double *y)
+{
+    struct truth_link link = {y[0], y[0]}; /* at rest before the grid begins */
+    if (effect->kind == TRUTH_SENSOR_DELAY) {
+        delay(effect->parameter[0], grid->dt_s, grid->n, y);
+        return;
+    }
+    for (size_t i = 0; i < grid->n; i++)
+        y[i] = truth_link_step(effect, &link, grid->dt_s, grid->t0_s + (double)i * grid->dt_s, drive ? drive[2 * i] : 0,
+                               y[i]);
 }
 
 void truth_chain_apply(const struct truth_spec *spec, size_t output, const struct truth_grid *grid, const double *drive,
@@ -92,19 +85,27 @@ void truth_chain_apply(const struct truth_spec *spec, size_t output, const struc
     }
 }
 
-/* One second-order section of a Butterworth low-pass (bilinear, prewarped), pole angle θ: s² + 2 sinθ s + 1. */
-static void section(double corner, double theta, size_t n, double *x)
+double truth_section_step(struct truth_section *s, double in)
 {
-    double w = tan(TRUTH_PI * corner); /* corner / rate */
-    double d = 1 + 2 * sin(theta) * w + w * w;
-    double b = w * w / d, a1 = 2 * (w * w - 1) / d, a2 = (1 - 2 * sin(theta) * w + w * w) / d;
-    double s1 = 0, s2 = 0;
-    for (size_t i = 0; i < n; i++) {
-        double in = x[i], out = b * in + s1;
-        s1 = 2 * b * in - a1 * out + s2;
-        s2 = b * in - a2 * out;
-        x[i] = out;
+    double out = s->b * in + s->s1;
+    s->s1 = 2 * s->b * in - s->a1 * out + s->s2;
+    s->s2 = s->b * in - s->a2 * out;
+    return out;
+}
+
+/* Butterworth by the bilinear transform, prewarped. */
+size_t truth_filter_make(const struct truth_spec *spec, size_t oversampling,
+                         struct truth_section section[TRUTH_SECTIONS])
+{
+    double corner = spec->filter_ratio / (double)oversampling, w = tan(TRUTH_PI * corner);
+    size_t n = spec->filter_order / 2;
+    for (size_t k = 0; k < n; k++) {
+        double theta = TRUTH_PI * (2 * (double)k + 1) / (2 * (double)spec->filter_order);
+        double d = 1 + 2 * sin(theta) * w + w * w;
+        section[k] = (struct truth_section){
+            .b = w * w / d, .a1 = 2 * (w * w - 1) / d, .a2 = (1 - 2 * sin(theta) * w + w * w) / d};
     }
+    return n;
 }
 
 static void reverse(size_t n, double *x)
@@ -118,10 +119,12 @@ static void reverse(size_t n, double *x)
 
 void truth_acquire(const struct truth_spec *spec, const struct truth_grid *grid, double *fine, double *record)
 {
-    double corner = spec->filter_ratio / (double)grid->oversampling;
     for (int pass = 0; pass < 2; pass++) {
-        for (size_t k = 0; k < spec->filter_order / 2; k++)
-            section(corner, TRUTH_PI * (2 * (double)k + 1) / (2 * (double)spec->filter_order), grid->n, fine);
+        struct truth_section section[TRUTH_SECTIONS];
+        size_t sections = truth_filter_make(spec, grid->oversampling, section);
+        for (size_t k = 0; k < sections; k++)
+            for (size_t i = 0; i < grid->n; i++)
+                fine[i] = truth_section_step(&section[k], fine[i]);
         if (spec->filter_causal || spec->filter_order == 0)
             break;
         reverse(grid->n, fine);

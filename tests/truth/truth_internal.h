@@ -141,6 +141,7 @@ struct truth_output {
 
 struct truth_system {
     size_t n_modes, n_states, n_inputs; /* inputs of the spec, then the base acceleration */
+    bool held[TRUTH_PORTS + 1];         /* an input that jumps between samples: its value inside a fine step counts */
     double *omega, *scale, *A, *B;
     double *damping; /* modal C, [n_modes²] */
     double *in_base; /* modal load of the base acceleration, [n_modes] */
@@ -176,13 +177,35 @@ void truth_grid_make(const struct truth_spec *spec, struct truth_grid *grid);
 /* x [2 grid.n − 1] += the signal */
 void truth_signal_add(const struct truth_signal *signal, const struct truth_spec *spec, const struct truth_grid *grid,
                       double *x);
-/* What the drive amplifier and the patch make of the voltage, in place; x [n] */
-void truth_drive_distort(const struct truth_spec *spec, size_t n, double *x);
+/* What the drive amplifier and the patch make of the voltage, in place; x [n]. The state, zeros at first, goes from
+ * call to call. */
+struct truth_drive {
+    double z[TRUTH_EFFECTS], before[TRUTH_EFFECTS]; /* of each effect of the spec */
+};
+void truth_drive_distort(const struct truth_spec *spec, struct truth_drive *drive, size_t n, double *x);
 /* u[k]: [2 grid.n − 1] for each system input; y[k]: [grid.n] for each output, filled from grid.lead on */
 int truth_solve_linear(const struct truth_system *system, const struct truth_grid *grid, double *const *u,
                        double *const *y, char message[TRUTH_MESSAGE]);
+/* A complex mode over a step h: z₊ = step z + Σ begin u(0) + middle u(h/2) + end u(h), y = Re Σ out z + D u. */
+struct truth_mode {
+    double complex step; /* e^{λh} */
+    double complex begin[TRUTH_PORTS + 1], middle[TRUTH_PORTS + 1], end[TRUTH_PORTS + 1];
+    double complex out[TRUTH_PORTS];
+};
+/* One of each conjugate pair; mode [n_states], D [n_outputs × n_inputs]. The number of modes, 0 on failure. */
+size_t truth_modes_make(const struct truth_system *system, double h, struct truth_mode *mode, double *D,
+                        char message[TRUTH_MESSAGE]);
 int truth_solve_ode(const struct truth_system *system, const struct truth_spec *spec, const struct truth_grid *grid,
                     double *const *u, double *const *y, char message[TRUTH_MESSAGE]);
+/* CVODE from rest, fed with inputs that are constant from tick to tick. No delayed feedback. */
+struct truth_ode;
+struct truth_ode *truth_ode_new(const struct truth_system *system, const struct truth_spec *spec,
+                                char message[TRUTH_MESSAGE]);
+/* Inputs of the spec from now on, u [n_inputs − 1]. */
+int truth_ode_hold(struct truth_ode *ode, const double *u);
+/* To t_s; y [n_outputs] */
+int truth_ode_advance(struct truth_ode *ode, double t_s, double *y);
+void truth_ode_free(struct truth_ode *ode);
 /* ẋ of laws and time-varying terms, added; delayed [laws]: ẇ(t − d) of the delayed feedback; sliding [laws]. */
 void truth_laws_add(const struct truth_system *system, double t_s, const double *x, const double *delayed,
                     const int *sliding, double *xdot);
@@ -193,6 +216,21 @@ void truth_laws_tangent(const struct truth_system *system, const double *x, cons
 /* Sensor and line effects of one output on the fine grid, in the spec's order. drive: nominal voltage or NULL. */
 void truth_chain_apply(const struct truth_spec *spec, size_t output, const struct truth_grid *grid, const double *drive,
                        double *y);
+/* The same, one fine sample after the other; a link of each effect, zeros at first. Not for a delay, which looks ahead. */
+struct truth_link {
+    double v, before;
+};
+double truth_link_step(const struct truth_effect *effect, struct truth_link *link, double dt_s, double t_s,
+                       double drive, double w);
+/* One second-order section of a Butterworth low-pass; corner / rate of the calls, pole angle θ: s² + 2 sinθ s + 1. */
+struct truth_section {
+    double b, a1, a2, s1, s2;
+};
+enum { TRUTH_SECTIONS = 10 };
+/* Sections of the spec's filter; returns their number. */
+size_t truth_filter_make(const struct truth_spec *spec, size_t oversampling,
+                         struct truth_section section[TRUTH_SECTIONS]);
+double truth_section_step(struct truth_section *section, double in);
 /* Anti-alias filter in place, then every oversampling-th sample from t = 0: record [grid.n_record]. */
 void truth_acquire(const struct truth_spec *spec, const struct truth_grid *grid, double *fine, double *record);
 
@@ -206,5 +244,12 @@ struct truth_random {
 void truth_random_seed(struct truth_random *random, uint64_t seed, uint64_t stream);
 double truth_random_uniform(struct truth_random *random); /* [0, 1) */
 double truth_random_normal(struct truth_random *random);  /* mean 0, variance 1 */
+/* n_k = a1 n_{k−1} + a2 n_{k−2} + e_k, e of variance 1, n of the deviation that begin() works out */
+struct truth_noise {
+    struct truth_random *random;
+    double a1, a2, deviation, before, earlier;
+};
+void truth_noise_begin(struct truth_noise *noise, const double ar[2], struct truth_random *random);
+double truth_noise_next(struct truth_noise *noise);
 
 #endif

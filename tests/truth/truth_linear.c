@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
  * Linear beams: exact integration of each complex mode, ż = λz + b u, with u a parabola through the two ends and the
- * middle of each fine step:   z₊ = e^{λh} z + h b Σ w_i u_i.
+ * middle of each fine step:   z₊ = e^{λh} z + h b Σ w_i u_i;   of a held input the middle alone.
  */
 #include "truth_internal.h"
 
@@ -33,12 +33,6 @@ static void phi_functions(double complex z, double complex phi[4])
     }
 }
 
-struct complex_mode {
-    double complex step; /* e^{λh} */
-    double complex begin[TRUTH_PORTS + 1], middle[TRUTH_PORTS + 1], end[TRUTH_PORTS + 1];
-    double complex out[TRUTH_PORTS];
-};
-
 /* Rows of y = C x + D u: the acceleration needs ẋ = A x + B u. C [n_outputs × n_states], D [n_outputs × n_inputs] */
 static void output_matrices(const struct truth_system *s, double *C, double *D)
 {
@@ -59,21 +53,22 @@ static void output_matrices(const struct truth_system *s, double *C, double *D)
         }
 }
 
-/* One of each conjugate pair, twice its output. Returns the number kept. */
-static size_t make_modes(const struct truth_system *s, double h, const double *C, struct complex_mode *mode,
-                         char message[TRUTH_MESSAGE])
+size_t truth_modes_make(const struct truth_system *s, double h, struct truth_mode *mode, double *D,
+                        char message[TRUTH_MESSAGE])
 {
     size_t N = s->n_states, P = s->n_inputs, kept = 0;
     double complex *lambda = calloc(N, sizeof *lambda), *V = calloc(N * N, sizeof *V), *W = calloc(N * N, sizeof *W);
+    double *C = truth_array(s->n_outputs * N);
     if (!lambda || !V || !W)
         abort();
+    output_matrices(s, C, D);
     if (truth_diagonalise(N, s->A, lambda, V, W, message) == 0)
         for (size_t m = 0; m < N; m++) {
             if (cimag(lambda[m]) < 0)
                 continue;
             double twice = cimag(lambda[m]) > 0 ? 2 : 1;
             double complex phi[4];
-            struct complex_mode *one = &mode[kept++];
+            struct truth_mode *one = &mode[kept++]; /* of a pair, with twice its output */
             phi_functions(lambda[m] * h, phi);
             one->step = cexp(lambda[m] * h);
             for (size_t i = 0; i < P; i++) {
@@ -83,6 +78,10 @@ static size_t make_modes(const struct truth_system *s, double h, const double *C
                 one->begin[i] = h * b * (phi[1] - 3 * phi[2] + 4 * phi[3]);
                 one->middle[i] = h * b * (4 * phi[2] - 8 * phi[3]);
                 one->end[i] = h * b * (4 * phi[3] - phi[2]);
+                if (s->held[i]) {
+                    one->begin[i] = one->end[i] = 0;
+                    one->middle[i] = h * b * phi[1];
+                }
             }
             for (size_t k = 0; k < s->n_outputs; k++) {
                 one->out[k] = 0;
@@ -93,11 +92,12 @@ static size_t make_modes(const struct truth_system *s, double h, const double *C
     free(lambda);
     free(V);
     free(W);
+    free(C);
     return kept;
 }
 
 /* Modes outside, time inside: each mode runs through the whole record and adds its part. */
-static void run_mode(const struct complex_mode *m, const struct truth_grid *grid, size_t n_inputs, size_t n_outputs,
+static void run_mode(const struct truth_mode *m, const struct truth_grid *grid, size_t n_inputs, size_t n_outputs,
                      double *const *u, double *const *y)
 {
     double step_re = creal(m->step), step_im = cimag(m->step), re = 0, im = 0;
@@ -118,13 +118,12 @@ static void run_mode(const struct complex_mode *m, const struct truth_grid *grid
 int truth_solve_linear(const struct truth_system *s, const struct truth_grid *grid, double *const *u, double *const *y,
                        char message[TRUTH_MESSAGE])
 {
-    double *C = truth_array(s->n_outputs * s->n_states), *D = truth_array(s->n_outputs * s->n_inputs);
+    double *D = truth_array(s->n_outputs * s->n_inputs);
     double *zero = truth_array(s->n_states * 2), base[TRUTH_PORTS];
-    struct complex_mode *mode = calloc(s->n_states, sizeof *mode);
+    struct truth_mode *mode = calloc(s->n_states, sizeof *mode);
     if (!mode)
         abort();
-    output_matrices(s, C, D);
-    size_t kept = make_modes(s, grid->dt_s, C, mode, message);
+    size_t kept = truth_modes_make(s, grid->dt_s, mode, D, message);
     for (size_t m = 0; m < kept; m++)
         run_mode(&mode[m], grid, s->n_inputs, s->n_outputs, u, y);
     for (size_t i = grid->lead; i < grid->n; i++) {
@@ -132,10 +131,9 @@ int truth_solve_linear(const struct truth_system *s, const struct truth_grid *gr
         for (size_t k = 0; k < s->n_outputs; k++) {
             y[k][i] += base[k];
             for (size_t p = 0; p < s->n_inputs; p++)
-                y[k][i] += D[k * s->n_inputs + p] * u[p][2 * i];
+                y[k][i] += D[k * s->n_inputs + p] * u[p][s->held[p] ? 2 * i - 1 : 2 * i]; /* held: before the jump */
         }
     }
-    free(C);
     free(D);
     free(zero);
     free(mode);

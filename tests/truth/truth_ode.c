@@ -13,7 +13,7 @@
 struct run {
     const struct truth_system *system;
     const struct truth_grid *grid;
-    double *const *u;
+    double *const *u;               /* NULL in lock step: `input` holds, and the clamp's motion is worked out */
     double *input;                  /* [n_inputs] at the time asked for */
     double *delayed;                /* [n_laws] */
     double *jacobian;               /* [n_states²] */
@@ -52,8 +52,11 @@ static void derivative(struct run *run, double t_s, const double *x, double *xdo
     for (size_t j = 0; j < n; j++)
         xdot[j] = s->scale[j] * x[n + j];
     truth_multiply_add(N - n, N, s->A + n * N, x, xdot + n);
-    for (size_t k = 0; k < s->n_inputs; k++)
-        run->input[k] = cubic_at(run->u[k], 2 * run->grid->n - 1, (t_s - run->grid->t0_s) / run->grid->dt_s * 2);
+    for (size_t k = 0; run->u && k < s->n_inputs; k++)
+        if (!s->held[k])
+            run->input[k] = cubic_at(run->u[k], 2 * run->grid->n - 1, (t_s - run->grid->t0_s) / run->grid->dt_s * 2);
+    if (!run->u)
+        run->input[s->n_inputs - 1] = s->base_amplitude_mps2 * sin(s->base_radps * t_s + s->base_phase_rad);
     truth_multiply_add(N - n, s->n_inputs, s->B + n * s->n_inputs, run->input, xdot + n);
     for (size_t k = 0; k < s->n_laws; k++)
         run->delayed[k] = run->history[k] ? delayed_rate(run, k, t_s) : 0;
@@ -180,7 +183,7 @@ static int solver_make(struct solver *solver, struct run *run, double t_s, doubl
     fill_tolerance(s, tolerance, N_VGetArrayPointer(solver->tolerance));
     double longest_s = 1e-3;
     for (size_t k = 0; k < s->n_laws; k++)
-        if (s->law[k].kind == TRUTH_DELAYED_FEEDBACK)
+        if (run->history[k])
             longest_s = fmin(longest_s, s->law[k].p[1] - 4 * run->grid->dt_s);
     int bad = CVodeInit(solver->memory, right_side, t_s, solver->x);
     bad |= CVodeSVtolerances(solver->memory, tolerance, solver->tolerance);
@@ -211,6 +214,19 @@ static int advance(struct solver *solver, struct run *run, double t_s)
     }
 }
 
+/* Held inputs take the value that they have within the fine step from t_s on. True: one of them jumps. */
+static bool take_held(struct run *run, size_t step)
+{
+    const struct truth_system *s = run->system;
+    bool jump = false;
+    for (size_t k = 0; k < s->n_inputs; k++) {
+        double next = s->held[k] ? run->u[k][2 * step + 1] : run->input[k];
+        jump = jump || fabs(next - run->input[k]) > 0;
+        run->input[k] = next;
+    }
+    return jump;
+}
+
 static int integrate(struct solver *solver, struct run *run, double *const *y, char message[TRUTH_MESSAGE])
 {
     const struct truth_system *s = run->system;
@@ -219,8 +235,11 @@ static int integrate(struct solver *solver, struct run *run, double *const *y, c
     int code = 0;
     for (size_t i = grid->lead; i < grid->n && code >= 0; i++) {
         double t_s = grid->t0_s + (double)i * grid->dt_s;
-        if (i > grid->lead)
-            code = advance(solver, run, t_s);
+        if (i > grid->lead) {
+            if (take_held(run, i - 1))
+                code = CVodeReInit(solver->memory, t_s - grid->dt_s, solver->x);
+            code = code < 0 ? code : advance(solver, run, t_s);
+        }
         for (size_t k = 0; k < s->n_laws; k++)
             if (run->history[k])
                 run->history[k][i] = law_rate(s, k, x);
@@ -235,30 +254,92 @@ static int integrate(struct solver *solver, struct run *run, double *const *y, c
     return code >= 0 ? 0 : truth_fail(message, "CVODE stopped with code %d", code);
 }
 
+static bool run_make(struct run *run, const struct truth_system *s, const struct truth_grid *grid, double *const *u)
+{
+    bool sliders = false;
+    *run = (struct run){.system = s, .grid = grid, .u = u};
+    run->input = truth_array(s->n_inputs);
+    run->delayed = truth_array(TRUTH_EFFECTS);
+    run->jacobian = truth_array(s->n_states * s->n_states);
+    for (size_t k = 0; k < s->n_laws; k++) {
+        sliders = sliders || s->law[k].kind == TRUTH_MICROSLIP;
+        if (u && s->law[k].kind == TRUTH_DELAYED_FEEDBACK)
+            run->history[k] = truth_array(grid->n);
+    }
+    return sliders;
+}
+
+static void run_free(struct run *run)
+{
+    free(run->input);
+    free(run->delayed);
+    free(run->jacobian);
+    for (size_t k = 0; k < TRUTH_EFFECTS; k++)
+        free(run->history[k]);
+}
+
 int truth_solve_ode(const struct truth_system *s, const struct truth_spec *spec, const struct truth_grid *grid,
                     double *const *u, double *const *y, char message[TRUTH_MESSAGE])
 {
-    struct run run = {.system = s, .grid = grid, .u = u};
+    struct run run;
     struct solver solver = {0};
-    bool sliders = false;
-    run.input = truth_array(s->n_inputs);
-    run.delayed = truth_array(TRUTH_EFFECTS);
-    run.jacobian = truth_array(s->n_states * s->n_states);
-    for (size_t k = 0; k < s->n_laws; k++) {
-        sliders = sliders || s->law[k].kind == TRUTH_MICROSLIP;
-        if (s->law[k].kind == TRUTH_DELAYED_FEEDBACK)
-            run.history[k] = truth_array(grid->n);
-    }
+    bool sliders = run_make(&run, s, grid, u);
     int status = -1;
     if (solver_make(&solver, &run, grid->t0_s + (double)grid->lead * grid->dt_s, spec->tolerance, sliders) == 0)
         status = integrate(&solver, &run, y, message);
     else
         truth_fail(message, "CVODE cannot be set up");
     solver_free(&solver);
-    free(run.input);
-    free(run.delayed);
-    free(run.jacobian);
-    for (size_t k = 0; k < s->n_laws; k++)
-        free(run.history[k]);
+    run_free(&run);
     return status;
+}
+
+struct truth_ode {
+    struct run run;
+    struct solver solver;
+    double t_s, *xdot;
+};
+
+struct truth_ode *truth_ode_new(const struct truth_system *s, const struct truth_spec *spec,
+                                char message[TRUTH_MESSAGE])
+{
+    struct truth_ode *ode = calloc(1, sizeof *ode);
+    if (!ode)
+        abort();
+    bool sliders = run_make(&ode->run, s, NULL, NULL);
+    ode->xdot = truth_array(s->n_states);
+    if (solver_make(&ode->solver, &ode->run, 0, spec->tolerance, sliders) == 0)
+        return ode;
+    truth_fail(message, "CVODE cannot be set up");
+    truth_ode_free(ode);
+    return NULL;
+}
+
+int truth_ode_hold(struct truth_ode *ode, const double *u)
+{
+    size_t n = ode->run.system->n_inputs - 1;
+    if (memcmp(ode->run.input, u, n * sizeof *u) == 0)
+        return 0;
+    memcpy(ode->run.input, u, n * sizeof *u);
+    return CVodeReInit(ode->solver.memory, ode->t_s, ode->solver.x);
+}
+
+int truth_ode_advance(struct truth_ode *ode, double t_s, double *y)
+{
+    double *x = N_VGetArrayPointer(ode->solver.x);
+    int code = advance(&ode->solver, &ode->run, t_s);
+    ode->t_s = t_s;
+    derivative(&ode->run, t_s, x, ode->xdot);
+    truth_system_observe(ode->run.system, t_s, x, ode->xdot, y);
+    return code < 0 ? code : 0;
+}
+
+void truth_ode_free(struct truth_ode *ode)
+{
+    if (!ode)
+        return;
+    solver_free(&ode->solver);
+    run_free(&ode->run);
+    free(ode->xdot);
+    free(ode);
 }

@@ -64,3 +64,21 @@ double truth_random_normal(struct truth_random *random)
     random->has_spare = true;
     return a * factor;
 }
+
+void truth_noise_begin(struct truth_noise *noise, const double ar[2], struct truth_random *random)
+{
+    enum { WARM_UP = 2000 };
+    double a1 = ar[0], a2 = ar[1];
+    *noise = (struct truth_noise){.random = random, .a1 = a1, .a2 = a2};
+    noise->deviation = sqrt((1 - a2) / ((1 + a2) * ((1 - a2) * (1 - a2) - a1 * a1)));
+    for (size_t i = 0; (a1 != 0 || a2 != 0) && i < WARM_UP; i++)
+        truth_noise_next(noise);
+}
+
+double truth_noise_next(struct truth_noise *noise)
+{
+    double now = noise->a1 * noise->before + noise->a2 * noise->earlier + truth_random_normal(noise->random);
+    noise->earlier = noise->before;
+    noise->before = now;
+    return now;
+}

@@ -35,6 +35,7 @@ static void fine_make(const struct truth_spec *spec, const struct truth_grid *gr
     const struct truth_effect *base = truth_effect_find(spec, TRUTH_BASE_MOTION);
     *fine = (struct fine){0};
     for (size_t k = 0; k < spec->n_inputs; k++) {
+        struct truth_drive drive = {0};
         fine->nominal[k] = truth_array(n);
         for (size_t i = 0; i < spec->n_signals; i++)
             if (spec->signal[i].input == k)
@@ -44,7 +45,7 @@ static void fine_make(const struct truth_spec *spec, const struct truth_grid *gr
         fine->u[k] = truth_array(n);
         memcpy(fine->u[k], fine->nominal[k], n * sizeof(double));
         if (spec->input[k].kind == TRUTH_PATCH_MOMENT)
-            truth_drive_distort(spec, n, fine->u[k]);
+            truth_drive_distort(spec, &drive, n, fine->u[k]);
     }
     fine->u[spec->n_inputs] = truth_array(n);
     for (size_t i = 2 * grid->lead; base && i < n; i++)
@@ -80,18 +81,32 @@ static void add_channel(const struct truth_spec *spec, const struct truth_grid *
     free(samples);
 }
 
-static void collect(const struct truth_spec *spec, const struct truth_grid *grid, struct fine *fine,
+/* The voltage that a sensor's wires saw, on the doubled grid; where it jumps, before the jump. NULL: no drive. */
+static double *wire_voltage(const struct truth_spec *spec, const struct truth_grid *grid, const struct fine *fine,
+                            const bool held[])
+{
+    double *drive = NULL;
+    for (size_t k = 0; k < spec->n_inputs; k++) {
+        if (spec->input[k].kind != TRUTH_PATCH_MOMENT)
+            continue;
+        size_t n = 2 * grid->n - 1, late = held[k] ? 1 : 0;
+        free(drive);
+        drive = truth_array(n);
+        memcpy(drive + late, fine->nominal[k], (n - late) * sizeof *drive);
+    }
+    return drive;
+}
+
+static void collect(const struct truth_spec *spec, const struct truth_grid *grid, struct fine *fine, const bool held[],
                     struct truth_record *record)
 {
-    const double *drive = NULL;
+    double *drive = wire_voltage(spec, grid, fine, held);
     size_t skip = (size_t)llround(spec->keep_from_s * spec->sample_rate_Hz);
     record->n = grid->n_record - (skip < grid->n_record ? skip : grid->n_record - 1);
     record->rate_Hz = spec->sample_rate_Hz;
-    for (size_t k = 0; k < spec->n_inputs; k++)
-        if (spec->input[k].kind == TRUTH_PATCH_MOMENT)
-            drive = fine->nominal[k];
     for (size_t k = 0; k < spec->n_outputs; k++)
         truth_chain_apply(spec, k, grid, drive, fine->y[k]);
+    free(drive);
     for (size_t k = 0; k < spec->n_inputs; k++) {
         if (spec->input[k].omitted)
             continue;
@@ -113,13 +128,16 @@ int truth_simulate(const struct truth_spec *spec, struct truth_record *clean, ch
         truth_system_free(&system);
         return -1;
     }
+    for (size_t i = 0; i < spec->n_signals; i++)
+        if (spec->signal[i].kind == TRUTH_HELD)
+            system.held[spec->signal[i].input] = true;
     truth_grid_make(spec, &grid);
     fine_make(spec, &grid, &fine);
     int status = spec->force_ode || truth_effects_nonlinear(spec)
                      ? truth_solve_ode(&system, spec, &grid, fine.u, fine.y, message)
                      : truth_solve_linear(&system, &grid, fine.u, fine.y, message);
     if (status == 0)
-        collect(spec, &grid, &fine, clean);
+        collect(spec, &grid, &fine, system.held, clean);
     fine_free(&fine);
     truth_system_free(&system);
     return status;
@@ -149,24 +167,12 @@ static double rms(size_t n, const double *x)
     return sqrt(sum / (double)n);
 }
 
-/* n_k = a1 n_{k−1} + a2 n_{k−2} + e_k, scaled to the variance asked for */
 static void add_noise(const struct truth_spec *spec, double level, struct truth_random *random, size_t n, double *x)
 {
-    enum { WARM_UP = 2000 };
-    double a1 = spec->noise_ar[0], a2 = spec->noise_ar[1], before = 0, earlier = 0;
-    double variance = (1 - a2) / ((1 + a2) * ((1 - a2) * (1 - a2) - a1 * a1));
-    bool coloured = a1 != 0 || a2 != 0;
-    for (size_t i = 0; coloured && i < WARM_UP; i++) {
-        double now = a1 * before + a2 * earlier + truth_random_normal(random);
-        earlier = before;
-        before = now;
-    }
-    for (size_t i = 0; i < n; i++) {
-        double now = a1 * before + a2 * earlier + truth_random_normal(random);
-        earlier = before;
-        before = now;
-        x[i] += level * now / sqrt(variance);
-    }
+    struct truth_noise noise;
+    truth_noise_begin(&noise, spec->noise_ar, random);
+    for (size_t i = 0; i < n; i++)
+        x[i] += level * truth_noise_next(&noise) / noise.deviation;
 }
 
 /* Rounds to full scale / 2^(bits − 1), full scale = headroom × the largest value. */

@@ -132,9 +132,20 @@ static void recorded(const struct truth_signal *signal, double rate_Hz, size_t p
     free(held);
 }
 
+static void held(const struct truth_signal *signal, const struct truth_grid *grid, double *x)
+{
+    size_t first = 2 * grid->lead, step = 2 * grid->oversampling;
+    for (size_t i = first; i < 2 * grid->n - 1 && (i - first) / step < signal->n_samples; i++)
+        x[i] += signal->level * signal->samples[(i - first) / step];
+}
+
 void truth_signal_add(const struct truth_signal *signal, const struct truth_spec *spec, const struct truth_grid *grid,
                       double *x)
 {
+    if (signal->kind == TRUTH_HELD) {
+        held(signal, grid, x);
+        return;
+    }
     double dt = grid->dt_s / 2, t0 = grid->t0_s - signal->start_s;
     double end = grid->t0_s + (double)grid->n * grid->dt_s - signal->start_s;
     double width = signal->width_s > 0 ? signal->width_s : 2 * end;
@@ -160,39 +171,38 @@ void truth_signal_add(const struct truth_signal *signal, const struct truth_spec
     }
 }
 
-/* dz = du (1 − (β sgn(du z) + ζ)|z|); x ← u − a z. On each step z follows the exact exponential. */
-static void hysteresis(const double p[], size_t n, double *x)
+/* dz = du (1 − (β sgn(du z) + ζ)|z|). On each step z follows the exact exponential. */
+static double hysteresis(const double p[], double du, double z)
 {
-    double z = 0, before = n ? x[0] : 0;
-    for (size_t i = 0; i < n; i++) {
-        double u = x[i], du = u - before;
-        double left = du;
-        for (int part = 0; part < 2 && fabs(left) > 0; part++) {
-            double rate = p[1] * (left * z >= 0 ? 1 : -1) + p[2];
-            double sign = z > 0 || (z >= 0 && left > 0) ? 1 : -1; /* |z| = sign·z until z crosses 0 */
-            double k = rate * sign;                               /* dz/du = 1 − k z */
-            double target = fabs(k) > 1e-12 ? 1 / k + (z - 1 / k) * exp(-k * left) : z + left;
-            if (target * sign < 0 && z * sign > 0) { /* stop at z = 0, then go on with the other branch */
-                double to_zero = fabs(k) > 1e-12 ? -log((0 - 1 / k) / (z - 1 / k)) / k : -z;
-                z = 0;
-                left -= to_zero;
-                continue;
-            }
-            z = target;
-            left = 0;
+    double left = du;
+    for (int part = 0; part < 2 && fabs(left) > 0; part++) {
+        double rate = p[1] * (left * z >= 0 ? 1 : -1) + p[2];
+        double sign = z > 0 || (z >= 0 && left > 0) ? 1 : -1; /* |z| = sign·z until z crosses 0 */
+        double k = rate * sign;                               /* dz/du = 1 − k z */
+        double target = fabs(k) > 1e-12 ? 1 / k + (z - 1 / k) * exp(-k * left) : z + left;
+        if (target * sign < 0 && z * sign > 0) { /* stop at z = 0, then go on with the other branch */
+            double to_zero = fabs(k) > 1e-12 ? -log((0 - 1 / k) / (z - 1 / k)) / k : -z;
+            z = 0;
+            left -= to_zero;
+            continue;
         }
-        before = u;
-        x[i] = u - p[0] * z;
+        z = target;
+        left = 0;
     }
+    return z;
 }
 
-void truth_drive_distort(const struct truth_spec *spec, size_t n, double *x)
+void truth_drive_distort(const struct truth_spec *spec, struct truth_drive *drive, size_t n, double *x)
 {
     for (size_t e = 0; e < spec->n_effects; e++) {
         const double *p = spec->effect[e].parameter;
         switch (spec->effect[e].kind) {
         case TRUTH_DRIVE_HYSTERESIS:
-            hysteresis(p, n, x);
+            for (size_t i = 0; i < n; i++) { /* x ← u − a z */
+                drive->z[e] = hysteresis(p, x[i] - drive->before[e], drive->z[e]);
+                drive->before[e] = x[i];
+                x[i] -= p[0] * drive->z[e];
+            }
             break;
         case TRUTH_DRIVE_SATURATION:
             for (size_t i = 0; i < n && isfinite(p[0]); i++)

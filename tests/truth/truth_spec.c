@@ -33,7 +33,12 @@ void truth_spec_default(struct truth_spec *spec)
                                 .elements = 80,
                                 .modes = 40,
                                 .static_vectors = true,
-                                .tolerance = 1e-8};
+                                .tolerance = 1e-8,
+                                .live = {.drive_per_code = 0.05,
+                                         .drive_zero_code = 2048,
+                                         .sensor_per_code = 0.01,
+                                         .sensor_zero_code = 2048,
+                                         .code_max = 4095}};
     spec->region[0] = (struct truth_region){0, 0.4573, 0.491, 0.093, 0.649e-5, 1.6e-3 * 1.6e-3 / 12};
     spec->region[1] = (struct truth_region){0.02535, 0.08905, 0.793, 0.433, 1.255e-5, 2.108e-3 * 2.108e-3 / 12};
 }
@@ -189,6 +194,30 @@ static int read_support(struct truth_spec *spec, const struct words *words, char
     return truth_fail(message, "support: clamped-free, clamped-clamped, pinned-pinned or free-free");
 }
 
+static int read_live(struct truth_live *live, const struct words *words, char *message)
+{
+    const struct {
+        const char *name;
+        double *value;
+    } known[] = {{"drive_per_code", &live->drive_per_code},
+                 {"drive_zero_code", &live->drive_zero_code},
+                 {"sensor_per_code", &live->sensor_per_code},
+                 {"sensor_zero_code", &live->sensor_zero_code},
+                 {"code_max", &live->code_max},
+                 {"noise_rms", &live->noise_rms}};
+    for (size_t i = 1; i < words->n; i++) {
+        int bad = -1;
+        for (size_t k = 0; k < sizeof known / sizeof known[0]; k++) {
+            const char *text = option(words->word[i], known[k].name);
+            bad = text ? number(text, known[k].value) : bad;
+        }
+        if (bad != 0)
+            return truth_fail(message, "'%s' is not understood", words->word[i]);
+    }
+    bool fine = live->code_max >= 1 && live->code_max <= 65535 && live->sensor_per_code > 0 && live->noise_rms >= 0;
+    return fine ? 0 : truth_fail(message, "live: sensor_per_code > 0, noise_rms >= 0, code_max 1..65535");
+}
+
 struct key {
     const char *name;
     double *first, *second;
@@ -295,6 +324,8 @@ int truth_spec_line(struct truth_spec *spec, const char *line, char message[TRUT
         return read_signal(spec, &words, message);
     if (strcmp(words.word[0], "effect") == 0)
         return read_effect(spec, &words, message);
+    if (strcmp(words.word[0], "live") == 0)
+        return read_live(&spec->live, &words, message);
     if (strcmp(words.word[0], "region") == 0)
         return read_region(spec, &words, message);
     if (strcmp(words.word[0], "support") == 0)
