@@ -13,7 +13,7 @@ static speed_t speed_of(long baud)
     static const struct {
         long baud;
         speed_t speed;
-    } table[] = {{9600, B9600},     {19200, B19200},   {38400, B38400},   {57600, B57600},    {115200, B115200},
+    } table[] = {{9600, B9600},     {19200, B19200},   {38400, B38400},   {57600, B57600},     {115200, B115200},
                  {230400, B230400}, {460800, B460800}, {921600, B921600}, {1000000, B1000000}, {2000000, B2000000}};
     for (size_t i = 0; i < sizeof table / sizeof *table; i++)
         if (table[i].baud == baud)

@@ -49,8 +49,9 @@ static enum bf_status serial_open(struct port *port, struct bf_error *err)
     if (!configure(handle, port->baud) || sp_get_port_handle(handle, &port->fd) != SP_OK) {
         (void)sp_close(handle);
         sp_free_port(handle);
-        return bf_fail(err, BF_DEVICE, "%s: does not take %ld bit/s; give a rate that the adapter has, e.g. --baud 115200",
-                       port->path, port->baud);
+        return bf_fail(err, BF_DEVICE,
+                       "%s: does not take %ld bit/s; give a rate that the adapter has, e.g. --baud 115200", port->path,
+                       port->baud);
     }
     port->handle = handle;
     return BF_OK;

@@ -294,10 +294,13 @@ enum bf_status xcp_listen(struct xcp_master *m, int timeout_ms, struct bf_error 
     return BF_OK;
 }
 
-enum bf_status xcp_heartbeat(struct xcp_master *m, int silence_ms, struct bf_error *err)
+enum bf_status xcp_heartbeat(struct xcp_master *m, int silence_ms, int *session, struct bf_error *err)
 {
     struct xcp_answer answer;
+    *session = -1;
     if (port_clock_ms() - m->heard_ms < silence_ms)
         return BF_OK;
-    return xcp_expect(m, "a sign of life", 1, (const uint8_t[]){BEAM_XCP_GET_STATUS}, 6, &answer, err);
+    if (xcp_expect(m, "a sign of life", 1, (const uint8_t[]){BEAM_XCP_GET_STATUS}, 6, &answer, err) == BF_OK)
+        *session = answer.data[1];
+    return *session >= 0 ? BF_OK : err->status;
 }

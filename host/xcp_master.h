@@ -22,10 +22,10 @@ struct xcp_counts {
 };
 
 struct xcp_master {
-    struct port *port; /* the caller's */
-    int timeout_ms;    /* for an answer */
-    int tries;         /* of a command, and of SYNCH */
-    int busy_ms;       /* how long "busy" is borne */
+    struct port *port;                                               /* the caller's */
+    int timeout_ms;                                                  /* for an answer */
+    int tries;                                                       /* of a command, and of SYNCH */
+    int busy_ms;                                                     /* how long "busy" is borne */
     void (*sample)(void *context, size_t n, const uint8_t packet[]); /* NULL: dropped. packet[0]: number of the ODT */
     void *context;
     struct xcp_receiver receiver;
@@ -67,7 +67,9 @@ enum bf_status xcp_refused(const struct xcp_master *m, const char *what, uint8_t
 
 /* Waits for samples and events up to timeout_ms, handles what has come, and returns. */
 enum bf_status xcp_listen(struct xcp_master *m, int timeout_ms, struct bf_error *err);
-/* Asks for a sign of life when nothing was heard for silence_ms: BF_DEVICE when none comes. */
-enum bf_status xcp_heartbeat(struct xcp_master *m, int silence_ms, struct bf_error *err);
+/* Asks for a sign of life when nothing was heard for silence_ms: BF_DEVICE when none comes. *session: GET_STATUS's session
+ * byte, −1 when there was no need to ask. */
+enum bf_status xcp_heartbeat(struct xcp_master *m, int silence_ms, int *session, struct bf_error *err);
+enum { XCP_SESSION_STORE = 0x01, XCP_SESSION_STREAM = 0x40 };
 
 #endif
