@@ -1,0 +1,107 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * QEMU's mps2-an386 (Cortex-M4F) as a board without a converter. Its 16 MB PSRAM, which a file can back, stands for
+ * what a real board has outside the core:
+ *     0x21000000  three slots of non-volatile memory
+ *     0x21700000  struct provision: identity and key, put there by the loader
+ *     0x21800000  struct record: the sensor's codes, repeated for ever; without one the sensor reads mid scale
+ */
+#include "parts.h"
+
+#ifndef BOARD_SAMPLE_HZ
+#define BOARD_SAMPLE_HZ 1000
+#endif
+
+enum {
+    CORE_HZ = 25000000,
+    TICK_CYCLES = CORE_HZ / BOARD_SAMPLE_HZ,
+    TICK_US = 1000000 / BOARD_SAMPLE_HZ,
+    CYCLES_PER_US = CORE_HZ / 1000000,
+    CODE_MAX = 4095,
+    CODE_ZERO = 2048,
+    PRIORITY_TICK = 0x40
+};
+#define PROVISION_MAGIC 0x504D4642u /* "BFMP" */
+#define RECORD_MAGIC    0x524D4642u /* "BFMR" */
+
+struct provision {
+    uint32_t magic;
+    uint8_t device[12], key[32];
+};
+struct record {
+    uint32_t magic, n;
+    uint16_t code[];
+};
+#define PROVISION     ((const volatile struct provision *)0x21700000u)
+#define RECORD        ((const volatile struct record *)0x21800000u)
+#define WAKEFUL       (*(const volatile uint32_t *)0x2001FF00u) /* as on the STM32: an emulator that wants no sleep */
+#define WAKEFUL_MAGIC 0x5EEDu
+
+static struct board_facts facts;
+static volatile uint32_t ticks;
+static volatile bool sampling;
+static uint32_t next;
+
+const struct board_facts *board_init(void)
+{
+    if (PROVISION->magic != PROVISION_MAGIC)
+        return NULL;
+    for (int i = 0; i < 12; i++)
+        facts.device[i] = PROVISION->device[i];
+    facts.key = (const uint8_t *)PROVISION->key;
+    facts.sample_mHz = BOARD_SAMPLE_HZ * 1000u;
+    facts.sensor_code_max = CODE_MAX;
+    facts.drive_code_zero = CODE_ZERO;
+    facts.nvm_slot_bytes = NVM_SLOT_BYTES;
+    sampling = false;
+    SCB_SHPR[11] = PRIORITY_TICK;
+    SYSTICK_RVR = TICK_CYCLES - 1;
+    SYSTICK_CVR = 0;
+    SYSTICK_CSR = 7; /* core clock, interrupt, on */
+    port_init();
+    return &facts;
+}
+
+void board_start(void)
+{
+    sampling = true;
+}
+
+void board_tick_isr(void)
+{
+    ticks = ticks + 1;
+    if (!sampling)
+        return;
+    uint16_t code = CODE_ZERO;
+    if (RECORD->magic == RECORD_MAGIC && RECORD->n > 0) {
+        if (next >= RECORD->n)
+            next = 0;
+        code = RECORD->code[next++];
+    }
+    app_sample(code < CODE_MAX ? code : CODE_MAX);
+    if (SCB_ICSR & ICSR_PENDSTSET)
+        app_missed();
+}
+
+void board_drive(uint16_t code)
+{
+    (void)code; /* nothing is driven: the record was made before */
+}
+
+uint32_t board_time_us(void)
+{
+    uint32_t before, after = ticks, cycles;
+    do { /* twice at most: a tick is far longer than this loop */
+        before = after;
+        cycles = TICK_CYCLES - 1 - SYSTICK_CVR;
+        after = ticks;
+    } while (before != after);
+    return before * TICK_US + cycles / CYCLES_PER_US;
+}
+
+bool board_idle(void)
+{
+    if (WAKEFUL != WAKEFUL_MAGIC)
+        __asm__ volatile("wfi");
+    return true;
+}

@@ -1,0 +1,28 @@
+/* SPDX-License-Identifier: MIT */
+/* parts.h — the registers of the mps2-an386 that this board uses, and what its files share. */
+#ifndef PARTS_H
+#define PARTS_H
+
+#include "../board.h"
+
+struct cmsdk_uart {
+    volatile uint32_t DATA, STATE, CTRL, INTSTATUS, BAUDDIV;
+};
+#define UART0          ((struct cmsdk_uart *)0x40004000u)
+#define SYSTICK_CSR    (*(volatile uint32_t *)0xE000E010u)
+#define SYSTICK_RVR    (*(volatile uint32_t *)0xE000E014u)
+#define SYSTICK_CVR    (*(volatile uint32_t *)0xE000E018u)
+#define NVIC_ISER0     (*(volatile uint32_t *)0xE000E100u)
+#define NVIC_ICER0     (*(volatile uint32_t *)0xE000E180u)
+#define NVIC_IPR       ((volatile uint8_t *)0xE000E400u)
+#define SCB_ICSR       (*(volatile uint32_t *)0xE000ED04u)
+#define SCB_AIRCR      (*(volatile uint32_t *)0xE000ED0Cu)
+#define SCB_SHPR       ((volatile uint8_t *)0xE000ED18u) /* [11]: SysTick */
+#define SCB_CPACR      (*(volatile uint32_t *)0xE000ED88u)
+#define ICSR_PENDSTSET (1u << 26)
+
+enum { IRQ_UART0_RX = 0, NVM_SLOT_BYTES = 8 * 1024 };
+
+void port_init(void);
+
+#endif

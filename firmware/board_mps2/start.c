@@ -1,0 +1,40 @@
+/* SPDX-License-Identifier: MIT */
+/* Vectors, reset, faults: a fault starts again. */
+#include "parts.h"
+
+extern uint32_t board_stack_top, board_data_load, board_data, board_data_end, board_bss, board_bss_end;
+int main(void);
+void board_reset(void);
+void board_fault(void);
+void board_tick_isr(void);
+void board_port_isr(void);
+
+void board_fault(void)
+{
+    SCB_AIRCR = 0x05FA0004u;
+    for (;;) { /* the reset comes at once */
+    }
+}
+
+void board_reset(void)
+{
+    SCB_CPACR |= 0xFu << 20; /* the FPU, before any instruction of its */
+    __asm__ volatile("dsb\n isb");
+    const uint32_t *from = &board_data_load;
+    for (uint32_t *to = &board_data; to < &board_data_end;)
+        *to++ = *from++;
+    for (uint32_t *to = &board_bss; to < &board_bss_end;)
+        *to++ = 0;
+    (void)main();
+    for (;;) /* nothing that could run: no provision, or main() has ended */
+        __asm__ volatile("wfi");
+}
+
+__attribute__((section(".vectors"), used)) static const struct {
+    uint32_t *stack;
+    void (*core[15])(void);
+    void (*line[32])(void);
+} vectors = {.stack = &board_stack_top,
+             .core = {board_reset, board_fault, board_fault, board_fault, board_fault, board_fault, 0, 0, 0, 0,
+                      board_fault, board_fault, 0, board_fault, board_tick_isr},
+             .line = {[IRQ_UART0_RX] = board_port_isr}}; /* no other is enabled */

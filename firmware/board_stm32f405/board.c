@@ -1,0 +1,55 @@
+/* SPDX-License-Identifier: MIT */
+/* Facts of the board: identity, key, pins; start of every part in order. */
+#include "parts.h"
+
+enum { KEY_BYTES = 32 };
+/* Sector 4 holds the key alone, written once in production; readout protection level 1 keeps debuggers out of it. */
+#define KEY ((const uint8_t *)0x08010000u)
+/* A debugger or emulator that wants no sleep (its virtual time would stand still) writes the magic here. */
+#define WAKEFUL       (*(const volatile uint32_t *)0x2001FF00u)
+#define WAKEFUL_MAGIC 0x5EEDu
+
+static struct board_facts facts;
+
+static bool has_key(void)
+{
+    const volatile uint8_t *key = KEY;
+    uint8_t all = 0xFF;
+    for (int i = 0; i < KEY_BYTES; i++)
+        all &= key[i];
+    return all != 0xFF; /* an erased sector would be a key that everyone knows */
+}
+
+const struct board_facts *board_init(void)
+{
+    if (!clock_init() || !has_key())
+        return NULL;
+    RCC->AHB1ENR |= AHB1ENR_GPIOA;
+    RCC->APB1ENR |= APB1ENR_DAC;
+    RCC->APB2ENR |= APB2ENR_USART1 | APB2ENR_ADC1;
+    (void)RCC->APB2ENR; /* two cycles until a part answers */
+    GPIOA->AFR[1] = 7u << 4 | 7u << 8;
+    GPIOA->MODER = 0xA8000000u | 3u << 2 | 3u << 8 | 2u << 18 | 2u << 20; /* debug pins; PA1, PA4 analogue; PA9, PA10 */
+    for (int i = 0; i < 3; i++) {
+        const uint32_t word = UNIQUE_ID[i];
+        for (int byte = 0; byte < 4; byte++)
+            facts.device[4 * i + byte] = (uint8_t)(word >> 8 * byte);
+    }
+    facts.key = KEY;
+    facts.sample_mHz = BOARD_SAMPLE_HZ * 1000u;
+    facts.sensor_code_max = 4095;
+    facts.drive_code_zero = DRIVE_ZERO;
+    facts.nvm_slot_bytes = NVM_SLOT_BYTES;
+    sample_init();
+    if (!nvm_init())
+        return NULL;
+    port_init();
+    return &facts;
+}
+
+bool board_idle(void)
+{
+    if (WAKEFUL != WAKEFUL_MAGIC)
+        __asm__ volatile("wfi");
+    return true;
+}

@@ -1,0 +1,86 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The tick starts a conversion; its end runs app_sample(). SysTick stands above the converter's interrupt, so a tick is
+ * never late, and one that finds the last sample unfinished is counted.
+ */
+#include "parts.h"
+
+enum {
+    TICK_CYCLES = CORE_HZ / BOARD_SAMPLE_HZ,
+    TICK_US = 1000000 / BOARD_SAMPLE_HZ,
+    CYCLES_PER_US = CORE_HZ / 1000000
+};
+enum { PRIORITY_ADC = 0x10, SENSOR_CHANNEL = 1 };
+
+void board_tick_isr(void);
+void board_sample_isr(void);
+
+static volatile uint32_t ticks;
+static volatile enum { OFF, WAITING, CONVERTING, STEPPING } phase;
+
+void sample_init(void)
+{
+    phase = OFF;
+    ADC_CCR = CCR_ADCPRE_DIV4;              /* 21 MHz */
+    ADC1->SMPR2 = 4u << 3 * SENSOR_CHANNEL; /* 84 cycles; a conversion takes 4.6 µs */
+    ADC1->SQR1 = 0;                         /* one conversion */
+    ADC1->SQR3 = SENSOR_CHANNEL;
+    ADC1->CR1 = CR1_EOCIE;
+    ADC1->CR2 = CR2_ADON;
+    DAC->CR = DAC_EN1;
+    DAC->DHR12R1 = DRIVE_ZERO;
+    NVIC_IPR[IRQ_ADC] = PRIORITY_ADC;
+    NVIC_ISER[IRQ_ADC / 32] = 1u << IRQ_ADC % 32;
+    SCB_SHPR[11] = 0;
+    SYSTICK->RVR = TICK_CYCLES - 1;
+    SYSTICK->CVR = 0;
+    SYSTICK->CSR = CSR_ENABLE | CSR_TICKINT | CSR_CORE;
+}
+
+void board_start(void)
+{
+    phase = WAITING;
+}
+
+void board_tick_isr(void)
+{
+    ticks = ticks + 1;
+    if (phase == OFF)
+        return;
+    if (phase != WAITING)
+        app_missed();
+    if (phase == WAITING || (phase == CONVERTING && !(ADC1->SR & ADC_EOC))) { /* a lost conversion is started again */
+        phase = CONVERTING;
+        ADC1->CR2 |= CR2_SWSTART;
+    }
+}
+
+void board_sample_isr(void)
+{
+    if (ADC1->SR & ADC_OVR)
+        ADC1->SR = ~(uint32_t)ADC_OVR;
+    if (!(ADC1->SR & ADC_EOC))
+        return;
+    const uint16_t code = (uint16_t)(ADC1->DR & 0xFFFu); /* clears EOC */
+    if (phase != CONVERTING)
+        return;
+    phase = STEPPING;
+    app_sample(code);
+    phase = WAITING;
+}
+
+void board_drive(uint16_t code)
+{
+    DAC->DHR12R1 = code & 0xFFFu;
+}
+
+uint32_t board_time_us(void)
+{
+    uint32_t before, after = ticks, cycles;
+    do { /* twice at most: a tick is far longer than this loop */
+        before = after;
+        cycles = TICK_CYCLES - 1 - SYSTICK->CVR;
+        after = ticks;
+    } while (before != after);
+    return before * TICK_US + cycles / CYCLES_PER_US;
+}
