@@ -130,8 +130,7 @@ static uint16_t convert(struct truth_plant *p)
 
 int truth_plant_tick(struct truth_plant *p, uint16_t drive_code, uint16_t *sensor_code, char message[TRUTH_MESSAGE])
 {
-    double nominal =
-        (fmin(drive_code, p->spec.live.code_max) - p->spec.live.drive_zero_code) * p->spec.live.drive_per_code;
+    double nominal = (drive_code - p->spec.live.drive_zero_code) * p->spec.live.drive_per_code;
     bool patch = p->spec.input[0].kind == TRUTH_PATCH_MOMENT;
     p->u[0] = nominal;
     if (patch)
