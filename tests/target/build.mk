@@ -12,7 +12,19 @@ $(TARGET_BOARDS:%=$(B)/target_%_replay.elf): $(B)/target_%_replay.elf: tests/tar
     tests/target/replay_case.h tests/target/%.ld tests/target/sections.ld $(B)/arm/libbeamt.a
 	$(call say,$@)$(CROSS)gcc $(CROSS_FLAGS) $(TARGET_FLAGS_$*) $(TARGET_LINK) -Ttests/target/$*.ld $(filter %.c %.a,$^) -lm -o $@
 
-TARGET_PROGRAMS := $(B)/replay_cases $(B)/replay_run $(TARGET_BOARDS:%=$(B)/target_%_replay.elf)
+# The devices that QEMU's netduinoplus2 lacks, as a plugin of QEMU 7.2
+$(B)/stm32f405.so: $(wildcard tests/target/plugin/*.c) $(wildcard tests/target/plugin/*.h)
+	$(call say,$@)$(CC) $(STD) $(OPT) $(filter-out -Wpedantic,$(WARN)) -fPIC -fvisibility=hidden -shared $(filter %.c,$^) -ldl -o $@
+
+# The firmware's store on the board's own driver, without the rest
+$(B)/target_store_%.elf: tests/target/store_run.c tests/target/semihost.h $(B)/arm/firmware/store.o $(B)/arm/libbeamt.a \
+    firmware/sections.ld
+	$(call say,$@)$(CROSS)gcc $(FIRMWARE_FLAGS) -nostartfiles --specs=nano.specs --specs=nosys.specs -Wl,--gc-sections \
+	    -Tfirmware/board_$*/$*.ld $(filter %.c %.o %.a,$^) -o $@
+$(foreach board,$(FIRMWARE_BOARDS),$(eval $(B)/target_store_$(board).elf: $(call BOARD_OBJ,$(board)) firmware/board_$(board)/$(board).ld))
+
+TARGET_PROGRAMS := $(B)/replay_cases $(B)/replay_run $(TARGET_BOARDS:%=$(B)/target_%_replay.elf) $(B)/stm32f405.so \
+    $(FIRMWARE_BOARDS:%=$(B)/target_store_%.elf)
 target: $(TARGET_PROGRAMS) ## on emulated boards: bit equality, instruction counts [NAMES='bits counts']
 	@python3 -B tests/target/run.py --build $(B) $(NAMES)
 .PHONY: target

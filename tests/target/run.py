@@ -2,14 +2,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """run.py --build DIR [NAME...]: the tests on emulated boards; every test prints what it counted. Status 1: one failed."""
 import argparse
+import os
 import subprocess
 import sys
 import time
 
 import emulator
+import power
 from emulator import in_build
 
 LINEAR_GOAL = 2 * 217  # instructions: twice what eleven bare 2x2 blocks take at -O2
+CUT_EVERY = 1 if os.environ.get("FULL") else 12  # operations of a store
 REPLAY_STEPS, EFFECT_STEPS = 200_000, 10_000
 
 
@@ -68,6 +71,19 @@ def test_counts(build):
         print(f"  {name:22s} {mean:7d} {worst:9d} {mean - linear:15d} {worst * 1e3 / emulator.CLOCK_HZ:18.2%}"
               f" {worst * 1e4 / emulator.CLOCK_HZ:11.2%}")
     check(linear <= LINEAR_GOAL, f"the linear step takes {linear} instructions, the goal is {LINEAR_GOAL}")
+
+
+def test_power(build):
+    """Power cut inside operations on the emulated STM32's flash, words and erases; FULL=1 takes every operation."""
+    if not emulator.has_plugin_board(build):
+        return
+    chains = power.power_cuts(build, CUT_EVERY)
+    lost = [text for c in chains for text in c.lost]
+    total = {n: sum(getattr(c, n) for c in chains) for n in ("lives", "cuts", "words", "erases", "kept", "taken")}
+    check(not lost, f"{len(lost)} lost, first: {lost[:1]}")
+    check(total["cuts"] > 100 and total["words"] > 50 and total["erases"] > 0, f"too little was cut: {total}")
+    print(f"  {total['lives']} lives, {total['cuts']} cuts ({total['words']} inside words, {total['erases']} inside sector "
+          f"erases): the old image {total['kept']} times, the new one {total['taken']} times, lost 0")
 
 
 def main():
