@@ -52,7 +52,7 @@ enum bf_status link_upload(struct link *link, int page, struct beam_image_file *
  * Makes the image the running model: staged in blocks, CRC-32 compared, checked and switched by the board, read back and
  * compared, and stored unless no_store. The link must be unlocked. Until the board has accepted the whole image nothing
  * changes; Ctrl-C is heeded until then. Repeating it after any interruption is safe: an image that already runs is only
- * stored. BF_NO: the board's answer is no; the text says why.
+ * stored. When the board says no, the text says why.
  */
 struct link_download {
     bool no_store;

@@ -95,8 +95,8 @@ static bool runs(const struct link *link, const struct beam_image_file *image)
 
 static enum bf_status refused_image(const struct link *link, struct bf_error *err)
 {
-    return bf_fail(err, BF_NO, "%s: the board refused the image and runs the model it had: %s", port_path(link->port),
-                   beam_image_fault_text((enum beam_image_fault)link->info.last_fault));
+    return bf_fail(err, BF_DEVICE, "%s: the board refused the image and runs the model it had: %s",
+                   port_path(link->port), beam_image_fault_text((enum beam_image_fault)link->info.last_fault));
 }
 
 /* A lost answer leaves open what happened; the board's information says it. */
@@ -205,7 +205,7 @@ static enum bf_status check_counter(const struct link *link, const struct beam_i
     if (counter > link->info.stored && counter > link->info.counter)
         return BF_OK;
     return bf_fail(
-        err, BF_NO,
+        err, BF_DEVICE,
         "%s: the image has counter %u, and the board has seen %u; export or sign it again with a greater one",
         port_path(link->port), (unsigned)counter,
         (unsigned)(link->info.stored > link->info.counter ? link->info.stored : link->info.counter));

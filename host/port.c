@@ -42,7 +42,7 @@ enum bf_status port_open_failed(const struct port *port, int reason, struct bf_e
     case ENOENT:
     case ENXIO:
     case ENODEV:
-        port_serial_list(sizeof list, list);
+        port_list(sizeof list, list);
         return bf_fail(err, BF_DEVICE, "%s: there is no such port%s", port->path, list);
     case EACCES:
     case EPERM:

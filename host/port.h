@@ -37,6 +37,9 @@ const char *port_path(const struct port *port);
 long port_baud(const struct port *port);
 bool port_is_pty(const struct port *port);
 
+/* "; ports here: /dev/ttyUSB0 (FT232R), …" or that none was found, cut to size: the end of a message. */
+void port_list(size_t size, char text[]);
+
 /* Milliseconds of a clock that never jumps. */
 int64_t port_clock_ms(void);
 

@@ -30,9 +30,6 @@ struct port_driver {
 
 extern const struct port_driver port_driver_serial, port_driver_pty;
 
-/* "; ports here: /dev/ttyUSB0 (FT232R), …" or "; no serial port was found", cut to size. */
-void port_serial_list(size_t size, char text[]);
-
 /* Text for an errno of opening. */
 enum bf_status port_open_failed(const struct port *port, int reason, struct bf_error *err);
 

@@ -12,7 +12,7 @@
 
 #include "port_driver.h"
 
-void port_serial_list(size_t size, char text[])
+void port_list(size_t size, char text[])
 {
     struct sp_port **ports = NULL;
     size_t n = (size_t)snprintf(text, size, "; no serial port was found: is the cable in?");

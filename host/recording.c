@@ -34,6 +34,12 @@ void recording_drop_before(struct recording *r, uint32_t sequence)
     r->n -= keep;
 }
 
+void recording_drop_after(struct recording *r, uint32_t sequence)
+{
+    while (r->n > 0 && (int32_t)(r->live[r->n - 1].sequence - sequence) > 0)
+        r->n--;
+}
+
 void recording_free(struct recording *r)
 {
     free(r->live);

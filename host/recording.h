@@ -23,8 +23,9 @@ struct recording {
 void recording_begin(struct recording *recording, double sample_Hz, unsigned prescale);
 /* A sample that is no later than the last is dropped. */
 void recording_add(struct recording *recording, const struct beam_live *live);
-/* Forgets the samples before `sequence`. */
+/* Forgets the samples before, after `sequence`. */
 void recording_drop_before(struct recording *recording, uint32_t sequence);
+void recording_drop_after(struct recording *recording, uint32_t sequence);
 void recording_free(struct recording *recording);
 
 enum recording_break { RECORDING_WHOLE, RECORDING_LOST, RECORDING_REST, RECORDING_MODEL };

@@ -1,0 +1,38 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* board_options.h — what the commands that talk to a board have in common: --port, --baud, and their wording. */
+#ifndef BEAMFIT_BOARD_OPTIONS_H
+#define BEAMFIT_BOARD_OPTIONS_H
+
+#include <stdbool.h>
+#include "error.h"
+#include "link.h"
+
+#define BOARD_OPTIONS_HELP                                                                                             \
+    "  --port PORT           serial port of the board, e.g. /dev/ttyUSB0; a pseudo terminal of an emulated board\n"    \
+    "  --baud RATE           bit/s (default 115200)\n"
+
+struct board_options {
+    const char *port;
+    long baud; /* 0: not given */
+};
+
+/* Of option --baud. */
+enum bf_status board_take_baud(const char *text, struct board_options *out, struct bf_error *err);
+/* After parsing: is there a port, and nothing left over? command: its name. */
+enum bf_status board_check_options(const struct board_options *options, const char *command, struct bf_error *err);
+enum bf_status board_open(const struct board_options *options, struct link *link, struct bf_error *err);
+
+/* A whole number in [least, most]. */
+enum bf_status board_take_count(const char *what, const char *text, long least, long most, long *out,
+                                struct bf_error *err);
+/* A number > 0. */
+enum bf_status board_take_positive(const char *what, const char *text, double *out, struct bf_error *err);
+
+/*
+ * Every how many samples the line carries: 1 on a pseudo terminal without --baud, which has no rate. wanted 0: the least
+ * that fits. More than the line carries is BF_USAGE, with the least prescale and the rate that would do.
+ */
+enum bf_status board_prescale(const struct board_options *options, const struct link *link, long wanted,
+                              unsigned *prescale, struct bf_error *err);
+
+#endif

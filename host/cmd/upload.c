@@ -1,0 +1,103 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include <stdio.h>
+
+#include "board_options.h"
+#include "commands.h"
+#include "json.h"
+#include "options.h"
+#include "progress.h"
+#include "target_image.h"
+
+static const char help[] =
+    "Usage: beamfit upload --port PORT -o IMAGE [--staging] [--json]\n"
+    "\n"
+    "Reads the model that the board runs into an image file, every byte compared by CRC-32. `beamfit verify` tells "
+    "what\n"
+    "is in it; `beamfit download --sign` gives it to the board again later. No key is needed: a model is no secret.\n"
+    "\n" BOARD_OPTIONS_HELP "  -o, --output IMAGE    the file to write\n"
+    "  --staging             the spare page instead: what was written last, whole or not, or the model before\n"
+    "  --json                {\"file\", \"port\", \"device\", \"counter\", \"page\", \"signed\", \"bytes\"}\n"
+    "\n"
+    "Example:\n"
+    "  beamfit upload --port /dev/ttyUSB0 -o now.img\n"
+    "\n"
+    "Exit status: 0 done; 2 usage; 3 IMAGE not writable; 5 no port or no answer.\n";
+
+struct arguments {
+    struct board_options board;
+    const char *output;
+    bool staging, json;
+};
+
+static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
+{
+    static const struct option options[] = {
+        {"port", required_argument, NULL, 'p'},   {"baud", required_argument, NULL, 'b'},
+        {"output", required_argument, NULL, 'o'}, {"staging", no_argument, NULL, 's'},
+        {"json", no_argument, NULL, 'j'},         {0},
+    };
+    int code;
+    while ((code = options_next(argc, argv, ":o:", options, err)) != -1) {
+        if (code == 'p')
+            a->board.port = optarg;
+        else if (code == 'o')
+            a->output = optarg;
+        else if (code == 's')
+            a->staging = true;
+        else if (code == 'j')
+            a->json = true;
+        else if (code != 'b' || board_take_baud(optarg, &a->board, err) != BF_OK)
+            return BF_USAGE;
+    }
+    if (optind < argc || a->output == NULL)
+        return bf_fail(err, BF_USAGE, "give one file to write: beamfit upload --port PORT -o IMAGE");
+    return board_check_options(&a->board, "upload", err);
+}
+
+static enum bf_status print(const struct arguments *a, const struct link *link, const struct beam_image_file *image,
+                            struct bf_error *err)
+{
+    char device[DEVICE_ID_TEXT];
+    const unsigned counter = (unsigned)image->front.header.counter;
+    device_id_print(link->info.device, device);
+    if (!a->json) {
+        (void)printf("%s: %s of board %s, counter %u, %d bytes\n", a->output,
+                     a->staging ? "the spare page" : "the running model", device, counter, BEAM_IMAGE_BYTES);
+        return BF_OK;
+    }
+    struct json *root = json_new_object();
+    json_put_text(root, "file", a->output);
+    json_put_text(root, "port", a->board.port);
+    json_put_text(root, "device", device);
+    json_put_number(root, "counter", counter);
+    json_put_text(root, "page", a->staging ? "staging" : "active");
+    json_put_bool(root, "signed", target_image_is_signed(image));
+    json_put_number(root, "bytes", BEAM_IMAGE_BYTES);
+    return json_print_and_free(root, stdout, err);
+}
+
+static enum bf_status run(int argc, char **argv, struct bf_error *err)
+{
+    struct arguments a = {0};
+    struct beam_image_file image;
+    struct link link;
+    if (parse(argc, argv, &a, err) != BF_OK)
+        return err->status;
+    progress_catch_interrupts();
+    if (board_open(&a.board, &link, err) != BF_OK)
+        return err->status;
+    enum bf_status status = link_upload(&link, a.staging ? BEAM_WIRE_PAGE_STAGING : BEAM_WIRE_PAGE_ACTIVE, &image, err);
+    if (status == BF_OK)
+        status = target_image_write(a.output, &image, err);
+    if (status == BF_OK)
+        status = print(&a, &link, &image, err);
+    link_close(&link);
+    return status;
+}
+
+const struct command command_upload = {
+    .name = "upload",
+    .summary = "read the board's model into an image file",
+    .help = help,
+    .run = run,
+};
