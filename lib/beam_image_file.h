@@ -5,11 +5,11 @@
  * sizes of its own (BEAM_TARGET). Only the controller's build defines them, so they carry no build in their names.
  *
  *     struct beam_image_file file;        fill it member by member, or with sizeof file bytes
- *     struct beam_image_run run;          scratch: a page and a state
+ *     struct beam_image_run *run = ...    beam_image_run_bytes() of memory
  *
- *     beam_image_run_load(&run, &file);
- *     beam_image_run_check(&run, device, dt_s)          what a controller would say
- *     beam_image_run_rest(&run); beam_image_run_step(&run, u, &y) ...      what a controller computes, bit for bit
+ *     beam_image_run_load(run, &file);
+ *     beam_image_run_check(run, device, dt_s)           what a controller would say
+ *     beam_image_run_rest(run); beam_image_run_step(run, u, &y) ...        what a controller computes, bit for bit
  */
 #ifndef BEAM_IMAGE_FILE_H
 #define BEAM_IMAGE_FILE_H
@@ -20,7 +20,8 @@ enum { /* sizes of a controller (BEAM_TARGET) that the image's arrays have, asse
        BEAM_IMAGE_OUTPUTS = 1,
        BEAM_IMAGE_PORTS = 8,
        BEAM_IMAGE_ROWS = BEAM_IMAGE_OUTPUTS + 2 * BEAM_IMAGE_PORTS,
-       BEAM_IMAGE_TAPS = 64
+       BEAM_IMAGE_TAPS = 64,
+       BEAM_IMAGE_HISTORY = 64
 };
 
 /* struct beam_plan_counts of a controller. */
@@ -58,15 +59,16 @@ _Static_assert(sizeof(struct beam_image_counts) == 4 * BEAM_IMAGE_COUNTS, "count
 _Static_assert(sizeof(struct beam_image_numbers) == 4 * BEAM_IMAGE_NUMBERS, "numbers");
 _Static_assert(sizeof(struct beam_image_file) == BEAM_IMAGE_BYTES, "file");
 
-enum { BEAM_IMAGE_RUN_WORDS = 2048 };
-struct beam_image_run {
-    uint64_t memory[BEAM_IMAGE_RUN_WORDS]; /* a struct beam_image and a struct beam_image_proof of the controller */
-};
+/* A page, and the state of its runs; memory of so many bytes, aligned for anything (as from malloc). */
+struct beam_image_run;
+uint32_t beam_image_run_bytes(void);
 
 /* Copies the bytes into the page; nothing is checked. */
 void beam_image_run_load(struct beam_image_run *run, const struct beam_image_file *file);
 
-/* Every check of a controller but counter and code, proof run included. device NULL: any; dt_s 0: any. */
+/* Magic, layout, length, CRC, device (NULL: any); then everything but counter and code, proof run included (dt_s 0: any). */
+enum beam_image_fault beam_image_run_header(const struct beam_image_run *run,
+                                            const uint8_t device[BEAM_IMAGE_DEVICE_BYTES]);
 enum beam_image_fault beam_image_run_check(struct beam_image_run *run, const uint8_t device[BEAM_IMAGE_DEVICE_BYTES],
                                            float dt_s);
 

@@ -17,7 +17,8 @@ struct command {
 };
 
 extern const struct command command_init, command_modes, command_simulate, command_fit, command_compare,
-    command_effects, command_add, command_diagnose, command_discriminate, command_drop, command_history, command_import;
+    command_effects, command_add, command_diagnose, command_discriminate, command_drop, command_history, command_import,
+    command_export, command_sign, command_verify;
 extern const struct command command_info, command_record, command_monitor, command_download, command_upload;
 
 #endif

@@ -1,0 +1,238 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include <stdlib.h>
+#include <string.h>
+
+#include "a2l.h"
+#include "commands.h"
+#include "options.h"
+#include "signing.h"
+#include "target_image.h"
+
+static const char help[] =
+    "Usage: beamfit export MODEL -o IMAGE [--key FILE --device HEX --counter N] [options]\n"
+    "\n"
+    "Makes the image that a controller runs: MODEL in ten dimensions with the drive as input and the sensor as "
+    "output,\n"
+    "its exact step in 24-bit numbers, the board's scales, the expected noise, and a proof run that the controller\n"
+    "repeats bit for bit before it takes the image. The model file says what the controller is wired to:\n"
+    "\n"
+    "  board:\n"
+    "    sample_Hz: 1024\n"
+    "    sensor: {output: piezo_V, per_code: 0.001, zero_code: 2048}   # A/D: value = (code - zero) x per_code\n"
+    "    drive: {input: drive_V, per_code: 0.02, zero_code: 2048}      # D/A\n"
+    "    noise_rms: 0.002        # sensor's unit; absent: what the last fit found\n"
+    "    alarm_ratio: 3          # the alarm goes on above 3 times the noise,\n"
+    "    clear_ratio: 2          # and off below 2 times\n"
+    "    averaging_s: 1          # of the running rms\n"
+    "\n"
+    "  -o, --output IMAGE      the image\n"
+    "  --key FILE              sign it with this key (64 hexadecimal digits or 32 bytes, mode 0600); needs --device "
+    "and\n"
+    "                          --counter. Without a key the image is unsigned and no controller takes it\n"
+    "  --device HEX            identity of the controller, 24 hexadecimal digits (beamfit info prints them)\n"
+    "  --counter N             1 to 4294967295, above the one stored in the controller (beamfit info)\n"
+    "  --hold zoh|foh          what the drive does between samples: held, as after a D/A (default), or linear\n"
+    "  --without ID            leave this effect out of the image; again for more\n"
+    "  --a2l FILE              also write the A2L description for measurement and calibration tools\n"
+    "  --sample-Hz, --sensor, --sensor-per-code, --sensor-zero-code, --drive, --drive-per-code, --drive-zero-code,\n"
+    "  --noise-rms, --alarm-ratio, --clear-ratio, --averaging-s\n"
+    "                          override the board block\n"
+    "  --json                  {\"file\", \"bytes\", \"signed\", \"device\", \"counter\", \"board\", \"effects\": "
+    "[{\"effect\",\n"
+    "                          \"fate\", \"runs\"}], \"deployed\": {\"frequency_Hz\", \"relative_error\", ...}, ...}\n"
+    "\n"
+    "Effects of the structure are inside the matrices; laws, filters, maps and drives run in the step. Effects whose\n"
+    "time or phase begins with a recording (mains_hum, base_motion, thermal_drift) and large_rotation cannot run on a\n"
+    "controller: export says so.\n"
+    "\n"
+    "Example:\n"
+    "  beamfit export fitted.yaml -o fitted.bfi --key board.key --device 0123456789abcdef01234567 --counter 7\n"
+    "\n"
+    "Exit status: 0 done; 2 usage; 3 bad model or key file, or IMAGE not writable; 4 no step can be made.\n";
+
+enum board_option {
+    SAMPLE = 256,
+    SENSOR,
+    SENSOR_PER_CODE,
+    SENSOR_ZERO,
+    DRIVE,
+    DRIVE_PER_CODE,
+    DRIVE_ZERO,
+    NOISE,
+    ALARM,
+    CLEAR,
+    AVERAGING
+};
+
+struct arguments {
+    const char *model, *output, *a2l;
+    struct signing signing;
+    struct target_options target;
+    const char **without;
+    bool json;
+};
+
+static enum bf_status take_name(const char *option, char out[MODEL_NAME], struct bf_error *err)
+{
+    if (!optarg[0] || strlen(optarg) >= MODEL_NAME)
+        return bf_fail(err, BF_USAGE, "%s %.80s: the model has no such channel", option, optarg);
+    (void)strcpy(out, optarg);
+    return BF_OK;
+}
+
+static enum bf_status take_number(const char *option, bool positive, double *out, struct bf_error *err)
+{
+    if (options_number(option, optarg, out, err) != BF_OK)
+        return BF_USAGE;
+    if (positive && !(*out > 0.0))
+        return bf_fail(err, BF_USAGE, "%s %s: give a number above 0", option, optarg);
+    return BF_OK;
+}
+
+static enum bf_status take_board(struct target_options *t, int code, struct bf_error *err)
+{
+    struct model_board *b = &t->board;
+    switch (code) {
+    case SAMPLE:
+        return take_number("--sample-Hz", true, &b->sample_Hz, err);
+    case SENSOR:
+        return take_name("--sensor", b->sensor, err);
+    case SENSOR_PER_CODE:
+        return take_number("--sensor-per-code", false, &b->sensor_per_code, err);
+    case SENSOR_ZERO:
+        t->sensor_zero = true;
+        return take_number("--sensor-zero-code", false, &b->sensor_zero_code, err);
+    case DRIVE:
+        return take_name("--drive", b->drive, err);
+    case DRIVE_PER_CODE:
+        return take_number("--drive-per-code", false, &b->drive_per_code, err);
+    case DRIVE_ZERO:
+        t->drive_zero = true;
+        return take_number("--drive-zero-code", false, &b->drive_zero_code, err);
+    case NOISE:
+        return take_number("--noise-rms", true, &b->noise_rms, err);
+    case ALARM:
+        return take_number("--alarm-ratio", true, &b->alarm_ratio, err);
+    case CLEAR:
+        return take_number("--clear-ratio", true, &b->clear_ratio, err);
+    case AVERAGING:
+        return take_number("--averaging-s", true, &b->averaging_s, err);
+    default:
+        return BF_USAGE; /* options_next() has said why */
+    }
+}
+
+static enum bf_status take_option(struct arguments *a, int code, struct bf_error *err)
+{
+    switch (code) {
+    case 'o':
+        a->output = optarg;
+        return BF_OK;
+    case 'k':
+        a->signing.key_file = optarg;
+        return BF_OK;
+    case 'd':
+        return signing_take_device(&a->signing, optarg, err);
+    case 'c':
+        return signing_take_counter(&a->signing, optarg, err);
+    case 'h':
+        if (strcmp(optarg, "zoh") != 0 && strcmp(optarg, "foh") != 0)
+            return bf_fail(err, BF_USAGE, "--hold %s is unknown; give zoh (held) or foh (linear)", optarg);
+        a->target.hold = strcmp(optarg, "zoh") == 0 ? BEAM_HOLD_ZERO_ORDER : BEAM_HOLD_FIRST_ORDER;
+        return BF_OK;
+    case 'w':
+        a->without = bf_grow(a->without, a->target.n_without + 1, sizeof *a->without);
+        a->without[a->target.n_without++] = optarg;
+        return BF_OK;
+    case 'a':
+        a->a2l = optarg;
+        return BF_OK;
+    case 'j':
+        a->json = true;
+        return BF_OK;
+    default:
+        return take_board(&a->target, code, err);
+    }
+}
+
+static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
+{
+    static const struct option options[] = {{"output", required_argument, NULL, 'o'},
+                                            {"key", required_argument, NULL, 'k'},
+                                            {"device", required_argument, NULL, 'd'},
+                                            {"counter", required_argument, NULL, 'c'},
+                                            {"hold", required_argument, NULL, 'h'},
+                                            {"without", required_argument, NULL, 'w'},
+                                            {"a2l", required_argument, NULL, 'a'},
+                                            {"json", no_argument, NULL, 'j'},
+                                            {"sample-Hz", required_argument, NULL, SAMPLE},
+                                            {"sensor", required_argument, NULL, SENSOR},
+                                            {"sensor-per-code", required_argument, NULL, SENSOR_PER_CODE},
+                                            {"sensor-zero-code", required_argument, NULL, SENSOR_ZERO},
+                                            {"drive", required_argument, NULL, DRIVE},
+                                            {"drive-per-code", required_argument, NULL, DRIVE_PER_CODE},
+                                            {"drive-zero-code", required_argument, NULL, DRIVE_ZERO},
+                                            {"noise-rms", required_argument, NULL, NOISE},
+                                            {"alarm-ratio", required_argument, NULL, ALARM},
+                                            {"clear-ratio", required_argument, NULL, CLEAR},
+                                            {"averaging-s", required_argument, NULL, AVERAGING},
+                                            {0}};
+    int code;
+    a->target.hold = BEAM_HOLD_ZERO_ORDER;
+    while ((code = options_next(argc, argv, ":o:", options, err)) != -1)
+        if (take_option(a, code, err) != BF_OK)
+            return BF_USAGE;
+    if (argc - optind != 1 || a->output == NULL)
+        return bf_fail(err, BF_USAGE, "give a model and an output: beamfit export MODEL -o IMAGE");
+    a->model = argv[optind];
+    a->target.without = a->without;
+    return signing_complete(&a->signing, true, err);
+}
+
+static enum bf_status answer(const struct arguments *a, const struct target_image *image, struct bf_error *err)
+{
+    if (!a->json) {
+        (void)printf("%s\n", a->output);
+        target_image_print(stdout, image);
+        return BF_OK;
+    }
+    struct json *root = target_image_json(image);
+    json_put_text(root, "file", a->output);
+    if (a->a2l != NULL)
+        json_put_text(root, "a2l", a->a2l);
+    return json_print_and_free(root, stdout, err);
+}
+
+static enum bf_status make(const struct arguments *a, const struct model *model, struct bf_error *err)
+{
+    struct target_image *image = bf_alloc(1, sizeof *image);
+    enum bf_status status = target_image_make(model, &a->target, image, err);
+    if (status == BF_OK && a->signing.key_file != NULL)
+        status = signing_sign(&a->signing, &image->file, err);
+    if (status == BF_OK)
+        status = target_image_write(a->output, &image->file, err);
+    if (status == BF_OK && a->a2l != NULL)
+        status = a2l_write(a->a2l, image, err);
+    if (status == BF_OK)
+        status = answer(a, image, err);
+    target_image_free(image);
+    free(image);
+    return status;
+}
+
+static enum bf_status run(int argc, char **argv, struct bf_error *err)
+{
+    struct arguments a = {.model = NULL};
+    struct model model;
+    enum bf_status status = parse(argc, argv, &a, err);
+    if (status == BF_OK)
+        status = model_read(a.model, &model, err);
+    if (status == BF_OK) {
+        status = make(&a, &model, err);
+        model_free(&model);
+    }
+    free(a.without);
+    return status;
+}
+
+const struct command command_export = {"export", "the image of a model for a controller", help, run};

@@ -1,0 +1,99 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include <stdio.h>
+
+#include "commands.h"
+#include "options.h"
+#include "signing.h"
+
+static const char help[] =
+    "Usage: beamfit sign IMAGE --key FILE --device HEX --counter N -o SIGNED [--json]\n"
+    "\n"
+    "Addresses an image to one controller and signs it: HMAC-SHA256 with that controller's key over everything else "
+    "in\n"
+    "the image, its device and counter included. A controller refuses an image that is not signed with its key, is "
+    "for\n"
+    "another device, or whose counter is not above the one it has stored. An image may be signed again.\n"
+    "\n"
+    "  --key FILE           64 hexadecimal digits or 32 bytes; mode 0600, your own. To make one:\n"
+    "                       (umask 077; head -c 32 /dev/urandom > board.key)\n"
+    "  --device HEX         identity of the controller, 24 hexadecimal digits (beamfit info prints them)\n"
+    "  --counter N          1 to 4294967295, above the stored one (beamfit info)\n"
+    "  -o, --output SIGNED  may be IMAGE itself\n"
+    "  --json               {\"file\", \"signed\", \"device\", \"counter\", ...}\n"
+    "\n"
+    "Example:\n"
+    "  beamfit sign fitted.bfi --key board.key --device 0123456789abcdef01234567 --counter 8 -o signed.bfi\n"
+    "\n"
+    "Exit status: 0 done; 1 the image is damaged and was not signed; 2 usage; 3 bad image or key file, or SIGNED not\n"
+    "writable.\n";
+
+struct arguments {
+    const char *image, *output;
+    struct signing signing;
+    bool json;
+};
+
+static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
+{
+    static const struct option options[] = {
+        {"output", required_argument, NULL, 'o'}, {"key", required_argument, NULL, 'k'},
+        {"device", required_argument, NULL, 'd'}, {"counter", required_argument, NULL, 'c'},
+        {"json", no_argument, NULL, 'j'},         {0}};
+    int code;
+    enum bf_status status = BF_OK;
+    while (status == BF_OK && (code = options_next(argc, argv, ":o:", options, err)) != -1) {
+        if (code == 'o')
+            a->output = optarg;
+        else if (code == 'k')
+            a->signing.key_file = optarg;
+        else if (code == 'd')
+            status = signing_take_device(&a->signing, optarg, err);
+        else if (code == 'c')
+            status = signing_take_counter(&a->signing, optarg, err);
+        else if (code == 'j')
+            a->json = true;
+        else
+            status = BF_USAGE;
+    }
+    if (status != BF_OK)
+        return status;
+    if (argc - optind != 1 || a->output == NULL)
+        return bf_fail(err, BF_USAGE, "give an image and an output: beamfit sign IMAGE ... -o SIGNED");
+    a->image = argv[optind];
+    return signing_complete(&a->signing, false, err);
+}
+
+static enum bf_status answer(const struct arguments *a, const struct beam_image_file *file, struct bf_error *err)
+{
+    if (a->json) {
+        struct json *root = target_image_file_json(file);
+        json_put_text(root, "file", a->output);
+        return json_print_and_free(root, stdout, err);
+    }
+    char device[DEVICE_ID_TEXT];
+    device_id_print(file->front.header.device, device);
+    (void)printf("%s: signed for device %s, counter %lu\n", a->output, device,
+                 (unsigned long)file->front.header.counter);
+    return BF_OK;
+}
+
+static enum bf_status run(int argc, char **argv, struct bf_error *err)
+{
+    struct arguments a = {.image = NULL};
+    struct beam_image_file file;
+    enum bf_status status = parse(argc, argv, &a, err);
+    if (status == BF_OK)
+        status = target_image_read(a.image, &file, err);
+    if (status != BF_OK)
+        return status;
+    const struct target_controller any = {.stored = -1};
+    const enum beam_image_fault fault = target_image_check(&file, &any);
+    if (fault != BEAM_IMAGE_FINE)
+        return bf_fail(err, BF_NO, "%s: %s", a.image, beam_image_fault_text(fault));
+    status = signing_sign(&a.signing, &file, err);
+    if (status == BF_OK)
+        status = target_image_write(a.output, &file, err);
+    return status == BF_OK ? answer(&a, &file, err) : status;
+}
+
+const struct command command_sign = {"sign", "address an image to a controller and sign it", help, run};

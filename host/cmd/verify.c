@@ -1,0 +1,124 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "commands.h"
+#include "options.h"
+#include "signing.h"
+
+static const char help[] =
+    "Usage: beamfit verify IMAGE [--key FILE] [--device HEX] [--stored N] [--sample-Hz HZ] [--json]\n"
+    "\n"
+    "Would a controller take this image? Every check that a controller makes, in its order and by its own code: "
+    "magic,\n"
+    "layout, length, CRC-32, device, counter, HMAC, setup, effects, the plan's finite and stable numbers, sample "
+    "rate,\n"
+    "and the proof run bit for bit. What is not given is not compared. Prints what the image contains.\n"
+    "\n"
+    "  --key FILE       the controller's key (mode 0600): the HMAC must be right\n"
+    "  --device HEX     the image must be for this device\n"
+    "  --stored N       the image's counter must be above this one\n"
+    "  --sample-Hz HZ   the controller's sample rate\n"
+    "  --json           {\"fine\", \"fault\", \"reason\", \"code_checked\", \"device\", \"counter\", \"poles\", ...}\n"
+    "\n"
+    "Example:\n"
+    "  beamfit verify fitted.bfi --key board.key --device 0123456789abcdef01234567\n"
+    "\n"
+    "Exit status: 0 it is fine; 1 it is not, with the reason; 2 usage; 3 no image, or bad key file.\n";
+
+struct arguments {
+    const char *image;
+    struct signing signing; /* the counter is the stored one */
+    double sample_Hz;
+    bool json;
+};
+
+static enum bf_status take_stored(const char *text, struct arguments *a, struct bf_error *err)
+{
+    if (text[0] == '0' && text[1] == '\0') {
+        a->signing.has_counter = true;
+        return BF_OK;
+    }
+    if (signing_take_counter(&a->signing, text, err) == BF_OK)
+        return BF_OK;
+    return bf_fail(err, BF_USAGE, "--stored %.40s: give a whole number from 0 to 4294967295", text);
+}
+
+static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
+{
+    static const struct option options[] = {
+        {"key", required_argument, NULL, 'k'},    {"device", required_argument, NULL, 'd'},
+        {"stored", required_argument, NULL, 's'}, {"sample-Hz", required_argument, NULL, 'r'},
+        {"json", no_argument, NULL, 'j'},         {0}};
+    int code;
+    enum bf_status status = BF_OK;
+    while (status == BF_OK && (code = options_next(argc, argv, ":", options, err)) != -1) {
+        if (code == 'k')
+            a->signing.key_file = optarg;
+        else if (code == 'd')
+            status = signing_take_device(&a->signing, optarg, err);
+        else if (code == 's')
+            status = take_stored(optarg, a, err);
+        else if (code == 'r')
+            status = options_number("--sample-Hz", optarg, &a->sample_Hz, err);
+        else if (code == 'j')
+            a->json = true;
+        else
+            status = BF_USAGE;
+    }
+    if (status != BF_OK)
+        return status;
+    if (argc - optind != 1)
+        return bf_fail(err, BF_USAGE, "give one image: beamfit verify IMAGE");
+    a->image = argv[optind];
+    return BF_OK;
+}
+
+static enum bf_status answer(const struct arguments *a, const struct beam_image_file *file, enum beam_image_fault fault,
+                             struct bf_error *err)
+{
+    const bool fine = fault == BEAM_IMAGE_FINE;
+    const char *reason = beam_image_fault_text(fault);
+    if (a->json) {
+        struct json *root = target_image_file_json(file);
+        json_put_text(root, "file", a->image);
+        json_put_bool(root, "fine", fine);
+        json_put_number(root, "fault", (double)fault);
+        json_put_text(root, "reason", reason);
+        json_put_bool(root, "code_checked", a->signing.key_file != NULL);
+        const enum bf_status status = json_print_and_free(root, stdout, err);
+        return status != BF_OK || fine ? status : BF_NO;
+    }
+    if (!fine)
+        return bf_fail(err, BF_NO, "%s: %s", a->image, reason);
+    (void)printf("%s: %s%s\n", a->image, reason,
+                 a->signing.key_file == NULL ? "; its code was not checked (--key)" : "");
+    target_image_print_file(stdout, file);
+    return BF_OK;
+}
+
+static enum bf_status run(int argc, char **argv, struct bf_error *err)
+{
+    struct arguments a = {.image = NULL};
+    struct beam_image_file file;
+    struct device_key key;
+    size_t n = 0;
+    enum bf_status status = parse(argc, argv, &a, err);
+    if (status == BF_OK)
+        status = target_image_load(a.image, &file, &n, err);
+    if (status == BF_OK && a.signing.key_file != NULL)
+        status = device_key_read(a.signing.key_file, &key, err);
+    if (status != BF_OK)
+        return status;
+    const struct target_controller against = {.key = a.signing.key_file != NULL ? &key : NULL,
+                                              .device = a.signing.has_device ? a.signing.device : NULL,
+                                              .stored = a.signing.has_counter ? (int64_t)a.signing.counter : -1,
+                                              .sample_Hz = a.sample_Hz};
+    enum beam_image_fault fault = target_image_check(&file, &against);
+    device_key_wipe(&key);
+    if (n != sizeof file && fault != BEAM_IMAGE_BAD_MAGIC && fault != BEAM_IMAGE_BAD_LAYOUT)
+        fault = BEAM_IMAGE_BAD_LENGTH;
+    return answer(&a, &file, fault, err);
+}
+
+const struct command command_verify = {"verify", "would a controller take this image?", help, run};

@@ -1,0 +1,308 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* target_image.c — factor, narrow, pack, prove; files, codes, checks. */
+#include "target_image_work.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "atomic_file.h"
+
+_Static_assert((int)DEVICE_ID_BYTES == (int)BEAM_IMAGE_DEVICE_BYTES, "one identity");
+_Static_assert((int)DEVICE_KEY_BYTES == (int)BEAM_IMAGE_KEY_BYTES, "one key");
+_Static_assert((int)DEVICE_CODE_BYTES == (int)BEAM_IMAGE_CODE_BYTES, "one code");
+
+/* ---- The step, in double ---- */
+
+static enum bf_status make_plan(const struct deployment *d, const struct target_options *options,
+                                struct target_image *image, struct bf_error *err)
+{
+    struct beam_work *work = bf_alloc(1, sizeof *work);
+    const struct beam_options step = {.dt_s = image->dt_s, .hold = options->hold};
+    enum beam_status status = beam_model_check(&d->out);
+    if (status == BEAM_OK)
+        status = beam_factor(&d->out, &step, work, &image->plan);
+    free(work);
+    if (status == BEAM_OK)
+        image->plan.x.taps[0] += d->direct;
+    if (status == BEAM_OK)
+        status = beam_narrow(&image->plan);
+    if (status == BEAM_OK)
+        return BF_OK;
+    return bf_fail(err, BF_NUMERIC, "no step can be made of this model: %s", beam_status_text(status));
+}
+
+/* ---- Packing: member by member, because the host's arrays have other sizes ---- */
+
+static void pack_list(size_t n, const double from[], float out[])
+{
+    for (size_t i = 0; i < n; i++)
+        out[i] = (float)from[i];
+}
+
+static void pack_ports(const struct beam_plan *plan, struct beam_image_file *file)
+{
+    const struct beam_plan_counts *n = &plan->n;
+    for (int p = 0; p < n->n_ports; p++) {
+        file->counts.port_use[p] = n->port_use[p];
+        file->counts.port_coordinate[p] = n->port_coordinate[p];
+        pack_list(BEAM_STATES, plan->x.gamma_port[p], file->numbers.gamma_port[p]);
+    }
+    pack_list((size_t)n->n_ports, plan->x.weight, file->numbers.weight);
+    for (int r = 0; r < n->n_outputs + 2 * n->n_ports; r++)
+        pack_list((size_t)n->n_ports, plan->x.compliance[r], file->numbers.compliance[r]);
+}
+
+static void pack_uses(const struct beam_plan *plan, struct beam_image_front *front)
+{
+    for (int u = 0; u < plan->n.n_uses; u++) {
+        const char *id = plan->use[u].effect->id;
+        front->use[u].effect = beam_crc32(0, (uint32_t)strlen(id), (const uint8_t *)id);
+        front->use[u].channels = plan->use[u].channels;
+        pack_list((size_t)plan->use[u].effect->n_parameters, plan->use[u].p, front->use[u].p);
+    }
+}
+
+static bool ring_fits(const struct beam_ring *ring)
+{
+    return ring->offset + ring->length <= BEAM_IMAGE_HISTORY;
+}
+
+static bool fits(const struct beam_plan *plan)
+{
+    const struct beam_plan_counts *n = &plan->n;
+    bool all = n->n_inputs == 1 && n->n_outputs == 1 && ring_fits(&n->input_ring[0]) && ring_fits(&n->command_ring) &&
+               ring_fits(&n->output_ring[0]) && n->n_taps * (1 + 2 * n->n_ports) <= BEAM_IMAGE_TAPS;
+    for (int c = 0; c < n->n_links[0]; c++)
+        all = all && (n->link[0][c].n_taps == 0 ||
+                      (ring_fits(&n->link[0][c].ring) && n->link[0][c].tap + n->link[0][c].n_taps <= BEAM_IMAGE_TAPS));
+    return all;
+}
+
+static enum bf_status pack_plan(const struct beam_plan *plan, struct beam_image_file *file, struct bf_error *err)
+{
+    const struct beam_plan_counts *n = &plan->n;
+    struct beam_image_counts *to = &file->counts;
+    if (!fits(plan))
+        return bf_fail(err, BF_BAD_FILE,
+                       "the model's filters remember more samples than the %d a controller keeps; shorten sensor_delay "
+                       "or sample more slowly",
+                       BEAM_IMAGE_HISTORY);
+    to->n_blocks = n->n_blocks;
+    to->n_inputs = n->n_inputs;
+    to->n_outputs = n->n_outputs;
+    to->n_ports = n->n_ports;
+    to->n_uses = n->n_uses;
+    to->base_use = n->base_use;
+    to->drive_input = n->drive_input;
+    to->n_taps = n->n_taps;
+    to->beam_latency = n->beam_latency;
+    to->latency = n->latency;
+    to->law_evaluations = n->law_evaluations;
+    memcpy(to->input_ring, n->input_ring, sizeof to->input_ring);
+    to->command_ring = n->command_ring;
+    to->output_ring[0] = n->output_ring[0];
+    to->n_links[0] = n->n_links[0];
+    memcpy(to->link[0], n->link[0], sizeof to->link[0]);
+    file->numbers.dt_s = (float)plan->x.dt_s;
+    pack_list(sizeof plan->x.phi / sizeof(double), plan->x.phi[0], file->numbers.phi[0]);
+    pack_list(sizeof plan->x.gamma / sizeof(double), plan->x.gamma[0], file->numbers.gamma[0]);
+    for (int r = 0; r < n->n_outputs + 2 * n->n_ports; r++)
+        pack_list(BEAM_STATES, plan->x.row[r], file->numbers.row[r]);
+    pack_list(1, plan->x.base_gain, file->numbers.base_gain);
+    pack_list(BEAM_CHAIN, plan->x.link_phi[0], file->numbers.link_phi[0]);
+    pack_list(BEAM_CHAIN, plan->x.link_gamma[0], file->numbers.link_gamma[0]);
+    pack_list(BEAM_IMAGE_TAPS, plan->x.taps, file->numbers.taps);
+    pack_ports(plan, file);
+    pack_uses(plan, &file->front);
+    return BF_OK;
+}
+
+static void pack_setup(const struct target_image *image, struct beam_image_setup *setup)
+{
+    static const double half_scale_codes = 1023.0; /* half of what a 12-bit D/A reaches */
+    const struct model_board *b = &image->board;
+    *setup = (struct beam_image_setup){
+        .sensor_V_per_code = (float)b->sensor_per_code,
+        .sensor_zero_code = (float)b->sensor_zero_code,
+        .drive_V_per_code = (float)b->drive_per_code,
+        .drive_zero_code = (float)b->drive_zero_code,
+        .noise_rms = (float)b->noise_rms,
+        .alarm_ratio = (float)b->alarm_ratio,
+        .clear_ratio = (float)b->clear_ratio,
+        .averaging_s = (float)b->averaging_s,
+        .clock_relative = (float)image->clock_relative,
+        .proof_steps = TARGET_PROOF_STEPS,
+        .proof_amplitude = (float)(half_scale_codes * fabs(b->drive_per_code)),
+    };
+}
+
+static int digit(char c)
+{
+    return c <= '9' ? c - '0' : c - 'a' + 10;
+}
+
+static void pack_header(const struct model *model, struct beam_image_header *header)
+{
+    header->magic = BEAM_IMAGE_MAGIC;
+    header->layout = BEAM_IMAGE_LAYOUT;
+    header->length = BEAM_IMAGE_BYTES;
+    for (size_t i = 0; i < sizeof header->model_sha256 && model->sha256[0]; i++)
+        header->model_sha256[i] = (uint8_t)(digit(model->sha256[2 * i]) * 16 + digit(model->sha256[2 * i + 1]));
+}
+
+/* ---- The controller's arithmetic beside the host's ---- */
+
+static enum bf_status compare_arithmetic(struct target_image *image, struct beam_image_run *run, struct bf_error *err)
+{
+    enum { STEPS = 4096 };
+    struct beam_state *state = bf_alloc(1, sizeof *state);
+    uint32_t random = 1;
+    double off = 0.0, whole = 0.0;
+    beam_reset(&image->plan, state);
+    beam_image_run_rest(run);
+    for (int k = 0; k < STEPS; k++) {
+        random = 1664525u * random + 1013904223u;
+        const float u = image->file.front.setup.proof_amplitude / 2147483648.0F * (float)(int32_t)random;
+        double in[BEAM_INPUTS] = {(double)u}, out[BEAM_OUTPUTS];
+        float y = 0.0F;
+        (void)beam_step(&image->plan, state, in, out);
+        (void)beam_image_run_step(run, u, &y);
+        off += ((double)y - out[0]) * ((double)y - out[0]);
+        whole += out[0] * out[0];
+    }
+    free(state);
+    image->float_error = whole > 0.0 ? sqrt(off / whole) : 0.0;
+    if (isfinite(image->float_error))
+        return BF_OK;
+    return bf_fail(err, BF_NUMERIC, "the model does not stay finite under half of the full drive; check its effects");
+}
+
+static enum bf_status seal(const struct model *model, struct target_image *image, struct bf_error *err)
+{
+    struct beam_image_run *run = bf_alloc(1, beam_image_run_bytes());
+    pack_setup(image, &image->file.front.setup);
+    pack_header(model, &image->file.front.header);
+    enum bf_status status = BF_OK;
+    const enum beam_image_fault fault = beam_image_run_seal(run, &image->file, (float)(1.0 / image->board.sample_Hz));
+    if (fault != BEAM_IMAGE_FINE)
+        status = bf_fail(err, BF_NUMERIC, "a controller would refuse this image: %s", beam_image_fault_text(fault));
+    else
+        status = compare_arithmetic(image, run, err);
+    free(run);
+    return status;
+}
+
+enum bf_status target_image_make(const struct model *model, const struct target_options *options,
+                                 struct target_image *out, struct bf_error *err)
+{
+    struct deployment *d = bf_alloc(1, sizeof *d);
+    *out = (struct target_image){.dt_s = 0.0};
+    enum bf_status status = target_board(model, options, out, err);
+    if (status == BF_OK)
+        status = deploy_channels(model, options, d, out, err);
+    if (status == BF_OK)
+        status = deploy_space(d, out, err);
+    if (status == BF_OK)
+        status = deploy_effects(d, out, err);
+    if (status == BF_OK)
+        status = deploy_judge(d, out, err);
+    out->dt_s = (1.0 + out->clock_relative) / out->board.sample_Hz;
+    if (status == BF_OK)
+        status = make_plan(d, options, out, err);
+    if (status == BF_OK)
+        status = pack_plan(&out->plan, &out->file, err);
+    if (status == BF_OK)
+        status = seal(model, out, err);
+    deployment_free(d);
+    free(d);
+    return status;
+}
+
+void target_image_free(struct target_image *image)
+{
+    for (size_t i = 0; i < image->n_notes; i++)
+        free(image->notes[i]);
+    free(image->notes);
+    free(image->effects);
+    *image = (struct target_image){.dt_s = 0.0};
+}
+
+/* ---- Code, file, checks ---- */
+
+static void code_of(const struct beam_image_file *file, const struct device_key *key, uint8_t code[DEVICE_CODE_BYTES])
+{
+    device_key_code(key, file, BEAM_IMAGE_BYTES - BEAM_IMAGE_CODE_BYTES, NULL, 0, code);
+}
+
+void target_image_sign(struct beam_image_file *file, const struct device_key *key,
+                       const uint8_t device[BEAM_IMAGE_DEVICE_BYTES], uint32_t counter)
+{
+    memcpy(file->front.header.device, device, BEAM_IMAGE_DEVICE_BYTES);
+    file->front.header.counter = counter;
+    code_of(file, key, file->code);
+}
+
+bool target_image_is_signed(const struct beam_image_file *file)
+{
+    static const uint8_t none[BEAM_IMAGE_CODE_BYTES];
+    return memcmp(file->code, none, sizeof none) != 0;
+}
+
+enum bf_status target_image_load(const char *path, struct beam_image_file *out, size_t *n, struct bf_error *err)
+{
+    FILE *f = fopen(path, "rb");
+    memset(out, 0, sizeof *out);
+    if (f == NULL)
+        return bf_fail_at(err, path, 0, "cannot be read: %s; check the name and the permissions", strerror(errno));
+    uint8_t beyond;
+    *n = fread(out, 1, sizeof *out, f);
+    if (*n == sizeof *out)
+        *n += fread(&beyond, 1, 1, f);
+    const int failed = ferror(f);
+    (void)fclose(f);
+    return failed == 0 ? BF_OK : bf_fail_at(err, path, 0, "cannot be read; give a file, not a directory");
+}
+
+enum bf_status target_image_read(const char *path, struct beam_image_file *out, struct bf_error *err)
+{
+    size_t n;
+    const enum bf_status status = target_image_load(path, out, &n, err);
+    if (status == BF_OK && n != sizeof *out)
+        return bf_fail_at(err, path, 0, "is no target image: it has %s than %d bytes; make one with beamfit export",
+                          n > sizeof *out ? "more" : "fewer", (int)BEAM_IMAGE_BYTES);
+    return status;
+}
+
+enum bf_status target_image_write(const char *path, const struct beam_image_file *file, struct bf_error *err)
+{
+    struct atomic_file out;
+    if (atomic_open(path, &out, err) != BF_OK)
+        return err->status;
+    (void)fwrite(file, sizeof *file, 1, out.f);
+    return atomic_commit(&out, err);
+}
+
+enum beam_image_fault target_image_check(const struct beam_image_file *file, const struct target_controller *against)
+{
+    const struct beam_image_header *header = &file->front.header;
+    struct beam_image_run *run = bf_alloc(1, beam_image_run_bytes());
+    beam_image_run_load(run, file);
+    enum beam_image_fault fault = beam_image_run_header(run, against->device);
+    if (fault == BEAM_IMAGE_FINE && against->stored >= 0 && (int64_t)header->counter <= against->stored)
+        fault = BEAM_IMAGE_OLD_COUNTER;
+    if (fault == BEAM_IMAGE_FINE && against->key != NULL) {
+        uint8_t code[DEVICE_CODE_BYTES];
+        code_of(file, against->key, code);
+        if (!device_key_equal(code, file->code, sizeof code))
+            fault = BEAM_IMAGE_BAD_CODE;
+        explicit_bzero(code, sizeof code);
+    }
+    const double dt_s = against->sample_Hz > 0.0 ? 1.0 / against->sample_Hz : 0.0;
+    if (fault == BEAM_IMAGE_FINE)
+        fault = beam_image_run_check(run, against->device, (float)dt_s);
+    free(run);
+    return fault;
+}

@@ -1,0 +1,222 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/*
+ * target_image_model.c — the space a controller has: lowest modes and static responses, ten in all, projected from the fine
+ * model at the fitted values, so that it is exact there; and what it is worth beside a converged space.
+ */
+#include "target_image_work.h"
+
+#include <complex.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { REFERENCE_MODES = 40, GRID = 400 };
+
+static double two_pi(void)
+{
+    return 2.0 * acos(-1.0);
+}
+
+/* ---- Space ---- */
+
+static size_t count_statics(const struct model *model)
+{
+    size_t n = 2;
+    for (size_t e = 0; e < model->n_effects; e++)
+        n += model->effects[e].effect->law != NULL || model->effects[e].effect->terms != NULL ? 1 : 0;
+    return n < 4 ? n : 4;
+}
+
+/* As many modes as leave room for the static responses; more where those depend on each other. */
+static enum bf_status find_space(struct deployment *d, struct bf_error *err)
+{
+    for (size_t statics = count_statics(&d->model);; statics--) {
+        const struct reduced_options options = {.top_rad = INFINITY,
+                                                .min_modes = BEAM_N - statics,
+                                                .max_modes = BEAM_N - statics,
+                                                .statics = 1,
+                                                .limit = BEAM_N};
+        const enum bf_status status = reduced_new(&d->model, &options, &d->reduced, err);
+        if (status != BF_OK || d->reduced.n == BEAM_N)
+            return status;
+        reduced_free(&d->reduced);
+        if (statics == 0)
+            return bf_fail(err, BF_NUMERIC, "no ten independent shapes describe this beam; check its regions");
+    }
+}
+
+static enum bf_status evaluate(const struct model *model, const struct reduced *reduced,
+                               const struct parameter_map *map, const double theta[], struct system **out,
+                               struct bf_error *err)
+{
+    enum bf_status status = system_new(model, reduced, map, out, err);
+    return status == BF_OK ? system_evaluate(*out, theta, NULL, err) : status;
+}
+
+/* ---- Matrices ---- */
+
+static void copy_matrix(const double from[], double scale, double out[BEAM_N][BEAM_N])
+{
+    for (size_t i = 0; i < BEAM_N; i++)
+        for (size_t j = 0; j < BEAM_N; j++)
+            out[i][j] += scale * 0.5 * (from[i + j * BEAM_N] + from[j + i * BEAM_N]);
+}
+
+/* Blocks of one term share a branch. */
+static enum bf_status copy_memories(const struct deployment *d, struct beam_model *out, struct bf_error *err)
+{
+    const struct block *last = NULL;
+    for (size_t b = 0; b < d->reduced.n_blocks; b++) {
+        const struct block *block = &d->reduced.blocks[b];
+        double E, relaxation_s;
+        const double *B;
+        if (!system_memory(d->system, b, &E, &relaxation_s, &B))
+            continue;
+        if (last == NULL || last->effect != block->effect || last->term != block->term) {
+            if (out->n_memories == BEAM_MEMORIES)
+                return bf_fail(err, BF_BAD_FILE,
+                               "the model's effects need more than the %d memories a controller carries; drop one",
+                               BEAM_MEMORIES);
+            out->memory[out->n_memories++].relaxation_s = relaxation_s;
+        }
+        last = block;
+        copy_matrix(B, E, out->memory[out->n_memories - 1].form);
+    }
+    return BF_OK;
+}
+
+static void scale_vector(double scale, double v[BEAM_N])
+{
+    for (int i = 0; i < BEAM_N; i++)
+        v[i] *= scale;
+}
+
+static void copy_channels(const struct deployment *d, struct beam_model *out)
+{
+    const struct model_input *input = &d->model.inputs[0];
+    const struct model_output *output = &d->model.outputs[0];
+    static const enum beam_output_kind kinds[] = {[OUTPUT_DISPLACEMENT] = BEAM_OUTPUT_DISPLACEMENT,
+                                                  [OUTPUT_VELOCITY] = BEAM_OUTPUT_VELOCITY,
+                                                  [OUTPUT_ACCELERATION] = BEAM_OUTPUT_ACCELERATION,
+                                                  [OUTPUT_PATCH_STRAIN] = BEAM_OUTPUT_PATCH_STRAIN};
+    out->n_inputs = out->n_outputs = 1;
+    out->input[0].kind = input->kind == INPUT_PATCH_MOMENT ? BEAM_INPUT_PATCH_MOMENT : BEAM_INPUT_POINT_FORCE;
+    reduced_input(&d->reduced, input, out->input[0].vector);
+    if (input->kind == INPUT_PATCH_MOMENT)
+        scale_vector(d->model.KB.value, out->input[0].vector);
+    out->output[0].kind = kinds[output->kind];
+    reduced_output(&d->reduced, output, out->output[0].vector);
+    if (output->kind == OUTPUT_PATCH_STRAIN)
+        scale_vector(d->model.Ks.value, out->output[0].vector);
+}
+
+enum bf_status deploy_space(struct deployment *d, struct target_image *image, struct bf_error *err)
+{
+    enum bf_status status = find_space(d, err);
+    if (status != BF_OK)
+        return status;
+    const size_t n = model_parameters(&d->model, NULL, 0, &d->refs);
+    d->map = parameter_map_new(&d->model, d->refs, n, 0);
+    d->theta = bf_alloc(n, sizeof *d->theta);
+    for (size_t i = 0; i < n; i++)
+        d->theta[i] = d->refs[i].value;
+    status = evaluate(&d->model, &d->reduced, &d->map, d->theta, &d->system, err);
+    if (status != BF_OK)
+        return status;
+    static const char *const units[] = {[OUTPUT_DISPLACEMENT] = "m",
+                                        [OUTPUT_VELOCITY] = "m/s",
+                                        [OUTPUT_ACCELERATION] = "m/s^2",
+                                        [OUTPUT_PATCH_STRAIN] = "V"};
+    image->sensor_unit = units[d->model.outputs[0].kind];
+    image->drive_unit = d->model.inputs[0].kind == INPUT_PATCH_MOMENT ? "V" : "N";
+    image->n_modes = d->reduced.n_modes;
+    image->n_statics = d->reduced.n - d->reduced.n_modes;
+    copy_matrix(d->system->M, 1.0, d->out.M);
+    copy_matrix(d->system->C, 1.0, d->out.C);
+    copy_matrix(d->system->K, 1.0, d->out.K);
+    copy_channels(d, &d->out);
+    return copy_memories(d, &d->out, err);
+}
+
+/* ---- Judgement ---- */
+
+/* H(s) = gᵀA(s)⁻¹b from the poles. */
+static double complex response(const struct system *s, const double complex out[], const double complex in[],
+                               double complex at)
+{
+    double complex sum = 0.0;
+    for (size_t k = 0; k < s->n_poles; k++) {
+        sum += out[k] * in[k] / (at - s->p[k]);
+        if (k < s->n_pairs)
+            sum += conj(out[k] * in[k]) / (at - conj(s->p[k]));
+    }
+    return sum;
+}
+
+static void functionals(const struct model *model, const struct system *s, double complex out[], double complex in[])
+{
+    double *g = bf_alloc(s->n, sizeof *g);
+    reduced_output(s->reduced, &model->outputs[0], g);
+    system_functional(s, g, out);
+    reduced_input(s->reduced, &model->inputs[0], g);
+    system_functional(s, g, in);
+    free(g);
+}
+
+/* Lines of half the grid's spacing to the right of the axis: no resonance falls between two of them. */
+static double response_error(const struct model *model, const struct system *deployed, const struct system *reference,
+                             double top_rad)
+{
+    double complex *out = bf_alloc(2 * (deployed->n_poles + reference->n_poles), sizeof *out);
+    double complex *in = out + deployed->n_poles, *out_ref = in + deployed->n_poles;
+    double complex *in_ref = out_ref + reference->n_poles;
+    double error = 0.0, whole = 0.0;
+    functionals(model, deployed, out, in);
+    functionals(model, reference, out_ref, in_ref);
+    for (int i = 0; i < GRID; i++) {
+        const double step = top_rad / GRID;
+        const double complex s = CMPLX(0.5 * step, step * i);
+        const double complex h = response(reference, out_ref, in_ref, s);
+        const double off = cabs(response(deployed, out, in, s) - h);
+        error += off * off;
+        whole += creal(h) * creal(h) + cimag(h) * cimag(h);
+    }
+    free(out);
+    return whole > 0.0 ? sqrt(error / whole) : 0.0;
+}
+
+enum bf_status deploy_judge(const struct deployment *d, struct target_image *image, struct bf_error *err)
+{
+    const double top_rad = 0.5 * two_pi() * image->board.sample_Hz;
+    const struct reduced_options options = {
+        .top_rad = 2.0 * top_rad, .min_modes = BEAM_N + 6, .max_modes = REFERENCE_MODES, .statics = 2};
+    struct reduced reduced;
+    struct system *reference = NULL;
+    enum bf_status status = reduced_new(&d->model, &options, &reduced, err);
+    if (status != BF_OK)
+        return status;
+    status = evaluate(&d->model, &reduced, &d->map, d->theta, &reference, err);
+    for (size_t k = 0; status == BF_OK && k < BEAM_N; k++) {
+        image->frequency_Hz[k] = d->system->omega_rad[k] / two_pi();
+        image->relative_error[k] = d->system->omega_rad[k] / reference->omega_rad[k] - 1.0;
+        image->in_band += reference->omega_rad[k] < top_rad;
+    }
+    if (status == BF_OK) {
+        image->band_is_wider = image->n_modes < BEAM_N && reference->omega_rad[image->n_modes] < top_rad;
+        image->response_error = response_error(&d->model, d->system, reference, top_rad);
+    }
+    system_free(reference);
+    reduced_free(&reduced);
+    return status;
+}
+
+void deployment_free(struct deployment *d)
+{
+    system_free(d->system);
+    parameter_map_free(&d->map);
+    free(d->theta);
+    free(d->refs);
+    free(d->origin);
+    reduced_free(&d->reduced);
+    model_free(&d->model);
+}

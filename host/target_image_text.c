@@ -1,0 +1,244 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* target_image_text.c — an image for a person and for programs. */
+#include "target_image.h"
+
+#include <complex.h>
+#include <math.h>
+#include <string.h>
+
+/* ---- What the bytes say ---- */
+
+static const char *effect_name(uint32_t crc)
+{
+    for (int e = 0; e < beam_effects_count; e++) {
+        const char *id = beam_effects[e]->id;
+        if (beam_crc32(0, (uint32_t)strlen(id), (const uint8_t *)id) == crc)
+            return id;
+    }
+    return "unknown effect";
+}
+
+/* Pole of block b: ln of an eigenvalue of 1 + ψ over the interval; an oscillating pair has Im > 0. */
+static double complex block_pole(const struct beam_image_file *file, int b)
+{
+    const double p[4] = {(double)file->numbers.phi[b][0], (double)file->numbers.phi[b][1],
+                         (double)file->numbers.phi[b][2], (double)file->numbers.phi[b][3]};
+    const double half = 0.5 * (p[0] + p[3]), product = p[0] * p[3] - p[1] * p[2];
+    const double complex root = csqrt(half * half - product);
+    return clog(1.0 + half + root) / (double)file->numbers.dt_s;
+}
+
+static bool oscillates(double complex pole)
+{
+    return cimag(pole) > 1e-9 * cabs(pole);
+}
+
+static int least(int a, int b)
+{
+    return a < b ? a : b;
+}
+
+void target_image_cost(const struct beam_image_file *file, char text[160])
+{
+    const struct beam_image_counts *n = &file->counts;
+    if (n->n_ports > 1)
+        (void)snprintf(text, 160, "laws at %d points: 20 000 instructions a sample and more (Cortex-M4F)", n->n_ports);
+    else if (n->n_ports == 1)
+        (void)snprintf(text, 160, "a law at one point: 2000 to 5000 instructions a sample (Cortex-M4F)");
+    else if (n->n_uses > 0)
+        (void)snprintf(text, 160, "linear with %d effect%s on channels: 700 to 1500 instructions a sample (Cortex-M4F)",
+                       n->n_uses, n->n_uses == 1 ? "" : "s");
+    else
+        (void)snprintf(text, 160, "linear: about %d instructions a sample (Cortex-M4F)", n->n_blocks > 10 ? 600 : 400);
+}
+
+static void hex_of(const uint8_t bytes[], size_t n, char text[])
+{
+    for (size_t i = 0; i < n; i++)
+        (void)snprintf(text + 2 * i, 3, "%02x", bytes[i]);
+}
+
+/* ---- For a person ---- */
+
+static void print_owner(FILE *out, const struct beam_image_file *file)
+{
+    const struct beam_image_header *h = &file->front.header;
+    char device[DEVICE_ID_TEXT], sha[65];
+    device_id_print(h->device, device);
+    hex_of(h->model_sha256, sizeof h->model_sha256, sha);
+    if (target_image_is_signed(file))
+        (void)fprintf(out, "signed     for device %s, counter %lu\n", device, (unsigned long)h->counter);
+    else
+        (void)fprintf(out, "unsigned   no controller takes it: beamfit sign\n");
+    (void)fprintf(out, "model      sha256 %s\n", sha);
+    (void)fprintf(out, "image      %d bytes, layout %lu, crc32 %08lx\n", (int)BEAM_IMAGE_BYTES,
+                  (unsigned long)h->layout, (unsigned long)h->crc32);
+}
+
+static void print_board(FILE *out, const struct beam_image_file *file)
+{
+    const struct beam_image_setup *s = &file->front.setup;
+    (void)fprintf(out, "interval   %.9g s (%.6g Hz%s)\n", (double)file->numbers.dt_s,
+                  (1.0 + (double)s->clock_relative) / (double)file->numbers.dt_s,
+                  fabs((double)s->clock_relative) > 0.0 ? " by the controller's clock" : "");
+    (void)fprintf(out, "sensor     %.6g a code, zero at %.6g\n", (double)s->sensor_V_per_code,
+                  (double)s->sensor_zero_code);
+    (void)fprintf(out, "drive      %.6g a code, zero at %.6g\n", (double)s->drive_V_per_code,
+                  (double)s->drive_zero_code);
+    (void)fprintf(out, "residual   noise %.4g rms, alarm above %.3g times, off below %.3g times, over %.3g s\n",
+                  (double)s->noise_rms, (double)s->alarm_ratio, (double)s->clear_ratio, (double)s->averaging_s);
+}
+
+static void print_plan(FILE *out, const struct beam_image_file *file)
+{
+    char cost[160];
+    target_image_cost(file, cost);
+    (void)fprintf(out, "step       %s\n", cost);
+    for (int u = 0; u < least(file->counts.n_uses, BEAM_USES); u++) {
+        (void)fprintf(out, "effect     %s:", effect_name(file->front.use[u].effect));
+        for (int i = 0; i < BEAM_EFFECT_PARAMETERS; i++)
+            (void)fprintf(out, " %.6g", (double)file->front.use[u].p[i]);
+        (void)fprintf(out, "\n");
+    }
+}
+
+void target_image_print_file(FILE *out, const struct beam_image_file *file)
+{
+    print_owner(out, file);
+    print_board(out, file);
+    print_plan(out, file);
+    (void)fprintf(out, "poles     ");
+    for (int b = 0; b < least(file->counts.n_blocks, BEAM_BLOCKS); b++) {
+        const double complex pole = block_pole(file, b);
+        if (oscillates(pole))
+            (void)fprintf(out, " %.5g Hz (%.2g %%)", cabs(pole) / (2.0 * acos(-1.0)),
+                          -100.0 * creal(pole) / cabs(pole));
+    }
+    (void)fprintf(out, "; damping ratios in brackets%s\n", "");
+}
+
+static void print_space(FILE *out, const struct target_image *image)
+{
+    (void)fprintf(out, "\nThe space: %zu modes and %zu static responses.\n", image->n_modes, image->n_statics);
+    (void)fprintf(out, "mode   frequency    error on the controller\n");
+    for (size_t k = 0; k < image->in_band && k < image->n_modes; k++)
+        (void)fprintf(out, "%4zu  %10.5f Hz   %+.1e\n", k + 1, image->frequency_Hz[k], image->relative_error[k]);
+    (void)fprintf(out, "%s to %s up to %.5g Hz: %.1e of its rms; float against double: %.1e of rms.\n",
+                  image->board.drive, image->board.sensor, 0.5 * image->board.sample_Hz, image->response_error,
+                  image->float_error);
+}
+
+void target_image_print(FILE *out, const struct target_image *image)
+{
+    print_owner(out, &image->file);
+    (void)fprintf(out, "channels   %s at the A/D, %s at the D/A; noise from %s\n", image->board.sensor,
+                  image->board.drive, image->noise_from);
+    print_board(out, &image->file);
+    char cost[160];
+    target_image_cost(&image->file, cost);
+    (void)fprintf(out, "step       %s\n", cost);
+    for (size_t e = 0; e < image->n_effects; e++)
+        (void)fprintf(out, "effect     %s: %s\n", image->effects[e].id, image->effects[e].fate);
+    print_space(out, image);
+    if (image->band_is_wider)
+        (void)fprintf(out, "Below half the sample rate the beam has more modes than the space.\n");
+    for (size_t i = 0; i < image->n_notes; i++)
+        (void)fprintf(out, "Note: %s.\n", image->notes[i]);
+}
+
+/* ---- For programs ---- */
+
+static void put_owner(struct json *root, const struct beam_image_file *file)
+{
+    const struct beam_image_header *h = &file->front.header;
+    char device[DEVICE_ID_TEXT], sha[65];
+    device_id_print(h->device, device);
+    hex_of(h->model_sha256, sizeof h->model_sha256, sha);
+    json_put_number(root, "bytes", (double)BEAM_IMAGE_BYTES);
+    json_put_number(root, "layout", (double)h->layout);
+    json_put_bool(root, "signed", target_image_is_signed(file));
+    json_put_text(root, "device", device);
+    json_put_number(root, "counter", (double)h->counter);
+    json_put_text(root, "model_sha256", sha);
+    json_put_number(root, "crc32", (double)h->crc32);
+}
+
+static void put_board(struct json *root, const struct beam_image_file *file)
+{
+    const struct beam_image_setup *s = &file->front.setup;
+    struct json *board = json_put(root, "board", json_new_object());
+    json_put_number(board, "dt_s", (double)file->numbers.dt_s);
+    json_put_number(board, "clock_relative", (double)s->clock_relative);
+    json_put_number(board, "sensor_per_code", (double)s->sensor_V_per_code);
+    json_put_number(board, "sensor_zero_code", (double)s->sensor_zero_code);
+    json_put_number(board, "drive_per_code", (double)s->drive_V_per_code);
+    json_put_number(board, "drive_zero_code", (double)s->drive_zero_code);
+    json_put_number(board, "noise_rms", (double)s->noise_rms);
+    json_put_number(board, "alarm_ratio", (double)s->alarm_ratio);
+    json_put_number(board, "clear_ratio", (double)s->clear_ratio);
+    json_put_number(board, "averaging_s", (double)s->averaging_s);
+}
+
+static void put_plan(struct json *root, const struct beam_image_file *file)
+{
+    char cost[160];
+    target_image_cost(file, cost);
+    json_put_text(root, "step", cost);
+    struct json *uses = json_put(root, "uses", json_new_array());
+    for (int u = 0; u < least(file->counts.n_uses, BEAM_USES); u++) {
+        struct json *use = json_push(uses, json_new_object());
+        json_put_text(use, "effect", effect_name(file->front.use[u].effect));
+        struct json *p = json_put(use, "parameters", json_new_array());
+        for (int i = 0; i < BEAM_EFFECT_PARAMETERS; i++)
+            json_push_number(p, (double)file->front.use[u].p[i]);
+    }
+    struct json *poles = json_put(root, "poles", json_new_array());
+    for (int b = 0; b < least(file->counts.n_blocks, BEAM_BLOCKS); b++) {
+        const double complex pole = block_pole(file, b);
+        if (!oscillates(pole))
+            continue;
+        struct json *one = json_push(poles, json_new_object());
+        json_put_number(one, "frequency_Hz", cabs(pole) / (2.0 * acos(-1.0)));
+        json_put_number(one, "damping_ratio", -creal(pole) / cabs(pole));
+    }
+}
+
+struct json *target_image_file_json(const struct beam_image_file *file)
+{
+    struct json *root = json_new_object();
+    put_owner(root, file);
+    put_board(root, file);
+    put_plan(root, file);
+    return root;
+}
+
+struct json *target_image_json(const struct target_image *image)
+{
+    struct json *root = target_image_file_json(&image->file);
+    json_put_text(root, "sensor", image->board.sensor);
+    json_put_text(root, "drive", image->board.drive);
+    json_put_text(root, "noise_from", image->noise_from);
+    struct json *effects = json_put(root, "effects", json_new_array());
+    for (size_t e = 0; e < image->n_effects; e++) {
+        struct json *effect = json_push(effects, json_new_object());
+        json_put_text(effect, "effect", image->effects[e].id);
+        json_put_text(effect, "fate", image->effects[e].fate);
+        json_put_bool(effect, "runs", image->effects[e].runs);
+    }
+    struct json *deployed = json_put(root, "deployed", json_new_object());
+    json_put_number(deployed, "modes", (double)image->n_modes);
+    json_put_number(deployed, "static_responses", (double)image->n_statics);
+    json_put_bool(deployed, "band_is_wider", image->band_is_wider);
+    struct json *frequency = json_put(deployed, "frequency_Hz", json_new_array());
+    struct json *error = json_put(deployed, "relative_error", json_new_array());
+    for (size_t k = 0; k < image->in_band && k < image->n_modes; k++) {
+        json_push_number(frequency, image->frequency_Hz[k]);
+        json_push_number(error, image->relative_error[k]);
+    }
+    json_put_number(deployed, "response_error", image->response_error);
+    json_put_number(deployed, "float_error", image->float_error);
+    struct json *notes = json_put(root, "notes", json_new_array());
+    for (size_t i = 0; i < image->n_notes; i++)
+        json_push_text(notes, image->notes[i]);
+    return root;
+}
