@@ -33,6 +33,13 @@
 
 #include "beam_real.h"
 
+/* Text for people, of which a controller has no use and no room: NULL there. An effect's id is always kept. */
+#ifdef BEAM_TARGET
+#define BEAM_TEXT(text) 0
+#else
+#define BEAM_TEXT(text) text
+#endif
+
 enum {
     BEAM_EFFECT_PARAMETERS = 4, /* at most, per effect, positions included */
     BEAM_EFFECT_TERMS = 2,      /* at most, per effect */

@@ -26,36 +26,39 @@ static int tone(const beam_real p[], struct beam_tone *out)
 const struct beam_effect BEAM_NAME(effect_base_motion) = {
     .id = "base_motion",
     .family = BEAM_FAMILY_ENVIRONMENT,
-    .title = "the bench shakes the clamp at one frequency",
-    .form = "load −⟨ρ a_b, φ⟩, a_b = A sin(2π f t + φ₀); absolute sensors read relative + base motion",
-    .source = "Erturk and Inman, On mechanical modeling of cantilevered piezoelectric vibration energy harvesters, "
-              "Journal of Intelligent Material Systems and Structures, 2008 (base excitation of a cantilever)",
-    .looks_like = "A line at the frequency of a machine nearby stands in every channel, before the hit and after "
-                  "the decay, of the same height at every level of excitation. Its heights in the channels follow "
-                  "the beam's response to a shaken clamp: large if a mode is near.",
-    .confused_with = "mains_hum: in the electrical channel only and not enlarged near a mode. A lightly damped "
-                     "mode: it decays. Record some seconds at rest; switch machines off; put a sensor on the clamp.",
-    .target_cost = "one sine and one cosine per step, and one more input: 20 multiply-adds",
+    .title = BEAM_TEXT("the bench shakes the clamp at one frequency"),
+    .form = BEAM_TEXT("load −⟨ρ a_b, φ⟩, a_b = A sin(2π f t + φ₀); absolute sensors read relative + base motion"),
+    .source = BEAM_TEXT(
+        "Erturk and Inman, On mechanical modeling of cantilevered piezoelectric vibration energy harvesters, "
+        "Journal of Intelligent Material Systems and Structures, 2008 (base excitation of a cantilever)"),
+    .looks_like = BEAM_TEXT(
+        "A line at the frequency of a machine nearby stands in every channel, before the hit and after "
+        "the decay, of the same height at every level of excitation. Its heights in the channels follow "
+        "the beam's response to a shaken clamp: large if a mode is near."),
+    .confused_with = BEAM_TEXT(
+        "mains_hum: in the electrical channel only and not enlarged near a mode. A lightly damped "
+        "mode: it decays. Record some seconds at rest; switch machines off; put a sensor on the clamp."),
+    .target_cost = BEAM_TEXT("one sine and one cosine per step, and one more input: 20 multiply-adds"),
     .n_parameters = 3,
-    .parameters = {{.name = "amplitude_mps2",
-                    .unit = "m/s²",
-                    .what = "amplitude of the clamp's acceleration",
+    .parameters = {{.name = BEAM_TEXT("amplitude_mps2"),
+                    .unit = BEAM_TEXT("m/s²"),
+                    .what = BEAM_TEXT("amplitude of the clamp's acceleration"),
                     .neutral = 0.0,
                     .minimum = 0.0,
                     .maximum = 1e3,
                     .start = 0.05,
                     .flags = 0},
-                   {.name = "phase_rad",
-                    .unit = "rad",
-                    .what = "phase at the record's first sample",
+                   {.name = BEAM_TEXT("phase_rad"),
+                    .unit = BEAM_TEXT("rad"),
+                    .what = BEAM_TEXT("phase at the record's first sample"),
                     .neutral = 0.0,
                     .minimum = -25.0,
                     .maximum = 25.0,
                     .start = 0.0,
                     .flags = BEAM_PARAMETER_INNER | BEAM_PARAMETER_PER_RECORD},
-                   {.name = "frequency_Hz",
-                    .unit = "Hz",
-                    .what = "frequency of the shaking",
+                   {.name = BEAM_TEXT("frequency_Hz"),
+                    .unit = BEAM_TEXT("Hz"),
+                    .what = BEAM_TEXT("frequency of the shaking"),
                     .neutral = 25.0,
                     .minimum = 0.01,
                     .maximum = 1e5,

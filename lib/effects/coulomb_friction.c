@@ -24,31 +24,35 @@ static int law(const beam_real p[], const struct beam_law_input *in, struct beam
 const struct beam_effect BEAM_NAME(effect_coulomb_friction) = {
     .id = "coulomb_friction",
     .family = BEAM_FAMILY_NONLINEAR,
-    .title = "dry friction in the bond line of the patch",
-    .form = "M₀ tanh(s_t/v₀) · (φ'(x₂) − φ'(x₁)), s = y'(x₂) − y'(x₁)",
-    .source = "Inman, Engineering Vibration, section on Coulomb friction; Andersson, Söderberg and Björklund, "
-              "Friction models for sliding dry, boundary and mixed lubricated contacts, Tribology International, "
-              "2007 (the smooth tanh form)",
-    .looks_like = "Small motion decays faster than large motion: the envelope falls in a straight line rather than "
-                  "an exponential, and ends abruptly. Damping ratio goes as 1/amplitude, frequency hardly changes. "
-                  "Odd harmonics under a steady drive.",
-    .confused_with = "quadratic_drag: the opposite trend, large motion decays faster. microslip: also softens, and "
-                     "at small motion sticks without loss. hysteretic_damping: the same at one level only. Record a "
-                     "quarter and four times the level, and watch the last tenth of the decay.",
-    .target_cost = "one law coordinate: about 60 multiply-adds a step and a Newton solve with one unknown, one tanh "
-                   "an evaluation",
+    .title = BEAM_TEXT("dry friction in the bond line of the patch"),
+    .form = BEAM_TEXT("M₀ tanh(s_t/v₀) · (φ'(x₂) − φ'(x₁)), s = y'(x₂) − y'(x₁)"),
+    .source = BEAM_TEXT(
+        "Inman, Engineering Vibration, section on Coulomb friction; Andersson, Söderberg and Björklund, "
+        "Friction models for sliding dry, boundary and mixed lubricated contacts, Tribology International, "
+        "2007 (the smooth tanh form)"),
+    .looks_like = BEAM_TEXT(
+        "Small motion decays faster than large motion: the envelope falls in a straight line rather than "
+        "an exponential, and ends abruptly. Damping ratio goes as 1/amplitude, frequency hardly changes. "
+        "Odd harmonics under a steady drive."),
+    .confused_with = BEAM_TEXT(
+        "quadratic_drag: the opposite trend, large motion decays faster. microslip: also softens, and "
+        "at small motion sticks without loss. hysteretic_damping: the same at one level only. Record a "
+        "quarter and four times the level, and watch the last tenth of the decay."),
+    .target_cost = BEAM_TEXT(
+        "one law coordinate: about 60 multiply-adds a step and a Newton solve with one unknown, one tanh "
+        "an evaluation"),
     .n_parameters = 2,
-    .parameters = {{.name = "moment_Nm",
-                    .unit = "N·m",
-                    .what = "friction moment while the bond line slides",
+    .parameters = {{.name = BEAM_TEXT("moment_Nm"),
+                    .unit = BEAM_TEXT("N·m"),
+                    .what = BEAM_TEXT("friction moment while the bond line slides"),
                     .neutral = 0.0,
                     .minimum = 0.0,
                     .maximum = 1e3,
                     .start = 1e-3,
                     .flags = 0},
-                   {.name = "velocity_radps",
-                    .unit = "rad/s",
-                    .what = "rate at which friction reaches three quarters of it",
+                   {.name = BEAM_TEXT("velocity_radps"),
+                    .unit = BEAM_TEXT("rad/s"),
+                    .what = BEAM_TEXT("rate at which friction reaches three quarters of it"),
                     .neutral = 2e-3,
                     .minimum = 1e-7,
                     .maximum = 1e3,

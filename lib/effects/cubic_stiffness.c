@@ -23,30 +23,32 @@ static int law(const beam_real p[], const struct beam_law_input *in, struct beam
 const struct beam_effect BEAM_NAME(effect_cubic_stiffness) = {
     .id = "cubic_stiffness",
     .family = BEAM_FAMILY_NONLINEAR,
-    .title = "a restoring force that grows with the cube of the deflection at one point",
-    .form = "k₃ y(a)³ φ(a)",
-    .source = "Nayfeh and Mook, Nonlinear Oscillations: the Duffing spring",
-    .looks_like = "Frequency depends on level: for k₃ > 0 mode 1 is higher in large motion and sinks to its linear "
-                  "value as the decay goes on, the shift going with amplitude squared. Third harmonics appear and "
-                  "fall by the cube when the level is halved. Damping does not change.",
-    .confused_with = "point_spring and axial_load at one single level: repeat at a quarter of the level, where a "
-                     "cubic spring has lost 15/16 of its shift. patch_softening: frequency follows amplitude "
-                     "itself, not its square. stop_contact: abrupt above a threshold, with even harmonics. "
-                     "large_rotation: acts in all modes and needs tip motion beyond ℓ/10.",
-    .target_cost = "one law coordinate: about 60 multiply-adds a step and a Newton solve with one unknown, 5 "
-                   "multiply-adds an evaluation",
+    .title = BEAM_TEXT("a restoring force that grows with the cube of the deflection at one point"),
+    .form = BEAM_TEXT("k₃ y(a)³ φ(a)"),
+    .source = BEAM_TEXT("Nayfeh and Mook, Nonlinear Oscillations: the Duffing spring"),
+    .looks_like = BEAM_TEXT(
+        "Frequency depends on level: for k₃ > 0 mode 1 is higher in large motion and sinks to its linear "
+        "value as the decay goes on, the shift going with amplitude squared. Third harmonics appear and "
+        "fall by the cube when the level is halved. Damping does not change."),
+    .confused_with = BEAM_TEXT(
+        "point_spring and axial_load at one single level: repeat at a quarter of the level, where a "
+        "cubic spring has lost 15/16 of its shift. patch_softening: frequency follows amplitude "
+        "itself, not its square. stop_contact: abrupt above a threshold, with even harmonics. "
+        "large_rotation: acts in all modes and needs tip motion beyond ℓ/10."),
+    .target_cost = BEAM_TEXT("one law coordinate: about 60 multiply-adds a step and a Newton solve with one unknown, 5 "
+                             "multiply-adds an evaluation"),
     .n_parameters = 2,
-    .parameters = {{.name = "coefficient_Npm3",
-                    .unit = "N/m³",
-                    .what = "force per cube of deflection (negative softens)",
+    .parameters = {{.name = BEAM_TEXT("coefficient_Npm3"),
+                    .unit = BEAM_TEXT("N/m³"),
+                    .what = BEAM_TEXT("force per cube of deflection (negative softens)"),
                     .neutral = 0.0,
                     .minimum = -1e12,
                     .maximum = 1e12,
                     .start = 500.0,
                     .flags = 0},
-                   {.name = "at_m",
-                    .unit = "m",
-                    .what = "its distance from the clamp",
+                   {.name = BEAM_TEXT("at_m"),
+                    .unit = BEAM_TEXT("m"),
+                    .what = BEAM_TEXT("its distance from the clamp"),
                     .neutral = 1.0,
                     .minimum = 0.0,
                     .maximum = 1.0,

@@ -121,39 +121,43 @@ static int drive(const beam_real p[], beam_real u, beam_real u_old, const beam_r
 const struct beam_effect BEAM_NAME(effect_drive_hysteresis) = {
     .id = "drive_hysteresis",
     .family = BEAM_FAMILY_MEASUREMENT,
-    .title = "the patch's moment lags its voltage (ferroelectric hysteresis)",
-    .form = "u → u − a z, dz = du (1 − (β sgn(du z) + ζ) |z|)",
-    .source = "Wen, Method for random vibration of hysteretic systems, Journal of the Engineering Mechanics "
-              "Division ASCE, 1976; Low and Guo, Modeling of a three-layer piezoelectric bimorph beam with "
-              "hysteresis, Journal of Microelectromechanical Systems, 1995",
-    .looks_like = "Driven response grows faster than the drive: small voltages lose the share a, large ones less. "
-                  "At middle levels it lags by a phase that does not depend on frequency, with odd harmonics of the "
-                  "drive in every channel. Hammer records are exact.",
-    .confused_with = "drive_saturation: grows slower than the drive, without lag. KB: the same at every level; "
-                     "record 1 : 3 : 10. microslip, coulomb_friction: act in hammer records too. sensor_delay: its "
-                     "phase grows with frequency. Drive slowly, below mode 1, and plot deflection against voltage: "
-                     "a loop.",
-    .target_cost = "one state per patch input; one exponential a step, and one logarithm when z changes sign",
+    .title = BEAM_TEXT("the patch's moment lags its voltage (ferroelectric hysteresis)"),
+    .form = BEAM_TEXT("u → u − a z, dz = du (1 − (β sgn(du z) + ζ) |z|)"),
+    .source = BEAM_TEXT("Wen, Method for random vibration of hysteretic systems, Journal of the Engineering Mechanics "
+                        "Division ASCE, 1976; Low and Guo, Modeling of a three-layer piezoelectric bimorph beam with "
+                        "hysteresis, Journal of Microelectromechanical Systems, 1995"),
+    .looks_like = BEAM_TEXT(
+        "Driven response grows faster than the drive: small voltages lose the share a, large ones less. "
+        "At middle levels it lags by a phase that does not depend on frequency, with odd harmonics of the "
+        "drive in every channel. Hammer records are exact."),
+    .confused_with = BEAM_TEXT(
+        "drive_saturation: grows slower than the drive, without lag. KB: the same at every level; "
+        "record 1 : 3 : 10. microslip, coulomb_friction: act in hammer records too. sensor_delay: its "
+        "phase grows with frequency. Drive slowly, below mode 1, and plot deflection against voltage: "
+        "a loop."),
+    .target_cost =
+        BEAM_TEXT("one state per patch input; one exponential a step, and one logarithm when z changes sign"),
     .n_parameters = 3,
-    .parameters = {{.name = "share",
-                    .unit = "",
-                    .what = "a: share of a small drive that is lost",
+    .parameters = {{.name = BEAM_TEXT("share"),
+                    .unit = BEAM_TEXT(""),
+                    .what = BEAM_TEXT("a: share of a small drive that is lost"),
                     .neutral = 0.0,
                     .minimum = 0.0,
                     .maximum = 1.0,
                     .start = 0.1,
                     .flags = 0},
-                   {.name = "slip_pV",
-                    .unit = "1/V",
-                    .what = "β: how fast z yields when the drive goes on",
+                   {.name = BEAM_TEXT("slip_pV"),
+                    .unit = BEAM_TEXT("1/V"),
+                    .what = BEAM_TEXT("β: how fast z yields when the drive goes on"),
                     .neutral = 0.1,
                     .minimum = 1e-6,
                     .maximum = 1e3,
                     .start = 0.1,
                     .flags = BEAM_PARAMETER_LOG | BEAM_PARAMETER_INNER},
-                   {.name = "shape_pV",
-                    .unit = "1/V",
-                    .what = "ζ ≥ −β: part of the yielding that ignores the direction; z stays within 1/(β + ζ)",
+                   {.name = BEAM_TEXT("shape_pV"),
+                    .unit = BEAM_TEXT("1/V"),
+                    .what =
+                        BEAM_TEXT("ζ ≥ −β: part of the yielding that ignores the direction; z stays within 1/(β + ζ)"),
                     .neutral = 0.05,
                     .minimum = -1e3,
                     .maximum = 1e3,

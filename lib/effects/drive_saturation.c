@@ -23,20 +23,22 @@ static int drive(const beam_real p[], beam_real u, beam_real u_old, const beam_r
 const struct beam_effect BEAM_NAME(effect_drive_saturation) = {
     .id = "drive_saturation",
     .family = BEAM_FAMILY_MEASUREMENT,
-    .title = "the drive amplifier or the patch runs out of range",
-    .form = "u → L tanh(u/L)",
-    .source = "Moheimani and Fleming, Piezoelectric Transducers for Vibration Control and Damping (amplifier "
-              "range); Bendat, Nonlinear System Techniques and Applications (memoryless nonlinear systems)",
-    .looks_like = "Large drives move the beam less than in proportion, in every channel by the same share; odd "
-                  "harmonics of the drive shake the modes they meet. Free decay and hammer records are exact.",
-    .confused_with = "sensor_saturation: one channel only. drive_hysteresis: also delays the drive and matters at "
-                     "small levels. quadratic_drag, cubic_stiffness: remain with the hammer at the same motion. "
-                     "Record the amplifier's output voltage as the input.",
-    .target_cost = "one tanh per step and patch input",
+    .title = BEAM_TEXT("the drive amplifier or the patch runs out of range"),
+    .form = BEAM_TEXT("u → L tanh(u/L)"),
+    .source = BEAM_TEXT("Moheimani and Fleming, Piezoelectric Transducers for Vibration Control and Damping (amplifier "
+                        "range); Bendat, Nonlinear System Techniques and Applications (memoryless nonlinear systems)"),
+    .looks_like = BEAM_TEXT(
+        "Large drives move the beam less than in proportion, in every channel by the same share; odd "
+        "harmonics of the drive shake the modes they meet. Free decay and hammer records are exact."),
+    .confused_with = BEAM_TEXT(
+        "sensor_saturation: one channel only. drive_hysteresis: also delays the drive and matters at "
+        "small levels. quadratic_drag, cubic_stiffness: remain with the hammer at the same motion. "
+        "Record the amplifier's output voltage as the input."),
+    .target_cost = BEAM_TEXT("one tanh per step and patch input"),
     .n_parameters = 1,
-    .parameters = {{.name = "level_V",
-                    .unit = "V",
-                    .what = "voltage that the drive cannot pass",
+    .parameters = {{.name = BEAM_TEXT("level_V"),
+                    .unit = BEAM_TEXT("V"),
+                    .what = BEAM_TEXT("voltage that the drive cannot pass"),
                     .neutral = INFINITY,
                     .minimum = 1e-6,
                     .maximum = INFINITY,

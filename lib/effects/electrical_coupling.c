@@ -16,31 +16,35 @@ static int terms(const beam_real p[], const struct beam_place *place, struct bea
 const struct beam_effect BEAM_NAME(effect_electrical_coupling) = {
     .id = "electrical_coupling",
     .family = BEAM_FAMILY_STRUCTURE,
-    .title = "the patch's charge, loaded by a resistor, stiffens and damps the beam",
-    .form = "EI_patch + θ s RC/(1 + s RC)",
-    .source = "Hagood and von Flotow, Damping of structural vibrations with piezoelectric materials and passive "
-              "electrical networks, Journal of Sound and Vibration, 1991",
-    .looks_like = "Modes above 1/(2πRC) see the patch with its charge kept (open circuit, stiffer), modes below "
-                  "with its charge drained (short circuit); a mode near it is damped. Frequencies change when the "
-                  "patch is shorted, or when another amplifier is connected. Nothing depends on amplitude.",
-    .confused_with = "viscoelastic: a memory of the whole beam, this one of the patch only: short the patch and tap "
-                     "again; what is electrical vanishes. EI_patch: the same when every mode lies far above or far "
-                     "below 1/(2πRC). sensor_highpass: the same RC seen in the sensor's own voltage; that leaves "
-                     "the beam's frequencies alone.",
-    .target_cost = "up to 10 more states: 20 multiply-adds, and 10 for each input, output and law coordinate; no "
-                   "Newton",
+    .title = BEAM_TEXT("the patch's charge, loaded by a resistor, stiffens and damps the beam"),
+    .form = BEAM_TEXT("EI_patch + θ s RC/(1 + s RC)"),
+    .source = BEAM_TEXT(
+        "Hagood and von Flotow, Damping of structural vibrations with piezoelectric materials and passive "
+        "electrical networks, Journal of Sound and Vibration, 1991"),
+    .looks_like = BEAM_TEXT(
+        "Modes above 1/(2πRC) see the patch with its charge kept (open circuit, stiffer), modes below "
+        "with its charge drained (short circuit); a mode near it is damped. Frequencies change when the "
+        "patch is shorted, or when another amplifier is connected. Nothing depends on amplitude."),
+    .confused_with = BEAM_TEXT(
+        "viscoelastic: a memory of the whole beam, this one of the patch only: short the patch and tap "
+        "again; what is electrical vanishes. EI_patch: the same when every mode lies far above or far "
+        "below 1/(2πRC). sensor_highpass: the same RC seen in the sensor's own voltage; that leaves "
+        "the beam's frequencies alone."),
+    .target_cost = BEAM_TEXT(
+        "up to 10 more states: 20 multiply-adds, and 10 for each input, output and law coordinate; no "
+        "Newton"),
     .n_parameters = 2,
-    .parameters = {{.name = "stiffening_Nm2",
-                    .unit = "N·m²",
-                    .what = "bending stiffness that the open circuit adds to the patch",
+    .parameters = {{.name = BEAM_TEXT("stiffening_Nm2"),
+                    .unit = BEAM_TEXT("N·m²"),
+                    .what = BEAM_TEXT("bending stiffness that the open circuit adds to the patch"),
                     .neutral = 0.0,
                     .minimum = 0.0,
                     .maximum = 1e3,
                     .start = 0.02,
                     .flags = 0},
-                   {.name = "time_constant_s",
-                    .unit = "s",
-                    .what = "load resistance × patch capacitance",
+                   {.name = BEAM_TEXT("time_constant_s"),
+                    .unit = BEAM_TEXT("s"),
+                    .what = BEAM_TEXT("load resistance × patch capacitance"),
                     .neutral = 5e-3,
                     .minimum = 1e-7,
                     .maximum = 1e3,

@@ -13,21 +13,24 @@ static int map(const beam_real p[], beam_real v, beam_real u, struct beam_sample
 const struct beam_effect BEAM_NAME(effect_feedthrough) = {
     .id = "feedthrough",
     .family = BEAM_FAMILY_MEASUREMENT,
-    .title = "the drive voltage leaks into the sensor line",
-    .form = "v = w + g u",
-    .source = "Ott, Noise Reduction Techniques in Electronic Systems (capacitive coupling); Moheimani and Fleming, "
-              "Piezoelectric Transducers for Vibration Control and Damping (feedthrough of collocated patches)",
-    .looks_like = "A copy of the drive stands in the channel at once, flat over frequency: between the modes the "
-                  "response does not fall off, and the antiresonances move. It vanishes with the drive, and in "
-                  "hammer records.",
-    .confused_with = "Too few modes in the computation: their static part looks like a leak; raise the number of "
-                     "modes first. patch_position: also moves antiresonances, but leaves nothing above the last "
-                     "mode. Hold the beam still (a block under the tip) and drive: what remains leaks.",
-    .target_cost = "one multiply-add per step and channel",
+    .title = BEAM_TEXT("the drive voltage leaks into the sensor line"),
+    .form = BEAM_TEXT("v = w + g u"),
+    .source = BEAM_TEXT(
+        "Ott, Noise Reduction Techniques in Electronic Systems (capacitive coupling); Moheimani and Fleming, "
+        "Piezoelectric Transducers for Vibration Control and Damping (feedthrough of collocated patches)"),
+    .looks_like = BEAM_TEXT(
+        "A copy of the drive stands in the channel at once, flat over frequency: between the modes the "
+        "response does not fall off, and the antiresonances move. It vanishes with the drive, and in "
+        "hammer records."),
+    .confused_with = BEAM_TEXT(
+        "Too few modes in the computation: their static part looks like a leak; raise the number of "
+        "modes first. patch_position: also moves antiresonances, but leaves nothing above the last "
+        "mode. Hold the beam still (a block under the tip) and drive: what remains leaks."),
+    .target_cost = BEAM_TEXT("one multiply-add per step and channel"),
     .n_parameters = 1,
-    .parameters = {{.name = "gain",
-                    .unit = "channel unit/V",
-                    .what = "channel value per volt of drive",
+    .parameters = {{.name = BEAM_TEXT("gain"),
+                    .unit = BEAM_TEXT("channel unit/V"),
+                    .what = BEAM_TEXT("channel value per volt of drive"),
                     .neutral = 0.0,
                     .minimum = -1e6,
                     .maximum = 1e6,

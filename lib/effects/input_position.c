@@ -11,21 +11,23 @@ static int geometry(const beam_real p[], struct beam_geometry *out)
 const struct beam_effect BEAM_NAME(effect_input_position) = {
     .id = "input_position",
     .family = BEAM_FAMILY_STRUCTURE,
-    .title = "the hammer struck beside its mark",
-    .form = "the force at a + d, one d per record",
-    .source = "Ewins, Modal Testing: Theory, Practice and Application (excitation point errors)",
-    .looks_like = "In one record all channels share a wrong balance of modes: each is scaled by φ_n(a + d)/φ_n(a). "
-                  "Frequencies and decay rates agree with the other records. Near the clamp, where φ_n grows as x², "
-                  "a millimetre matters.",
-    .confused_with = "The hammer's gain: one factor for all modes; near the clamp all modes scale nearly alike, so "
-                     "the two are told apart only by high modes. tip_mass, low EI: change frequencies. "
-                     "patch_position: the same in every record. Strike again, farther from the clamp, with the mark "
-                     "under the tip.",
-    .target_cost = "none per step: another input vector",
+    .title = BEAM_TEXT("the hammer struck beside its mark"),
+    .form = BEAM_TEXT("the force at a + d, one d per record"),
+    .source = BEAM_TEXT("Ewins, Modal Testing: Theory, Practice and Application (excitation point errors)"),
+    .looks_like = BEAM_TEXT(
+        "In one record all channels share a wrong balance of modes: each is scaled by φ_n(a + d)/φ_n(a). "
+        "Frequencies and decay rates agree with the other records. Near the clamp, where φ_n grows as x², "
+        "a millimetre matters."),
+    .confused_with = BEAM_TEXT(
+        "The hammer's gain: one factor for all modes; near the clamp all modes scale nearly alike, so "
+        "the two are told apart only by high modes. tip_mass, low EI: change frequencies. "
+        "patch_position: the same in every record. Strike again, farther from the clamp, with the mark "
+        "under the tip."),
+    .target_cost = BEAM_TEXT("none per step: another input vector"),
     .n_parameters = 1,
-    .parameters = {{.name = "shift_m",
-                    .unit = "m",
-                    .what = "shift of the strike away from the clamp",
+    .parameters = {{.name = BEAM_TEXT("shift_m"),
+                    .unit = BEAM_TEXT("m"),
+                    .what = BEAM_TEXT("shift of the strike away from the clamp"),
                     .neutral = 0.0,
                     .minimum = -0.5,
                     .maximum = 0.5,

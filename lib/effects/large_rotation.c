@@ -35,22 +35,26 @@ static int axial_inertia(const beam_real p[], struct beam_sample_output *out)
 const struct beam_effect BEAM_NAME(effect_large_rotation) = {
     .id = "large_rotation",
     .family = BEAM_FAMILY_NONLINEAR,
-    .title = "the beam turns so far that its length matters (inextensible beam)",
-    .form = "⟨κ EI y' y″², φ'⟩ + ⟨κ EI y'² y″, φ″⟩ + κ ⟨ρ u_tt, −∫₀ˣ y' φ' ds⟩, u = −½ ∫₀ˣ y'² ds",
-    .source = "Crespo da Silva and Glynn, Nonlinear flexural-flexural-torsional dynamics of inextensional beams, "
-              "Journal of Structural Mechanics, 1978; Nayfeh and Mook, Nonlinear Oscillations",
-    .looks_like = "In mode 1 the frequency rises slightly, in mode 2 and above it falls, with amplitude squared and "
-                  "only when the tip moves by more than about ℓ/10. Third harmonics. κ = 1 is the theory without a "
-                  "free number: another value says it is something else.",
-    .confused_with = "cubic_stiffness: hardens or softens all modes in the same sense; drive mode 1 and mode 2 "
-                     "separately, at three levels. patch_softening: shift proportional to amplitude. Keep the swing "
-                     "of the tip under ℓ/20: large rotation is gone, everything else remains.",
-    .target_cost = "law coordinates over the span (at most 8): about 60 multiply-adds each and a Newton solve with "
-                   "as many unknowns; the dearest of the laws",
+    .title = BEAM_TEXT("the beam turns so far that its length matters (inextensible beam)"),
+    .form = BEAM_TEXT("⟨κ EI y' y″², φ'⟩ + ⟨κ EI y'² y″, φ″⟩ + κ ⟨ρ u_tt, −∫₀ˣ y' φ' ds⟩, u = −½ ∫₀ˣ y'² ds"),
+    .source = BEAM_TEXT(
+        "Crespo da Silva and Glynn, Nonlinear flexural-flexural-torsional dynamics of inextensional beams, "
+        "Journal of Structural Mechanics, 1978; Nayfeh and Mook, Nonlinear Oscillations"),
+    .looks_like = BEAM_TEXT(
+        "In mode 1 the frequency rises slightly, in mode 2 and above it falls, with amplitude squared and "
+        "only when the tip moves by more than about ℓ/10. Third harmonics. κ = 1 is the theory without a "
+        "free number: another value says it is something else."),
+    .confused_with = BEAM_TEXT(
+        "cubic_stiffness: hardens or softens all modes in the same sense; drive mode 1 and mode 2 "
+        "separately, at three levels. patch_softening: shift proportional to amplitude. Keep the swing "
+        "of the tip under ℓ/20: large rotation is gone, everything else remains."),
+    .target_cost = BEAM_TEXT(
+        "law coordinates over the span (at most 8): about 60 multiply-adds each and a Newton solve with "
+        "as many unknowns; the dearest of the laws"),
     .n_parameters = 1,
-    .parameters = {{.name = "scale",
-                    .unit = "",
-                    .what = "κ: 1 for an inextensible beam",
+    .parameters = {{.name = BEAM_TEXT("scale"),
+                    .unit = BEAM_TEXT(""),
+                    .what = BEAM_TEXT("κ: 1 for an inextensible beam"),
                     .neutral = 0.0,
                     .minimum = 0.0,
                     .maximum = 100.0,

@@ -19,36 +19,39 @@ static int signal(const beam_real p[], beam_real t_s, beam_real v, struct beam_s
 const struct beam_effect BEAM_NAME(effect_mains_hum) = {
     .id = "mains_hum",
     .family = BEAM_FAMILY_MEASUREMENT,
-    .title = "the mains in the sensor line",
-    .form = "v = w + A sin(2π f t + φ)",
-    .source = "Ott, Noise Reduction Techniques in Electronic Systems: capacitive and magnetic coupling into a "
-              "signal line",
-    .looks_like = "A needle at 50 or 60 Hz in the spectrum of one channel, present before the hit, of the same "
-                  "height at every level of excitation, and with another phase in each record. It does not decay.",
-    .confused_with = "base_motion near 50 or 60 Hz (a machine's motor): that reaches every channel through the "
-                     "modes, hum only the electrical one. A mode close to 50 Hz: it decays. Record some seconds "
-                     "with the beam at rest, on batteries if possible.",
-    .target_cost = "one sine and one cosine per step and channel",
+    .title = BEAM_TEXT("the mains in the sensor line"),
+    .form = BEAM_TEXT("v = w + A sin(2π f t + φ)"),
+    .source = BEAM_TEXT(
+        "Ott, Noise Reduction Techniques in Electronic Systems: capacitive and magnetic coupling into a "
+        "signal line"),
+    .looks_like = BEAM_TEXT(
+        "A needle at 50 or 60 Hz in the spectrum of one channel, present before the hit, of the same "
+        "height at every level of excitation, and with another phase in each record. It does not decay."),
+    .confused_with = BEAM_TEXT(
+        "base_motion near 50 or 60 Hz (a machine's motor): that reaches every channel through the "
+        "modes, hum only the electrical one. A mode close to 50 Hz: it decays. Record some seconds "
+        "with the beam at rest, on batteries if possible."),
+    .target_cost = BEAM_TEXT("one sine and one cosine per step and channel"),
     .n_parameters = 3,
-    .parameters = {{.name = "amplitude",
-                    .unit = "channel unit",
-                    .what = "amplitude of the hum",
+    .parameters = {{.name = BEAM_TEXT("amplitude"),
+                    .unit = BEAM_TEXT("channel unit"),
+                    .what = BEAM_TEXT("amplitude of the hum"),
                     .neutral = 0.0,
                     .minimum = 0.0,
                     .maximum = 1e6,
                     .start = 0.01,
                     .flags = 0},
-                   {.name = "phase_rad",
-                    .unit = "rad",
-                    .what = "phase at the record's first sample",
+                   {.name = BEAM_TEXT("phase_rad"),
+                    .unit = BEAM_TEXT("rad"),
+                    .what = BEAM_TEXT("phase at the record's first sample"),
                     .neutral = 0.0,
                     .minimum = -25.0,
                     .maximum = 25.0,
                     .start = 0.0,
                     .flags = BEAM_PARAMETER_INNER | BEAM_PARAMETER_PER_RECORD},
-                   {.name = "frequency_Hz",
-                    .unit = "Hz",
-                    .what = "frequency of the mains",
+                   {.name = BEAM_TEXT("frequency_Hz"),
+                    .unit = BEAM_TEXT("Hz"),
+                    .what = BEAM_TEXT("frequency of the mains"),
                     .neutral = 50.0,
                     .minimum = 45.0,
                     .maximum = 65.0,

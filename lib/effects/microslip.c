@@ -37,31 +37,35 @@ static int law(const beam_real p[], const struct beam_law_input *in, struct beam
 const struct beam_effect BEAM_NAME(effect_microslip) = {
     .id = "microslip",
     .family = BEAM_FAMILY_NONLINEAR,
-    .title = "part of the bond line sticks and slips",
-    .form = "Jenkins element on s = y'(x₂) − y'(x₁): spring k in series with a slider that yields at M₀",
-    .source = "Jenkins, Analysis of the stress-strain relationships in reactor grade graphite, British Journal of "
-              "Applied Physics, 1962; Iwan, A distributed-element model for hysteresis and its steady-state dynamic "
-              "response, Journal of Applied Mechanics, 1966",
-    .looks_like = "Below a threshold nothing but a little extra stiffness. Above it frequencies of modes that bend "
-                  "the patch fall and damping rises, is largest at about twice the threshold and fades again in "
-                  "very large motion. Odd harmonics; the patch may rest with an offset.",
-    .confused_with = "coulomb_friction: slides at every level and adds no stiffness; record levels below the "
-                     "threshold. patch_softening: softens without damping. stop_contact: stiffens instead. Sweep "
-                     "the level over a factor of ten and plot frequency and damping of one mode against it.",
-    .target_cost = "one law coordinate: about 60 multiply-adds a step and a Newton solve with one unknown, about 6 "
-                   "operations an evaluation; one internal state",
+    .title = BEAM_TEXT("part of the bond line sticks and slips"),
+    .form = BEAM_TEXT("Jenkins element on s = y'(x₂) − y'(x₁): spring k in series with a slider that yields at M₀"),
+    .source = BEAM_TEXT(
+        "Jenkins, Analysis of the stress-strain relationships in reactor grade graphite, British Journal of "
+        "Applied Physics, 1962; Iwan, A distributed-element model for hysteresis and its steady-state dynamic "
+        "response, Journal of Applied Mechanics, 1966"),
+    .looks_like = BEAM_TEXT(
+        "Below a threshold nothing but a little extra stiffness. Above it frequencies of modes that bend "
+        "the patch fall and damping rises, is largest at about twice the threshold and fades again in "
+        "very large motion. Odd harmonics; the patch may rest with an offset."),
+    .confused_with = BEAM_TEXT(
+        "coulomb_friction: slides at every level and adds no stiffness; record levels below the "
+        "threshold. patch_softening: softens without damping. stop_contact: stiffens instead. Sweep "
+        "the level over a factor of ten and plot frequency and damping of one mode against it."),
+    .target_cost = BEAM_TEXT(
+        "one law coordinate: about 60 multiply-adds a step and a Newton solve with one unknown, about 6 "
+        "operations an evaluation; one internal state"),
     .n_parameters = 2,
-    .parameters = {{.name = "stiffness_Nmprad",
-                    .unit = "N·m/rad",
-                    .what = "stiffness of the part that sticks",
+    .parameters = {{.name = BEAM_TEXT("stiffness_Nmprad"),
+                    .unit = BEAM_TEXT("N·m/rad"),
+                    .what = BEAM_TEXT("stiffness of the part that sticks"),
                     .neutral = 0.0,
                     .minimum = 0.0,
                     .maximum = 1e6,
                     .start = 0.5,
                     .flags = 0},
-                   {.name = "slip_Nm",
-                    .unit = "N·m",
-                    .what = "moment at which it slips",
+                   {.name = BEAM_TEXT("slip_Nm"),
+                    .unit = BEAM_TEXT("N·m"),
+                    .what = BEAM_TEXT("moment at which it slips"),
                     .neutral = 1e-3,
                     .minimum = 1e-9,
                     .maximum = 1e3,

@@ -21,22 +21,24 @@ static int law(const beam_real p[], const struct beam_law_input *in, struct beam
 const struct beam_effect BEAM_NAME(effect_patch_softening) = {
     .id = "patch_softening",
     .family = BEAM_FAMILY_NONLINEAR,
-    .title = "the patch and its glue soften in large strain",
-    .form = "k₂ |s| s · (φ'(x₂) − φ'(x₁)), s = y'(x₂) − y'(x₁)",
-    .source = "Leadenham and Erturk, Unified nonlinear electroelastic dynamics of a bimorph piezoelectric "
-              "cantilever, Nonlinear Dynamics, 2015 (quadratic softening of piezoelectric ceramics)",
-    .looks_like = "Frequencies of the modes that bend the patch fall in proportion to amplitude (k₂ < 0), half the "
-                  "level gives half the shift, with weak third harmonics. During a decay the period shortens "
-                  "steadily.",
-    .confused_with = "cubic_stiffness: shifts with amplitude squared, and mostly mode 1; record three levels, 1 : 2 "
-                     ": 4. microslip: softens too but also damps, most at a middle level. drive_hysteresis: shows "
-                     "only when the patch drives; hit with a hammer instead.",
-    .target_cost = "one law coordinate: about 60 multiply-adds a step and a Newton solve with one unknown, 4 "
-                   "multiply-adds an evaluation",
+    .title = BEAM_TEXT("the patch and its glue soften in large strain"),
+    .form = BEAM_TEXT("k₂ |s| s · (φ'(x₂) − φ'(x₁)), s = y'(x₂) − y'(x₁)"),
+    .source = BEAM_TEXT("Leadenham and Erturk, Unified nonlinear electroelastic dynamics of a bimorph piezoelectric "
+                        "cantilever, Nonlinear Dynamics, 2015 (quadratic softening of piezoelectric ceramics)"),
+    .looks_like = BEAM_TEXT(
+        "Frequencies of the modes that bend the patch fall in proportion to amplitude (k₂ < 0), half the "
+        "level gives half the shift, with weak third harmonics. During a decay the period shortens "
+        "steadily."),
+    .confused_with = BEAM_TEXT(
+        "cubic_stiffness: shifts with amplitude squared, and mostly mode 1; record three levels, 1 : 2 "
+        ": 4. microslip: softens too but also damps, most at a middle level. drive_hysteresis: shows "
+        "only when the patch drives; hit with a hammer instead."),
+    .target_cost = BEAM_TEXT("one law coordinate: about 60 multiply-adds a step and a Newton solve with one unknown, 4 "
+                             "multiply-adds an evaluation"),
     .n_parameters = 1,
-    .parameters = {{.name = "coefficient_Nmprad2",
-                    .unit = "N·m/rad²",
-                    .what = "moment per square of the patch's slope difference (negative softens)",
+    .parameters = {{.name = BEAM_TEXT("coefficient_Nmprad2"),
+                    .unit = BEAM_TEXT("N·m/rad²"),
+                    .what = BEAM_TEXT("moment per square of the patch's slope difference (negative softens)"),
                     .neutral = 0.0,
                     .minimum = -1e6,
                     .maximum = 1e6,

@@ -16,30 +16,33 @@ static int terms(const beam_real p[], const struct beam_place *place, struct bea
 const struct beam_effect BEAM_NAME(effect_point_damper) = {
     .id = "point_damper",
     .family = BEAM_FAMILY_STRUCTURE,
-    .title = "a viscous damper to ground at one point (eddy current, sensor cable)",
-    .form = "d y_t(a) φ(a)",
-    .source = "Inman, Engineering Vibration, chapter on distributed-parameter systems: lumped elements in the modal "
-              "equations",
-    .looks_like = "Peaks broaden and decays shorten for the modes that move at x = a; modes with a node there keep "
-                  "their damping. The damping ratio falls as 1/frequency. Frequencies stay put while d is small, "
-                  "and decays stay exponential at every level.",
-    .confused_with = "γ of the baseline: a damper at the free end of a uniform beam damps all modes alike, as γ "
-                     "does; only its place separates them, so use three modes or more, or repeat in still air "
-                     "without the cable. quadratic_drag: repeat at a quarter of the level; a linear damper keeps "
-                     "its decay rate.",
-    .target_cost = "none per step: a rank-one addition to C before factoring",
+    .title = BEAM_TEXT("a viscous damper to ground at one point (eddy current, sensor cable)"),
+    .form = BEAM_TEXT("d y_t(a) φ(a)"),
+    .source = BEAM_TEXT(
+        "Inman, Engineering Vibration, chapter on distributed-parameter systems: lumped elements in the modal "
+        "equations"),
+    .looks_like = BEAM_TEXT(
+        "Peaks broaden and decays shorten for the modes that move at x = a; modes with a node there keep "
+        "their damping. The damping ratio falls as 1/frequency. Frequencies stay put while d is small, "
+        "and decays stay exponential at every level."),
+    .confused_with = BEAM_TEXT(
+        "γ of the baseline: a damper at the free end of a uniform beam damps all modes alike, as γ "
+        "does; only its place separates them, so use three modes or more, or repeat in still air "
+        "without the cable. quadratic_drag: repeat at a quarter of the level; a linear damper keeps "
+        "its decay rate."),
+    .target_cost = BEAM_TEXT("none per step: a rank-one addition to C before factoring"),
     .n_parameters = 2,
-    .parameters = {{.name = "damping_Nspm",
-                    .unit = "N·s/m",
-                    .what = "damping to ground",
+    .parameters = {{.name = BEAM_TEXT("damping_Nspm"),
+                    .unit = BEAM_TEXT("N·s/m"),
+                    .what = BEAM_TEXT("damping to ground"),
                     .neutral = 0.0,
                     .minimum = 0.0,
                     .maximum = 1e3,
                     .start = 1e-3,
                     .flags = 0},
-                   {.name = "at_m",
-                    .unit = "m",
-                    .what = "its distance from the clamp",
+                   {.name = BEAM_TEXT("at_m"),
+                    .unit = BEAM_TEXT("m"),
+                    .what = BEAM_TEXT("its distance from the clamp"),
                     .neutral = 1.0,
                     .minimum = 0.0,
                     .maximum = 1.0,

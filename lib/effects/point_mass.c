@@ -16,29 +16,31 @@ static int terms(const beam_real p[], const struct beam_place *place, struct bea
 const struct beam_effect BEAM_NAME(effect_point_mass) = {
     .id = "point_mass",
     .family = BEAM_FAMILY_STRUCTURE,
-    .title = "a point mass somewhere on the beam (sensor, cable clip, bolt)",
-    .form = "m y_tt(a) φ(a)",
-    .source = "Blevins, Formulas for Natural Frequency and Mode Shape: beams with concentrated masses; Rao, "
-              "Mechanical Vibrations, Rayleigh's quotient",
-    .looks_like = "Mode n falls by the share ½ m φ_n(a)² / (modal mass): modes with a node near x = a stay where "
-                  "they are, modes with an antinode there fall most. The pattern of shifts over the modes tells the "
-                  "place. Nothing depends on amplitude.",
-    .confused_with = "tip_mass: the same effect at a = ℓ, and the simpler name when both fit. rotary_inertia: both "
-                     "lower high modes; it rises steadily with mode number, a point mass does not. root_compliance: "
-                     "measure three modes or more, or move the suspected mass by a few centimetres and tap again.",
-    .target_cost = "none per step: a rank-one addition to M before it is factored",
+    .title = BEAM_TEXT("a point mass somewhere on the beam (sensor, cable clip, bolt)"),
+    .form = BEAM_TEXT("m y_tt(a) φ(a)"),
+    .source = BEAM_TEXT("Blevins, Formulas for Natural Frequency and Mode Shape: beams with concentrated masses; Rao, "
+                        "Mechanical Vibrations, Rayleigh's quotient"),
+    .looks_like = BEAM_TEXT(
+        "Mode n falls by the share ½ m φ_n(a)² / (modal mass): modes with a node near x = a stay where "
+        "they are, modes with an antinode there fall most. The pattern of shifts over the modes tells the "
+        "place. Nothing depends on amplitude."),
+    .confused_with = BEAM_TEXT(
+        "tip_mass: the same effect at a = ℓ, and the simpler name when both fit. rotary_inertia: both "
+        "lower high modes; it rises steadily with mode number, a point mass does not. root_compliance: "
+        "measure three modes or more, or move the suspected mass by a few centimetres and tap again."),
+    .target_cost = BEAM_TEXT("none per step: a rank-one addition to M before it is factored"),
     .n_parameters = 2,
-    .parameters = {{.name = "mass_kg",
-                    .unit = "kg",
-                    .what = "mass attached to the beam",
+    .parameters = {{.name = BEAM_TEXT("mass_kg"),
+                    .unit = BEAM_TEXT("kg"),
+                    .what = BEAM_TEXT("mass attached to the beam"),
                     .neutral = 0.0,
                     .minimum = 0.0,
                     .maximum = 5.0,
                     .start = 1e-3,
                     .flags = 0},
-                   {.name = "at_m",
-                    .unit = "m",
-                    .what = "its distance from the clamp",
+                   {.name = BEAM_TEXT("at_m"),
+                    .unit = BEAM_TEXT("m"),
+                    .what = BEAM_TEXT("its distance from the clamp"),
                     .neutral = 1.0,
                     .minimum = 0.0,
                     .maximum = 1.0,

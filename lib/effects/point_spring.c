@@ -18,37 +18,39 @@ static int terms(const beam_real p[], const struct beam_place *place, struct bea
 const struct beam_effect BEAM_NAME(effect_point_spring) = {
     .id = "point_spring",
     .family = BEAM_FAMILY_STRUCTURE,
-    .title = "a linear spring with damping to ground (cable, contactless probe, magnet)",
-    .form = "(k y(a) + d y_t(a)) φ(a)",
-    .source = "Blevins, Formulas for Natural Frequency and Mode Shape: cantilever with an end spring; Rao, "
-              "Mechanical Vibrations, chapter on continuous systems",
-    .looks_like = "Mode 1 rises (falls for an attracting magnet, k < 0), higher modes hardly move: the share of the "
-                  "shift falls with the square of the frequency. Its damper broadens the peaks of the modes that "
-                  "move at x = a. Nothing depends on amplitude.",
-    .confused_with = "axial_load: both move mode 1 most; tension falls off only with the frequency itself, so fit "
-                     "modes 1 to 3 together, or move or detach the cable. cubic_stiffness: repeat at a quarter of "
-                     "the level; a linear spring gives the same frequency. point_damper: the same with k = 0.",
-    .target_cost = "none per step: rank-one additions to K and C before factoring",
+    .title = BEAM_TEXT("a linear spring with damping to ground (cable, contactless probe, magnet)"),
+    .form = BEAM_TEXT("(k y(a) + d y_t(a)) φ(a)"),
+    .source = BEAM_TEXT("Blevins, Formulas for Natural Frequency and Mode Shape: cantilever with an end spring; Rao, "
+                        "Mechanical Vibrations, chapter on continuous systems"),
+    .looks_like = BEAM_TEXT(
+        "Mode 1 rises (falls for an attracting magnet, k < 0), higher modes hardly move: the share of the "
+        "shift falls with the square of the frequency. Its damper broadens the peaks of the modes that "
+        "move at x = a. Nothing depends on amplitude."),
+    .confused_with = BEAM_TEXT(
+        "axial_load: both move mode 1 most; tension falls off only with the frequency itself, so fit "
+        "modes 1 to 3 together, or move or detach the cable. cubic_stiffness: repeat at a quarter of "
+        "the level; a linear spring gives the same frequency. point_damper: the same with k = 0."),
+    .target_cost = BEAM_TEXT("none per step: rank-one additions to K and C before factoring"),
     .n_parameters = 3,
-    .parameters = {{.name = "stiffness_Npm",
-                    .unit = "N/m",
-                    .what = "stiffness to ground (negative: it attracts)",
+    .parameters = {{.name = BEAM_TEXT("stiffness_Npm"),
+                    .unit = BEAM_TEXT("N/m"),
+                    .what = BEAM_TEXT("stiffness to ground (negative: it attracts)"),
                     .neutral = 0.0,
                     .minimum = -1e4,
                     .maximum = 1e7,
                     .start = 1.0,
                     .flags = 0},
-                   {.name = "damping_Nspm",
-                    .unit = "N·s/m",
-                    .what = "damping to ground",
+                   {.name = BEAM_TEXT("damping_Nspm"),
+                    .unit = BEAM_TEXT("N·s/m"),
+                    .what = BEAM_TEXT("damping to ground"),
                     .neutral = 0.0,
                     .minimum = 0.0,
                     .maximum = 1e3,
                     .start = 1e-3,
                     .flags = 0},
-                   {.name = "at_m",
-                    .unit = "m",
-                    .what = "its distance from the clamp",
+                   {.name = BEAM_TEXT("at_m"),
+                    .unit = BEAM_TEXT("m"),
+                    .what = BEAM_TEXT("its distance from the clamp"),
                     .neutral = 1.0,
                     .minimum = 0.0,
                     .maximum = 1.0,

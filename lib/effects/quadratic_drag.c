@@ -21,23 +21,28 @@ static int law(const beam_real p[], const struct beam_law_input *in, struct beam
 const struct beam_effect BEAM_NAME(effect_quadratic_drag) = {
     .id = "quadratic_drag",
     .family = BEAM_FAMILY_DAMPING,
-    .title = "air drag that grows with the square of the speed",
-    .form = "⟨c |y_t| y_t, φ⟩",
-    .source = "Baker, Woolam and Young, Air and internal damping of thin cantilever beams, International Journal of "
-              "Mechanical Sciences, 1967; Inman, Engineering Vibration, section on velocity-squared damping",
-    .looks_like = "Large motion decays faster than small motion: the logarithm of the envelope is steep after the "
-                  "hit and straightens later. The peak of mode 1, which moves farthest, broadens with level; high "
-                  "modes and frequencies hardly change. Weak third harmonics of a steady drive.",
-    .confused_with = "γ: repeat at a quarter of the level; γ keeps its decay rate, drag loses three quarters of it. "
-                     "coulomb_friction: the opposite trend, relative damping grows as motion dies. "
-                     "sensor_saturation: clips the output but leaves the decay rate of the structure; look with a "
-                     "second sensor.",
-    .target_cost = "law coordinates over the span (at most 8): about 60 multiply-adds each and a Newton solve with "
-                   "as many unknowns; the dearest of the laws",
+    .title = BEAM_TEXT("air drag that grows with the square of the speed"),
+    .form = BEAM_TEXT("⟨c |y_t| y_t, φ⟩"),
+    .source = BEAM_TEXT(
+        "Baker, Woolam and Young, Air and internal damping of thin cantilever beams, International Journal of "
+        "Mechanical Sciences, 1967; Inman, Engineering Vibration, section on velocity-squared damping"),
+    .looks_like = BEAM_TEXT(
+        "Large motion decays faster than small motion: the logarithm of the envelope is steep after the "
+        "hit and straightens later. The peak of mode 1, which moves farthest, broadens with level; high "
+        "modes and frequencies hardly change. Weak third harmonics of a steady drive."),
+    .confused_with = BEAM_TEXT(
+        "γ: repeat at a quarter of the level; γ keeps its decay rate, drag loses three quarters of it. "
+        "coulomb_friction: the opposite trend, relative damping grows as motion dies. "
+        "sensor_saturation: clips the output but leaves the decay rate of the structure; look with a "
+        "second sensor."),
+    .target_cost = BEAM_TEXT(
+        "law coordinates over the span (at most 8): about 60 multiply-adds each and a Newton solve with "
+        "as many unknowns; the dearest of the laws"),
     .n_parameters = 1,
-    .parameters = {{.name = "coefficient_Ns2pm3",
-                    .unit = "N·s²/m³",
-                    .what = "drag force per length over speed squared (½ air density × drag coefficient × width)",
+    .parameters = {{.name = BEAM_TEXT("coefficient_Ns2pm3"),
+                    .unit = BEAM_TEXT("N·s²/m³"),
+                    .what = BEAM_TEXT(
+                        "drag force per length over speed squared (½ air density × drag coefficient × width)"),
                     .neutral = 0.0,
                     .minimum = 0.0,
                     .maximum = 1e3,

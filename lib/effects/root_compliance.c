@@ -22,30 +22,34 @@ static int terms(const beam_real p[], const struct beam_place *place, struct bea
 const struct beam_effect BEAM_NAME(effect_root_compliance) = {
     .id = "root_compliance",
     .family = BEAM_FAMILY_STRUCTURE,
-    .title = "a clamp that turns a little under the root moment",
-    .form = "(y'(0) + τ y'_t(0))/c · φ'(0), with y'(0) free",
-    .source = "Blevins, Formulas for Natural Frequency and Mode Shape: beam with a torsion spring at its root; the "
-              "loss as a rotational Kelvin–Voigt element",
-    .looks_like = "Every frequency falls by nearly the same share, 2 c EI/ℓ while c is small, so EI fitted from "
-                  "frequencies comes out too low. Against the motion of the tip, strain near the clamp shrinks and "
-                  "deflection near it grows. A lossy clamp (τ) adds damping that grows with frequency. Nothing "
-                  "depends on amplitude while the screws hold.",
-    .confused_with = "tip_mass and low EI or high ρ: hold ρ at the weighed value and add a tip sensor beside the "
-                     "one near the clamp, or re-tighten the clamp and compare. cDI and viscoelastic: damping from "
-                     "the clamp follows the root moment, and changes when the clamp is re-tightened.",
-    .target_cost = "none per step: the basis holds one shape with y'(0) ≠ 0; numbers in K and C before factoring",
+    .title = BEAM_TEXT("a clamp that turns a little under the root moment"),
+    .form = BEAM_TEXT("(y'(0) + τ y'_t(0))/c · φ'(0), with y'(0) free"),
+    .source = BEAM_TEXT(
+        "Blevins, Formulas for Natural Frequency and Mode Shape: beam with a torsion spring at its root; the "
+        "loss as a rotational Kelvin–Voigt element"),
+    .looks_like = BEAM_TEXT(
+        "Every frequency falls by nearly the same share, 2 c EI/ℓ while c is small, so EI fitted from "
+        "frequencies comes out too low. Against the motion of the tip, strain near the clamp shrinks and "
+        "deflection near it grows. A lossy clamp (τ) adds damping that grows with frequency. Nothing "
+        "depends on amplitude while the screws hold."),
+    .confused_with = BEAM_TEXT(
+        "tip_mass and low EI or high ρ: hold ρ at the weighed value and add a tip sensor beside the "
+        "one near the clamp, or re-tighten the clamp and compare. cDI and viscoelastic: damping from "
+        "the clamp follows the root moment, and changes when the clamp is re-tightened."),
+    .target_cost =
+        BEAM_TEXT("none per step: the basis holds one shape with y'(0) ≠ 0; numbers in K and C before factoring"),
     .n_parameters = 2,
-    .parameters = {{.name = "compliance_radpNm",
-                    .unit = "rad/(N·m)",
-                    .what = "rotation of the clamp per root moment",
+    .parameters = {{.name = BEAM_TEXT("compliance_radpNm"),
+                    .unit = BEAM_TEXT("rad/(N·m)"),
+                    .what = BEAM_TEXT("rotation of the clamp per root moment"),
                     .neutral = 0.0,
                     .minimum = 0.0,
                     .maximum = 10.0,
                     .start = 2e-3,
                     .flags = 0},
-                   {.name = "loss_s",
-                    .unit = "s",
-                    .what = "damping of the clamp over its stiffness",
+                   {.name = BEAM_TEXT("loss_s"),
+                    .unit = BEAM_TEXT("s"),
+                    .what = BEAM_TEXT("damping of the clamp over its stiffness"),
                     .neutral = 0.0,
                     .minimum = 0.0,
                     .maximum = 1.0,

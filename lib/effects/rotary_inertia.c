@@ -22,23 +22,26 @@ static int terms(const beam_real p[], const struct beam_place *place, struct bea
 const struct beam_effect BEAM_NAME(effect_rotary_inertia) = {
     .id = "rotary_inertia",
     .family = BEAM_FAMILY_STRUCTURE,
-    .title = "the cross-sections turn and shear (a thick beam)",
-    .form = "⟨κ ρ r² (1 + E/(k'G)) y'_tt, φ'⟩, r² = I/A",
-    .source = "Timoshenko, On the correction for shear of the differential equation for transverse vibrations of "
-              "prismatic bars, Philosophical Magazine, 1921; Han, Benaroya and Wei, Dynamics of transversely "
-              "vibrating beams using four engineering theories, Journal of Sound and Vibration, 1999",
-    .looks_like = "High modes lie below the Euler–Bernoulli frequencies, the share of the shift growing in "
-                  "proportion to frequency; mode 1 stays. κ = 1 is the theory for a solid metal bar; a much larger "
-                  "κ means a core that shears (glue, foam), a material other than metal, or another cause "
-                  "altogether.",
-    .confused_with = "point_mass: correlation 0.983 with mass added near an antinode of the high modes; its shifts "
-                     "jump from mode to mode. The computation itself (too few splines raises high modes): refine "
-                     "first. sensor_delay and sensor_lag: change phase, not frequency. Measure two more modes.",
-    .target_cost = "none per step: a 10 × 10 form added to M before factoring",
+    .title = BEAM_TEXT("the cross-sections turn and shear (a thick beam)"),
+    .form = BEAM_TEXT("⟨κ ρ r² (1 + E/(k'G)) y'_tt, φ'⟩, r² = I/A"),
+    .source = BEAM_TEXT(
+        "Timoshenko, On the correction for shear of the differential equation for transverse vibrations of "
+        "prismatic bars, Philosophical Magazine, 1921; Han, Benaroya and Wei, Dynamics of transversely "
+        "vibrating beams using four engineering theories, Journal of Sound and Vibration, 1999"),
+    .looks_like = BEAM_TEXT(
+        "High modes lie below the Euler–Bernoulli frequencies, the share of the shift growing in "
+        "proportion to frequency; mode 1 stays. κ = 1 is the theory for a solid metal bar; a much larger "
+        "κ means a core that shears (glue, foam), a material other than metal, or another cause "
+        "altogether."),
+    .confused_with = BEAM_TEXT(
+        "point_mass: correlation 0.983 with mass added near an antinode of the high modes; its shifts "
+        "jump from mode to mode. The computation itself (too few splines raises high modes): refine "
+        "first. sensor_delay and sensor_lag: change phase, not frequency. Measure two more modes."),
+    .target_cost = BEAM_TEXT("none per step: a 10 × 10 form added to M before factoring"),
     .n_parameters = 1,
-    .parameters = {{.name = "scale",
-                    .unit = "",
-                    .what = "κ: 1 for the rotation and shear of a solid metal bar",
+    .parameters = {{.name = BEAM_TEXT("scale"),
+                    .unit = BEAM_TEXT(""),
+                    .what = BEAM_TEXT("κ: 1 for the rotation and shear of a solid metal bar"),
                     .neutral = 0.0,
                     .minimum = 0.0,
                     .maximum = 1e5,

@@ -21,21 +21,24 @@ static int map(const beam_real p[], beam_real v, beam_real u, struct beam_sample
 const struct beam_effect BEAM_NAME(effect_sensor_saturation) = {
     .id = "sensor_saturation",
     .family = BEAM_FAMILY_MEASUREMENT,
-    .title = "the sensor or its amplifier runs out of range",
-    .form = "v = L tanh(w/L)",
-    .source = "Doebelin, Measurement Systems: linearity and range; the smooth clip as in Bendat, Nonlinear System "
-              "Techniques and Applications (memoryless nonlinear systems)",
-    .looks_like = "Peaks of one channel are flattened on both sides as they approach a level; small motion is "
-                  "exact. Odd harmonics that no other channel shows. Frequencies, and decay rates late in the "
-                  "record, are those of the beam.",
-    .confused_with = "drive_saturation: every channel sees it. quadratic_drag: large motion also looks too small, "
-                     "but its later motion is then smaller too; a saturated sensor recovers. stop_contact: "
-                     "one-sided and rings. Halve the gain or the level, or look at a second sensor.",
-    .target_cost = "one tanh per step and channel",
+    .title = BEAM_TEXT("the sensor or its amplifier runs out of range"),
+    .form = BEAM_TEXT("v = L tanh(w/L)"),
+    .source = BEAM_TEXT(
+        "Doebelin, Measurement Systems: linearity and range; the smooth clip as in Bendat, Nonlinear System "
+        "Techniques and Applications (memoryless nonlinear systems)"),
+    .looks_like = BEAM_TEXT(
+        "Peaks of one channel are flattened on both sides as they approach a level; small motion is "
+        "exact. Odd harmonics that no other channel shows. Frequencies, and decay rates late in the "
+        "record, are those of the beam."),
+    .confused_with = BEAM_TEXT(
+        "drive_saturation: every channel sees it. quadratic_drag: large motion also looks too small, "
+        "but its later motion is then smaller too; a saturated sensor recovers. stop_contact: "
+        "one-sided and rings. Halve the gain or the level, or look at a second sensor."),
+    .target_cost = BEAM_TEXT("one tanh per step and channel"),
     .n_parameters = 1,
-    .parameters = {{.name = "level",
-                    .unit = "channel unit",
-                    .what = "value that the channel cannot pass",
+    .parameters = {{.name = BEAM_TEXT("level"),
+                    .unit = BEAM_TEXT("channel unit"),
+                    .what = BEAM_TEXT("value that the channel cannot pass"),
                     .neutral = INFINITY,
                     .minimum = 1e-9,
                     .maximum = INFINITY,

@@ -13,21 +13,24 @@ static int terms(const beam_real p[], const struct beam_place *place, struct bea
 const struct beam_effect BEAM_NAME(effect_square_root_damping) = {
     .id = "square_root_damping",
     .family = BEAM_FAMILY_DAMPING,
-    .title = "damping that goes with the rate of slope (square-root damping)",
-    .form = "⟨c y'_t, φ'⟩",
-    .source = "Chen and Russell, A mathematical model for linear elastic systems with structural damping, Quarterly "
-              "of Applied Mathematics, 1982; the weaker damping form of Banks, Wang, Inman and Slater",
-    .looks_like = "The damping ratio is nearly the same in all modes, about c/(2 √(EI ρ)), where air damping falls "
-                  "and Kelvin–Voigt damping rises with frequency. Frequencies stay put, decays stay exponential at "
-                  "every level.",
-    .confused_with = "hysteretic_damping: the same damping ratio in every mode (correlation 0.999); no vibration "
-                     "test of one beam separates them well, a second beam of other thickness does. γ with cDI "
-                     "together imitate it over two modes: measure four or more.",
-    .target_cost = "none per step: a 10 × 10 form added to C before factoring",
+    .title = BEAM_TEXT("damping that goes with the rate of slope (square-root damping)"),
+    .form = BEAM_TEXT("⟨c y'_t, φ'⟩"),
+    .source = BEAM_TEXT(
+        "Chen and Russell, A mathematical model for linear elastic systems with structural damping, Quarterly "
+        "of Applied Mathematics, 1982; the weaker damping form of Banks, Wang, Inman and Slater"),
+    .looks_like = BEAM_TEXT(
+        "The damping ratio is nearly the same in all modes, about c/(2 √(EI ρ)), where air damping falls "
+        "and Kelvin–Voigt damping rises with frequency. Frequencies stay put, decays stay exponential at "
+        "every level."),
+    .confused_with = BEAM_TEXT(
+        "hysteretic_damping: the same damping ratio in every mode (correlation 0.999); no vibration "
+        "test of one beam separates them well, a second beam of other thickness does. γ with cDI "
+        "together imitate it over two modes: measure four or more."),
+    .target_cost = BEAM_TEXT("none per step: a 10 × 10 form added to C before factoring"),
     .n_parameters = 1,
-    .parameters = {{.name = "coefficient_Ns",
-                    .unit = "N·s",
-                    .what = "damping moment per rate of slope and length",
+    .parameters = {{.name = BEAM_TEXT("coefficient_Ns"),
+                    .unit = BEAM_TEXT("N·s"),
+                    .what = BEAM_TEXT("damping moment per rate of slope and length"),
                     .neutral = 0.0,
                     .minimum = 0.0,
                     .maximum = 10.0,

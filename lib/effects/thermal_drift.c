@@ -21,21 +21,25 @@ static int law(const beam_real p[], const struct beam_law_input *in, struct beam
 const struct beam_effect BEAM_NAME(effect_thermal_drift) = {
     .id = "thermal_drift",
     .family = BEAM_FAMILY_ENVIRONMENT,
-    .title = "the beam warms or cools and its stiffness drifts",
-    .form = "EI(t) = EI (1 + r t) within a record",
-    .source = "Xia, Chen, Weng, Ni and Xu, Temperature effect on vibration properties of civil structures, Journal "
-              "of Civil Structural Health Monitoring, 2012 (frequency follows √E, E falls with temperature)",
-    .looks_like = "All frequencies glide together by half the share r per second, at every level alike: the phase "
-                  "of the tail of a long record is off by a parabola in time, its beginning fits. No harmonics.",
-    .confused_with = "cubic_stiffness, large_rotation, patch_softening: glide with the decaying amplitude, not with "
-                     "the clock; compare a weak and a strong record, or drive steadily for a minute. clock_error: a "
-                     "wrong but constant frequency. sensor_offset: the zero moves, not the frequencies.",
-    .target_cost = "law coordinates over the span (at most 8): about 60 multiply-adds each and a Newton solve with "
-                   "as many unknowns; the dearest of the laws",
+    .title = BEAM_TEXT("the beam warms or cools and its stiffness drifts"),
+    .form = BEAM_TEXT("EI(t) = EI (1 + r t) within a record"),
+    .source = BEAM_TEXT(
+        "Xia, Chen, Weng, Ni and Xu, Temperature effect on vibration properties of civil structures, Journal "
+        "of Civil Structural Health Monitoring, 2012 (frequency follows √E, E falls with temperature)"),
+    .looks_like = BEAM_TEXT(
+        "All frequencies glide together by half the share r per second, at every level alike: the phase "
+        "of the tail of a long record is off by a parabola in time, its beginning fits. No harmonics."),
+    .confused_with = BEAM_TEXT(
+        "cubic_stiffness, large_rotation, patch_softening: glide with the decaying amplitude, not with "
+        "the clock; compare a weak and a strong record, or drive steadily for a minute. clock_error: a "
+        "wrong but constant frequency. sensor_offset: the zero moves, not the frequencies."),
+    .target_cost = BEAM_TEXT(
+        "law coordinates over the span (at most 8): about 60 multiply-adds each and a Newton solve with "
+        "as many unknowns; the dearest of the laws"),
     .n_parameters = 1,
-    .parameters = {{.name = "rate_ps",
-                    .unit = "1/s",
-                    .what = "relative change of EI per second, from the record's first sample",
+    .parameters = {{.name = BEAM_TEXT("rate_ps"),
+                    .unit = BEAM_TEXT("1/s"),
+                    .what = BEAM_TEXT("relative change of EI per second, from the record's first sample"),
                     .neutral = 0.0,
                     .minimum = -0.1,
                     .maximum = 0.1,

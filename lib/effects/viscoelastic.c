@@ -15,31 +15,35 @@ static int terms(const beam_real p[], const struct beam_place *place, struct bea
 const struct beam_effect BEAM_NAME(effect_viscoelastic) = {
     .id = "viscoelastic",
     .family = BEAM_FAMILY_DAMPING,
-    .title = "bending stiffness with a memory (one Maxwell branch)",
-    .form = "⟨E₁ ξ, φ″⟩ with ξ_t = y″_t − ξ/τ",
-    .source = "Christensen, Theory of Viscoelasticity; Banks and Inman, On damping mechanisms in beams, Journal of "
-              "Applied Mechanics, 1991 (time hysteresis)",
-    .looks_like = "Damping peaks for modes near 1/(2πτ), with a loss factor up to E₁/(2 EI), and falls off on both "
-                  "sides. Modes above it are stiffer than modes below by the share E₁/EI, so no single EI fits all "
-                  "frequencies. After a step the beam creeps with the time τ. Nothing depends on amplitude.",
-    .confused_with = "cDI: the same when τ is far shorter than the period of the highest mode. hysteretic_damping "
-                     "and square_root_damping: flat over frequency; measure modes a decade apart on either side of "
-                     "1/(2πτ). A relative frequency error of 3e-5 in the computation looks like it: refine the "
-                     "model first.",
-    .target_cost = "up to 10 more states: 20 multiply-adds, and 10 for each input, output and law coordinate; no "
-                   "Newton",
+    .title = BEAM_TEXT("bending stiffness with a memory (one Maxwell branch)"),
+    .form = BEAM_TEXT("⟨E₁ ξ, φ″⟩ with ξ_t = y″_t − ξ/τ"),
+    .source = BEAM_TEXT(
+        "Christensen, Theory of Viscoelasticity; Banks and Inman, On damping mechanisms in beams, Journal of "
+        "Applied Mechanics, 1991 (time hysteresis)"),
+    .looks_like = BEAM_TEXT(
+        "Damping peaks for modes near 1/(2πτ), with a loss factor up to E₁/(2 EI), and falls off on both "
+        "sides. Modes above it are stiffer than modes below by the share E₁/EI, so no single EI fits all "
+        "frequencies. After a step the beam creeps with the time τ. Nothing depends on amplitude."),
+    .confused_with = BEAM_TEXT(
+        "cDI: the same when τ is far shorter than the period of the highest mode. hysteretic_damping "
+        "and square_root_damping: flat over frequency; measure modes a decade apart on either side of "
+        "1/(2πτ). A relative frequency error of 3e-5 in the computation looks like it: refine the "
+        "model first."),
+    .target_cost = BEAM_TEXT(
+        "up to 10 more states: 20 multiply-adds, and 10 for each input, output and law coordinate; no "
+        "Newton"),
     .n_parameters = 2,
-    .parameters = {{.name = "strength_Nm2",
-                    .unit = "N·m²",
-                    .what = "bending stiffness of the branch, seen only above 1/(2πτ)",
+    .parameters = {{.name = BEAM_TEXT("strength_Nm2"),
+                    .unit = BEAM_TEXT("N·m²"),
+                    .what = BEAM_TEXT("bending stiffness of the branch, seen only above 1/(2πτ)"),
                     .neutral = 0.0,
                     .minimum = 0.0,
                     .maximum = 1e3,
                     .start = 0.02,
                     .flags = 0},
-                   {.name = "relaxation_s",
-                    .unit = "s",
-                    .what = "relaxation time of the branch",
+                   {.name = BEAM_TEXT("relaxation_s"),
+                    .unit = BEAM_TEXT("s"),
+                    .what = BEAM_TEXT("relaxation time of the branch"),
                     .neutral = 5e-3,
                     .minimum = 1e-6,
                     .maximum = 1e3,
