@@ -41,7 +41,7 @@ FLOAT_OBJ = $(LIB_SRC:%.c=$(B)/float/%.o) $(B)/float/effects_table.o $(B)/float/
 TARGET_OBJ = $(LIB_SRC:%.c=$(B)/target/%.o) $(B)/target/effects_table.o $(B)/target/galerkin_tables.o
 CPLX_OBJ  = $(patsubst %.c,$(B)/complex/%.o,$(wildcard lib/effects/*.c)) $(B)/complex/effects_table.o
 HOST_OBJ  = $(HOST_SRC:%.c=$(B)/%.o)
-ARCHIVES  = $(B)/libhost.a $(B)/libbeam.a $(B)/libbeamf.a $(B)/libbeamt.a $(B)/libbeamc.a
+ARCHIVES  = $(B)/libfirmware.a $(B)/libhost.a $(B)/libbeam.a $(B)/libbeamf.a $(B)/libbeamt.a $(B)/libbeamc.a
 
 all: $(B)/beamfit $(B)/beamfit.1 $(B)/libbeamf.a ## build the program and the libraries
 
@@ -78,6 +78,19 @@ $(B)/target/%.o: %.c
 $(B)/complex/%.o: %.c
 	@mkdir -p $(@D)
 	$(call say,$@)$(CC) $(LIBFLAGS) -DBEAM_COMPLEX -MMD -MP -c $< -o $@
+# firmware/ as the host runs it: board_host, unit tests
+FW_FLAGS = $(LIBFLAGS) -DBEAM_FLOAT -DBEAM_TARGET -Ifirmware
+$(B)/firmware/%.o: firmware/%.c
+	@mkdir -p $(@D)
+	$(call say,$@)$(CC) $(FW_FLAGS) -MMD -MP -c $< -o $@
+$(B)/firmware/board_host/main.o: firmware/main.c # the PC's main() reads the command line first
+	@mkdir -p $(@D)
+	$(call say,$@)$(CC) $(FW_FLAGS) -Dmain=firmware_main -Wno-missing-prototypes -MMD -MP -c $< -o $@
+BUILT_IN_HZ ?= 1000
+$(B)/gen/built_in_image: tools/built_in_image.c $(B)/libbeam.a $(B)/libbeamt.a
+	$(call say,$@)$(CC) $(LIBFLAGS) $^ -lm -o $@
+$(B)/gen/built_in_image.c: $(B)/gen/built_in_image
+	$(call say,$@)$< $(BUILT_IN_HZ) > $@.new && mv $@.new $@
 $(B)/host/%.o: host/%.c
 	@mkdir -p $(@D)
 	$(call say,$@)$(CC) $(ALLFLAGS) -MMD -MP -c $< -o $@
@@ -94,6 +107,12 @@ $(B)/libbeamc.a: $(CPLX_OBJ)
 	$(call say,$@)rm -f $@; ar rcs $@ $^
 $(B)/libhost.a: $(HOST_OBJ)
 	$(call say,$@)rm -f $@; ar rcs $@ $^
+FW_OBJ = $(patsubst %.c,$(B)/%.o,$(filter-out firmware/main.c,$(wildcard firmware/*.c))) $(B)/target/built_in_image.o
+$(B)/libfirmware.a: $(FW_OBJ)
+	$(call say,$@)rm -f $@; ar rcs $@ $^
+BOARD_HOST_OBJ = $(patsubst %.c,$(B)/%.o,$(wildcard firmware/board_host/*.c)) $(B)/firmware/board_host/main.o
+$(B)/board_host: $(BOARD_HOST_OBJ) $(B)/libfirmware.a $(B)/libbeamt.a
+	$(call say,$@)$(CC) $(OPT) $(CFLAGS) $^ -lbearssl -lm -o $@
 $(B)/beamfit: $(B)/host/main.o $(B)/libhost.a $(B)/libbeam.a $(B)/libbeamt.a
 	$(call say,$@)$(CC) $(OPT) $(CFLAGS) $^ $(LIBS) -o $@
 
@@ -219,7 +238,7 @@ clean: ## remove everything built
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 18
 
-DEPFILES = $(SHADOWS:.o=.d) $(BEAM_SHADOWS:.o=.d) $(LIB_OBJ:.o=.d) $(FLOAT_OBJ:.o=.d) $(TARGET_OBJ:.o=.d) $(CPLX_OBJ:.o=.d) $(HOST_OBJ:.o=.d) $(B)/host/main.d \
+DEPFILES = $(FW_OBJ:.o=.d) $(BOARD_HOST_OBJ:.o=.d) $(SHADOWS:.o=.d) $(BEAM_SHADOWS:.o=.d) $(LIB_OBJ:.o=.d) $(FLOAT_OBJ:.o=.d) $(TARGET_OBJ:.o=.d) $(CPLX_OBJ:.o=.d) $(HOST_OBJ:.o=.d) $(B)/host/main.d \
            $(UNIT_TESTS:%=%.d) $(SYSTEM_TESTS:%=%.d) $(SYSTEM_COMMON:.o=.d) $(TRUTH_OBJ:.o=.d)
 -include $(wildcard $(DEPFILES))
 .PHONY: all tests unit test test-both demo deps lint layers size bench hidden false-alarms own-effect experiments data fuzz install uninstall clean help

@@ -50,8 +50,11 @@ bool board_nvm_read(int slot, uint32_t offset, size_t n, uint8_t out[]);
 bool board_nvm_program(int slot, uint32_t offset, size_t words, const uint32_t data[]);
 bool board_nvm_erase(int slot);
 
-/* Nothing to do until the next interrupt. False: power down is wished (board_host, emulators), leave the loop. */
-bool board_idle(void);
+/*
+ * A turn of the background loop is over. busy: there is more to do, or a frame on its way to the port: returns soon;
+ * else may sleep until the next interrupt. False: power down is wished (board_host, emulators), leave the loop.
+ */
+bool board_idle(bool busy);
 
 /* ---- What the board calls ---- */
 

@@ -8,10 +8,10 @@ CROSS_FLAGS = $(CROSS_CPU) $(CROSS_STD) $(WARN) -Ilib
 CROSS_LIB_OBJ = $(LIB_SRC:%.c=$(B)/arm/%.o) $(B)/arm/effects_table.o $(B)/arm/galerkin_tables.o
 $(B)/arm/%.o: $(B)/gen/%.c
 	@mkdir -p $(@D)
-	$(call say,$@)$(CROSS)gcc $(CROSS_FLAGS) -fstack-usage -fcallgraph-info -MMD -MP -c $< -o $@
+	$(call say,$@)$(CROSS)gcc $(CROSS_FLAGS) -fstack-usage -fcallgraph-info=su -MMD -MP -c $< -o $@
 $(B)/arm/lib/%.o: lib/%.c
 	@mkdir -p $(@D)
-	$(call say,$@)$(CROSS)gcc $(CROSS_FLAGS) -fstack-usage -fcallgraph-info -MMD -MP -c $< -o $@
+	$(call say,$@)$(CROSS)gcc $(CROSS_FLAGS) -fstack-usage -fcallgraph-info=su -MMD -MP -c $< -o $@
 $(B)/arm/libbeamt.a: $(CROSS_LIB_OBJ)
 	$(call say,$@)rm -f $@; $(CROSS)ar rcs $@ $^
 
@@ -26,18 +26,18 @@ $(BEARSSL)/inc/bearssl_hmac.h: tools/bearssl.sh
 $(BEARSSL_OBJ): $(B)/arm/bearssl/%.o: $(BEARSSL)/inc/bearssl_hmac.h
 	@mkdir -p $(@D)
 	$(call say,$@)$(CROSS)gcc $(CROSS_CPU) -std=c99 -Os -ffunction-sections -fdata-sections -I$(BEARSSL)/inc -I$(BEARSSL)/src \
-	    -fstack-usage -fcallgraph-info -c $(BEARSSL)/src/$*.c -o $@
+	    -fstack-usage -fcallgraph-info=su -c $(BEARSSL)/src/$*.c -o $@
 
 # ---- Firmware: what every board shares, and each board's own ----
 FIRMWARE_BOARDS := stm32f405 mps2
 FIRMWARE_SRC := $(wildcard firmware/*.c)
-FIRMWARE_OBJ  = $(FIRMWARE_SRC:%.c=$(B)/arm/%.o)
+FIRMWARE_OBJ  = $(FIRMWARE_SRC:%.c=$(B)/arm/%.o) $(B)/arm/built_in_image.o
 BOARD_OBJ     = $(patsubst %.c,$(B)/arm/%.o,$(wildcard firmware/board_$(1)/*.c))
 FIRMWARE_ELF := $(FIRMWARE_BOARDS:%=$(B)/firmware_%.elf)
 FIRMWARE_FLAGS = $(CROSS_FLAGS) -Ifirmware -isystem $(BEARSSL)/inc
 $(B)/arm/firmware/%.o: firmware/%.c $(BEARSSL)/inc/bearssl_hmac.h
 	@mkdir -p $(@D)
-	$(call say,$@)$(CROSS)gcc $(FIRMWARE_FLAGS) -fstack-usage -fcallgraph-info -MMD -MP -c $< -o $@
+	$(call say,$@)$(CROSS)gcc $(FIRMWARE_FLAGS) -fstack-usage -fcallgraph-info=su -MMD -MP -c $< -o $@
 define firmware_elf
 $(B)/firmware_$(1).elf: $(call BOARD_OBJ,$(1)) $(FIRMWARE_OBJ) $(BEARSSL_OBJ) $(B)/arm/libbeamt.a \
     firmware/board_$(1)/$(1).ld firmware/sections.ld

@@ -37,6 +37,8 @@ struct record {
 #define WAKEFUL       (*(const volatile uint32_t *)0x2001FF00u) /* as on the STM32: an emulator that wants no sleep */
 #define WAKEFUL_MAGIC 0x5EEDu
 
+void board_tick_isr(void);
+
 static struct board_facts facts;
 static volatile uint32_t ticks;
 static volatile bool sampling;
@@ -99,9 +101,9 @@ uint32_t board_time_us(void)
     return before * TICK_US + cycles / CYCLES_PER_US;
 }
 
-bool board_idle(void)
+bool board_idle(bool busy)
 {
-    if (WAKEFUL != WAKEFUL_MAGIC)
+    if (!busy && WAKEFUL != WAKEFUL_MAGIC)
         __asm__ volatile("wfi");
     return true;
 }

@@ -47,9 +47,9 @@ const struct board_facts *board_init(void)
     return &facts;
 }
 
-bool board_idle(void)
+bool board_idle(bool busy)
 {
-    if (WAKEFUL != WAKEFUL_MAGIC)
+    if (!busy && WAKEFUL != WAKEFUL_MAGIC)
         __asm__ volatile("wfi");
     return true;
 }

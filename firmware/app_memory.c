@@ -1,0 +1,117 @@
+/* SPDX-License-Identifier: MIT */
+/* The memory map of beam_wire.h. */
+#include "app.h"
+#include <string.h>
+
+static const char event_name[] = "sample";
+
+/* Is [address, address + n) inside the region of this many bytes? */
+static bool inside(uint32_t address, uint32_t n, uint32_t begin, uint32_t bytes, uint32_t *offset)
+{
+    *offset = address - begin;
+    return address >= begin && *offset <= bytes && n <= bytes - *offset;
+}
+
+/* The sample interrupt may come between two bytes: then it is read again. */
+static void read_live(const struct app *app, struct beam_live *out)
+{
+    for (int tries = 0; tries < 4; tries++) {
+        const uint32_t before = atomic_load(&app->published);
+        *out = app->latest;
+        if (atomic_load(&app->published) == before)
+            break;
+    }
+    out->crc32 = beam_crc32(0, offsetof(struct beam_live, crc32), (const uint8_t *)out);
+}
+
+static void fill_info(const struct app *app, struct beam_info *out)
+{
+    const struct beam_image_header *header = &pages_active(&app->pages)->front.header;
+    *out = (struct beam_info){
+        .firmware_version = APP_VERSION,
+        .image_layout = BEAM_IMAGE_LAYOUT,
+        .image_bytes = BEAM_IMAGE_BYTES,
+        .sample_mHz = app->facts->sample_mHz,
+        .running = atomic_load(&app->running),
+        .counter = header->counter,
+        .stored = app->store.stored,
+        .missed = atomic_load(&app->missed),
+        .overrun = atomic_load(&app->daq.overrun),
+        .frames_bad = app->receiver.bad,
+        .wrong_keys = app->xcp.wrong_keys,
+        .refused = app->pages.refused,
+        .last_fault = app->pages.fault,
+        .slot_state = {app->store.slot[0], app->store.slot[1]},
+        .boots = app->store.boots,
+        .nvm_errors = app->store.errors,
+        .worst_step_us = atomic_load(&app->worst_us),
+    };
+    memcpy(out->device, app->facts->device, sizeof out->device);
+    memcpy(out->model_sha256, header->model_sha256, sizeof out->model_sha256);
+}
+
+int app_read(struct app *app, uint32_t address, uint32_t n, uint8_t out[])
+{
+    uint32_t offset;
+    if (inside(address, n, BEAM_WIRE_IMAGE, BEAM_IMAGE_BYTES, &offset)) {
+        const bool active = app->xcp.page == BEAM_WIRE_PAGE_ACTIVE;
+        beam_image_read(active ? pages_active(&app->pages) : pages_staging(&app->pages), offset, n, out);
+        return 0;
+    }
+    if (inside(address, n, BEAM_WIRE_LIVE, sizeof(struct beam_live), &offset)) {
+        struct beam_live live;
+        read_live(app, &live);
+        memcpy(out, (const uint8_t *)&live + offset, n);
+        return 0;
+    }
+    if (inside(address, n, BEAM_WIRE_INFO, sizeof(struct beam_info), &offset)) {
+        struct beam_info info;
+        fill_info(app, &info);
+        memcpy(out, (const uint8_t *)&info + offset, n);
+        return 0;
+    }
+    if (inside(address, n, BEAM_WIRE_DRIVE, sizeof(struct beam_drive), &offset)) {
+        memcpy(out, (const uint8_t *)&app->drive_bytes + offset, n);
+        return 0;
+    }
+    if (inside(address, n, XCP_TEXT, sizeof event_name - 1, &offset)) {
+        memcpy(out, event_name + offset, n);
+        return 0;
+    }
+    return BEAM_XCP_ERR_ACCESS_DENIED;
+}
+
+/* The bytes are kept; with the last one of `generation` the whole setting starts, or nothing is changed. */
+static int write_drive(struct app *app, uint32_t offset, uint32_t n, const uint8_t in[])
+{
+    struct beam_drive setting = app->drive_bytes;
+    memcpy((uint8_t *)&setting + offset, in, n);
+    if (offset + n == sizeof setting && n > 0) {
+        if (atomic_load(&app->drive_pending))
+            return BEAM_XCP_ERR_CMD_BUSY; /* until the next sample */
+        if (!drive_valid(&setting))
+            return BEAM_XCP_ERR_OUT_OF_RANGE;
+        app->drive_wanted = setting;
+        atomic_store(&app->drive_pending, setting.generation != app->drive_bytes.generation);
+    }
+    app->drive_bytes = setting;
+    return 0;
+}
+
+int app_write(struct app *app, uint32_t address, uint32_t n, const uint8_t in[])
+{
+    uint32_t offset;
+    if (inside(address, n, BEAM_WIRE_DRIVE, sizeof(struct beam_drive), &offset))
+        return write_drive(app, offset, n, in);
+    if (inside(address, n, BEAM_WIRE_LIVE, sizeof(struct beam_live), &offset) ||
+        inside(address, n, BEAM_WIRE_INFO, sizeof(struct beam_info), &offset))
+        return BEAM_XCP_ERR_WRITE_PROTECTED;
+    if (!inside(address, n, BEAM_WIRE_IMAGE, BEAM_IMAGE_BYTES, &offset))
+        return BEAM_XCP_ERR_ACCESS_DENIED;
+    if (app->xcp.page != BEAM_WIRE_PAGE_STAGING)
+        return BEAM_XCP_ERR_WRITE_PROTECTED;
+    if (!app->xcp.unlocked)
+        return BEAM_XCP_ERR_ACCESS_LOCKED;
+    beam_image_write(pages_staging(&app->pages), offset, n, in);
+    return 0;
+}

@@ -1,0 +1,41 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * sampler.h — one sample: codes → input and measured value → beam_step() → residual, running mean square, alarm.
+ *
+ * Which drive acts when: at tick k the converter has just finished sensor code s(k), the beam's voltage at the tick.
+ * The interrupt writes drive code d(k) to the D/A at its very start; it acts from tick k to tick k + 1. Step k is
+ * beam_step(u(k)) with u(k) from d(k), and y(k) is compared with s(k). With the zero-order hold a step's output
+ * depends on u(k − 1) and before; u(k) itself enters only an acceleration, at the instant of the tick, after the jump.
+ */
+#ifndef SAMPLER_H
+#define SAMPLER_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include "beam_image.h"
+#include "beam_wire.h"
+
+enum { SAMPLER_PAST = BEAM_HISTORY }; /* sensor codes remembered; above every plan's latency */
+_Static_assert((SAMPLER_PAST & (SAMPLER_PAST - 1)) == 0, "a power of two");
+
+struct sampler {
+    struct beam_state state;
+    uint32_t sequence;
+    uint32_t averaged; /* samples in the running mean, up to its time constant */
+    float mean_square; /* of the residual, output's unit squared */
+    bool alarm;
+    uint16_t past[SAMPLER_PAST];
+};
+
+/* Model to rest, statistics begun anew; the sequence and the past codes go on. */
+void sampler_rest(struct sampler *s, const struct beam_image *image);
+
+/*
+ * One sample of the model in `image`; out->crc32 and the image's part of out->status are left to the caller.
+ * A state or statistic that is not finite puts the model to rest: BEAM_LIVE_RESET, predicted 0 in that sample.
+ * Cost: beam_step() and about 120 instructions.
+ */
+void sampler_step(struct sampler *s, const struct beam_image *image, uint16_t sensor_code, uint16_t drive_code,
+                  uint16_t sensor_code_max, struct beam_live *out);
+
+#endif
