@@ -147,7 +147,7 @@ static bool receive(struct app *app)
     if (app->line.response > 0) /* the buffer is taken */
         return false;
     sxi_expire(receiver, now_us);
-    const size_t n = board_receive(sxi_wanted(receiver, &where), where);
+    const size_t wanted = sxi_wanted(receiver, &where), n = board_receive(wanted, where);
     if (n == 0)
         return false;
     const uint16_t length = sxi_received(receiver, n, now_us);
