@@ -11,10 +11,9 @@
 #define NOTHING   BEAM_K(1e-290)
 #endif
 
-/* Residual, Jacobian and new internal states at forces g. */
+/* Residual and new internal states at forces g. The Jacobian there is kept beside it: only the last one is needed. */
 struct evaluation {
     beam_real residual[BEAM_PORTS];
-    beam_real jacobian[BEAM_PORTS][BEAM_PORTS];
     beam_real w[BEAM_PORTS], z[BEAM_PORTS][BEAM_LAW_STATES];
     beam_real size; /* of the largest residual */
 };
@@ -32,7 +31,7 @@ static beam_real coordinate(const struct beam_law_system *system, const beam_rea
 static enum beam_status evaluate_point(const struct beam_law_system *system, const beam_real free[],
                                        const beam_real force[], const beam_real w_old[],
                                        beam_real z_old[BEAM_PORTS][BEAM_LAW_STATES], int p, int width,
-                                       struct evaluation *e)
+                                       struct evaluation *e, beam_real jacobian[BEAM_PORTS][BEAM_PORTS])
 {
     const struct beam_use *use = &system->use[system->port_use[p]];
     struct beam_law_input in = {.t_s = system->t_s, .dt_s = system->dt_s};
@@ -56,7 +55,7 @@ static enum beam_status evaluate_point(const struct beam_law_system *system, con
             for (int c = 0; c < width; c++)
                 sum += weight * (out.f_w[i][c] * system->compliance[2 * (p + c)][q] +
                                  out.f_v[i][c] * system->compliance[2 * (p + c) + 1][q]);
-            e->jacobian[p + i][q] = sum;
+            jacobian[p + i][q] = sum;
         }
     }
     return BEAM_OK;
@@ -64,13 +63,13 @@ static enum beam_status evaluate_point(const struct beam_law_system *system, con
 
 static enum beam_status evaluate(const struct beam_law_system *system, const beam_real free[], const beam_real force[],
                                  const beam_real w_old[], beam_real z_old[BEAM_PORTS][BEAM_LAW_STATES],
-                                 struct evaluation *e)
+                                 struct evaluation *e, beam_real jacobian[BEAM_PORTS][BEAM_PORTS])
 {
     for (int p = 0; p < system->n_ports;) {
         int width = 1;
         while (width < BEAM_LAW_WIDTH && p + width < system->n_ports && system->port_coordinate[p + width] > 0)
             width++;
-        const enum beam_status status = evaluate_point(system, free, force, w_old, z_old, p, width, e);
+        const enum beam_status status = evaluate_point(system, free, force, w_old, z_old, p, width, e, jacobian);
         if (status != BEAM_OK)
             return status;
         p += width;
@@ -114,13 +113,14 @@ struct search {
     beam_real (*z)[BEAM_LAW_STATES];
     struct evaluation room[2];
     struct evaluation *best, *trial;
+    beam_real jacobian[BEAM_PORTS][BEAM_PORTS]; /* of the last evaluation */
 };
 
 /* Residual at `tried`; when it is smaller than the best, it becomes the best and 1 is returned. */
 static enum beam_status try_forces(struct search *s, const beam_real tried[BEAM_PORTS], beam_real force[BEAM_PORTS],
                                    int *better)
 {
-    const enum beam_status status = evaluate(s->system, s->free, tried, s->w_old, s->z, s->trial);
+    const enum beam_status status = evaluate(s->system, s->free, tried, s->w_old, s->z, s->trial, s->jacobian);
     *better = status == BEAM_OK && beam_less(s->trial->size, s->best->size);
     if (*better) {
         struct evaluation *swap = s->best;
@@ -144,7 +144,7 @@ static enum beam_status solve_one(struct search *s, beam_real force[BEAM_PORTS],
     int has_low = 0, has_high = 0, better = 1, rested = 0;
     enum beam_status status = BEAM_OK;
     for (int count = 1; status == BEAM_OK; count++) {
-        const beam_real at = tried[0], residual = last->residual[0], slope = last->jacobian[0][0];
+        const beam_real at = tried[0], residual = last->residual[0], slope = s->jacobian[0][0];
         const beam_real move = beam_less(zero, slope) ? -residual / slope : -residual;
         *done = better && converged(s->system, s->free, force, &move);
         if (*done)
@@ -181,7 +181,7 @@ static enum beam_status solve_many(struct search *s, beam_real force[BEAM_PORTS]
     for (int count = 1; status == BEAM_OK; count++) {
         for (int p = 0; p < n; p++)
             move[p] = better ? -s->best->residual[p] : BEAM_K(0.5) * move[p];
-        if (better && beam_real_solve(n, s->best->jacobian, move) != 0)
+        if (better && beam_real_solve(n, s->jacobian, move) != 0)
             break;
         *done = converged(s->system, s->free, force, move);
         for (int p = 0; p < n; p++)
@@ -206,7 +206,7 @@ enum beam_status beam_laws_solve(const struct beam_law_system *system, const bea
     s.z = z;
     s.best = &s.room[0];
     s.trial = &s.room[1];
-    enum beam_status status = evaluate(system, free, force, w_old, z, s.best);
+    enum beam_status status = evaluate(system, free, force, w_old, z, s.best, s.jacobian);
     int done = 0;
     if (status == BEAM_OK)
         status = system->n_ports == 1 ? solve_one(&s, force, &done) : solve_many(&s, force, &done);

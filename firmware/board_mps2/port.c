@@ -3,7 +3,7 @@
 #include "parts.h"
 
 enum {
-    RING = 512,
+    RING = 256,
     PRIORITY_UART = 0x80,
     STATE_TX_FULL = 1,
     STATE_RX_FULL = 2,

@@ -2,7 +2,7 @@
 /* USART1: received bytes through an interrupt into a ring; bytes to send go as the transmitter takes them. */
 #include "parts.h"
 
-enum { RING = 512, PRIORITY_USART = 0x20 };
+enum { RING = 256, PRIORITY_USART = 0x20 };
 _Static_assert((RING & (RING - 1)) == 0, "a power of two");
 
 void board_port_isr(void);
