@@ -102,13 +102,23 @@ void json_push_text(struct json *array, const char *text)
     (void)json_push(array, text_value(text));
 }
 
-enum bf_status json_print_and_free(struct json *root, FILE *out, struct bf_error *err)
+static enum bf_status print_and_free(struct json *root, size_t layout, FILE *out, struct bf_error *err)
 {
-    int failed = json_dumpf(inner(root), out, JSON_INDENT(2) | JSON_REAL_PRECISION(17));
+    int failed = json_dumpf(inner(root), out, layout | JSON_REAL_PRECISION(17));
     failed |= fputc('\n', out) == EOF || fflush(out) != 0;
     json_decref(inner(root));
     return failed ? bf_fail(err, BF_BAD_FILE, "the answer cannot be written; is the disk or pipe full or closed?")
                   : BF_OK;
+}
+
+enum bf_status json_print_and_free(struct json *root, FILE *out, struct bf_error *err)
+{
+    return print_and_free(root, JSON_INDENT(2), out, err);
+}
+
+enum bf_status json_print_line_and_free(struct json *root, FILE *out, struct bf_error *err)
+{
+    return print_and_free(root, JSON_COMPACT, out, err);
 }
 
 void json_discard(struct json *root)

@@ -21,6 +21,8 @@ void json_push_number(struct json *array, double x);
 void json_push_text(struct json *array, const char *text);
 /* Print with a final newline and free the whole tree. */
 enum bf_status json_print_and_free(struct json *root, FILE *out, struct bf_error *err);
+/* The same on one line, for answers that never end: one object a line. */
+enum bf_status json_print_line_and_free(struct json *root, FILE *out, struct bf_error *err);
 void json_discard(struct json *root);
 
 #endif

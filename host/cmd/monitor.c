@@ -1,0 +1,177 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "capture.h"
+#include "commands.h"
+#include "monitor_view.h"
+#include "options.h"
+
+static const char help[] =
+    "Usage: beamfit monitor --port PORT [--seconds S] [--plot DIR] [options]\n"
+    "\n"
+    "Shows live how well the board's model predicts what its sensor measures: measured, predicted, their difference, "
+    "and\n"
+    "that difference over the expected noise. A ratio near 1 means that the model explains all but noise; the board "
+    "raises\n"
+    "its alarm above a ratio that the image states (`beamfit info`). Nothing is changed; the drive goes on as it is.\n"
+    "On a terminal a few lines are redrawn ten times a second; piped, one line is printed each second.\n"
+    "\n" BOARD_OPTIONS_HELP "  --seconds S           end after so long in the board's time (default: Ctrl-C ends it)\n"
+    "  --every S             time between printed lines, and what their rms values span (default 1)\n"
+    "  --window S            what strips and pictures show: the last S seconds (default 10)\n"
+    "  --prescale P          every P-th sample only (default: the least that the line carries)\n"
+    "  --model MODEL         name of the sensor's channel (default piezo_V)\n"
+    "  --plot DIR            pictures at the end: live (measured and predicted), live-residual, live-ratio\n"
+    "  --json                one JSON object a line: {\"time_s\", \"sequence\", \"measured_rms\", \"predicted_rms\",\n"
+    "                        \"residual_rms\", \"ratio\", \"alarm\", \"clipped\", \"counter\", \"samples\", \"lost\",\n"
+    "                        \"crc_failures\", \"bad_frames\"}\n"
+    "\n"
+    "Example:\n"
+    "  beamfit monitor --port /dev/ttyUSB0 --baud 921600 --seconds 60 --plot pictures\n"
+    "\n"
+    "Exit status: 0 done; 2 usage, or gnuplot is missing; 3 MODEL bad, or DIR not writable; 5 no port, no answer, or "
+    "the\n"
+    "board fell silent.\n";
+
+struct arguments {
+    struct board_options board;
+    const char *model, *plot;
+    double seconds, every_s, window_s;
+    long prescale;
+    bool json;
+};
+
+static enum bf_status take_option(struct arguments *a, int code, struct bf_error *err)
+{
+    switch (code) {
+    case 'p':
+        a->board.port = optarg;
+        return BF_OK;
+    case 'b':
+        return board_take_baud(optarg, &a->board, err);
+    case 's':
+        return board_take_positive("--seconds", optarg, &a->seconds, err);
+    case 'e':
+        return board_take_positive("--every", optarg, &a->every_s, err);
+    case 'w':
+        return board_take_positive("--window", optarg, &a->window_s, err);
+    case 'P':
+        return board_take_count("--prescale", optarg, 1, 255, &a->prescale, err);
+    case 'm':
+        a->model = optarg;
+        return BF_OK;
+    case 'd':
+        a->plot = optarg;
+        return BF_OK;
+    case 'j':
+        a->json = true;
+        return BF_OK;
+    default:
+        return BF_USAGE;
+    }
+}
+
+static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
+{
+    static const struct option options[] = {
+        {"port", required_argument, NULL, 'p'},    {"baud", required_argument, NULL, 'b'},
+        {"seconds", required_argument, NULL, 's'}, {"every", required_argument, NULL, 'e'},
+        {"window", required_argument, NULL, 'w'},  {"prescale", required_argument, NULL, 'P'},
+        {"model", required_argument, NULL, 'm'},   {"plot", required_argument, NULL, 'd'},
+        {"json", no_argument, NULL, 'j'},          {0},
+    };
+    int code;
+    while ((code = options_next(argc, argv, ":", options, err)) != -1)
+        if (take_option(a, code, err) != BF_OK)
+            return BF_USAGE;
+    if (optind < argc)
+        return bf_fail(err, BF_USAGE, "'%.60s': monitor takes options only; see 'beamfit monitor --help'",
+                       argv[optind]);
+    return board_check_options(&a->board, "monitor", err);
+}
+
+/* So many of the board's samples; at least one. */
+static uint32_t samples_in(const struct capture *c, double seconds)
+{
+    const double n = seconds * c->recording.sample_Hz;
+    return n < 1.0 ? 1 : n > 2e9 ? 2000000000u : (uint32_t)n;
+}
+
+/* From one look to the next, at most to sample `last`: on a terminal 0.1 s of the clock. */
+static enum bf_status look(const struct arguments *a, struct capture *c, bool panel, uint32_t last,
+                           struct bf_error *err)
+{
+    enum { REDRAW_MS = 100 };
+    if (!panel)
+        return capture_until(c, last, NULL, 0, err);
+    const int64_t until_ms = port_clock_ms() + REDRAW_MS;
+    for (int64_t left_ms = REDRAW_MS; left_ms > 0 && !progress_interrupted(); left_ms = until_ms - port_clock_ms()) {
+        if (a->seconds > 0.0 && (int32_t)(c->newest - last) >= 0)
+            break;
+        if (link_run_stream(&c->link, (int)left_ms, err) != BF_OK)
+            return err->status;
+    }
+    return BF_OK;
+}
+
+static enum bf_status watch(const struct arguments *a, struct capture *c, struct monitor_view *view,
+                            struct bf_error *err)
+{
+    const uint32_t first = c->newest, every = samples_in(c, a->every_s), window = samples_in(c, a->window_s);
+    const uint32_t last = first + samples_in(c, a->seconds);
+    uint32_t next = first + every;
+    while (!progress_interrupted() && !ferror(stdout) && (a->seconds <= 0.0 || (int32_t)(c->newest - last) < 0)) {
+        if (a->seconds > 0.0 && (int32_t)(next - last) > 0)
+            next = last;
+        if (look(a, c, view->panel, view->panel ? last : next, err) != BF_OK)
+            return err->status;
+        monitor_show(view, c);
+        while ((int32_t)(c->newest - next) >= 0)
+            next += every;
+        if (c->recording.n > 2 * (size_t)(window / c->recording.prescale + 1))
+            monitor_forget(view, c, window);
+    }
+    return BF_OK;
+}
+
+static enum bf_status run(int argc, char **argv, struct bf_error *err)
+{
+    struct arguments a = {.every_s = 1.0, .window_s = 10.0};
+    struct capture c = {0};
+    struct monitor_view view = {0};
+    if (parse(argc, argv, &a, err) != BF_OK || capture_name(&c, a.model, err) != BF_OK)
+        return err->status;
+    progress_catch_interrupts();
+    if (capture_open(&c, &a.board, a.prescale, err) != BF_OK)
+        return err->status;
+    view.json = a.json;
+    view.panel = !a.json && isatty(STDOUT_FILENO) == 1;
+    view.every_s = a.every_s;
+    view.window_s = a.window_s;
+    enum bf_status status = capture_start(&c, err);
+    if (status == BF_OK)
+        status = capture_until(&c, 0, NULL, 0, err);
+    if (status == BF_OK) {
+        monitor_begin(&view, &c);
+        status = watch(&a, &c, &view, err);
+    }
+    if (status == BF_OK)
+        status = capture_stop(&c, err);
+    if (status == BF_OK && a.plot != NULL) {
+        status = monitor_plot(&c, a.plot, err);
+        if (status == BF_OK && !a.json)
+            (void)printf("Pictures: %s/live.png, live-residual.png, live-ratio.png\n", a.plot);
+    }
+    capture_close(&c);
+    return status;
+}
+
+const struct command command_monitor = {
+    .name = "monitor",
+    .summary = "watch the board's prediction against its measurement, live",
+    .help = help,
+    .run = run,
+};

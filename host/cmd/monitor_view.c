@@ -1,0 +1,290 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "monitor_view.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "json.h"
+#include "plot.h"
+#include "text.h"
+
+enum { PANEL_LINES = 6, MOST_COLUMNS = 120 };
+
+void monitor_begin(struct monitor_view *v, const struct capture *c)
+{
+    v->first = c->newest;
+    v->seen = v->samples = v->lost = 0;
+}
+
+/* ---- What is shown ---- */
+
+struct now {
+    double time_s, measured_rms, predicted_rms, residual_rms, ratio;
+    uint32_t status;
+};
+
+static void count(struct monitor_view *v, const struct capture *c)
+{
+    const struct recording *r = &c->recording;
+    for (; v->seen < r->n; v->seen++) {
+        uint64_t lost = 0;
+        if (v->seen > 0)
+            (void)recording_between(r, v->seen - 1, &lost);
+        v->samples++;
+        v->lost += lost;
+    }
+}
+
+static struct now measure(const struct monitor_view *v, const struct capture *c)
+{
+    const struct recording *r = &c->recording;
+    const struct beam_live *last = &r->live[r->n - 1];
+    const double span = v->every_s * r->sample_Hz;
+    struct now now = {.time_s = (double)(last->sequence - v->first) / r->sample_Hz,
+                      .ratio = (double)last->ratio,
+                      .status = last->status};
+    double n = 0.0;
+    for (size_t i = r->n; i-- > 0 && (double)(last->sequence - r->live[i].sequence) < span; n++) {
+        now.measured_rms += pow((double)r->live[i].measured, 2.0);
+        now.predicted_rms += pow((double)r->live[i].predicted, 2.0);
+        now.residual_rms += pow((double)r->live[i].residual, 2.0);
+    }
+    now.measured_rms = sqrt(now.measured_rms / n);
+    now.predicted_rms = sqrt(now.predicted_rms / n);
+    now.residual_rms = sqrt(now.residual_rms / n);
+    return now;
+}
+
+/* ---- Lines ---- */
+
+static void show_line(struct monitor_view *v, const struct capture *c, const struct now *now)
+{
+    const bool alarm = (now->status & BEAM_LIVE_ALARM) != 0;
+    if (alarm != v->alarm)
+        (void)printf("%8.2f s  %s\n", now->time_s,
+                     alarm ? "ALARM: the model no longer explains the measurement" : "alarm off");
+    v->alarm = alarm;
+    (void)printf("%8.2f s  %s measured %.4g, predicted %.4g, residual %.4g rms; ratio to noise %.3g%s; %llu lost\n",
+                 now->time_s, c->output, now->measured_rms, now->predicted_rms, now->residual_rms, now->ratio,
+                 alarm ? " ALARM" : "", (unsigned long long)v->lost);
+    (void)fflush(stdout);
+}
+
+static void show_json(const struct monitor_view *v, const struct capture *c, const struct now *now)
+{
+    struct bf_error ignored;
+    struct json *root = json_new_object();
+    json_put_number(root, "time_s", now->time_s);
+    json_put_number(root, "sequence", c->newest);
+    json_put_number(root, "measured_rms", now->measured_rms);
+    json_put_number(root, "predicted_rms", now->predicted_rms);
+    json_put_number(root, "residual_rms", now->residual_rms);
+    json_put_number(root, "ratio", now->ratio);
+    json_put_bool(root, "alarm", (now->status & BEAM_LIVE_ALARM) != 0);
+    json_put_bool(root, "clipped", (now->status & BEAM_LIVE_CLIPPED) != 0);
+    json_put_number(root, "counter", now->status >> BEAM_LIVE_COUNTER);
+    json_put_number(root, "samples", (double)v->samples);
+    json_put_number(root, "lost", (double)v->lost);
+    json_put_number(root, "crc_failures", (double)c->stream.crc_failures);
+    json_put_number(root, "bad_frames", (double)c->link.xcp.receiver.resyncs);
+    (void)json_print_line_and_free(root, stdout, &ignored); /* main() looks at standard output's state */
+    (void)fflush(stdout);
+}
+
+/* ---- The panel ---- */
+
+enum quantity { MEASURED, PREDICTED, RESIDUAL, RATIO };
+
+static double value_of(enum quantity quantity, const struct beam_live *live)
+{
+    switch (quantity) {
+    case MEASURED:
+        return fabs((double)live->measured);
+    case PREDICTED:
+        return fabs((double)live->predicted);
+    case RESIDUAL:
+        return fabs((double)live->residual);
+    default:
+        return (double)live->ratio;
+    }
+}
+
+/* Largest size in each column of the window, the newest at the right; NAN: no sample. Returns the largest of all. */
+static double find_peaks(const struct monitor_view *v, const struct capture *c, enum quantity quantity, size_t columns,
+                         double peak[MOST_COLUMNS])
+{
+    const struct recording *r = &c->recording;
+    const double span = v->window_s * r->sample_Hz;
+    double largest = 0.0;
+    for (size_t i = 0; i < columns; i++)
+        peak[i] = NAN;
+    for (size_t i = r->n; i-- > 0;) {
+        const double ago = (double)(c->newest - r->live[i].sequence);
+        if (ago >= span)
+            break;
+        const size_t column = columns - 1 - (size_t)(ago / span * (double)columns);
+        peak[column] = fmax(peak[column], value_of(quantity, &r->live[i])); /* of NAN and x: x */
+        largest = fmax(largest, peak[column]);
+    }
+    return largest;
+}
+
+static void draw_strip(size_t columns, const double peak[], double full)
+{
+    static const char *const blocks[] = {"▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"};
+    for (size_t i = 0; i < columns; i++) {
+        const double level = full > 0.0 ? floor(8.0 * peak[i] / full) : 0.0;
+        (void)fputs(isnan(peak[i]) ? " " : blocks[level < 0.0 ? 0 : level > 7.0 ? 7 : (int)level], stdout);
+    }
+    (void)fputs("\033[K\n", stdout);
+}
+
+static void draw_signal(const struct monitor_view *v, const struct capture *c, enum quantity quantity, double rms,
+                        size_t columns, double *full)
+{
+    static const char *const names[] = {"measured", "predicted", "residual"};
+    double peak[MOST_COLUMNS];
+    const double largest = find_peaks(v, c, quantity, columns, peak);
+    if (quantity == MEASURED)
+        *full = largest;
+    (void)printf("%-10.10s %-9s %10.4g rms  ", quantity == MEASURED ? c->output : "", names[quantity], rms);
+    draw_strip(columns, peak, *full);
+}
+
+static void show_panel(struct monitor_view *v, const struct capture *c, const struct now *now)
+{
+    const size_t width = text_columns(), columns = width > 40 + MOST_COLUMNS ? MOST_COLUMNS : width - 38;
+    double peak[MOST_COLUMNS], full = 0.0;
+    if (v->drawn)
+        (void)printf("\033[%dA", PANEL_LINES);
+    v->drawn = true;
+    (void)printf("board %s  model %u  %.6g Hz  %.1f s  %s\033[K\n", c->device, now->status >> BEAM_LIVE_COUNTER,
+                 c->recording.sample_Hz / c->recording.prescale, now->time_s,
+                 now->status & BEAM_LIVE_ALARM     ? "\033[1;31mALARM\033[0m"
+                 : now->status & BEAM_LIVE_CLIPPED ? "\033[1;33msensor at its end\033[0m"
+                                                   : "in order");
+    draw_signal(v, c, MEASURED, now->measured_rms, columns, &full);
+    draw_signal(v, c, PREDICTED, now->predicted_rms, columns, &full);
+    draw_signal(v, c, RESIDUAL, now->residual_rms, columns, &full);
+    const double largest = find_peaks(v, c, RATIO, columns, peak);
+    (void)printf("ratio to noise  %8.3g (alarm %5.3g)  ", now->ratio, (double)c->setup.alarm_ratio);
+    draw_strip(columns, peak, fmax(largest, (double)c->setup.alarm_ratio));
+    (void)printf("%llu samples, %llu lost, %llu CRC failures, %llu bad frames; Ctrl-C ends\033[K\n",
+                 (unsigned long long)v->samples, (unsigned long long)v->lost,
+                 (unsigned long long)c->stream.crc_failures, (unsigned long long)c->link.xcp.receiver.resyncs);
+    (void)fflush(stdout);
+}
+
+void monitor_show(struct monitor_view *v, const struct capture *c)
+{
+    count(v, c);
+    const struct now now = measure(v, c);
+    if (v->json)
+        show_json(v, c, &now);
+    else if (v->panel)
+        show_panel(v, c, &now);
+    else
+        show_line(v, c, &now);
+}
+
+void monitor_forget(struct monitor_view *v, struct capture *c, uint32_t window)
+{
+    const size_t before = c->recording.n;
+    recording_drop_before(&c->recording, c->newest - window);
+    const size_t dropped = before - c->recording.n;
+    v->seen = v->seen > dropped ? v->seen - dropped : 0;
+}
+
+/* ---- Pictures ---- */
+
+static double *column_of(const struct recording *r, const struct recording_summary *s,
+                         double (*value)(const struct beam_live *live))
+{
+    double *x = bf_alloc(s->n, sizeof *x);
+    for (size_t i = 0; i < s->n; i++)
+        x[i] = value(&r->live[s->from + i]);
+    return x;
+}
+
+static double measured(const struct beam_live *live)
+{
+    return (double)live->measured;
+}
+
+static double predicted(const struct beam_live *live)
+{
+    return (double)live->predicted;
+}
+
+static double residual(const struct beam_live *live)
+{
+    return (double)live->residual;
+}
+
+static double ratio(const struct beam_live *live)
+{
+    return (double)live->ratio;
+}
+
+/* The greatest of each piece: as many points as a picture shows apart. */
+static enum bf_status plot_ratio(const char *directory, const char *title, size_t n, double dt_s, const double y[],
+                                 struct bf_error *err)
+{
+    enum { POINTS = 100 };
+    double t[POINTS] = {0.0}, most[POINTS] = {0.0};
+    const size_t points = n < POINTS ? n : POINTS;
+    for (size_t i = 0; i < n; i++) {
+        const size_t at = i * points / n;
+        most[at] = fmax(most[at], y[i]);
+        t[at] = (double)i * dt_s;
+    }
+    const struct plot_line line = {.legend = "residual rms / expected noise", .n = points, .x = t, .y = most};
+    const struct plot_convergence plot = {.directory = directory,
+                                          .stem = "live-ratio",
+                                          .title = title,
+                                          .x_label = "Time (s)",
+                                          .y_label = "ratio to noise",
+                                          .n_lines = 1,
+                                          .lines = &line,
+                                          .linear_x = true};
+    return plot_convergence(&plot, err);
+}
+
+enum bf_status monitor_plot(const struct capture *c, const char *directory, struct bf_error *err)
+{
+    const struct recording *r = &c->recording;
+    const struct recording_summary s = recording_summarise(r);
+    const double dt_s = r->prescale / r->sample_Hz;
+    char title[128];
+    if (s.n < 16)
+        return bf_fail(err, BF_DEVICE, "%s: only %zu samples in a row arrived, too few for a picture",
+                       port_path(c->link.port), s.n);
+    (void)snprintf(title, sizeof title, "board %s, model %u", c->device, (unsigned)c->link.info.counter);
+    double *y = column_of(r, &s, measured), *p = column_of(r, &s, predicted);
+    double *e = column_of(r, &s, residual), *q = column_of(r, &s, ratio);
+    const struct plot_panels panels = {.directory = directory,
+                                       .stem = "live",
+                                       .title = title,
+                                       .quantity = c->output,
+                                       .n = s.n,
+                                       .dt_s = dt_s,
+                                       .measured = y,
+                                       .model = p};
+    const struct plot_residual page = {.directory = directory,
+                                       .stem = "live-residual",
+                                       .title = title,
+                                       .quantity = c->output,
+                                       .n = s.n,
+                                       .dt_s = dt_s,
+                                       .residual = e,
+                                       .noise_rms = (double)c->setup.noise_rms};
+    enum bf_status status = plot_panels(&panels, err);
+    if (status == BF_OK)
+        status = plot_residual(&page, err);
+    if (status == BF_OK)
+        status = plot_ratio(directory, title, s.n, dt_s, q, err);
+    free(y), free(p), free(e), free(q);
+    return status;
+}
