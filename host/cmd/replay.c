@@ -1,0 +1,136 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include <stdio.h>
+
+#include "commands.h"
+#include "options.h"
+#include "replay.h"
+
+static const char help[] =
+    "Usage: beamfit replay RECORDING --image IMAGE [--json]\n"
+    "\n"
+    "Proves that the controller computed what this machine computes. RECORDING is what `beamfit record` wrote: with "
+    "each\n"
+    "sample come the drive's code and the controller's prediction. The image is stepped here, by the library that the\n"
+    "controller runs, from the sample in which the model was put to rest (step 0); every prediction must be equal bit\n"
+    "for bit. After a lost sample the state is not known until the model is at rest again; what lies between is not\n"
+    "compared, and counted. A recording with --prescale above 1 is lost samples all over and cannot be compared.\n"
+    "\n"
+    "  -i, --image IMAGE   the image that ran (beamfit upload reads it back)\n"
+    "  --json              {\"rows\", \"compared\", \"equal\", \"before_rest\", \"after_gap\", \"gaps\", \"rests\", "
+    "\"resets\",\n"
+    "                      \"other_image\", \"first_difference\": {\"what\", \"line\", \"sequence\", \"step\", "
+    "\"recorded\",\n"
+    "                      \"computed\"} or null}\n"
+    "\n"
+    "Example:\n"
+    "  beamfit replay live.csv --image fitted.bfi\n"
+    "\n"
+    "Exit status: 0 all compared samples are equal; 1 one differs, or the image is damaged; 2 usage; 3 no such\n"
+    "recording, or nothing in it can be compared (it says why).\n";
+
+static const char *what_differs(enum replay_difference difference)
+{
+    static const char *const names[] = {[REPLAY_EQUAL] = "nothing",
+                                        [REPLAY_INPUT] = "input",
+                                        [REPLAY_PREDICTED] = "predicted",
+                                        [REPLAY_STATUS] = "status"};
+    return names[difference];
+}
+
+static enum bf_status print_json(const char *recording, const struct replay *r, struct bf_error *err)
+{
+    struct json *root = json_new_object();
+    json_put_text(root, "file", recording);
+    json_put_number(root, "rows", (double)r->rows);
+    json_put_number(root, "compared", (double)r->compared);
+    json_put_bool(root, "equal", r->difference == REPLAY_EQUAL);
+    json_put_number(root, "before_rest", (double)r->before_rest);
+    json_put_number(root, "after_gap", (double)r->after_gap);
+    json_put_number(root, "gaps", (double)r->gaps);
+    json_put_number(root, "rests", (double)r->rests);
+    json_put_number(root, "resets", (double)r->resets);
+    json_put_number(root, "other_image", (double)r->other_image);
+    if (r->difference != REPLAY_EQUAL) {
+        struct json *first = json_put(root, "first_difference", json_new_object());
+        json_put_text(first, "what", what_differs(r->difference));
+        json_put_number(first, "line", (double)r->line);
+        json_put_number(first, "sequence", (double)r->sequence);
+        json_put_number(first, "step", (double)r->step);
+        json_put_number(first, "recorded", (double)r->recorded);
+        json_put_number(first, "computed", (double)r->computed);
+    }
+    return json_print_and_free(root, stdout, err);
+}
+
+static void print_count(size_t n, const char *one, const char *many)
+{
+    if (n > 0)
+        (void)printf("  %zu %s\n", n, n == 1 ? one : many);
+}
+
+static void print_text(const char *recording, const struct replay *r)
+{
+    (void)printf("%s: %zu of %zu samples compared, %s\n", recording, r->compared, r->rows,
+                 r->difference == REPLAY_EQUAL ? "all equal bit for bit" : "they differ");
+    print_count(r->before_rest, "sample before the model was at rest", "samples before the model was at rest");
+    print_count(r->after_gap, "sample between a lost one and the next rest",
+                "samples between a lost one and the next rest");
+    print_count(r->gaps, "gap", "gaps");
+    print_count(r->resets, "sample in which the state was reset", "samples in which the state was reset");
+    print_count(r->other_image, "sample of another image", "samples of another image");
+}
+
+static enum bf_status answer(const char *recording, const struct replay *r, bool json, struct bf_error *err)
+{
+    enum bf_status status = BF_OK;
+    if (json)
+        status = print_json(recording, r, err);
+    else
+        print_text(recording, r);
+    if (status != BF_OK || r->difference == REPLAY_EQUAL)
+        return status;
+    if (r->difference == REPLAY_INPUT)
+        return bf_fail(err, BF_NO,
+                       "%s:%ld: input is %.9g, but the image makes %.9g of the drive's code; another image ran, or the "
+                       "recording was edited",
+                       recording, r->line, (double)r->recorded, (double)r->computed);
+    return bf_fail(err, BF_NO,
+                   "%s:%ld: sample %lu, step %lu: %s is %.9g there and %.9g here; compare the versions of firmware and "
+                   "program, or another image ran",
+                   recording, r->line, (unsigned long)r->sequence, (unsigned long)r->step, what_differs(r->difference),
+                   (double)r->recorded, (double)r->computed);
+}
+
+static enum bf_status run(int argc, char **argv, struct bf_error *err)
+{
+    static const struct option options[] = {
+        {"image", required_argument, NULL, 'i'}, {"json", no_argument, NULL, 'j'}, {0}};
+    const char *image = NULL;
+    bool json = false;
+    int code;
+    while ((code = options_next(argc, argv, ":i:", options, err)) != -1) {
+        if (code == '?')
+            return BF_USAGE;
+        if (code == 'i')
+            image = optarg;
+        else
+            json = true;
+    }
+    if (argc - optind != 1 || image == NULL)
+        return bf_fail(err, BF_USAGE,
+                       "give a recording and the image that ran: beamfit replay RECORDING --image IMAGE");
+    const char *recording = argv[optind];
+    struct beam_image_file file;
+    struct replay replay;
+    enum bf_status status = target_image_read(image, &file, err);
+    if (status != BF_OK)
+        return status;
+    const struct target_controller any = {.stored = -1};
+    const enum beam_image_fault fault = target_image_check(&file, &any);
+    if (fault != BEAM_IMAGE_FINE)
+        return bf_fail(err, BF_NO, "%s: %s", image, beam_image_fault_text(fault));
+    status = replay_run(recording, &file, &replay, err);
+    return status == BF_OK ? answer(recording, &replay, json, err) : status;
+}
+
+const struct command command_replay = {"replay", "did the controller compute what this machine computes?", help, run};
