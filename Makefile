@@ -209,6 +209,15 @@ false-alarms: $(B)/beamfit $(B)/beam_truth ## diagnose N=200 sets that hide noth
 	@python3 -B tests/hidden/false_alarms.py --build $(B) --work $(HIDDEN)/false_alarms --jobs $(JOBS) $(N)
 own-effect: $(B)/beamfit $(B)/libbeamf.a $(B)/beam_truth ## docs/own_effect.md: a user's effect in a copy of the tree, built and diagnosed
 	@tools/own_effect.sh $(B)
+BOARD ?= host
+live-demo: $(B)/beamfit $(B)/beam_truth $(B)/board_host ## docs/live_demo.md: a board with a wrong model, from high residual to the noise [BOARD=stm32f405]
+	@tools/live_demo.sh $(B) $(B)/live_demo $(BOARD)
+conformance: $(B)/beamfit $(B)/board_host ## pyxcp and pya2ldb (PyPI, pinned) on the board on the PC
+	@tools/deps.sh build test
+	@tests/conformance/run.sh $(B)
+SHARE ?= 1
+survival: $(B)/beamfit $(B)/board_host ## what a board must survive: tried and lost, SHARE=1 of the full counts [SHARE=0.05 CASES='kills noise']
+	@python3 -B tests/survival/run.py --build $(B) --share $(SHARE) $(CASES)
 experiments: $(B)/beamfit $(B)/beam_truth ## docs/experiments.md: estimates against the dimension N, and EI(x) in pieces
 	@tools/experiments.sh $(B) $(B)/experiments
 data: $(B)/beam_truth ## make data/paper again: simulated recordings with the paper's values
@@ -241,4 +250,5 @@ help: ## this list
 DEPFILES = $(FW_OBJ:.o=.d) $(BOARD_HOST_OBJ:.o=.d) $(SHADOWS:.o=.d) $(BEAM_SHADOWS:.o=.d) $(LIB_OBJ:.o=.d) $(FLOAT_OBJ:.o=.d) $(TARGET_OBJ:.o=.d) $(CPLX_OBJ:.o=.d) $(HOST_OBJ:.o=.d) $(B)/host/main.d \
            $(UNIT_TESTS:%=%.d) $(SYSTEM_TESTS:%=%.d) $(SYSTEM_COMMON:.o=.d) $(TRUTH_OBJ:.o=.d)
 -include $(wildcard $(DEPFILES))
+.PHONY: live-demo conformance survival
 .PHONY: all tests unit test test-both demo deps lint layers size bench hidden false-alarms own-effect experiments data fuzz install uninstall clean help

@@ -1,0 +1,238 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""pyxcp 0.29.20, a host that others wrote, on the board on the PC; pya2ldb on the description that export writes."""
+import argparse
+import hashlib
+import hmac
+import logging
+import os
+import struct
+import sys
+import tempfile
+import time
+import warnings
+import zlib
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path.insert(0, os.path.join(HERE, "..", "live"))
+import rig  # noqa: E402
+import wire  # noqa: E402
+
+warnings.simplefilter("ignore")
+from pyxcp import types  # noqa: E402
+from pyxcp.config import create_application_from_config  # noqa: E402
+from pyxcp.daq_stim import DaqList, DaqOnlinePolicy  # noqa: E402
+from pyxcp.master import Master  # noqa: E402
+
+sys.excepthook = sys.__excepthook__  # pyxcp installs one that prints every local variable, keys included
+
+FIELDS = [("sequence", "U32"), ("step", "U32"), ("input", "F32"), ("measured", "F32"), ("predicted", "F32"),
+          ("residual", "F32"), ("ratio", "F32"), ("codes", "U32"), ("status", "U32"), ("crc32", "U32")]
+STREAM_S = 3.0
+
+
+class Checks:
+    def __init__(self):
+        self.done = 0
+
+    def __call__(self, what, fine):
+        if not fine:
+            raise rig.Failed(f"conformance: {what}")
+        self.done += 1
+
+    def refused(self, what, call, *codes):
+        """The call must raise an XCP error of one of these codes."""
+        try:
+            call()
+        except types.XcpResponseError as error:
+            got = int(error.args[0].type if hasattr(error.args[0], "type") else error.args[0])
+            self(f"{what}: refused with {got:#x} instead of {codes}", not codes or got in codes)
+            return
+        raise rig.Failed(f"conformance: {what}: not refused")
+
+
+class Collect(DaqOnlinePolicy):
+    """Every sample as pyxcp decoded it."""
+
+    rows: list
+
+    def initialize(self):
+        self.rows = []
+
+    def on_daq_list(self, daq_list, timestamp0, timestamp1, payload):
+        self.rows.append(tuple(payload))
+
+    def finalize(self):
+        pass
+
+
+def master(port, key, policy=None):
+    app = create_application_from_config({"SxI": {}}, log_level=logging.CRITICAL)
+    sxi = app.transport.sxi
+    sxi.port, sxi.bitrate = port, 921600
+    sxi.header_format, sxi.tail_format = "HEADER_LEN_CTR_WORD", "CHECKSUM_WORD"
+    app.transport.layer, app.transport.timeout = "SXI", 1.0
+    app.general.connect_retries = 2
+    app.general.disable_error_handling = True
+    app.general.seed_n_key_function = lambda resource, seed: hmac.new(
+        key, bytes([resource]) + bytes(seed), hashlib.sha256).digest()[:16]
+    logging.disable(logging.CRITICAL)
+    return Master("SXI", config=app, policy=policy)
+
+
+def write_image(x, image):
+    step = (x.slaveProperties["maxCto"] - 8) // 4 * 4
+    for at in range(0, len(image), step):
+        x.shortDownload(wire.IMAGE + at, 0, image[at:at + step])
+    x.setMta(wire.IMAGE)
+    return x.buildChecksum(len(image))
+
+
+def read(x, address, n):
+    x.setMta(address)
+    return bytes(x.fetch(n))
+
+
+def session(check, port, key, image):
+    """One host from CONNECT to DISCONNECT. Returns seconds of the download and what was asked."""
+    x = master(port, key)
+    with x:
+        hello = x.connect()
+        check("MAX_CTO", hello.maxCto == 248 and hello.maxDto == 248)
+        check("calibration and DAQ", x.slaveProperties["supportsCalpag"] and x.slaveProperties["supportsDaq"])
+        x.getCommModeInfo()
+        check("name", bytes(x.identifier(types.XcpGetIdType.FILENAME), "ascii") == b"beamfit")
+        info = wire.Info(*struct.unpack(wire.INFO_FORMAT, read(x, wire.INFO, wire.INFO_BYTES)))
+        check("image length", info.image_bytes == len(image))
+        check("locked", x.getCurrentProtectionStatus()["calpag"])
+        check.refused("staging while locked", lambda: (x.setCalPage(0x02, 0, wire.STAGING),
+                                                       x.shortDownload(wire.IMAGE, 0, image[:16])), 0x25)
+        check.refused("storing while locked", lambda: x.setRequest(0x01, 0), 0x25)
+        x.cond_unlock("calpag")
+        check("unlocked", not x.getCurrentProtectionStatus()["calpag"])
+        pages = x.getPagProcessorInfo()
+        check("one segment", pages["maxSegments"] == 1)
+        check("two pages", x.getSegmentInfo(0x01, 0, 0, 0)["maxPages"] == 2)
+        x.setCalPage(0x02, 0, wire.ACTIVE)
+        before = bytes(read(x, wire.IMAGE, info.image_bytes))
+        check.refused("writing page 0", lambda: x.shortDownload(wire.IMAGE, 0, image[:16]), 0x23)
+
+        x.setCalPage(0x02, 0, wire.STAGING)
+        start = time.monotonic()
+        for number in (1, 2):  # a flipped bit, then a code of another key
+            bad = bytearray(image)
+            if number == 1:
+                bad[400] ^= 1
+            else:
+                bad = bytearray(wire.signed(image, b"\1" * 32, info.counter + 1, info.device))
+            write_image(x, bytes(bad))
+            check.refused("a bad image", lambda: x.setCalPage(0x01, 0, wire.STAGING), 0x26)
+        start = time.monotonic()
+        checksum = write_image(x, image)
+        check("CRC-32", checksum.checksum == zlib.crc32(image) and checksum.checksumType == "XCP_CRC_32")
+        x.setCalPage(0x01, 0, wire.STAGING)
+        seconds = time.monotonic() - start
+        x.setCalPage(0x02, 0, wire.ACTIVE)
+        check("active page of the ECU", x.getCalPage(0x01, 0) == wire.ACTIVE)
+        check("the new image runs", read(x, wire.IMAGE, len(image)) == image and image != before)
+        x.copyCalPage(0, wire.ACTIVE, 0, wire.STAGING)
+        x.setCalPage(0x02, 0, wire.STAGING)
+        check("copied page", read(x, wire.IMAGE, len(image)) == image)
+        x.setRequest(0x01, 0)
+        while x.getStatus().sessionStatus["storeCalRequest"]:
+            time.sleep(0.02)
+        info = wire.Info(*struct.unpack(wire.INFO_FORMAT, read(x, wire.INFO, wire.INFO_BYTES)))
+        check("stored", info.stored == info.counter == struct.unpack_from("<I", image, 12)[0])
+        check("two images refused", info.refused == 2)
+        x.disconnect()
+    return seconds, x.transport
+
+
+def wrong_key(check, port):
+    x = master(port, b"\2" * 32)
+    with x:
+        x.connect()
+        x.getCommModeInfo()
+        check.refused("a wrong key", lambda: x.cond_unlock("calpag"), 0x25)
+        x.disconnect()
+
+
+def stream(check, port, key):
+    """Samples as pyxcp decodes them: none missing, every CRC right."""
+    measurements = [(name, wire.LIVE + 4 * i, 0, kind) for i, (name, kind) in enumerate(FIELDS)]
+    policy = Collect([DaqList(name="live", event_num=0, stim=False, enable_timestamps=True, measurements=measurements,
+                              priority=0, prescaler=1)], logger=logging.getLogger("conformance"))
+    policy.pid_off = False  # pyxcp reads it and sets it only from a configuration file
+    x = master(port, key, policy)
+    with x:
+        x.connect()
+        x.getCommModeInfo()
+        policy.setup()
+        policy.start()
+        time.sleep(STREAM_S)
+        policy.stop()
+        time.sleep(0.2)
+        x.disconnect()
+    rows = policy.rows
+    check(f"only {len(rows)} samples in {STREAM_S} s", len(rows) > 0.5 * STREAM_S * 1000)
+    gaps = sum(b[0] - a[0] != 1 for a, b in zip(rows, rows[1:]))
+    bad = sum(zlib.crc32(struct.pack("<2I5f2I", *row[:9])) != row[9] for row in rows)
+    check(f"{gaps} gaps", gaps == 0)
+    check(f"{bad} CRC failures", bad == 0)
+    return len(rows)
+
+
+def describe(check, path):
+    """What pya2ldb finds in the A2L file."""
+    from pya2l import import_a2l, model
+
+    session = import_a2l(path, in_memory=True, loglevel="CRITICAL", progress_bar=False)
+    names = {m.name: m for m in session.query(model.Measurement).all()}
+    check(f"measurements {sorted(names)}", len(names) >= len(FIELDS))
+    addresses = {m.ecu_address.address for m in names.values() if m.ecu_address}
+    check("addresses of the live sample", {wire.LIVE + 4 * i for i in range(7)} <= addresses)
+    characteristics = session.query(model.Characteristic).all()
+    module = session.query(model.Module).first()
+    parsed = session.parse_ifdata(list(module.if_data))
+    text = str(parsed)
+    check("IF_DATA of the line", "XCP_ON_SxI" in text and "HEADER_LEN_CTR_WORD" in text and "CHECKSUM_WORD" in text)
+    check("IF_DATA of the protocol", "248" in text)
+    return len(names), len(characteristics)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--build", required=True)
+    build = parser.parse_args().build
+    check = Checks()
+    model = os.path.join(HERE, "..", "..", "data", "live", "model.yaml")
+    with tempfile.TemporaryDirectory(prefix="beamfit_conformance_") as directory:
+        key_path = rig.make_key(os.path.join(directory, "key"))
+        key = wire.read_key(key_path)
+        image_path, a2l = os.path.join(directory, "image"), os.path.join(directory, "beamfit.a2l")
+        board = rig.Board(build, "--key", key_path, "--nvm", os.path.join(directory, "nvm")).power_on()
+        try:
+            link = wire.Link(board.port)
+            link.connect()
+            info = link.info()
+            link.close()
+            rig.run(f"{build}/beamfit", "export", model, "-o", image_path, "--key", key_path, "--device",
+                    info.device.hex(), "--counter", info.stored + 1, "--a2l", a2l)
+            with open(image_path, "rb") as file:
+                image = file.read()
+            seconds, transport = session(check, board.port, key, image)
+            samples = stream(check, board.port, key)
+            wrong_key(check, board.port)
+        finally:
+            board.kill()
+        measurements, characteristics = describe(check, a2l)
+    print(f"conformance: pyxcp 0.29.20: {check.done} checks passed; image of {len(image)} bytes checked and running in "
+          f"{seconds:.2f} s; {samples} samples, 0 gaps, 0 CRC failures; pyxcp counts {transport.frames_sent} frames sent, "
+          f"{transport.frames_received} received, {transport.timing.avg * 1000:.2f} ms an answer; pya2ldb 1.0.355: "
+          f"{measurements} measurements, {characteristics} characteristics")
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except rig.Failed as failure:
+        sys.exit(str(failure))
