@@ -1,0 +1,422 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* The controller's image code, in the controller's arithmetic: pages, checks in their order, the sliced proof run. */
+#define BEAM_FLOAT
+#define BEAM_TARGET
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <cmocka.h>
+#include <stdlib.h>
+#include <string.h>
+#include "beam_image.h"
+
+static const float rate_Hz = 1024.0F;
+static const uint8_t device[BEAM_IMAGE_DEVICE_BYTES] = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12};
+static struct beam_image good, page;
+static struct beam_image_proof proof;
+
+static float dt_s(void)
+{
+    return 1.0F / rate_Hz;
+}
+
+static uint32_t crc_of(const char *id)
+{
+    return beam_crc32(0, (uint32_t)strlen(id), (const uint8_t *)id);
+}
+
+static void make_plan(struct beam_plan *plan)
+{
+    static struct beam_work work;
+    static struct beam_model model;
+    const struct beam_description d = {
+        .basis = BEAM_BASIS_PATCH,
+        .parameters = {.EI_beam_Nm2 = 0.491F,
+                       .EI_patch_Nm2 = 0.793F,
+                       .rho_beam_kgpm = 0.093F,
+                       .rho_patch_kgpm = 0.433F,
+                       .cDI_beam_sNm2 = 0.649e-5F,
+                       .cDI_patch_sNm2 = 1.255e-5F,
+                       .gamma_sNpm2 = 0.013F,
+                       .Ks_V = 40.0F,
+                       .KB_NmpV = 1.746e-2F},
+        .n_inputs = 1,
+        .n_outputs = 1,
+        .input = {{.kind = BEAM_INPUT_PATCH_MOMENT}},
+        .output = {{.kind = BEAM_OUTPUT_PATCH_STRAIN}},
+        .n_uses = 1,
+        .use = {{.effect = beam_effect_find("cubic_stiffness"), .p = {1e4F, 0.2F}}},
+    };
+    const struct beam_options options = {.dt_s = dt_s(), .hold = BEAM_HOLD_ZERO_ORDER};
+    assert_int_equal(beam_assemble(&d, &model), BEAM_OK);
+    assert_int_equal(beam_factor(&model, &options, &work, plan), BEAM_OK);
+}
+
+static void seal(struct beam_image *image)
+{
+    memset(image->front.setup.proof, 0, sizeof image->front.setup.proof);
+    assert_int_equal(beam_image_check(image, dt_s()), BEAM_IMAGE_FINE);
+    proof.progress = 0;
+    (void)beam_image_prove(image, image->front.setup.proof_steps, &proof);
+    memcpy(image->front.setup.proof, proof.last, sizeof proof.last);
+    image->front.header.crc32 = beam_image_crc(image);
+}
+
+static int make_good(void **state)
+{
+    (void)state;
+    make_plan(&good.plan);
+    good.front.use[0].effect = crc_of("cubic_stiffness");
+    good.front.use[0].channels = good.plan.use[0].channels;
+    memcpy(good.front.use[0].p, good.plan.use[0].p, sizeof good.front.use[0].p);
+    good.front.setup = (struct beam_image_setup){.sensor_V_per_code = 1e-3F,
+                                                 .sensor_zero_code = 2048.0F,
+                                                 .drive_V_per_code = 0.02F,
+                                                 .drive_zero_code = 2048.0F,
+                                                 .noise_rms = 2e-3F,
+                                                 .alarm_ratio = 3.0F,
+                                                 .clear_ratio = 2.0F,
+                                                 .averaging_s = 1.0F,
+                                                 .proof_steps = 100,
+                                                 .proof_amplitude = 10.0F};
+    good.front.header = (struct beam_image_header){
+        .magic = BEAM_IMAGE_MAGIC, .layout = BEAM_IMAGE_LAYOUT, .length = BEAM_IMAGE_BYTES, .counter = 5};
+    memcpy(good.front.header.device, device, sizeof device);
+    for (int i = 0; i < BEAM_IMAGE_CODE_BYTES; i++)
+        good.code[i] = (uint8_t)(200 + i);
+    seal(&good);
+    return 0;
+}
+
+static int fresh(void **state)
+{
+    (void)state;
+    page = good;
+    return 0;
+}
+
+/* ---- Bytes ---- */
+
+static void crc_is_zlibs(void **state)
+{
+    const uint8_t nine[] = "123456789";
+    (void)state;
+    assert_int_equal(beam_crc32(0, 9, nine), 0xCBF43926u);
+    assert_int_equal(beam_crc32(beam_crc32(0, 4, nine), 5, nine + 4), 0xCBF43926u);
+    assert_int_equal(beam_crc32(0, 0, nine), 0);
+    for (int trial = 0; trial < 64; trial++) { /* against the bit by bit definition */
+        uint8_t bytes[32];
+        uint32_t crc = ~0u;
+        for (int i = 0; i < 32; i++) {
+            bytes[i] = (uint8_t)(trial * 37 + i * i * 11);
+            crc ^= bytes[i];
+            for (int bit = 0; bit < 8; bit++)
+                crc = crc >> 1 ^ (crc & 1u ? 0xEDB88320u : 0u);
+        }
+        assert_int_equal(beam_crc32(0, 32, bytes), ~crc);
+    }
+}
+
+static void effects_have_different_crcs(void **state)
+{
+    (void)state;
+    for (int a = 0; a < beam_effects_count; a++)
+        for (int b = 0; b < a; b++)
+            assert_int_not_equal(crc_of(beam_effects[a]->id), crc_of(beam_effects[b]->id));
+}
+
+static void a_page_is_one_row_of_bytes(void **state)
+{
+    static uint8_t whole[BEAM_IMAGE_BYTES], part[BEAM_IMAGE_BYTES];
+    uint32_t random = 7;
+    (void)state;
+    assert_true(beam_image_read(&good, 0, BEAM_IMAGE_BYTES, whole));
+    assert_memory_equal(whole, "BFMI", 4);
+    assert_memory_equal(whole + 320, &good.plan.n, 4 * BEAM_IMAGE_COUNTS);
+    assert_memory_equal(whole + 320 + 264, &good.plan.x, 4 * BEAM_IMAGE_NUMBERS);
+    assert_memory_equal(whole + BEAM_IMAGE_BYTES - 32, good.code, 32);
+    assert_int_equal(beam_crc32(0, BEAM_IMAGE_BYTES - 64 - 32, whole + 64), good.front.header.crc32);
+    for (int trial = 0; trial < 20000; trial++) {
+        random = 1664525u * random + 1013904223u;
+        const uint32_t offset = random % (BEAM_IMAGE_BYTES + 1);
+        random = 1664525u * random + 1013904223u;
+        const uint32_t n = (random >> 8) % (trial % 2 ? 300u : BEAM_IMAGE_BYTES - offset + 1);
+        if (n > BEAM_IMAGE_BYTES - offset) {
+            assert_false(beam_image_read(&good, offset, n, part));
+            continue;
+        }
+        assert_true(beam_image_read(&good, offset, n, part));
+        assert_memory_equal(part, whole + offset, n);
+    }
+    memset(&page, 0, sizeof page); /* and written back in pieces of 7 */
+    for (uint32_t at = 0; at < BEAM_IMAGE_BYTES; at += 7) {
+        const uint32_t n = BEAM_IMAGE_BYTES - at < 7 ? BEAM_IMAGE_BYTES - at : 7;
+        assert_true(beam_image_write(&page, at, n, whole + at));
+    }
+    assert_true(beam_image_read(&page, 0, BEAM_IMAGE_BYTES, part));
+    assert_memory_equal(part, whole, BEAM_IMAGE_BYTES);
+}
+
+static void nothing_outside_is_touched(void **state)
+{
+    uint8_t byte[8] = {0};
+    (void)state;
+    const uint32_t offsets[] = {BEAM_IMAGE_BYTES, BEAM_IMAGE_BYTES + 1, 0x80000000u, 0xFFFFFFFFu};
+    for (int i = 0; i < 4; i++) {
+        assert_false(beam_image_read(&page, offsets[i], 1, byte));
+        assert_false(beam_image_write(&page, offsets[i], 8, byte));
+    }
+    assert_false(beam_image_write(&page, BEAM_IMAGE_BYTES - 7, 8, byte));
+    assert_false(beam_image_write(&page, 1, 0xFFFFFFFFu, byte));
+    assert_true(beam_image_write(&page, BEAM_IMAGE_BYTES, 0, byte));
+    assert_memory_equal(&page, &good, sizeof page);
+}
+
+/* ---- Checks ---- */
+
+static enum beam_image_fault check(void)
+{
+    page.front.header.crc32 = beam_image_crc(&page);
+    return beam_image_check(&page, dt_s());
+}
+
+static void a_good_image_is_fine(void **state)
+{
+    (void)state;
+    assert_int_equal(beam_image_header_check(&page, device), BEAM_IMAGE_FINE);
+    assert_int_equal(beam_image_check(&page, dt_s()), BEAM_IMAGE_FINE);
+    assert_int_equal(beam_image_check(&page, 0.0F), BEAM_IMAGE_FINE);
+    proof.progress = 0;
+    assert_int_equal(beam_image_prove(&page, 100, &proof), BEAM_IMAGE_FINE);
+    assert_int_equal(proof.progress, 100);
+    assert_ptr_equal(page.plan.use[0].effect, beam_effect_find("cubic_stiffness"));
+}
+
+static void the_header_is_checked_in_order(void **state)
+{
+    (void)state;
+    uint8_t other[BEAM_IMAGE_DEVICE_BYTES];
+    for (int i = 0; i < BEAM_IMAGE_DEVICE_BYTES; i++) {
+        memcpy(other, device, sizeof other);
+        other[i] ^= 1;
+        assert_int_equal(beam_image_header_check(&page, other), BEAM_IMAGE_FOREIGN_DEVICE);
+    }
+    page.front.header.crc32 ^= 1;
+    assert_int_equal(beam_image_header_check(&page, other), BEAM_IMAGE_BAD_CRC);
+    page.front.header.length += 4;
+    assert_int_equal(beam_image_header_check(&page, other), BEAM_IMAGE_BAD_LENGTH);
+    page.front.header.layout++;
+    assert_int_equal(beam_image_header_check(&page, other), BEAM_IMAGE_BAD_LAYOUT);
+    page.front.header.magic ^= 0x20;
+    assert_int_equal(beam_image_header_check(&page, other), BEAM_IMAGE_BAD_MAGIC);
+}
+
+static void every_changed_byte_of_the_body_is_seen(void **state)
+{
+    (void)state;
+    for (uint32_t at = 64; at < BEAM_IMAGE_BYTES - 32; at++) {
+        uint8_t byte;
+        assert_true(beam_image_read(&page, at, 1, &byte));
+        byte ^= (uint8_t)(1u << at % 8);
+        assert_true(beam_image_write(&page, at, 1, &byte));
+        assert_int_equal(beam_image_header_check(&page, device), BEAM_IMAGE_BAD_CRC);
+        byte ^= (uint8_t)(1u << at % 8);
+        assert_true(beam_image_write(&page, at, 1, &byte));
+    }
+    assert_int_equal(beam_image_header_check(&page, device), BEAM_IMAGE_FINE);
+}
+
+static void setups_out_of_range(void **state)
+{
+    (void)state;
+    float *numbers = &page.front.setup.sensor_V_per_code; /* nine of them in a row */
+    const float nan_ = nanf(""), bad[][4] = {
+                                     [0] = {0.0F, nan_, INFINITY, -INFINITY}, /* sensor_V_per_code */
+                                     [1] = {70000.0F, nan_, INFINITY, -70000.0F},
+                                     [2] = {0.0F, nan_, INFINITY, -INFINITY}, /* drive_V_per_code */
+                                     [3] = {70000.0F, nan_, INFINITY, -70000.0F},
+                                     [4] = {0.0F, nan_, INFINITY, -1.0F}, /* noise_rms */
+                                     [5] = {2.0F, nan_, INFINITY, 1.0F},  /* alarm_ratio above clear_ratio */
+                                     [6] = {0.0F, nan_, 3.0F, -1.0F},     /* clear_ratio */
+                                     [7] = {0.0F, nan_, INFINITY, -1.0F}, /* averaging_s */
+                                     [8] = {0.6F, nan_, INFINITY, -0.6F}, /* clock_relative */
+                                 };
+    for (int i = 0; i < 9; i++)
+        for (int j = 0; j < 4; j++) {
+            numbers[i] = bad[i][j];
+            assert_int_equal(check(), BEAM_IMAGE_BAD_SETUP);
+            numbers[i] = (&good.front.setup.sensor_V_per_code)[i];
+        }
+    const uint32_t steps[] = {0, 1025, 0xFFFFFFFFu};
+    for (int i = 0; i < 3; i++) {
+        page.front.setup.proof_steps = steps[i];
+        assert_int_equal(check(), BEAM_IMAGE_BAD_SETUP);
+    }
+    page.front.setup.proof_steps = 1024;
+    assert_int_equal(check(), BEAM_IMAGE_FINE);
+    page.front.setup.proof_amplitude = INFINITY;
+    assert_int_equal(check(), BEAM_IMAGE_BAD_SETUP);
+    page.front.setup.proof_amplitude = 1.0F;
+    page.front.setup.proof[3] = nan_;
+    assert_int_equal(check(), BEAM_IMAGE_BAD_SETUP);
+    page.front.setup.proof[3] = 0.0F;
+    page.front.setup.reserved = 1;
+    assert_int_equal(check(), BEAM_IMAGE_BAD_SETUP);
+}
+
+static void effects_that_are_not_there(void **state)
+{
+    (void)state;
+    page.front.use[0].effect ^= 1;
+    assert_int_equal(check(), BEAM_IMAGE_UNKNOWN_EFFECT);
+    page.front.use[0].effect = crc_of("tip_mass"); /* known, but it has no law for the plan's port */
+    assert_int_equal(check(), BEAM_IMAGE_BAD_PLAN);
+    page.front.use[0].effect = good.front.use[0].effect;
+    page.plan.n.n_uses = 2; /* the second is nobody */
+    assert_int_equal(check(), BEAM_IMAGE_UNKNOWN_EFFECT);
+    const int counts[] = {-1, BEAM_USES + 1, INT32_MAX, INT32_MIN};
+    for (int i = 0; i < 4; i++) {
+        page.plan.n.n_uses = counts[i];
+        assert_int_equal(check(), BEAM_IMAGE_BAD_PLAN);
+    }
+    page.plan.n.n_uses = 1;
+    page.front.use[0].p[1] = nanf("");
+    assert_int_equal(check(), BEAM_IMAGE_BAD_PLAN);
+}
+
+static void plans_that_may_not_run(void **state)
+{
+    (void)state;
+    float *numbers = (float *)&page.plan.x;
+    for (int i = 0; i < BEAM_IMAGE_NUMBERS; i++) {
+        const float before = numbers[i];
+        numbers[i] = i % 2 ? nanf("") : INFINITY;
+        assert_int_equal(check(), BEAM_IMAGE_BAD_PLAN);
+        numbers[i] = before;
+    }
+    for (int b = 0; b < page.plan.n.n_blocks; b++) {
+        static const float growing[3][4] = {
+            {1e-5F, 0.0F, 0.0F, 1e-5F}, {1e-5F, -0.3F, 0.3F, 1e-5F}, {-2.1F, 0, 0, -1.0F}};
+        for (int i = 0; i < 3; i++) {
+            memcpy(page.plan.x.phi[b], growing[i], sizeof growing[i]);
+            assert_int_equal(check(), BEAM_IMAGE_BAD_PLAN);
+        }
+        memcpy(page.plan.x.phi[b], good.plan.x.phi[b], sizeof growing[0]);
+    }
+    assert_int_equal(check(), BEAM_IMAGE_FINE);
+    page.plan.n.n_outputs = 0;
+    assert_int_equal(check(), BEAM_IMAGE_BAD_PLAN);
+    page.plan.n.n_outputs = 1;
+    page.plan.n.n_inputs = 0;
+    page.plan.n.drive_input = -1;
+    assert_int_equal(check(), BEAM_IMAGE_BAD_PLAN);
+}
+
+static void hostile_counts(void **state)
+{
+    static const int values[] = {-1, 0, 1, 2, 17, 63, 64, 65, 1000, INT32_MAX, INT32_MIN};
+    (void)state;
+    int *counts = (int *)&page.plan.n;
+    for (int i = 0; i < BEAM_IMAGE_COUNTS; i++)
+        for (size_t v = 0; v < sizeof values / sizeof *values; v++) {
+            counts[i] = values[v];
+            if (check() == BEAM_IMAGE_FINE) { /* then it may be run: the sanitizers look on */
+                proof.progress = 0;
+                (void)beam_image_prove(&page, 20, &proof);
+            }
+            counts[i] = ((const int *)&good.plan.n)[i];
+        }
+}
+
+static void the_sample_interval(void **state)
+{
+    (void)state;
+    assert_int_equal(beam_image_check(&page, dt_s() * 1.0000005F), BEAM_IMAGE_FINE);
+    assert_int_equal(beam_image_check(&page, dt_s() * 1.00001F), BEAM_IMAGE_BAD_RATE);
+    assert_int_equal(beam_image_check(&page, dt_s() * 0.99999F), BEAM_IMAGE_BAD_RATE);
+    page.front.setup.clock_relative = 1e-3F; /* the plan's interval is then the true one of a slower controller */
+    assert_int_equal(beam_image_check(&page, dt_s()), BEAM_IMAGE_BAD_RATE);
+    assert_int_equal(beam_image_check(&page, dt_s() / 1.001F), BEAM_IMAGE_FINE);
+}
+
+/* ---- The proof run ---- */
+
+static void slices_give_the_same_proof(void **state)
+{
+    static const uint32_t slices[] = {1, 3, 99, 100, 1000};
+    (void)state;
+    assert_int_equal(check(), BEAM_IMAGE_FINE);
+    for (int i = 0; i < 5; i++) {
+        int calls = 0;
+        enum beam_image_fault fault = BEAM_IMAGE_FINE;
+        for (proof.progress = 0; fault == BEAM_IMAGE_FINE && (calls == 0 || proof.progress < 100); calls++)
+            fault = beam_image_prove(&page, slices[i], &proof);
+        assert_int_equal(fault, BEAM_IMAGE_FINE);
+        assert_int_equal(proof.progress, 100);
+        assert_int_equal(calls, (100 + slices[i] - 1) / slices[i]);
+    }
+    float largest = 0.0F;
+    for (int i = 0; i < BEAM_IMAGE_PROOFS; i++)
+        largest = fmaxf(largest, fabsf(page.front.setup.proof[i]));
+    assert_true(largest > 1e-3F); /* it proves something */
+}
+
+static void a_proof_that_differs_in_one_bit(void **state)
+{
+    (void)state;
+    assert_int_equal(check(), BEAM_IMAGE_FINE);
+    for (int i = 0; i < 4 * BEAM_IMAGE_PROOFS; i++) {
+        ((uint8_t *)page.front.setup.proof)[i] ^= 1;
+        proof.progress = 0;
+        assert_int_equal(beam_image_prove(&page, 100, &proof), BEAM_IMAGE_BAD_PROOF);
+        ((uint8_t *)page.front.setup.proof)[i] ^= 1;
+    }
+    page.plan.x.row[0][0] *= 1.000001F; /* another plan gives other outputs */
+    proof.progress = 0;
+    assert_int_equal(beam_image_prove(&page, 100, &proof), BEAM_IMAGE_BAD_PROOF);
+}
+
+static void a_state_that_overflows_is_no_proof(void **state)
+{
+    (void)state;
+    page.front.setup.proof_amplitude = 1e30F;
+    for (int s = 0; s < BEAM_STATES; s++)
+        page.plan.x.gamma[0][s] = 1e30F;
+    assert_int_equal(check(), BEAM_IMAGE_FINE);
+    proof.progress = 0;
+    assert_int_equal(beam_image_prove(&page, 100, &proof), BEAM_IMAGE_BAD_PROOF);
+}
+
+static void every_fault_has_its_own_text(void **state)
+{
+    (void)state;
+    for (int a = BEAM_IMAGE_FINE; a <= BEAM_IMAGE_BAD_PROOF; a++)
+        for (int b = BEAM_IMAGE_FINE; b < a; b++)
+            assert_string_not_equal(beam_image_fault_text((enum beam_image_fault)a),
+                                    beam_image_fault_text((enum beam_image_fault)b));
+    assert_non_null(beam_image_fault_text((enum beam_image_fault)99));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(crc_is_zlibs),
+        cmocka_unit_test(effects_have_different_crcs),
+        cmocka_unit_test(a_page_is_one_row_of_bytes),
+        cmocka_unit_test_setup(nothing_outside_is_touched, fresh),
+        cmocka_unit_test_setup(a_good_image_is_fine, fresh),
+        cmocka_unit_test_setup(the_header_is_checked_in_order, fresh),
+        cmocka_unit_test_setup(every_changed_byte_of_the_body_is_seen, fresh),
+        cmocka_unit_test_setup(setups_out_of_range, fresh),
+        cmocka_unit_test_setup(effects_that_are_not_there, fresh),
+        cmocka_unit_test_setup(plans_that_may_not_run, fresh),
+        cmocka_unit_test_setup(hostile_counts, fresh),
+        cmocka_unit_test_setup(the_sample_interval, fresh),
+        cmocka_unit_test_setup(slices_give_the_same_proof, fresh),
+        cmocka_unit_test_setup(a_proof_that_differs_in_one_bit, fresh),
+        cmocka_unit_test_setup(a_state_that_overflows_is_no_proof, fresh),
+        cmocka_unit_test(every_fault_has_its_own_text),
+    };
+    return cmocka_run_group_tests(tests, make_good, NULL);
+}
