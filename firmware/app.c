@@ -73,8 +73,8 @@ static void change(struct app *app)
         sampler_rest(&app->sampler, pages_active(&app->pages));
     }
     if (atomic_load(&app->drive_pending)) {
-        drive_start(&app->drive, &app->drive_wanted, app->facts->drive_code_zero);
-        if (app->drive_wanted.flags & BEAM_DRIVE_REST)
+        drive_start(&app->drive, &app->drive_bytes, app->facts->drive_code_zero);
+        if (app->drive_bytes.flags & BEAM_DRIVE_REST)
             sampler_rest(&app->sampler, pages_active(&app->pages));
         atomic_store(&app->drive_pending, false);
     }

@@ -40,13 +40,12 @@ struct app {
     struct sxi_receiver receiver;
     struct app_line line;
     struct xcp xcp;
-    struct beam_drive drive_bytes;  /* as the host wrote them */
-    struct beam_drive drive_wanted; /* to start with, when pending */
-    _Atomic bool drive_pending;
-    uint16_t drive_code;        /* for the next tick */
-    struct beam_live latest;    /* without its CRC */
-    _Atomic uint32_t published; /* samples that were written to latest */
-    _Atomic uint8_t running;    /* enum beam_boot_choice */
+    struct beam_drive drive_bytes; /* as the host wrote them */
+    _Atomic bool drive_pending;    /* they start with the next sample, and are not written meanwhile */
+    uint16_t drive_code;           /* for the next tick */
+    struct beam_live latest;       /* without its CRC */
+    _Atomic uint32_t published;    /* samples that were written to latest */
+    _Atomic uint8_t running;       /* enum beam_boot_choice */
     _Atomic uint32_t missed, worst_us;
 };
 

@@ -85,16 +85,16 @@ int app_read(struct app *app, uint32_t address, uint32_t n, uint8_t out[])
 static int write_drive(struct app *app, uint32_t offset, uint32_t n, const uint8_t in[])
 {
     struct beam_drive setting = app->drive_bytes;
+    const uint32_t generation = setting.generation;
+    if (atomic_load(&app->drive_pending))
+        return BEAM_XCP_ERR_CMD_BUSY; /* until the next sample */
     memcpy((uint8_t *)&setting + offset, in, n);
-    if (offset + n == sizeof setting && n > 0) {
-        if (atomic_load(&app->drive_pending))
-            return BEAM_XCP_ERR_CMD_BUSY; /* until the next sample */
-        if (!drive_valid(&setting))
-            return BEAM_XCP_ERR_OUT_OF_RANGE;
-        app->drive_wanted = setting;
-        atomic_store(&app->drive_pending, setting.generation != app->drive_bytes.generation);
-    }
+    const bool complete = offset + n == sizeof setting;
+    if (complete && !drive_valid(&setting))
+        return BEAM_XCP_ERR_OUT_OF_RANGE;
     app->drive_bytes = setting;
+    if (complete && setting.generation != generation)
+        atomic_store(&app->drive_pending, true);
     return 0;
 }
 

@@ -17,13 +17,13 @@ $(B)/arm/libbeamt.a: $(CROSS_LIB_OBJ)
 
 -include $(wildcard $(CROSS_LIB_OBJ:.o=.d))
 
-# ---- BearSSL's HMAC-SHA256 for the controller: fetched as source, not kept ----
+# ---- BearSSL's SHA-256 for the controller: fetched as source, not kept ----
 BEARSSL     := $(B)/bearssl/bearssl-0.6
-BEARSSL_SRC := hash/sha2small.c mac/hmac.c codec/dec32be.c codec/enc32be.c
+BEARSSL_SRC := hash/sha2small.c codec/dec32be.c codec/enc32be.c
 BEARSSL_OBJ  = $(BEARSSL_SRC:%.c=$(B)/arm/bearssl/%.o)
-$(BEARSSL)/inc/bearssl_hmac.h: tools/bearssl.sh
+$(BEARSSL)/inc/bearssl_hash.h: tools/bearssl.sh
 	$(call say,$@)tools/bearssl.sh $(B)/bearssl && touch $@
-$(BEARSSL_OBJ): $(B)/arm/bearssl/%.o: $(BEARSSL)/inc/bearssl_hmac.h
+$(BEARSSL_OBJ): $(B)/arm/bearssl/%.o: $(BEARSSL)/inc/bearssl_hash.h
 	@mkdir -p $(@D)
 	$(call say,$@)$(CROSS)gcc $(CROSS_CPU) -std=c99 -Os -ffunction-sections -fdata-sections -I$(BEARSSL)/inc -I$(BEARSSL)/src \
 	    -fstack-usage -fcallgraph-info=su -c $(BEARSSL)/src/$*.c -o $@
@@ -35,7 +35,7 @@ FIRMWARE_OBJ  = $(FIRMWARE_SRC:%.c=$(B)/arm/%.o) $(B)/arm/built_in_image.o
 BOARD_OBJ     = $(patsubst %.c,$(B)/arm/%.o,$(wildcard firmware/board_$(1)/*.c))
 FIRMWARE_ELF := $(FIRMWARE_BOARDS:%=$(B)/firmware_%.elf)
 FIRMWARE_FLAGS = $(CROSS_FLAGS) -Ifirmware -isystem $(BEARSSL)/inc
-$(B)/arm/firmware/%.o: firmware/%.c $(BEARSSL)/inc/bearssl_hmac.h
+$(B)/arm/firmware/%.o: firmware/%.c $(BEARSSL)/inc/bearssl_hash.h
 	@mkdir -p $(@D)
 	$(call say,$@)$(CROSS)gcc $(FIRMWARE_FLAGS) -fstack-usage -fcallgraph-info=su -MMD -MP -c $< -o $@
 define firmware_elf

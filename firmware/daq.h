@@ -14,8 +14,8 @@
 #include "beam_wire.h"
 
 enum {
-    DAQ_RING = 8,       /* samples on their way, a power of two */
-    DAQ_ODT_BYTES = 64, /* of data in one frame */
+    DAQ_RING = 8,       /* samples on their way, a power of two: what comes while a long response leaves */
+    DAQ_ODT_BYTES = 48, /* of data in one frame */
     DAQ_FRAME_BYTES = BEAM_WIRE_HEADER + 1 + 4 + DAQ_ODT_BYTES + 1 + BEAM_WIRE_TAIL
 };
 

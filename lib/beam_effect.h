@@ -157,20 +157,33 @@ struct beam_law_input {
     beam_real dt_s;
 };
 
-/* Force (left side of the weak form) and every derivative. Index order: [of][by]. All zeroed by the caller. */
+/* Derivatives that only a fit reads: a controller, whose stack they would fill, has one place for all of them. */
+#ifdef BEAM_TARGET
+#define BEAM_FOR_FITS union
+#else
+#define BEAM_FOR_FITS struct
+#endif
+
+/*
+ * Force (left side of the weak form) and every derivative. Index order: [of][by]. All zeroed by the caller. An effect
+ * writes those after z; it does not read them back.
+ */
 struct beam_law_output {
     beam_real f[BEAM_LAW_WIDTH];
     beam_real f_w[BEAM_LAW_WIDTH][BEAM_LAW_WIDTH];
     beam_real f_v[BEAM_LAW_WIDTH][BEAM_LAW_WIDTH];
-    beam_real f_w_old[BEAM_LAW_WIDTH][BEAM_LAW_WIDTH];
-    beam_real f_z[BEAM_LAW_WIDTH][BEAM_LAW_STATES];
-    beam_real f_p[BEAM_LAW_WIDTH][BEAM_EFFECT_PARAMETERS];
     beam_real z[BEAM_LAW_STATES]; /* internal state at the end of the step */
-    beam_real z_w[BEAM_LAW_STATES][BEAM_LAW_WIDTH];
-    beam_real z_v[BEAM_LAW_STATES][BEAM_LAW_WIDTH];
-    beam_real z_w_old[BEAM_LAW_STATES][BEAM_LAW_WIDTH];
-    beam_real z_z[BEAM_LAW_STATES][BEAM_LAW_STATES];
-    beam_real z_p[BEAM_LAW_STATES][BEAM_EFFECT_PARAMETERS];
+    BEAM_FOR_FITS
+    {
+        beam_real f_w_old[BEAM_LAW_WIDTH][BEAM_LAW_WIDTH];
+        beam_real f_z[BEAM_LAW_WIDTH][BEAM_LAW_STATES];
+        beam_real f_p[BEAM_LAW_WIDTH][BEAM_EFFECT_PARAMETERS];
+        beam_real z_w[BEAM_LAW_STATES][BEAM_LAW_WIDTH];
+        beam_real z_v[BEAM_LAW_STATES][BEAM_LAW_WIDTH];
+        beam_real z_w_old[BEAM_LAW_STATES][BEAM_LAW_WIDTH];
+        beam_real z_z[BEAM_LAW_STATES][BEAM_LAW_STATES];
+        beam_real z_p[BEAM_LAW_STATES][BEAM_EFFECT_PARAMETERS];
+    };
 };
 
 /* ---- Channels ---- */

@@ -9,7 +9,7 @@ version='0.6+dfsg.1-3'
 tarball='bearssl_0.6+dfsg.1.orig.tar.xz'
 sum=102a625bd8f6155260867a50c508df8d8c3f796985dd744df1a68e5cd1a79004
 mirror=${DEBIAN_MIRROR:-http://deb.debian.org/debian}
-[ ! -e "$out/bearssl-0.6/inc/bearssl_hmac.h" ] || exit 0
+[ ! -e "$out/bearssl-0.6/inc/bearssl_hash.h" ] || exit 0
 
 fetch() {
     (

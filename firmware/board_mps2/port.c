@@ -3,7 +3,7 @@
 #include "parts.h"
 
 enum {
-    RING = 256,
+    RING = 128,
     PRIORITY_UART = 0x80,
     STATE_TX_FULL = 1,
     STATE_RX_FULL = 2,

@@ -10,7 +10,7 @@ enum {
     TICK_US = 1000000 / BOARD_SAMPLE_HZ,
     CYCLES_PER_US = CORE_HZ / 1000000
 };
-enum { PRIORITY_ADC = 0x10, SENSOR_CHANNEL = 1 };
+enum { PRIORITY_ADC = 0x20, SENSOR_CHANNEL = 1 };
 
 void board_tick_isr(void);
 void board_sample_isr(void);
