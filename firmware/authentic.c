@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* The one file of the firmware that sees BearSSL. */
 #include "authentic.h"
-#include <bearssl_hash.h>
+#include <bearssl.h>
 
 /* HMAC is two hashes; composed here, because BearSSL's own asks for 700 bytes more of stack: room for SHA-512. */
 struct working {
