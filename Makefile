@@ -156,7 +156,7 @@ $(SYSTEM_TESTS): $(B)/system/%: $(B)/system/%.o $(SYSTEM_COMMON)
 	$(call say,$@)$(CC) $(OPT) $(CFLAGS) $^ -lcmocka -ljansson -lm -o $@
 .SECONDARY: $(SYSTEM_TESTS:%=%.o)
 
-tests: all $(B)/beam_truth $(UNIT_TESTS) $(SYSTEM_TESTS)
+tests: all $(B)/beam_truth $(B)/board_host $(UNIT_TESTS) $(SYSTEM_TESTS)
 unit: $(UNIT_TESTS) ## build and run the unit tests of one build (no sanitizers)
 	tests/run $(B)
 
