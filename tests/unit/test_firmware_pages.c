@@ -233,7 +233,10 @@ static void test_switch_given_up(void **state)
         if (rig_switches > switches)
             break;
         memcpy(packet, (uint8_t[]){BEAM_XCP_SYNCH}, 1);
-        assert_int_equal(rig_command(packet, 1), 0x100);
+        const int answer = rig_command(packet, 1);
+        if (answer == 0) /* the switch was faster */
+            break;
+        assert_int_equal(answer, 0x100);
         rig_run(20);
         assert_int_equal(rig_next(packet), 0);
         assert_int_equal(rig_switches, switches);
