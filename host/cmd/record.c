@@ -174,22 +174,36 @@ static enum bf_status choose_drive(const struct arguments *a, struct capture *c,
     return a->drive == DRIVE_CHIRP ? chirp_make(&a->chirp, c->recording.sample_Hz, &c->setup, drive, err) : BF_OK;
 }
 
-/* Everything between the first and the last sample. */
-static enum bf_status record(const struct arguments *a, struct capture *c, struct bf_error *err)
+/* The sequence at which the record begins: of step 0, or with a prescale the sample sent first after it. */
+static enum bf_status begin(const struct arguments *a, struct capture *c, uint32_t *from, struct bf_error *err)
 {
-    const double wanted = wanted_samples(a, &c->recording);
     struct beam_drive drive;
-    if (wanted > MOST_SAMPLES)
-        return bf_fail(err, BF_USAGE, "so long a recording does not fit; give at most %.3g s",
-                       MOST_SAMPLES / c->recording.sample_Hz);
     if (choose_drive(a, c, &drive, err) != BF_OK || capture_start(c, err) != BF_OK)
         return err->status;
     if (a->drive == DRIVE_KEEP ? capture_until(c, 0, NULL, 0, err) != BF_OK
                                : capture_from_rest(c, &drive, a->settle_s, err) != BF_OK)
         return err->status;
-    const uint32_t from = a->drive == DRIVE_KEEP ? c->newest : c->origin;
+    if (c->recording.n == 0)
+        return bf_fail(err, BF_DEVICE, "%s: interrupted before the recording began; nothing was written",
+                       a->board.port);
     if (a->drive == DRIVE_KEEP)
-        recording_drop_before(&c->recording, from);
+        recording_drop_before(&c->recording, c->newest);
+    *from = c->recording.live[0].sequence;
+    if (a->drive != DRIVE_KEEP) /* the first that came may not be the first that was sent */
+        *from -= (*from - c->origin) / c->recording.prescale * c->recording.prescale;
+    return BF_OK;
+}
+
+/* Everything between the first and the last sample. */
+static enum bf_status record(const struct arguments *a, struct capture *c, struct bf_error *err)
+{
+    const double wanted = wanted_samples(a, &c->recording);
+    uint32_t from;
+    if (wanted > MOST_SAMPLES)
+        return bf_fail(err, BF_USAGE, "so long a recording does not fit; give at most %.3g s",
+                       MOST_SAMPLES / c->recording.sample_Hz);
+    if (begin(a, c, &from, err) != BF_OK)
+        return err->status;
     struct progress *bar = progress_begin("record");
     const enum bf_status status = capture_until(c, from + (uint32_t)wanted, bar, from, err);
     progress_end(bar);
