@@ -23,7 +23,16 @@ $(B)/target_store_%.elf: tests/target/store_run.c tests/target/semihost.h $(B)/a
 	    -Tfirmware/board_$*/$*.ld $(filter %.c %.o %.a,$^) -o $@
 $(foreach board,$(FIRMWARE_BOARDS),$(eval $(B)/target_store_$(board).elf: $(call BOARD_OBJ,$(board)) firmware/board_$(board)/$(board).ld))
 
-TARGET_PROGRAMS := $(B)/replay_cases $(B)/replay_run $(TARGET_BOARDS:%=$(B)/target_%_replay.elf) $(B)/stm32f405.so \
+# The firmware's sampler on this machine, and where the board keeps what it computed
+$(B)/target/firmware/%.o: firmware/%.c
+	@mkdir -p $(@D)
+	$(call say,$@)$(CC) $(LIBFLAGS) -DBEAM_FLOAT -DBEAM_TARGET -Ifirmware -c $< -o $@
+$(B)/replay_live: tests/target/replay_live.c $(B)/target/firmware/sampler.o $(B)/libbeamt.a
+	$(call say,$@)$(CC) $(LIBFLAGS) -DBEAM_FLOAT -DBEAM_TARGET -Ifirmware $^ -lm -o $@
+$(B)/arm/layout.o: tests/target/layout.c firmware/app.h firmware/pages.h firmware/sampler.h firmware/daq.h firmware/xcp.h firmware/sxi.h
+	$(call say,$@)$(CROSS)gcc $(FIRMWARE_FLAGS) -c $< -o $@
+
+TARGET_PROGRAMS := $(FIRMWARE_ELF) $(B)/arm/layout.o $(B)/replay_live $(B)/beamfit $(B)/beam_truth $(B)/replay_cases $(B)/replay_run $(TARGET_BOARDS:%=$(B)/target_%_replay.elf) $(B)/stm32f405.so \
     $(FIRMWARE_BOARDS:%=$(B)/target_store_%.elf)
 target: $(TARGET_PROGRAMS) ## on emulated boards: bit equality, instruction counts [NAMES='bits counts']
 	@python3 -B tests/target/run.py --build $(B) $(NAMES)

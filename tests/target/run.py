@@ -3,15 +3,20 @@
 """run.py --build DIR [NAME...]: the tests on emulated boards; every test prints what it counted. Status 1: one failed."""
 import argparse
 import os
+import re
 import subprocess
 import sys
+import tempfile
 import time
 
+import board
 import emulator
 import power
 from emulator import in_build
 
 LINEAR_GOAL = 2 * 217  # instructions: twice what eleven bare 2x2 blocks take at -O2
+LIVE_SAMPLES = 140_000
+INTERRUPT_BOUND = 2000  # instructions of the sample interrupt with a linear model
 CUT_EVERY = 1 if os.environ.get("FULL") else 12  # operations of a store
 REPLAY_STEPS, EFFECT_STEPS = 200_000, 10_000
 
@@ -84,6 +89,61 @@ def test_power(build):
     check(total["cuts"] > 100 and total["words"] > 50 and total["erases"] > 0, f"too little was cut: {total}")
     print(f"  {total['lives']} lives, {total['cuts']} cuts ({total['words']} inside words, {total['erases']} inside sector "
           f"erases): the old image {total['kept']} times, the new one {total['taken']} times, lost 0")
+
+
+def test_product(build):
+    """The firmware on the emulated STM32 with the beam at its converters: download, drive, >= 1e5 samples, bit for bit."""
+    if not emulator.has_plugin_board(build):
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        image, live = os.path.join(folder, "model.img"), os.path.join(folder, "live.bin")
+        target = board.Board(build, folder, [f"live={live}", f"live_at={board.live_address(build)}", f"stop={LIVE_SAMPLES}"],
+                             shift=6, plant="data/live/beam.txt")
+        try:
+            target.beamfit("export", "data/live/model.yaml", "-o", image)
+            target.beamfit("download", image, "--port", target.port, "--key", target.key_text)
+            target.beamfit("record", "--port", target.port, "--baud", "921600", "--chirp", "5:200:8:5", "--settle", "0.1",
+                           "--samples", "200", "--prescale", "10", "-o", os.path.join(folder, "run.csv"))
+            info = target.info()
+            target.process.wait(timeout=240)
+        finally:
+            target.end()
+        check(info["missed"] == 0 and info["counter"] == 1 and info["slots"][0] == "valid", f"{info}")
+        found = re.search(r"conversions (\d+)", target.report())
+        check(found and int(found[1]) == LIVE_SAMPLES, target.report()[-300:])
+        done = subprocess.run([in_build(build, "replay_live"), live, image], capture_output=True, text=True, check=False)
+        check(done.returncode == 0, f"{done.stdout}{done.stderr}")
+        compared, same, rms = done.stdout.split()
+        check(int(compared) >= 100_000 and float(rms) > 50.0, f"too little was driven: {done.stdout}")
+        print(f"  {LIVE_SAMPLES} conversions, none missed; {compared} samples after the download replayed here, {same} equal")
+
+
+def test_interrupt(build):
+    """Instructions of the whole sample interrupt of the STM32's firmware, alone and while it streams."""
+    if not emulator.has_plugin_board(build):
+        return
+    elf = in_build(build, "firmware_stm32f405.elf")
+    span = [f"begin={board.symbols(elf)['board_sample_isr'][0] & ~1:#x}",
+            *(f"end={at:#x}" for at in board.returns_of(elf, "board_sample_isr"))]
+    worst = []
+    for streams in (False, True):
+        with tempfile.TemporaryDirectory() as folder:
+            target = board.Board(build, folder, [*span, *([] if streams else ["stop=3000"])], shift=3, plant="data/live/beam.txt")
+            try:
+                if streams:
+                    target.beamfit("record", "--port", target.port, "--baud", "921600", "--chirp", "5:200:2:5", "--settle", "0.1",
+                                   "--samples", "2000", "-o", os.path.join(folder, "run.csv"))
+                else:
+                    target.process.wait(timeout=120)
+            finally:
+                target.end()
+            found = re.search(r"instructions: mean (\d+), largest (\d+) of (\d+)", target.report())
+            check(found, target.report()[-300:])
+            mean, largest = int(found[1]), int(found[2])
+            worst.append(largest)
+            print(f"  {'streaming, driven' if streams else 'alone':18s} mean {mean}, largest {largest} of {found[3]}: "
+                  f"{largest * 1e3 / emulator.CLOCK_HZ:.2%} of a 1 kHz period, {largest * 1e4 / emulator.CLOCK_HZ:.1%} of 10 kHz")
+    check(max(worst) <= INTERRUPT_BOUND, f"the interrupt takes {max(worst)} instructions, the bound is {INTERRUPT_BOUND}")
 
 
 def main():

@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The emulated product board as a process: a pseudo terminal outside, the plant or a record at its converter."""
+import json
+import os
+import re
+import subprocess
+import time
+
+import emulator
+from emulator import in_build
+
+CROSS = os.environ.get("CROSS", "arm-none-eabi-")
+
+
+def symbols(path):
+    """name -> (address, bytes)"""
+    text = subprocess.run([CROSS + "nm", "-S", path], capture_output=True, text=True, check=True).stdout
+    rows = [line.split() for line in text.splitlines()]
+    return {row[3]: (int(row[0], 16), int(row[1], 16)) for row in rows if len(row) == 4}
+
+
+def live_address(build):
+    """Where the STM32's firmware keeps struct beam_live."""
+    return (symbols(in_build(build, "firmware_stm32f405.elf"))["app"][0] +
+            symbols(in_build(build, "arm", "layout.o"))["layout_live_offset"][1])
+
+
+def returns_of(elf, function):
+    """Addresses of the instructions by which a function returns."""
+    text = subprocess.run([CROSS + "objdump", "-d", "--no-show-raw-insn", f"--disassemble={function}", elf],
+                          capture_output=True, text=True, check=True).stdout
+    return [int(m[1], 16) for m in re.finditer(r"^\s*([0-9a-f]+):\s+(?:bx\s+lr|ldmia\.w\s+sp!.*pc|pop\S*\s.*pc)", text, re.M)]
+
+
+class Process:
+    """Something that is started, and ended by its own process id."""
+
+    def __init__(self, arguments, output):
+        self.output = output
+        with open(output, "wb") as file:
+            self.process = subprocess.Popen(arguments, stdin=subprocess.DEVNULL, stdout=file, stderr=subprocess.STDOUT)
+
+    def wait_for(self, pattern, timeout_s=20):
+        end = time.monotonic() + timeout_s
+        while time.monotonic() < end:
+            with open(self.output, encoding="utf-8", errors="replace") as file:
+                found = re.search(pattern, file.read())
+            if found:
+                return found
+            if self.process.poll() is not None:
+                break
+            time.sleep(0.02)
+        raise subprocess.SubprocessError(f"{pattern!r} did not come: {open(self.output, errors='replace').read()[-500:]}")
+
+    def end(self):
+        """Ask, so that a last report comes; then insist: QEMU may be deaf to it."""
+        if self.process.poll() is None:
+            self.process.terminate()
+            try:
+                self.process.wait(timeout=5)
+            except subprocess.TimeoutExpired:
+                self.process.kill()
+        return self.process.wait()
+
+
+class Board(Process):
+    """The STM32F405 under its firmware; plugin: further NAME=VALUE options. ns: of one instruction, a power of two."""
+
+    def __init__(self, build, folder, plugin=(), shift=3, plant=None):
+        self.build, self.folder = build, folder
+        self.key, self.key_text = os.path.join(folder, "key.bin"), os.path.join(folder, "key.txt")
+        if not os.path.exists(self.key):
+            secret = os.urandom(32)
+            with open(self.key, "wb") as file:
+                file.write(secret)
+            with open(os.open(self.key_text, os.O_WRONLY | os.O_CREAT, 0o600), "w", encoding="ascii") as file:
+                file.write(secret.hex() + "\n")
+        self.plant = None
+        plugin = [f"flash={os.path.join(folder, 'flash.bin')}", *plugin]
+        if plant is not None:
+            path = os.path.join(folder, "plant.socket")
+            self.plant = Process([in_build(build, "beam_truth"), "--live", plant, "--socket", path],
+                                 os.path.join(folder, "plant.log"))
+            while not os.path.exists(path):
+                time.sleep(0.02)
+            plugin.append(f"plant={path}")
+        arguments = emulator.product(build, in_build(build, "firmware_stm32f405.elf"), self.key, plugin, "-serial", "pty")
+        arguments[arguments.index("shift=3,sleep=off")] = f"shift={shift},sleep=off"
+        super().__init__(arguments, os.path.join(folder, "board.log"))
+        self.port = self.wait_for(r"redirected to (/dev/pts/\d+)")[1]
+
+    def beamfit(self, *arguments, timeout_s=120):
+        done = subprocess.run([in_build(self.build, "beamfit"), *arguments], capture_output=True, text=True,
+                              timeout=timeout_s, check=False, stdin=subprocess.DEVNULL)
+        if done.returncode != 0:
+            raise subprocess.SubprocessError(f"beamfit {' '.join(arguments)}: status {done.returncode}: {done.stderr}")
+        return done.stdout
+
+    def info(self):
+        return json.loads(self.beamfit("info", "--port", self.port, "--json"))
+
+    def end(self):
+        status = super().end()
+        if self.plant is not None:
+            self.plant.end()
+        return status
+
+    def report(self):
+        return open(self.output, encoding="utf-8", errors="replace").read()
