@@ -46,7 +46,7 @@ void law_prepared_free(struct law_prepared *prepared)
 /* An effect's answer, and the same as numbers in a row: memset() of it costs more than most laws. */
 enum {
     ANSWER_NUMBERS = sizeof(struct beam_law_output) / sizeof(beam_real),
-    ANSWER_FORCES = offsetof(struct beam_law_output, z) / sizeof(beam_real) + 2
+    ANSWER_FORCES = offsetof(struct beam_law_output, z_w) / sizeof(beam_real) /* what a law without states may write */
 };
 union answer {
     struct beam_law_output o;
