@@ -27,8 +27,8 @@ static void need_row(const struct run *run, struct law_transfers *t, size_t grid
 {
     for (size_t c = 0; c < t->n_coordinates; c++) {
         const struct functional *f = &run->p->coordinates[c];
-        t->pairs[index_of(t, grid, row, c)] =
-            (struct law_pair){.of = output ? other : f, .by = output ? f : other, .order = order, .grid = grid};
+        t->pairs[index_of(t, grid, row, c)] = (struct law_pair){
+            .of = output ? other : f, .by = output ? f : other, .by_force = output, .order = order, .grid = grid};
     }
 }
 
@@ -58,7 +58,7 @@ void law_transfers_fill(const struct run *run, struct law_transfers *transfers, 
     if (pair->of == NULL)
         return;
     const struct functional *a = pair->of, *b = pair->by;
-    const struct response_kernel *kernel = p->kernels[pair->grid];
+    const struct response_kernel *kernel = pair->by_force ? p->force_kernels[pair->grid] : p->kernels[pair->grid];
     size_t m = p->grids[pair->grid].m, n_poles = p->system->n_poles;
     pair->H = bf_grow(NULL, m, sizeof *pair->H);
     response_value(kernel, pair->order, a->alpha, b->alpha, pair->H);

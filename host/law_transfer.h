@@ -11,7 +11,8 @@
 /* A functional over another. */
 struct law_pair {
     const struct functional *of, *by;
-    int order; /* time derivatives */
+    bool by_force; /* a law's, at a coordinate; else an input */
+    int order;     /* time derivatives */
     size_t grid;
     double complex *H;   /* [m]; NULL: no record needs it */
     double complex **dH; /* [n_parameters] of [m]; NULL where the structure does not depend on the parameter */

@@ -124,11 +124,25 @@ enum bf_status predictor_new(const struct model *model, const struct record reco
 
 /* ---- Freeing ---- */
 
+void kernels_new(struct predictor *p)
+{
+    for (size_t g = 0; g < p->n_grids; g++) {
+        p->force_kernels[g] = p->kernels[g] = response_kernel_new(p->system, &p->grids[g]);
+        if (!p->nonlinear || p->grids[g].intersample == INTERSAMPLE_BAND_LIMITED)
+            continue;
+        p->force_grids[g] = p->grids[g];
+        p->force_grids[g].intersample = INTERSAMPLE_BAND_LIMITED;
+        p->force_kernels[g] = response_kernel_new(p->system, &p->force_grids[g]);
+    }
+}
+
 void kernels_free(struct predictor *p)
 {
     for (size_t g = 0; p->kernels != NULL && g < p->n_grids; g++) {
+        if (p->force_kernels[g] != p->kernels[g])
+            response_kernel_free(p->force_kernels[g]);
         response_kernel_free(p->kernels[g]);
-        p->kernels[g] = NULL;
+        p->kernels[g] = p->force_kernels[g] = NULL;
     }
 }
 
@@ -136,7 +150,10 @@ static void free_grids(struct predictor *p)
 {
     kernels_free(p);
     free(p->kernels);
-    p->kernels = NULL;
+    free(p->force_kernels);
+    free(p->force_grids);
+    p->kernels = p->force_kernels = NULL;
+    p->force_grids = NULL;
     for (size_t g = 0; g < p->n_grids; g++)
         response_grid_free(&p->grids[g]);
     free(p->grids);
@@ -305,6 +322,8 @@ enum bf_status predictor_window(struct predictor *p, double t_end_s, struct bf_e
         }
     }
     p->kernels = bf_alloc(p->n_grids, sizeof(struct response_kernel *));
+    p->force_kernels = bf_alloc(p->n_grids, sizeof(struct response_kernel *));
+    p->force_grids = bf_alloc(p->n_grids, sizeof *p->force_grids);
     p->y = bf_grow(p->y, p->n_rows, sizeof *p->y);
     p->jacobian = bf_grow(p->jacobian, p->n_rows * p->map.n, sizeof *p->jacobian);
     p->nuisance = bf_grow(p->nuisance, p->n_rows * p->n_nuisance, sizeof *p->nuisance);

@@ -30,8 +30,7 @@ static enum bf_status run_once(const struct run *run, struct bf_error *err)
         status = drives_evaluate(run, err);
     if (status != BF_OK)
         return status;
-    for (size_t g = 0; g < p->n_grids; g++)
-        p->kernels[g] = response_kernel_new(p->system, &p->grids[g]);
+    kernels_new(p);
     functionals_evaluate(run, p->inputs, p->n_sources);
     functionals_evaluate(run, p->outputs, p->model.n_outputs);
     if (p->base_load != NULL)

@@ -90,6 +90,9 @@ struct predictor {
     size_t n_grids;
     struct response_grid *grids;
     struct response_kernel **kernels; /* [n_grids] at the current parameters */
+    /* [n_grids] of the forces of laws, which are smooth between samples even where the inputs are held */
+    struct response_kernel **force_kernels;
+    struct response_grid *force_grids; /* the same points, band limited */
     struct geometry geometry;
     size_t n_sources; /* the model's inputs; then one for each record's point force that is shifted in that record */
     struct source *sources;
@@ -129,6 +132,7 @@ static inline double *run_column(const struct run *run, size_t parameter, const 
     return run->out->jacobian + parameter * run->out->n_rows + channel->row;
 }
 
+void kernels_new(struct predictor *p); /* at the system as evaluated */
 void kernels_free(struct predictor *p);
 /* Writes parameters into p->model. */
 void predictor_use(struct predictor *p, const double theta[]);
