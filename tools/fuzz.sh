@@ -8,7 +8,7 @@ out=${1:?fuzz.sh DIR}
 : "${FUZZ_SECONDS:=20}" "${JOBS:=2}"
 sanitize='-fsanitize=address,undefined -fno-sanitize-recover=undefined -fgnuc-version=4.8'
 make --no-print-directory -j"$JOBS" B="$out" CC=clang OPT='-O1 -g' CFLAGS="$sanitize -fsanitize=fuzzer-no-link" \
-    "$out/libhost.a" "$out/libbeam.a" WARN=-Wall
+    "$out/libhost.a" "$out/libbeam.a" "$out/libbeamt.a" "$out/libfirmware.a" WARN=-Wall
 mkdir -p "$out/found"
 
 packages='nlopt libserialport libfyaml jansson matio fftw3 lapacke openblas sndfile'
@@ -16,8 +16,9 @@ fuzz_one=$(cat <<'SH'
 set -eu
 source=$1 out=$2 sanitize=$3 packages=$4
 name=$(basename "$source" .c); name=${name#fuzz_}
-clang -std=c11 -D_GNU_SOURCE -g -O1 $sanitize -fsanitize=fuzzer -Ilib -Ihost -Itests -Itests/fuzz "$source" \
-    "$out/libhost.a" "$out/libbeam.a" $(pkg-config --cflags --libs $packages) -lcholmod -larpack -lbearssl -lpthread -lm \
+flags=; [ "$name" != slave ] || flags='-DBEAM_FLOAT -DBEAM_TARGET -ffp-contract=off -Ifirmware' # as the firmware is built
+clang -std=c11 -D_GNU_SOURCE -g -O1 $sanitize -fsanitize=fuzzer $flags -Ilib -Ihost -Itests -Itests/fuzz "$source" \
+    "$out/libfirmware.a" "$out/libhost.a" "$out/libbeam.a" "$out/libbeamt.a" $(pkg-config --cflags --libs $packages) -lcholmod -larpack -lbearssl -lpthread -lm \
     -o "$out/fuzz_$name"
 mkdir -p "$out/corpus/$name"
 seeds=; [ ! -d "tests/fuzz/corpus/$name" ] || seeds=tests/fuzz/corpus/$name
