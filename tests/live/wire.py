@@ -148,6 +148,7 @@ class Link:
         self.answer = None
         self.on_live = lambda live: None
         self.samples = self.bad_samples = self.repeats = self.largest = 0
+        self.block = MAX_PACKET  # bytes of a packet that carries data
 
     def close(self):
         os.close(self.fd)
@@ -222,13 +223,13 @@ class Link:
     def short_upload(self, address, n):
         data = b""
         while len(data) < n:
-            part = min(self.largest - 1, n - len(data))
+            part = min(self.largest - 1, self.block, n - len(data))
             # the answer's length tells it from a late one to another command
             data += self.command(struct.pack("<BBBBI", 0xF4, part, 0, 0, address + len(data)), part + 1)[1:part + 1]
         return data
 
     def short_download(self, address, data):
-        step = (self.largest - 8) // 4 * 4
+        step = min(self.largest - 8, self.block) // 4 * 4
         for at in range(0, len(data), step):
             part = data[at:at + step]
             self.command(struct.pack("<BBBBI", 0xED, len(part), 0, 0, address + at) + part)

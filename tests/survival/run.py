@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a board must survive, on the board on the PC: a table of what was tried and what was lost."""
+import argparse
+import os
+import sys
+import tempfile
+import time
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path.insert(0, os.path.join(HERE, "..", "live"))
+import cases  # noqa: E402
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--build", required=True)
+    parser.add_argument("--share", type=float, default=1.0, help="of the full counts")
+    parser.add_argument("case", nargs="*", help="names; all when absent")
+    a = parser.parse_args()
+    unknown = set(a.case) - {case.__name__ for case in cases.ALL}
+    if unknown or not 0 < a.share <= 1:
+        parser.error(f"cases: {' '.join(case.__name__ for case in cases.ALL)}; 0 < share <= 1")
+    all_lost = 0
+    print(f"{'case':<16}{'tried':>10}{'lost':>6}{'s':>7}   what")
+    for case in cases.ALL:
+        if a.case and case.__name__ not in a.case:
+            continue
+        with tempfile.TemporaryDirectory(prefix="beamfit_survival_") as directory:
+            begin = time.monotonic()
+            tried, lost, note = case(cases.Bench(os.path.abspath(a.build), directory), a.share)
+            seconds = time.monotonic() - begin
+        all_lost += lost
+        print(f"{case.__name__:<16}{tried:>10}{lost:>6}{seconds:>7.0f}   {case.__doc__}\n{'':>42}{note}", flush=True)
+    if all_lost:
+        sys.exit(f"survival: {all_lost} LOST")
+
+
+if __name__ == "__main__":
+    main()
