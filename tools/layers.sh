@@ -1,7 +1,9 @@
 #!/bin/bash
 # SPDX-License-Identifier: GPL-3.0-or-later
 # layers.sh — reads every #include and SPDX line, and docs/architecture.md, and says who breaks the layering:
-#   lib -> C standard headers that a microcontroller has, and lib;   firmware -> lib, itself, its standard headers
+#   lib -> C standard headers that a microcontroller has, and lib
+#   firmware -> lib, itself, standard headers that a microcontroller has; a board's files only for that board;
+#   board_host also POSIX, authentic.c also BearSSL
 #   host -> lib, and files of its own or an earlier stage (rows of the stage table of docs/architecture.md)
 #   an outside library -> only the file that the table of docs/architecture.md names (tests are free)
 #   tests/truth -> itself and outside libraries only;   nobody -> tests
@@ -76,7 +78,12 @@ check() { # FILE
             fi ;;
         firmware/*)
             [[ -z $target || $target == lib/* || $target == firmware/* ]] ||
-                broke "$file includes $target: firmware knows lib and itself" ;;
+                broke "$file includes $target: firmware knows lib and itself"
+            [[ $target == firmware/board_*/* && $file != "${target%/*}"/* ]] &&
+                broke "$file includes $target: a board's own files are its own"
+            [[ -n $target || $file == firmware/board_host/* || $name =~ $freestanding || $name == stdatomic.h ||
+                $file:$name == firmware/authentic.c:bearssl.h ]] ||
+                broke "$file includes <$name>: a microcontroller may not have it" ;;
         tests/truth/*)
             [[ -z $target || $target == tests/truth/* ]] ||
                 broke "$file includes $target: the truth shares nothing with what it judges" ;;
@@ -94,6 +101,7 @@ check() { # FILE
         [[ $area == tests || -n $target ]] && continue
         for library in "${!headers[@]}"; do
             [[ $name =~ ^${headers[$library]}$ ]] || continue
+            [[ $file == firmware/authentic.c && $library == BearSSL ]] && continue
             [[ $area == host ]] && allowed_file "$library" | grep -qx "${file#host/}" ||
                 broke "$file includes <$name>: $page gives $library to: $(allowed_file "$library" | paste -sd' ')"
         done
