@@ -186,7 +186,7 @@ void store_begin(struct store *s, const struct beam_image *image)
 {
     s->image = image;
     s->target = s->newest == 0 ? 1 : 0;
-    s->phase = STORE_ERASE;
+    s->phase = s->newest != STORE_NONE && s->stored == image->front.header.counter ? STORE_THERE : STORE_ERASE;
     s->position = s->crc = 0;
 }
 
@@ -258,6 +258,9 @@ enum store_answer store_poll(struct store *s)
         break;
     case STORE_RECORD:
         return finish(s, write_record(s));
+    case STORE_THERE:
+        s->phase = STORE_IDLE;
+        return STORE_DONE;
     }
     return fine ? STORE_NOTHING : finish(s, false);
 }

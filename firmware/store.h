@@ -16,7 +16,7 @@
 #include "board.h"
 
 enum store_slot { STORE_EMPTY, STORE_VALID, STORE_SPOILT };
-enum store_phase { STORE_IDLE, STORE_ERASE, STORE_IMAGE, STORE_VERIFY, STORE_RECORD };
+enum store_phase { STORE_IDLE, STORE_ERASE, STORE_IMAGE, STORE_VERIFY, STORE_RECORD, STORE_THERE };
 enum store_answer { STORE_NOTHING, STORE_DONE, STORE_FAILED };
 enum { STORE_CHUNK = 64 /* bytes of one turn of the background loop */, STORE_NONE = 2 /* no slot */ };
 
@@ -43,7 +43,7 @@ bool store_load(struct store *s, int slot, struct beam_image *image);
 /* What the boot found of a valid slot: an image that is not this device's and signed is spoilt and counts for nothing. */
 void store_authentic(struct store *s, int slot, bool authentic);
 
-/* Begin to write this image, which stays unchanged until STORE_DONE or STORE_FAILED. */
+/* Begin to write this image, which stays unchanged until STORE_DONE or STORE_FAILED. One that is stored is left there. */
 void store_begin(struct store *s, const struct beam_image *image);
 
 /* One slice: an erase, or the programming or reading of 64 bytes. */

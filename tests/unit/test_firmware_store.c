@@ -70,6 +70,19 @@ static void test_store_and_boot(void **state)
     assert_true(rig_active_is(&third));
 }
 
+/* Asked twice, as by a host that lost the answer: nothing is written again. */
+static void test_store_twice(void **state)
+{
+    (void)state;
+    boot_and_download(&second);
+    assert_true(store());
+    const uint64_t operations = board.operations;
+    assert_true(store());
+    assert_int_equal(board.operations, operations);
+    rig_boot();
+    assert_true(rig_active_is(&second));
+}
+
 /* Images that the store does not take, or that a boot does not. */
 static void test_what_is_not_booted(void **state)
 {
@@ -277,6 +290,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(test_store_and_boot, set_up),
+        cmocka_unit_test_setup(test_store_twice, set_up),
         cmocka_unit_test_setup(test_what_is_not_booted, set_up),
         cmocka_unit_test_setup(test_built_in_is_not_stored, set_up),
         cmocka_unit_test_setup(test_broken_flash, set_up),
