@@ -212,7 +212,9 @@ false-alarms: $(B)/beamfit $(B)/beam_truth ## diagnose N=200 sets that hide noth
 own-effect: $(B)/beamfit $(B)/libbeamf.a $(B)/beam_truth ## docs/own_effect.md: a user's effect in a copy of the tree, built and diagnosed
 	@tools/own_effect.sh $(B)
 BOARD ?= host
-live-demo: $(B)/beamfit $(B)/beam_truth $(B)/board_host ## docs/live_demo.md: a board with a wrong model, from high residual to the noise [BOARD=stm32f405]
+LIVE_host := $(B)/board_host
+LIVE_stm32f405 := $(B)/firmware_stm32f405.elf $(B)/stm32f405.so
+live-demo: $(B)/beamfit $(B)/beam_truth $(LIVE_$(BOARD)) ## docs/live_demo.md: a board with a wrong model, from high residual to the noise [BOARD=stm32f405]
 	@tools/live_demo.sh $(B) $(B)/live_demo $(BOARD)
 conformance: $(B)/beamfit $(B)/board_host ## pyxcp and pya2ldb (PyPI, pinned) on the board on the PC
 	@tools/deps.sh build test

@@ -15,7 +15,7 @@ work=$(mktemp -d "${TMPDIR:-/tmp}/beamfit_live.XXXXXX") # sockets have short pat
 plant='' device=''
 end() {
     for process in $device $plant; do
-        kill "$process" 2>/dev/null && wait "$process" 2>/dev/null || true
+        kill -KILL "$process" 2>/dev/null && wait "$process" 2>/dev/null || true
     done
     rm -rf "$work"
 }
@@ -43,16 +43,38 @@ wait_for() { # FILE-OR-SOCKET PROCESS
 (umask 077 && head -c 32 /dev/urandom > "$work/key")
 "$build/beam_truth" --live "$data/beam.txt" --socket "$work/plant" &
 plant=$!
+disown $plant
 wait_for "$work/plant" $plant
 case $board in
 host)
     "$build/board_host" --plant "$work/plant" --key "$work/key" --nvm "$out/flash" --pty-link "$work/port" \
         > "$out/board.log" &
     device=$!
+    disown $device
+    wait_for "$work/port" $device
     ;;
-*) fail "BOARD=$board is not known; give host" ;;
+stm32f405) # the product's firmware on QEMU 7.2, with the devices of tests/target/plugin; in virtual time
+    qemu-system-arm -M netduinoplus2 -display none -monitor none -serial pty -icount shift=3,sleep=off \
+        -device loader,addr=0x2001FF00,data=0x5EED,data-len=4 \
+        -device loader,file="$work/key",addr=0x08010000,force-raw=on \
+        -plugin "$build/stm32f405.so,plant=$work/plant,flash=$out/flash" -kernel "$build/firmware_stm32f405.elf" \
+        > "$out/board.log" 2>&1 &
+    device=$!
+    disown $device # killed at the end: a QEMU that spins does not hear SIGTERM
+    for _ in $(seq 100); do
+        pty=$(sed -n 's/.*redirected to \([^ ]*\).*/\1/p' "$out/board.log")
+        [ -z "$pty" ] || break
+        kill -0 $device 2>/dev/null || fail "QEMU ended: $(tail -n 1 "$out/board.log")"
+        sleep 0.1
+    done
+    [ -n "$pty" ] || fail "QEMU names no pseudo terminal"
+    exec 9<> "$pty" # held open: QEMU looks for a new host once a second only
+    stty raw -echo < "$pty"
+    ln -s "$pty" "$work/port"
+    sleep 1.5
+    ;;
+*) fail "BOARD=$board is not known; give host or stm32f405" ;;
 esac
-wait_for "$work/port" $device
 port=(--port "$work/port" --baud 921600)
 key=(--key "$work/key")
 chirp=(--chirp 4:200:4:10)

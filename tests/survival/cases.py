@@ -126,11 +126,12 @@ def kills(bench, share):
     link.close()
     for _ in range(tries):
         new = bench.image(counter_of(old) + 1)
-        timer = threading.Timer(generator.uniform(0, 1.1 * span_s), board.process.kill)
+        timer = threading.Timer(generator.uniform(0, span_s), board.process.kill)
         now, bad, _ = interrupted(bench, board, old, new, timer.start, {})
         timer.cancel()
         lost += bad
         new_ones += now == new
+        span_s *= 0.97 if now == new else 1.03  # half of the kills before the new image is stored, half after
         old = now
     board.kill()
     return tries, lost, f"{new_ones} times the new image was running afterwards, else the old one"
