@@ -47,18 +47,16 @@ class Bench:
 
 
 class Watch:
-    """Counts what a stream lacks."""
+    """Counts where a stream does not go on with the next sample."""
 
     def __init__(self, link):
-        self.last, self.gaps, self.lost = None, 0, 0
+        self.last, self.gaps = None, 0
         link.on_live = self
 
     def __call__(self, live):
         if live is None:
             return
-        if self.last is not None and live.sequence != self.last + 1:
-            self.gaps += 1
-            self.lost += live.sequence - self.last - 1
+        self.gaps += self.last is not None and live.sequence != self.last + 1
         self.last = live.sequence
 
 
@@ -87,16 +85,17 @@ def counter_of(image):
 
 # ---- Power ----
 
-def interrupted(bench, board, old, new, interrupt, progress):
-    """Gives the board a new image until it dies; then powers it on. (what it runs, was it lost)."""
-    progress["stored"] = False
+def interrupted(bench, board, old, new, at_download=lambda: None, at_store=lambda: None):
+    """Gives the board a new image until it dies; then powers it on. (what it runs, was it lost, how it died)."""
+    stored = False
     link = wire.Link(board.port, retries=2)
     try:
         link.connect()
-        interrupt()
+        at_download()
         give(link, bench, new, store=False)
+        at_store()
         link.store_and_wait()
-        progress["stored"] = True
+        stored = True
         board.process.wait(2)
     except (OSError, wire.Silent, wire.Refused, subprocess.TimeoutExpired):
         pass
@@ -107,31 +106,27 @@ def interrupted(bench, board, old, new, interrupt, progress):
     status = board.wait()
     board.power_on()
     now, info = running(board.port, len(new))
-    lost = now not in (old, new) or (progress["stored"] and now != new) or info.missed != 0
-    return now, lost, status
+    return now, now not in (old, new) or (stored and now != new) or info.missed != 0, status
 
 
 def kills(bench, share):
-    """SIGKILL at a random moment of a download or store, flash in a file"""
-    tries, lost, new_ones, generator = max(5, round(500 * share)), 0, 0, random.Random(1)
+    """SIGKILL at a random moment of a download (half) or of a store (half), flash in a file"""
+    tries, lost, new_ones, generator = max(6, round(500 * share)), 0, 0, random.Random(1)
     board = bench.board("flash_kills").power_on()
     link = wire.Link(board.port)
     link.connect()
     old = bench.image(1)
     give(link, bench, old)
-    span_s = time.monotonic()
-    old = bench.image(2)
-    give(link, bench, old)
-    span_s = time.monotonic() - span_s
     link.close()
-    for _ in range(tries):
-        new = bench.image(counter_of(old) + 1)
-        timer = threading.Timer(generator.uniform(0, span_s), board.process.kill)
-        now, bad, _ = interrupted(bench, board, old, new, timer.start, {})
+    span_s = [0.05, 0.01]
+    for number in range(tries):
+        new, kind = bench.image(counter_of(old) + 1), number % 2
+        timer = threading.Timer(generator.uniform(0, span_s[kind]), board.process.kill)
+        now, bad, _ = interrupted(bench, board, old, new, **{("at_download", "at_store")[kind]: timer.start})
         timer.cancel()
         lost += bad
         new_ones += now == new
-        span_s *= 0.97 if now == new else 1.03  # half of the kills before the new image is stored, half after
+        span_s[kind] *= 0.95 if now == new else 1.05  # as many kills before the new image is stored as after
         old = now
     board.kill()
     return tries, lost, f"{new_ones} times the new image was running afterwards, else the old one"
@@ -156,7 +151,7 @@ def power_cuts(bench, share):
         now, _ = running(board.port, len(old))
         lost += now != old
         new = bench.image(counter_of(old) + 1)
-        now, bad, status = interrupted(bench, board, old, new, lambda: None, {})
+        now, bad, status = interrupted(bench, board, old, new)
         cut += status == 42
         lost += bad
         new_ones += now == new
@@ -186,7 +181,7 @@ def downloads(bench, share):
     link.stop_daq()
     link.close()
     board.kill()
-    lost += info.missed + watch.lost + link.bad_samples
+    lost += info.missed + watch.gaps + link.bad_samples
     return tries, lost, (f"{link.samples} samples in {seconds:.1f} s, {info.missed} missed, {watch.gaps} gaps, "
                          f"{link.bad_samples} CRC failures, {info.overrun} without room")
 
