@@ -16,6 +16,17 @@ _Static_assert((int)DEVICE_CODE_BYTES == (int)BEAM_IMAGE_CODE_BYTES, "one code")
 
 /* ---- The step, in double ---- */
 
+/* Behind the model's blocks; the pool of states is zero there. */
+static void add_beside(const struct deployment *d, struct beam_plan *plan)
+{
+    for (int i = 0; i < d->n_beside; i++) {
+        const int b = plan->n.n_blocks++;
+        memcpy(plan->x.phi[b], d->beside[i].phi, sizeof plan->x.phi[b]);
+        memcpy(&plan->x.row[0][2 * b], d->beside[i].row, sizeof d->beside[i].row);
+        plan->x.gamma[0][2 * b] = 1.0;
+    }
+}
+
 static enum bf_status make_plan(const struct deployment *d, const struct target_options *options,
                                 struct target_image *image, struct bf_error *err)
 {
@@ -25,10 +36,12 @@ static enum bf_status make_plan(const struct deployment *d, const struct target_
     if (status == BEAM_OK)
         status = beam_factor(&d->out, &step, work, &image->plan);
     free(work);
-    if (status == BEAM_OK)
+    if (status == BEAM_OK) {
         image->plan.x.taps[0] += d->direct;
-    if (status == BEAM_OK)
+        image->n_beside = d->n_beside;
+        add_beside(d, &image->plan);
         status = beam_narrow(&image->plan);
+    }
     if (status == BEAM_OK)
         return BF_OK;
     return bf_fail(err, BF_NUMERIC, "no step can be made of this model: %s", beam_status_text(status));
@@ -195,6 +208,33 @@ static enum bf_status seal(const struct model *model, struct target_image *image
     return status;
 }
 
+/*
+ * Laws need the static responses of their places. A model without laws may do better with more modes instead: blocks beside
+ * the space bring the rest; the space with the least error is taken.
+ */
+static enum bf_status choose_space(struct deployment *d, bool mending, struct target_image *image, struct bf_error *err)
+{
+    const size_t most = deploy_statics(&d->model);
+    size_t best = most;
+    double least = INFINITY;
+    bool has_law = false;
+    enum bf_status status = BF_OK;
+    for (size_t e = 0; e < d->model.n_effects; e++)
+        has_law = has_law || d->model.effects[e].effect->law != NULL;
+    for (size_t statics = 0; mending && !has_law && status == BF_OK && statics <= most; statics++) {
+        status = deploy_space(d, statics, image, err);
+        if (status == BF_OK)
+            status = deploy_judge(d, mending, image, err);
+        if (status == BF_OK && image->held_error < least) {
+            least = image->held_error;
+            best = statics;
+        }
+    }
+    if (status == BF_OK)
+        status = deploy_space(d, best, image, err);
+    return status == BF_OK ? deploy_judge(d, mending, image, err) : status;
+}
+
 enum bf_status target_image_make(const struct model *model, const struct target_options *options,
                                  struct target_image *out, struct bf_error *err)
 {
@@ -203,13 +243,11 @@ enum bf_status target_image_make(const struct model *model, const struct target_
     enum bf_status status = target_board(model, options, out, err);
     if (status == BF_OK)
         status = deploy_channels(model, options, d, out, err);
+    out->dt_s = (1.0 + out->clock_relative) / out->board.sample_Hz;
     if (status == BF_OK)
-        status = deploy_space(d, out, err);
+        status = choose_space(d, options->hold == BEAM_HOLD_ZERO_ORDER && !options->plain, out, err);
     if (status == BF_OK)
         status = deploy_effects(d, out, err);
-    if (status == BF_OK)
-        status = deploy_judge(d, out, err);
-    out->dt_s = (1.0 + out->clock_relative) / out->board.sample_Hz;
     if (status == BF_OK)
         status = make_plan(d, options, out, err);
     if (status == BF_OK)

@@ -18,6 +18,7 @@ struct target_options {
     struct model_board board;     /* what the command line says; it overrides the model's block, member by member */
     bool sensor_zero, drive_zero; /* board.sensor_zero_code, board.drive_zero_code are said */
     enum beam_hold hold;          /* of the drive: zero order (after a D/A) or first order */
+    bool plain;                   /* the ten-dimensional model alone, without the two blocks beside it */
     size_t n_without;
     const char *const *without; /* ids of effects to leave out */
 };
@@ -40,7 +41,9 @@ struct target_image {
     size_t in_band;                                      /* modes below half the sample rate, ten at most */
     bool band_is_wider;                                  /* there are more of them than the space has modes */
     double frequency_Hz[BEAM_N], relative_error[BEAM_N]; /* undamped, deployed; against a converged space */
-    double response_error; /* rms over the band of |H deployed − H converged| ÷ rms of |H|, drive to sensor */
+    double
+        held_error; /* rms of the error of the sampled pulse response of a held drive ÷ its rms, against a converged space */
+    int n_beside;       /* blocks beside the space, target_image_judge.c */
     double float_error; /* rms of float − double ÷ rms of double over a random run, by the controller's own code */
     size_t n_effects;
     struct target_effect *effects;

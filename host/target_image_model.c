@@ -1,25 +1,17 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
  * target_image_model.c — the space a controller has: lowest modes and static responses, ten in all, projected from the fine
- * model at the fitted values, so that it is exact there; and what it is worth beside a converged space.
+ * model at the fitted values, so that it is exact there.
  */
 #include "target_image_work.h"
 
-#include <complex.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { REFERENCE_MODES = 40, GRID = 400 };
-
-static double two_pi(void)
-{
-    return 2.0 * acos(-1.0);
-}
-
 /* ---- Space ---- */
 
-static size_t count_statics(const struct model *model)
+size_t deploy_statics(const struct model *model)
 {
     size_t n = 2;
     for (size_t e = 0; e < model->n_effects; e++)
@@ -27,14 +19,14 @@ static size_t count_statics(const struct model *model)
     return n < 4 ? n : 4;
 }
 
-/* As many modes as leave room for the static responses; more where those depend on each other. */
-static enum bf_status find_space(struct deployment *d, struct bf_error *err)
+/* As many modes as leave room for so many static responses; more where those depend on each other. */
+static enum bf_status find_space(struct deployment *d, size_t statics, struct bf_error *err)
 {
-    for (size_t statics = count_statics(&d->model);; statics--) {
+    for (;; statics--) {
         const struct reduced_options options = {.top_rad = INFINITY,
                                                 .min_modes = BEAM_N - statics,
                                                 .max_modes = BEAM_N - statics,
-                                                .statics = 1,
+                                                .statics = statics > 0 ? 1 : 0,
                                                 .limit = BEAM_N};
         const enum bf_status status = reduced_new(&d->model, &options, &d->reduced, err);
         if (status != BF_OK || d->reduced.n == BEAM_N)
@@ -110,9 +102,24 @@ static void copy_channels(const struct deployment *d, struct beam_model *out)
         scale_vector(d->model.Ks.value, out->output[0].vector);
 }
 
-enum bf_status deploy_space(struct deployment *d, struct target_image *image, struct bf_error *err)
+static void forget_space(struct deployment *d)
 {
-    enum bf_status status = find_space(d, err);
+    system_free(d->system);
+    parameter_map_free(&d->map);
+    free(d->theta);
+    free(d->refs);
+    reduced_free(&d->reduced);
+    d->system = NULL;
+    d->theta = NULL;
+    d->refs = NULL;
+    d->out = (struct beam_model){.n_inputs = 0};
+    d->n_beside = 0;
+}
+
+enum bf_status deploy_space(struct deployment *d, size_t statics, struct target_image *image, struct bf_error *err)
+{
+    forget_space(d);
+    enum bf_status status = find_space(d, statics, err);
     if (status != BF_OK)
         return status;
     const size_t n = model_parameters(&d->model, NULL, 0, &d->refs);
@@ -138,85 +145,9 @@ enum bf_status deploy_space(struct deployment *d, struct target_image *image, st
     return copy_memories(d, &d->out, err);
 }
 
-/* ---- Judgement ---- */
-
-/* H(s) = gᵀA(s)⁻¹b from the poles. */
-static double complex response(const struct system *s, const double complex out[], const double complex in[],
-                               double complex at)
-{
-    double complex sum = 0.0;
-    for (size_t k = 0; k < s->n_poles; k++) {
-        sum += out[k] * in[k] / (at - s->p[k]);
-        if (k < s->n_pairs)
-            sum += conj(out[k] * in[k]) / (at - conj(s->p[k]));
-    }
-    return sum;
-}
-
-static void functionals(const struct model *model, const struct system *s, double complex out[], double complex in[])
-{
-    double *g = bf_alloc(s->n, sizeof *g);
-    reduced_output(s->reduced, &model->outputs[0], g);
-    system_functional(s, g, out);
-    reduced_input(s->reduced, &model->inputs[0], g);
-    system_functional(s, g, in);
-    free(g);
-}
-
-/* Lines of half the grid's spacing to the right of the axis: no resonance falls between two of them. */
-static double response_error(const struct model *model, const struct system *deployed, const struct system *reference,
-                             double top_rad)
-{
-    double complex *out = bf_alloc(2 * (deployed->n_poles + reference->n_poles), sizeof *out);
-    double complex *in = out + deployed->n_poles, *out_ref = in + deployed->n_poles;
-    double complex *in_ref = out_ref + reference->n_poles;
-    double error = 0.0, whole = 0.0;
-    functionals(model, deployed, out, in);
-    functionals(model, reference, out_ref, in_ref);
-    for (int i = 0; i < GRID; i++) {
-        const double step = top_rad / GRID;
-        const double complex s = CMPLX(0.5 * step, step * i);
-        const double complex h = response(reference, out_ref, in_ref, s);
-        const double off = cabs(response(deployed, out, in, s) - h);
-        error += off * off;
-        whole += creal(h) * creal(h) + cimag(h) * cimag(h);
-    }
-    free(out);
-    return whole > 0.0 ? sqrt(error / whole) : 0.0;
-}
-
-enum bf_status deploy_judge(const struct deployment *d, struct target_image *image, struct bf_error *err)
-{
-    const double top_rad = 0.5 * two_pi() * image->board.sample_Hz;
-    const struct reduced_options options = {
-        .top_rad = 2.0 * top_rad, .min_modes = BEAM_N + 6, .max_modes = REFERENCE_MODES, .statics = 2};
-    struct reduced reduced;
-    struct system *reference = NULL;
-    enum bf_status status = reduced_new(&d->model, &options, &reduced, err);
-    if (status != BF_OK)
-        return status;
-    status = evaluate(&d->model, &reduced, &d->map, d->theta, &reference, err);
-    for (size_t k = 0; status == BF_OK && k < BEAM_N; k++) {
-        image->frequency_Hz[k] = d->system->omega_rad[k] / two_pi();
-        image->relative_error[k] = d->system->omega_rad[k] / reference->omega_rad[k] - 1.0;
-        image->in_band += reference->omega_rad[k] < top_rad;
-    }
-    if (status == BF_OK) {
-        image->band_is_wider = image->n_modes < BEAM_N && reference->omega_rad[image->n_modes] < top_rad;
-        image->response_error = response_error(&d->model, d->system, reference, top_rad);
-    }
-    system_free(reference);
-    reduced_free(&reduced);
-    return status;
-}
-
 void deployment_free(struct deployment *d)
 {
-    system_free(d->system);
-    parameter_map_free(&d->map);
-    free(d->theta);
-    free(d->refs);
+    forget_space(d);
     free(d->origin);
-    reduced_free(&d->reduced);
     model_free(&d->model);
 }

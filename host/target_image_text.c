@@ -49,7 +49,10 @@ void target_image_cost(const struct beam_image_file *file, char text[160])
         (void)snprintf(text, 160, "linear with %d effect%s on channels: 700 to 1500 instructions a sample (Cortex-M4F)",
                        n->n_uses, n->n_uses == 1 ? "" : "s");
     else
-        (void)snprintf(text, 160, "linear: about %d instructions a sample (Cortex-M4F)", n->n_blocks > 10 ? 600 : 400);
+        (void)snprintf(text, 160, "linear: about %d instructions a sample (Cortex-M4F)",
+                       n->n_blocks > 12   ? 600
+                       : n->n_blocks > 10 ? 450
+                                          : 400);
 }
 
 static void hex_of(const uint8_t bytes[], size_t n, char text[])
@@ -119,13 +122,13 @@ void target_image_print_file(FILE *out, const struct beam_image_file *file)
 
 static void print_space(FILE *out, const struct target_image *image)
 {
-    (void)fprintf(out, "\nThe space: %zu modes and %zu static responses.\n", image->n_modes, image->n_statics);
+    (void)fprintf(out, "\nThe space: %zu modes and %zu static responses; beside it %d blocks for what is faster.\n",
+                  image->n_modes, image->n_statics, image->n_beside);
     (void)fprintf(out, "mode   frequency    error on the controller\n");
     for (size_t k = 0; k < image->in_band && k < image->n_modes; k++)
         (void)fprintf(out, "%4zu  %10.5f Hz   %+.1e\n", k + 1, image->frequency_Hz[k], image->relative_error[k]);
-    (void)fprintf(out, "%s to %s up to %.5g Hz: %.1e of its rms; float against double: %.1e of rms.\n",
-                  image->board.drive, image->board.sensor, 0.5 * image->board.sample_Hz, image->response_error,
-                  image->float_error);
+    (void)fprintf(out, "A held %s to %s: off by %.1e of its rms; float against double: %.1e.\n", image->board.drive,
+                  image->board.sensor, image->held_error, image->float_error);
 }
 
 void target_image_print(FILE *out, const struct target_image *image)
@@ -235,7 +238,8 @@ struct json *target_image_json(const struct target_image *image)
         json_push_number(frequency, image->frequency_Hz[k]);
         json_push_number(error, image->relative_error[k]);
     }
-    json_put_number(deployed, "response_error", image->response_error);
+    json_put_number(deployed, "blocks_beside", (double)image->n_beside);
+    json_put_number(deployed, "held_error", image->held_error);
     json_put_number(deployed, "float_error", image->float_error);
     struct json *notes = json_put(root, "notes", json_new_array());
     for (size_t i = 0; i < image->n_notes; i++)
