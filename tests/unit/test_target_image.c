@@ -121,8 +121,8 @@ static double distance(const char *effects, bool plain, double top_Hz)
 }
 
 /*
- * Ten dimensions and one step a sample beside the host's many and its eight steps a sample. The linear beam: 2e-4. Filters and laws: straight lines between samples, (π f/f_s)²/3 of what
- * they change, 6e-3 at 45 Hz; friction's corners.
+ * Ten dimensions and one step a sample beside the host's many and its eight steps a sample. The linear beam: 2e-4.
+ * Filters and laws: straight lines between samples, (π f/f_s)²/3 of what they change, 6e-3 at 45 Hz; friction's corners.
  */
 static void the_controller_predicts_what_the_host_predicts(void **state)
 {
