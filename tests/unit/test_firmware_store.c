@@ -141,6 +141,39 @@ static void test_broken_flash(void **state)
     assert_int_equal(rig_unlock(), BEAM_XCP_ERR_GENERIC); /* not counted: no seed that might come again */
 }
 
+/* The hardware says yes and does nothing: found by reading back. */
+static void test_deaf_flash(void **state)
+{
+    (void)state;
+    boot_and_download(&second);
+    board.deaf = true;
+    assert_true(store());
+    assert_int_equal(app.store.stored, 5);
+    assert_int_equal(app.store.slot[1], STORE_SPOILT);
+    rig_boot();
+    assert_true(rig_active_is(&first));
+    assert_false(app.store.counted);
+}
+
+/* What is being written stays where it is until it is written. */
+static void test_no_switch_while_storing(void **state)
+{
+    (void)state;
+    boot_and_download(&second);
+    assert_int_equal(RIG(BEAM_XCP_SET_CAL_PAGE, 2, 0, 1), 0);
+    assert_int_equal(rig_write(BEAM_WIRE_IMAGE, sizeof third, &third), 0);
+    assert_int_equal(RIG(BEAM_XCP_SET_REQUEST, 1, 0, 0), 0);
+    assert_int_equal(RIG(BEAM_XCP_SET_CAL_PAGE, 1, 0, 1), BEAM_XCP_ERR_CMD_BUSY);
+    assert_int_equal(RIG(BEAM_XCP_SET_REQUEST, 1, 0, 0), BEAM_XCP_ERR_CMD_BUSY);
+    uint8_t packet[BEAM_WIRE_MAX_PACKET] = {BEAM_XCP_GET_STATUS};
+    assert_int_equal(rig_command(packet, 1), 0);
+    assert_int_equal(packet[1], 1);
+    rig_run(STORE_TICKS);
+    assert_int_equal(app.store.stored, 9);
+    assert_int_equal(RIG(BEAM_XCP_SET_CAL_PAGE, 1, 0, 1), 0);
+    assert_true(rig_active_is(&third));
+}
+
 /* ---- Cuts ---- */
 
 /* From power-on to the end of a store, or to the cut. Says whether the power was cut. */
@@ -294,6 +327,8 @@ int main(void)
         cmocka_unit_test_setup(test_what_is_not_booted, set_up),
         cmocka_unit_test_setup(test_built_in_is_not_stored, set_up),
         cmocka_unit_test_setup(test_broken_flash, set_up),
+        cmocka_unit_test_setup(test_deaf_flash, set_up),
+        cmocka_unit_test_setup(test_no_switch_while_storing, set_up),
         cmocka_unit_test_setup(test_power_cut_at_every_operation, set_up),
         cmocka_unit_test_setup(test_power_cut_twice, set_up),
         cmocka_unit_test_setup(test_power_ons_roll_over, set_up),
