@@ -222,7 +222,7 @@ conformance: $(B)/beamfit $(B)/board_host ## pyxcp and pya2ldb (PyPI, pinned) on
 SHARE ?= 1
 $(B)/survival_steps: tests/survival/steps.c $(B)/libbeamt.a
 	$(call say,$@)$(CC) $(LIBFLAGS) $^ -lm -o $@
-survival: $(B)/beamfit $(B)/board_host $(B)/survival_steps ## what a board must survive: tried and lost, SHARE=1 of the full counts [SHARE=0.05 CASES='kills noise']
+survival: $(B)/beamfit $(B)/board_host $(B)/survival_steps ## what a board must survive: tried and lost, SHARE=1 of the full counts [SHARE=0.02 CASES='kills noise']
 	@python3 -B tests/survival/run.py --build $(B) --share $(SHARE) $(CASES)
 experiments: $(B)/beamfit $(B)/beam_truth ## docs/experiments.md: estimates against the dimension N, and EI(x) in pieces
 	@tools/experiments.sh $(B) $(B)/experiments

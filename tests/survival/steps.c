@@ -38,7 +38,7 @@ static struct beam_image_run *load(const char *path)
 int main(int argc, char **argv)
 {
     static float drive[PERIOD], early[PERIOD];
-    const long count = argc == 3 ? atol(argv[2]) / PERIOD * PERIOD : 0;
+    const long count = argc == 3 ? strtol(argv[2], NULL, 10) / PERIOD * PERIOD : 0;
     if (count < SETTLED + PERIOD)
         return fputs("usage: survival_steps IMAGE COUNT, more than 61000\n", stderr), 2;
     struct beam_image_run *run = load(argv[1]);

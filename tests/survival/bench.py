@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a board must survive: each case tries something a number of times and counts what was lost.
+
+Lost is: the board runs an image that is neither the old nor the new one bit for bit, a sample was missed, or the board
+cannot be used afterwards.
+"""
+import os
+import struct
+
+import rig
+import wire
+
+
+class Bench:
+    """Programs, key, image and files of one run."""
+
+    def __init__(self, build, directory):
+        self.build, self.directory = build, directory
+        self.key_path = rig.make_key(self.path("key"))
+        self.key = wire.read_key(self.key_path)
+        self.device = b"board_host_1"
+        model = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "data", "live", "model.yaml")
+        self.unsigned_path = self.path("unsigned")
+        rig.run(f"{build}/beamfit", "export", model, "-o", self.unsigned_path)
+        with open(self.unsigned_path, "rb") as file:
+            self.unsigned = file.read()
+
+    def path(self, name):
+        return os.path.join(self.directory, name)
+
+    def image(self, counter):
+        """Each counter's image differs in its expected noise too, and so in its CRC."""
+        whole = bytearray(self.unsigned)
+        struct.pack_into("<f", whole, wire.HEADER_BYTES + 16, 0.01 + 1e-6 * counter)
+        return wire.signed(bytes(whole), self.key, counter, self.device)
+
+    def board(self, nvm=None, *options):
+        return rig.Board(self.build, "--key", self.key_path, *(("--nvm", self.path(nvm)) if nvm else ()), *options)
+
+    def beamfit(self, *words, **keywords):
+        return rig.run(f"{self.build}/beamfit", *words, **keywords)
+
+
+class Watch:
+    """Counts where a stream does not go on with the next sample."""
+
+    def __init__(self, link):
+        self.last, self.gaps = None, 0
+        link.on_live = self
+
+    def __call__(self, live):
+        if live is None:
+            return
+        self.gaps += self.last is not None and live.sequence != self.last + 1
+        self.last = live.sequence
+
+
+def give(link, bench, image, store=True):
+    link.unlock(bench.key)
+    link.stage(image)
+    link.switch()
+    if store:
+        link.store_and_wait()
+
+
+def running(port, n):
+    """(image, info) of a board that a host connects to anew."""
+    link = wire.Link(port)
+    try:
+        link.connect()
+        info = link.info()
+        return link.read_image(wire.ACTIVE, n), info
+    finally:
+        link.close()
+
+
+def counter_of(image):
+    return struct.unpack_from("<I", image, 12)[0]
