@@ -141,7 +141,7 @@ static void print_module(FILE *f, const struct target_image *image)
         (void)fputs(a2l_head[i], f);
     (void)fprintf(f, a2l_segment, (unsigned)BEAM_WIRE_IMAGE, (unsigned)BEAM_IMAGE_BYTES);
     (void)fprintf(f, a2l_protocol, (int)BEAM_WIRE_MAX_PACKET, (int)BEAM_WIRE_MAX_PACKET, (int)BEAM_DAQ_LISTS,
-                  (int)BEAM_DAQ_EVENTS, (int)BEAM_WIRE_MAX_PACKET - 5, (int)BEAM_DAQ_LISTS, cycle, unit);
+                  (int)BEAM_DAQ_EVENTS, (int)sizeof(struct beam_live), (int)BEAM_DAQ_LISTS, cycle, unit);
     print_measurements(f, live, sizeof live / sizeof *live, BEAM_WIRE_LIVE);
     print_measurements(f, info, sizeof info / sizeof *info, BEAM_WIRE_INFO);
     print_characteristics(f, drive, sizeof drive / sizeof *drive, BEAM_WIRE_DRIVE, false);
