@@ -32,8 +32,39 @@ $(B)/replay_live: tests/target/replay_live.c $(B)/target/firmware/sampler.o $(B)
 $(B)/arm/layout.o: tests/target/layout.c firmware/app.h firmware/pages.h firmware/sampler.h firmware/daq.h firmware/xcp.h firmware/sxi.h
 	$(call say,$@)$(CROSS)gcc $(FIRMWARE_FLAGS) -c $< -o $@
 
-TARGET_PROGRAMS := $(FIRMWARE_ELF) $(B)/arm/layout.o $(B)/replay_live $(B)/beamfit $(B)/beam_truth $(B)/replay_cases $(B)/replay_run $(TARGET_BOARDS:%=$(B)/target_%_replay.elf) $(B)/stm32f405.so \
-    $(FIRMWARE_BOARDS:%=$(B)/target_store_%.elf)
-target: $(TARGET_PROGRAMS) ## on emulated boards: bit equality, instruction counts [NAMES='bits counts']
+# Unit tests of lib/ on an emulated board: the tests of tests/unit as they are, a small cmocka, the library in every arithmetic
+UNIT_ON_TARGET := $(filter-out test_effects_docs,$(notdir $(basename $(wildcard tests/unit/test_beam_*.c tests/unit/test_effects*.c))))
+# newlib's complex.h lacks CMPLX
+UNIT_FLAGS = $(CROSS_CPU) -std=gnu11 -O2 -ffp-contract=off -ffunction-sections -fdata-sections -Ilib -Itests -Itests/target/shim \
+    '-DCMPLX(re,im)=__builtin_complex((double)(re),(double)(im))'
+UNIT_double := $(UNIT_FLAGS)
+UNIT_float = $(UNIT_FLAGS) -DBEAM_FLOAT
+UNIT_complex = $(UNIT_FLAGS) -DBEAM_COMPLEX
+define unit_objects
+$(B)/arm/$(1)/%.o: %.c
+	@mkdir -p $$(@D)
+	$$(call say,$$@)$(CROSS)gcc $$(UNIT_$(1)) -MMD -MP -c $$< -o $$@
+$(B)/arm/$(1)/%.o: $(B)/gen/%.c
+	@mkdir -p $$(@D)
+	$$(call say,$$@)$(CROSS)gcc $$(UNIT_$(1)) -MMD -MP -c $$< -o $$@
+endef
+$(foreach kind,double float complex,$(eval $(call unit_objects,$(kind))))
+UNIT_OBJ := $(patsubst $(B)/double/%,$(B)/arm/double/%,$(LIB_OBJ) $(B)/double/tests/beam_case.o $(B)/double/tests/effects_shadow.o) \
+    $(patsubst $(B)/float/%,$(B)/arm/float/%,$(FLOAT_OBJ) $(B)/float/tests/beam_shadow.o $(B)/float/tests/effects_shadow.o) \
+    $(patsubst $(B)/complex/%,$(B)/arm/complex/%,$(CPLX_OBJ) $(B)/complex/tests/effects_shadow.o) \
+    $(B)/arm/double/tests/target/shim/cmocka.o
+$(B)/arm/libunit.a: $(UNIT_OBJ)
+	$(call say,$@)rm -f $@; $(CROSS)ar rcs $@ $^
+$(B)/target_unit_%.elf: $(B)/arm/double/tests/unit/%.o $(B)/arm/libunit.a $(B)/arm/libbeamt.a tests/target/start.c tests/target/mps2-an386.ld tests/target/sections.ld
+	$(call say,$@)$(CROSS)gcc $(UNIT_FLAGS) $(TARGET_LINK) -Ttests/target/mps2-an386.ld $(filter %.c %.o %.a,$^) -lm -o $@
+
+TARGET_PROGRAMS := $(FIRMWARE_ELF) $(B)/arm/layout.o $(B)/replay_live $(B)/beamfit $(B)/beam_truth $(B)/replay_cases \
+    $(B)/replay_run $(B)/stm32f405.so $(TARGET_BOARDS:%=$(B)/target_%_replay.elf) $(FIRMWARE_BOARDS:%=$(B)/target_store_%.elf) \
+    $(UNIT_ON_TARGET:%=$(B)/target_unit_%.elf)
+target: ## on emulated boards: same bits, instructions, unit tests, power cuts, kills, the product with its beam [NAMES='bits counts']
+	@tools/deps.sh build test target
+	+@$(MAKE) --no-print-directory -j$(JOBS) target-programs
 	@python3 -B tests/target/run.py --build $(B) $(NAMES)
-.PHONY: target
+target-programs: $(TARGET_PROGRAMS)
+-include $(wildcard $(UNIT_OBJ:.o=.d) $(UNIT_ON_TARGET:%=$(B)/arm/double/tests/unit/%.d))
+.PHONY: target target-programs

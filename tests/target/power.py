@@ -1,9 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Power cuts: chains of lives of the emulated STM32, each cut inside one operation on its flash."""
+"""Power cuts: chains of lives of the emulated STM32, each cut inside one operation on its flash; and kills of the mps2
+board, whose slots lie in memory that a file backs."""
 import concurrent.futures
 import os
+import random
 import re
+import subprocess
 import tempfile
+import time
 
 import emulator
 from emulator import in_build
@@ -71,3 +75,60 @@ def power_cuts(build, every, jobs=2):
         parts = [plan[i::2 * jobs] for i in range(2 * jobs)] + [early[i::jobs] for i in range(jobs)]
         done = list(pool.map(lambda part: chain(build, folder, part[0], part[1]), list(enumerate(parts, 1))))
     return done
+
+
+MPS2_BYTES, MPS2_PROVISION, MPS2_SLOTS = 16 << 20, 0x700000, 3 * 8192
+
+
+def mps2_memory(path, key=bytes(range(32)), device=b"mps2-an386-1"):
+    """The file behind the PSRAM: blank slots, identity, key."""
+    with open(path, "wb") as file:
+        file.write(b"\xff" * MPS2_SLOTS)
+        file.seek(MPS2_PROVISION)
+        file.write(0x504D4642.to_bytes(4, "little") + device + key)
+        file.truncate(MPS2_BYTES)
+
+
+def mps2(elf, memory, *options):
+    return ["qemu-system-arm", "-M", "mps2-an386,memory-backend=nv", "-object",
+            f"memory-backend-file,id=nv,size=16M,mem-path={memory},share=on", "-display", "none", "-monitor", "none",
+            "-kernel", elf, *options]
+
+
+def killed_life(build, memory, after_s):
+    """A life that stores one image after the other until it is killed; (counter at boot, counters stored)."""
+    arguments = mps2(in_build(build, "target_store_mps2.elf"), memory, "-serial", "null", "-semihosting-config",
+                     "enable=on,target=native", "-device", "loader,addr=0x2001FF04,data=2,data-len=4")
+    process = subprocess.Popen(arguments, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    time.sleep(after_s)
+    ended = process.poll()
+    process.kill()
+    text = process.communicate()[1]
+    if ended is not None:
+        raise subprocess.SubprocessError(f"the board ended by itself, status {ended}: {text}")
+    found = re.search(r"boot (\d+) number \d+\n", text)
+    return (int(found[1]) if found else None), [int(n) for n in re.findall(r"stored (\d+)\n", text)]
+
+
+def kill_chain(build, folder, seed, kills):
+    """What a life finds is what the last one said it had stored, or the one that it was storing. (seen, stores, lost)"""
+    chance, memory = random.Random(seed), os.path.join(folder, f"memory{seed}")
+    mps2_memory(memory)
+    least, most, seen, stores, lost = 0, 0, 0, 0, []
+    for life in range(kills):
+        boot, stored = killed_life(build, memory, chance.uniform(0.08, 0.2))
+        if boot is None:  # killed before it could look
+            continue
+        seen += 1
+        stores += len(stored)
+        if not least <= boot <= most:
+            lost.append(f"life {life}: holds {boot}, not {least} to {most}")
+        least = stored[-1] if stored else boot
+        most = least + 2  # a line that was not yet written, and a store under way
+    os.remove(memory)
+    return seen, stores, lost
+
+
+def random_kills(build, kills, jobs=2):
+    with tempfile.TemporaryDirectory() as folder, concurrent.futures.ThreadPoolExecutor(jobs) as pool:
+        return list(pool.map(lambda seed: kill_chain(build, folder, seed, kills // jobs), range(1, jobs + 1)))

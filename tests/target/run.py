@@ -17,6 +17,10 @@ from emulator import in_build
 LINEAR_GOAL = 2 * 217  # instructions: twice what eleven bare 2x2 blocks take at -O2
 LIVE_SAMPLES = 140_000
 INTERRUPT_BOUND = 2000  # instructions of the sample interrupt with a linear model
+KILLS = 500 if os.environ.get("FULL") else 60
+UNITS_QUICK = ["beam_assemble", "beam_dense", "beam_image", "beam_narrow", "beam_poles", "effects"]
+# Not beam_factor: its reference is long double, which is no more than double here.
+UNITS_SLOW = ["beam_chain", "beam_check", "beam_law", "beam_math", "beam_newmark", "beam_step", "effects_derivatives", "effects_laws"]
 CUT_EVERY = 1 if os.environ.get("FULL") else 12  # operations of a store
 REPLAY_STEPS, EFFECT_STEPS = 200_000, 10_000
 
@@ -78,6 +82,19 @@ def test_counts(build):
     check(linear <= LINEAR_GOAL, f"the linear step takes {linear} instructions, the goal is {LINEAR_GOAL}")
 
 
+def test_units(build):
+    """Unit tests of lib/ on the mps2 board, double in software; FULL=1: also those that take minutes."""
+    names = UNITS_QUICK + (UNITS_SLOW if os.environ.get("FULL") else [])
+    passed = 0
+    for name in names:
+        elf = in_build(build, f"target_unit_test_{name}.elf")
+        status, text = emulator.semihosted("mps2-an386", elf, None, timeout_s=600)
+        done = len(re.findall(r"^passed ", text, re.M))
+        check(status == 0 and done > 0, f"{name}: status {status}: {text[-500:]}")
+        passed += done
+    print(f"  {len(names)} programs of tests/unit, {passed} tests passed")
+
+
 def test_power(build):
     """Power cut inside operations on the emulated STM32's flash, words and erases; FULL=1 takes every operation."""
     if not emulator.has_plugin_board(build):
@@ -89,6 +106,15 @@ def test_power(build):
     check(total["cuts"] > 100 and total["words"] > 50 and total["erases"] > 0, f"too little was cut: {total}")
     print(f"  {total['lives']} lives, {total['cuts']} cuts ({total['words']} inside words, {total['erases']} inside sector "
           f"erases): the old image {total['kept']} times, the new one {total['taken']} times, lost 0")
+
+
+def test_kills(build):
+    """SIGKILL at random while the mps2 board stores images one after the other; FULL=1: 500 kills."""
+    done = power.random_kills(build, KILLS)
+    seen, stores, lost = sum(d[0] for d in done), sum(d[1] for d in done), [text for d in done for text in d[2]]
+    check(not lost, f"{len(lost)} lost, first: {lost[:1]}")
+    check(seen >= KILLS // 2 and stores > seen, f"too little was killed: {seen} lives, {stores} stores")
+    print(f"  {KILLS} kills, {seen} after the store was read, {stores} images stored, lost 0")
 
 
 def test_product(build):
