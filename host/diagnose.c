@@ -13,6 +13,7 @@
 /* Refits per stage, at most. */
 static const size_t most_singles[] = {[KIND_LINEAR] = 6, [KIND_BENT] = 3, [KIND_LAW] = 4};
 static const size_t most_pairs[] = {[KIND_LINEAR] = 4, [KIND_BENT] = 2, [KIND_LAW] = 3};
+static const size_t most_on_law[] = {[KIND_LINEAR] = 2, [KIND_BENT] = 0, [KIND_LAW] = 0}; /* seconds each */
 enum { PAIR_ROOTS = 2 };
 /* Bands of the misfit: one a mode. */
 enum { MOST_MODES = 16, SPLINES = 100 };
@@ -56,24 +57,57 @@ static bool steps_through_time(const struct hypothesis *h)
     return false;
 }
 
-/*
- * One more effect on the best hypotheses with n_effects of them that have no law: on those a law is tried along the measured
- * motion, without a step through time, so a law and a linear effect are found from the linear one's side.
- */
-static enum bf_status one_more(struct diagnose_work *w, size_t n_effects, struct bf_error *err)
+/* One more effect on the best hypotheses with n_effects of them, those that step through time or those that do not. */
+static enum bf_status extend_roots(struct diagnose_work *w, size_t n_effects, bool stepping, size_t most_roots,
+                                   const size_t most[], double span, struct bf_error *err)
 {
     struct diagnosis *d = w->d;
     struct hypothesis roots[PAIR_ROOTS];
     size_t n = 0;
     enum bf_status status = BF_OK;
-    for (size_t i = 0; i < d->n_hypotheses && n < PAIR_ROOTS && !status; i++)
-        if (d->hypotheses[i].n_effects == n_effects && !steps_through_time(&d->hypotheses[i]))
+    for (size_t i = 0; i < d->n_hypotheses && n < most_roots && !status; i++)
+        if (d->hypotheses[i].n_effects == n_effects && steps_through_time(&d->hypotheses[i]) == stepping)
             status = copy_root(&d->hypotheses[i], &roots[n++], err);
     for (size_t i = 0; i < n; i++) {
         if (!status && !progress_interrupted())
-            status = diagnose_extend(w, &roots[i], most_pairs, part_pairs / (double)n, err);
+            status = diagnose_extend(w, &roots[i], most, span / (double)n, err);
         free_root(&roots[i]);
     }
+    return status;
+}
+
+/*
+ * One more effect. On a hypothesis without a law a law is tried along the measured motion, without a step through time, so a
+ * law and a linear effect are sought from the linear one's side first; from the law's side when that has not found them.
+ */
+static enum bf_status one_more(struct diagnose_work *w, size_t n_effects, struct bf_error *err)
+{
+    enum bf_status status = extend_roots(w, n_effects, false, PAIR_ROOTS, most_pairs, 0.5 * part_pairs, err);
+    if (!status && !progress_interrupted() && diagnose_more_wanted(w->d))
+        status = extend_roots(w, n_effects, true, 1, most_on_law, 0.5 * part_pairs, err);
+    return status;
+}
+
+/* The best hypothesis again without one of its effects: what was added first may have stood in for what came later. */
+static enum bf_status without_one(struct diagnose_work *w, struct bf_error *err)
+{
+    const struct hypothesis *best = &w->d->hypotheses[0];
+    struct refit_job jobs[DIAGNOSE_EFFECTS];
+    size_t n = 0;
+    enum bf_status status = BF_OK;
+    if (w->d->n_hypotheses == 0 || best->n_effects < 3 || steps_through_time(best))
+        return BF_OK;
+    for (size_t e = 0; e + 1 < best->n_effects && !status; e++) { /* without the last it is known */
+        struct refit_job *job = &jobs[n++];
+        *job = (struct refit_job){.n_effects = best->n_effects - 1, .n_tried = w->n_tried};
+        status = model_copy(&best->model, &job->model, err);
+        if (!status)
+            status = model_drop_effect(&job->model, best->effects[e]->id, err);
+        job->first_new = job->model.n_effects;
+    }
+    if (!status)
+        diagnose_refits(w, jobs, n, 0.0);
+    diagnose_rank(w->d, w->n_tried);
     return status;
 }
 
@@ -87,6 +121,8 @@ static enum bf_status search(struct diagnose_work *w, struct bf_error *err)
             break;
         status = one_more(w, n, err);
     }
+    if (!status && !progress_interrupted())
+        status = without_one(w, err);
     return status;
 }
 

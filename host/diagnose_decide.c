@@ -14,6 +14,8 @@ static const double alpha = 0.01;
 /* Noise ratios up to which nothing is left that matters: the floor itself is known to about 1.2 % a channel, held-out
  * records may be cut while the drive still runs. */
 static const double near_fitted = 1.10, near_check = 1.15, near_one_channel = 1.35;
+/* … and of a weak misfit at most this part of the excess (in power) may remain, unless what remains is within the floor's own error. */
+static const double weak_share = 0.15, within_floor = 1.03;
 /*
  * … or, for one effect alone, the excess over the noise (in power) that may remain of a misfit many times the noise: 7 % of its
  * rms. Two effects that together leave more than the noise have not explained anything: they bend until they fit.
@@ -45,6 +47,12 @@ static double excess(double ratio)
 static bool at_noise(const struct hypothesis_errors *e, double limit)
 {
     return e->n_channels == 0 || (e->noise_ratio <= limit && e->worst_ratio <= near_one_channel);
+}
+
+/* Most of what the baseline leaves is explained: 1.09 × the noise is not the end of a misfit of 1.4 ×. */
+static bool most_explained(const struct hypothesis_errors *e, const struct hypothesis_errors *before)
+{
+    return e->noise_ratio <= within_floor || excess(e->noise_ratio) <= weak_share * excess(before->noise_ratio);
 }
 
 static bool near(const struct hypothesis_errors *e, const struct hypothesis_errors *before, double limit,
@@ -81,7 +89,8 @@ void diagnose_rank(struct diagnosis *d, size_t n_tried)
     for (size_t i = 0; i < d->n_hypotheses; i++) {
         struct hypothesis *h = &d->hypotheses[i];
         evidence_compare(&d->baseline.fitted.misfit, &h->fitted.misfit, h->n_added, 0, n_tried, &h->evidence);
-        h->explains = near(&h->fitted, &d->baseline.fitted, near_fitted, h->n_effects) &&
+        h->explains = most_explained(&h->fitted, &d->baseline.fitted) &&
+                      near(&h->fitted, &d->baseline.fitted, near_fitted, h->n_effects) &&
                       near(&h->check, &d->baseline.check, near_check, h->n_effects);
         p[i] = fmin(h->evidence.p_value * (double)n_tried / (double)d->n_hypotheses, 1.0);
     }
@@ -170,6 +179,20 @@ static bool same_family(const struct diagnosis *d, const struct hypothesis *a, c
     return true;
 }
 
+/* What models themselves may be wrong by, in the whitened misfit: two hypotheses closer than this are equally good. */
+static double margin_of(const struct hypothesis *h)
+{
+    return rival_fall + rival_share * (double)h->fitted.misfit.n;
+}
+
+/* A special case of the larger effects, with fewer parameters, that does as well: a damper for a spring without stiffness. */
+static bool simpler_case(const struct diagnosis *d, const struct hypothesis *large, const struct hypothesis *small)
+{
+    const double scale = misfit_scale(d);
+    return small->explains && small->n_added < large->n_added && same_family(d, large, small) &&
+           criterion(small, scale) <= criterion(large, scale) + margin_of(large);
+}
+
 static void swap(struct diagnosis *d, size_t i)
 {
     const struct hypothesis chosen = d->hypotheses[i];
@@ -181,7 +204,7 @@ static void swap(struct diagnosis *d, size_t i)
 static void choose_best(struct diagnosis *d)
 {
     for (size_t i = 1; i < d->n_hypotheses; i++)
-        if (not_worth(&d->hypotheses[0], &d->hypotheses[i])) {
+        if (not_worth(&d->hypotheses[0], &d->hypotheses[i]) || simpler_case(d, &d->hypotheses[0], &d->hypotheses[i])) {
             swap(d, i);
             i = 0;
         }
@@ -190,8 +213,7 @@ static void choose_best(struct diagnosis *d)
 static void find_rivals(struct diagnosis *d)
 {
     const struct hypothesis *best = &d->hypotheses[0];
-    const double scale = misfit_scale(d), margin = rival_fall + rival_share * (double)best->fitted.misfit.n;
-    const double limit = criterion(best, scale) + margin;
+    const double scale = misfit_scale(d), limit = criterion(best, scale) + margin_of(best);
     for (size_t i = 1; i < d->n_hypotheses; i++) {
         struct hypothesis *h = &d->hypotheses[i];
         if (h->n_effects > best->n_effects || contains(h, best) || !significant(d, h) || same_family(d, h, best))
@@ -222,7 +244,8 @@ bool diagnose_more_wanted(const struct diagnosis *d)
         return false;
     for (size_t i = 0; i < best->n_effects; i++)
         if (best->effects[i]->law != NULL)
-            return !best->explains; /* a law's own model error leaves a few per cent */
+            return !best->explains ||
+                   best->fitted.noise_ratio > near_fitted; /* a law's own error leaves a few per cent */
     return best->fitted.noise_ratio > wanted_fitted || best->check.noise_ratio > wanted_check;
 }
 

@@ -69,7 +69,7 @@ static void *work(void *argument)
         struct refit_job *job = &queue->jobs[queue->next++];
         const size_t left = queue->n - queue->next + 1;
         const int threads = left >= (size_t)w->threads ? 1 : w->threads / (int)left;
-        const double abandon_above = w->options->everything ? 0.0 : hopeless(w->d, job->n_effects);
+        const double abandon_above = w->options->everything || job->to_the_end ? 0.0 : hopeless(w->d, job->n_effects);
         (void)pthread_mutex_unlock(&queue->lock);
         struct hypothesis h;
         const bool usable = run_job(w, job, threads, abandon_above, &h);

@@ -279,8 +279,10 @@ void shortlist_choose(struct shortlist *s, enum effect_kind kind, size_t most, d
     }
     for (; s->looked[kind] < s->n_order[kind] && most > 0; s->looked[kind]++) {
         const size_t i = s->order[kind][s->looked[kind]];
-        if (!worth_refit(s, shortlist_left(s, i), best) || job_of_score(s, i, &job, &err) != BF_OK)
+        const bool root = s->n_effects == 1 && s->looked[kind] == 0; /* of a pair, should no effect do alone */
+        if ((!root && !worth_refit(s, shortlist_left(s, i), best)) || job_of_score(s, i, &job, &err) != BF_OK)
             continue;
+        job.to_the_end = root;
         push(jobs, n, &job);
         most--;
     }
@@ -297,8 +299,11 @@ enum bf_status shortlist_new(struct diagnose_work *w, const struct hypothesis *f
     for (size_t i = 0; i < w->d->linearity.n_added && n_lines < MOST_LINES; i++)
         if (w->d->linearity.added[i].frequency_Hz > 0.0)
             lines[n_lines++] = w->d->linearity.added[i].frequency_Hz;
-    const struct candidate_options options = {
-        .without = w->options->without, .n_without = w->options->n_without, .line_Hz = lines, .n_lines = n_lines};
+    const struct candidate_options options = {.without = w->options->without,
+                                              .n_without = w->options->n_without,
+                                              .line_Hz = lines,
+                                              .n_lines = n_lines,
+                                              .each_channel = true};
     *out = (struct shortlist){.w = w, .from = from, .n_effects = from->n_effects + 1};
     const enum linearity_verdict verdict = w->d->linearity.verdict;
     out->linear =

@@ -30,6 +30,7 @@ struct refit_job {
     size_t first_new; /* effects of the model from here on have starts of their own */
     size_t n_effects; /* effects more than the baseline, the last ones of the model */
     size_t n_tried;   /* scan points that led here */
+    bool to_the_end;  /* not given up, however much it leaves: a pair may grow from it */
 };
 
 /* diagnose_baseline.c: noise of all channels; the model given, fitted; its predictor. */

@@ -37,6 +37,7 @@ size_t law_weight_parameter(const struct parameter_map *map, enum beam_weight we
         return map->cDI[material];
     case BEAM_WEIGHT_ONE:
     case BEAM_WEIGHT_PATCH:
+    case BEAM_WEIGHT_TURNING: /* of linear forms only */
         break;
     }
     return SIZE_MAX;

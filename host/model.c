@@ -183,6 +183,18 @@ const struct material *model_material(const struct model *model, const char *reg
     return NULL;
 }
 
+size_t model_plain_material(const struct model *model)
+{
+    size_t bare = model->n_materials;
+    for (size_t i = model->n_materials; i-- > 0;) {
+        if (strcmp(model->materials[i].name, "beam") == 0)
+            return i;
+        if (strcmp(model->materials[i].name, "patch") != 0)
+            bare = i;
+    }
+    return bare < model->n_materials ? bare : 0;
+}
+
 struct beam_place model_place(const struct model *model)
 {
     struct beam_place place = {.length_m = model->length_m};

@@ -23,6 +23,10 @@ static double weight_of(const struct model *model, size_t material, enum beam_we
         return model->materials[material].cDI.value;
     case BEAM_WEIGHT_PATCH:
         return strcmp(model->materials[material].name, "patch") == 0 ? 1.0 : 0.0;
+    case BEAM_WEIGHT_TURNING: {
+        const struct material *plain = &model->materials[model_plain_material(model)];
+        return model->materials[material].rho.value * plain->EI.value / plain->rho.value;
+    }
     case BEAM_WEIGHT_ONE:
         break;
     }

@@ -9,7 +9,9 @@
 enum { STEPS = 8, LAST = 2, WINDOWS = 2 };
 static const double window[WINDOWS] = {0.3, 0.03}; /* of the staircase's first decay */
 static const double window_floor = 0.02;
-static const double home = 1.2;     /* χ²/n below which no second walk is needed */
+static const double home = 1.2; /* χ²/n below which no second walk is needed */
+static const double near =
+    9.0; /* χ²/n of a baseline to which a minor minimum of an effect is not far above the major one */
 static const double settled = 3e-3; /* a window ends when the misfit would fall by less than this share */
 enum bf_status score_model(const struct score_base *base, const struct candidate *candidate, const struct score *score,
                            struct model *out, struct bf_error *err)
@@ -94,13 +96,23 @@ static enum bf_status step_window(struct fit_problem *p, double decay_ps, double
 struct walk {
     bool windows; /* short windows first */
     double reach; /* trust radius in x */
-    double share; /* of the score's strength */
+    double share; /* of the score's strength; 0: the catalogue's start instead of the score's */
 };
 /*
  * Small steps keep weakly seen logarithms from vanishing in the early windows, large ones reach strong effects in few steps;
- * from near the baseline over whole records the misfit cannot end above where it was.
+ * from near the baseline over whole records the misfit cannot end above where it was. The catalogue's start is for effects
+ * with two minima (a clamp that yields, or one that damps: the first order does not know which).
  */
-static const struct walk walks[] = {{true, 1.0, 1.0}, {true, 6.0, 1.0}, {false, 1.0, 0.1}};
+static const struct walk walks[] = {{true, 1.0, 1.0}, {true, 6.0, 1.0}, {false, 1.0, 0.1}, {true, 1.0, 0.0}};
+
+/* χ² that ends the search before this walk. */
+static double enough_before(const struct score_base *base, const struct walk *walk)
+{
+    const double rows = (double)base->n_rows;
+    if (walk->share > 0.0)
+        return walk->windows ? home * rows : base->white_misfit;
+    return base->white_misfit < near * rows ? home * rows : HUGE_VAL;
+}
 
 /* theta[n_refs] is where it ends. */
 static enum bf_status walk_from(struct mover *m, const struct score_base *base, const struct candidate *c,
@@ -113,7 +125,11 @@ static enum bf_status walk_from(struct mover *m, const struct score_base *base, 
     for (size_t i = 0; i < m->n_refs; i++) {
         const struct parameter_ref *ref = &m->refs[i];
         const bool own = ref->role == ROLE_EFFECT && ref->owner + 1 == m->model.n_effects;
-        theta[i] = own && c->role[ref->slot] == CANDIDATE_STRENGTH ? walk->share * ref->value : ref->value;
+        theta[i] = ref->value;
+        if (own && walk->share <= 0.0)
+            theta[i] = c->start[ref->slot];
+        else if (own && c->role[ref->slot] == CANDIDATE_STRENGTH)
+            theta[i] = walk->share * ref->value;
     }
     fit_problem_to_x(p, theta, x);
     enum bf_status status = BF_OK;
@@ -164,8 +180,7 @@ enum bf_status refine_below(const struct score_base *base, const struct candidat
     bool ready = status == BF_OK;
     for (size_t k = 0; k < sizeof walks / sizeof *walks && ready && (!status || status == BF_NUMERIC); k++) {
         double half_square;
-        const bool enough = 2.0 * lowest < (walks[k].windows ? home * (double)base->n_rows : base->white_misfit);
-        if (enough)
+        if (2.0 * lowest < enough_before(base, &walks[k]))
             continue;
         status = walk_from(&m, base, candidate, &walks[k], steps > 0 ? steps : STEPS, 0.5 * chi_square, theta,
                            &half_square, err);

@@ -80,44 +80,72 @@ static void read_coefficients(const struct beam_coefficients *c, double out[COEF
     out[OF_RELAXATION] = c->relaxation_s;
 }
 
-/* weight(x) of a form over one material: its value and the parameter it is. */
-static double form_weight(const struct system *s, const double theta[], enum beam_weight weight, size_t material,
-                          size_t *parameter)
+/* weight(x) of a form over one material, and what it depends on. */
+struct form_weight {
+    double value;
+    size_t n, parameter[3];
+    double by_parameter[3];
+};
+
+static void weight_by(struct form_weight *w, size_t parameter, double derivative)
+{
+    w->parameter[w->n] = parameter;
+    w->by_parameter[w->n++] = derivative;
+}
+
+static void weight_is(struct form_weight *w, size_t parameter, const double theta[])
+{
+    w->value = theta[parameter];
+    weight_by(w, parameter, 1.0);
+}
+
+static struct form_weight form_weight(const struct system *s, const double theta[], enum beam_weight weight,
+                                      size_t material)
 {
     const struct parameter_map *map = s->map;
+    struct form_weight w = {.value = 1.0};
     switch (weight) {
     case BEAM_WEIGHT_RHO:
-        *parameter = map->rho[material];
+        weight_is(&w, map->rho[material], theta);
         break;
     case BEAM_WEIGHT_EI:
-        *parameter = map->EI[material];
+        weight_is(&w, map->EI[material], theta);
         break;
     case BEAM_WEIGHT_CDI:
-        *parameter = map->cDI[material];
+        weight_is(&w, map->cDI[material], theta);
         break;
     case BEAM_WEIGHT_PATCH:
-        *parameter = SIZE_MAX;
-        return strcmp(s->model->materials[material].name, "patch") == 0 ? 1.0 : 0.0;
-    case BEAM_WEIGHT_ONE:
-        *parameter = SIZE_MAX;
-        return 1.0;
+        w.value = strcmp(s->model->materials[material].name, "patch") == 0 ? 1.0 : 0.0;
+        break;
+    case BEAM_WEIGHT_TURNING: {
+        const size_t plain = model_plain_material(s->model);
+        const double EI = theta[map->EI[plain]], rho = theta[map->rho[plain]], own = theta[map->rho[material]];
+        w.value = own * EI / rho;
+        weight_by(&w, map->EI[plain], own / rho);
+        weight_by(&w, map->rho[material], EI / rho);
+        weight_by(&w, map->rho[plain], -own * EI / (rho * rho));
+        break;
     }
-    return theta[*parameter];
+    case BEAM_WEIGHT_ONE:
+        break;
+    }
+    return w;
 }
 
 static void use_term(const struct system *s, const struct block *block, const struct beam_term *term,
                      const double theta[], struct block_use *use)
 {
-    size_t weight_parameter = SIZE_MAX;
-    double w = 1.0, c[COEFFICIENTS];
+    struct form_weight weight = {.value = 1.0};
+    double c[COEFFICIENTS];
     if (block->kind == BLOCK_FORM)
-        w = form_weight(s, theta, term->place.weight, block->material, &weight_parameter);
+        weight = form_weight(s, theta, term->place.weight, block->material);
+    const double w = weight.value;
     read_coefficients(&term->value, c);
     for (int k = 0; k < COEFFICIENTS; k++) {
         double scale = k == OF_RELAXATION ? 1.0 : w; /* τ is a time, not a force */
         use->value[k] = scale * c[k];
-        if (k != OF_RELAXATION)
-            depend(use, weight_parameter, k, c[k]);
+        for (size_t i = 0; i < weight.n && k != OF_RELAXATION; i++)
+            depend(use, weight.parameter[i], k, weight.by_parameter[i] * c[k]);
     }
     const struct beam_effect *effect = s->model->effects[block->effect].effect;
     for (int slot = 0; slot < effect->n_parameters; slot++) {

@@ -5,7 +5,7 @@
 
 #include "system.h"
 
-enum { BLOCK_DEPENDENCIES = BEAM_EFFECT_PARAMETERS + 1 };
+enum { BLOCK_DEPENDENCIES = BEAM_EFFECT_PARAMETERS + 3 };
 
 /* How a block enters at the current parameters: a(s) = s²m + sd + k + E τs/(1+τs), and da by each parameter. */
 struct block_use {

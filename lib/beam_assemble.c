@@ -101,9 +101,12 @@ static enum beam_status add_channels(const struct beam_description *d, struct be
 static void region_weights(const struct beam_parameters *p, enum beam_weight weight, beam_real out[BEAM_REGIONS])
 {
     const beam_real value[][BEAM_REGIONS] = {
-        [BEAM_WEIGHT_ONE] = {BEAM_K(1.0), BEAM_K(1.0)},       [BEAM_WEIGHT_RHO] = {p->rho_beam_kgpm, p->rho_patch_kgpm},
-        [BEAM_WEIGHT_EI] = {p->EI_beam_Nm2, p->EI_patch_Nm2}, [BEAM_WEIGHT_CDI] = {p->cDI_beam_sNm2, p->cDI_patch_sNm2},
+        [BEAM_WEIGHT_ONE] = {BEAM_K(1.0), BEAM_K(1.0)},
+        [BEAM_WEIGHT_RHO] = {p->rho_beam_kgpm, p->rho_patch_kgpm},
+        [BEAM_WEIGHT_EI] = {p->EI_beam_Nm2, p->EI_patch_Nm2},
+        [BEAM_WEIGHT_CDI] = {p->cDI_beam_sNm2, p->cDI_patch_sNm2},
         [BEAM_WEIGHT_PATCH] = {BEAM_K(0.0), BEAM_K(1.0)},
+        [BEAM_WEIGHT_TURNING] = {p->EI_beam_Nm2, p->EI_beam_Nm2 / p->rho_beam_kgpm * p->rho_patch_kgpm},
     };
     for (int r = 0; r < BEAM_REGIONS; r++)
         out[r] = value[weight][r];

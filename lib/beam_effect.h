@@ -93,8 +93,18 @@ enum beam_operator_kind {
     BEAM_OVER_MODES
 };
 
-/* BEAM_WEIGHT_PATCH: 1 over the model's (first) patch, 0 elsewhere */
-enum beam_weight { BEAM_WEIGHT_ONE = 0, BEAM_WEIGHT_RHO, BEAM_WEIGHT_EI, BEAM_WEIGHT_CDI, BEAM_WEIGHT_PATCH };
+/*
+ * BEAM_WEIGHT_PATCH: 1 over the model's (first) patch, 0 elsewhere. BEAM_WEIGHT_TURNING: ρ(x) EI₀/ρ₀ of the plain beam, so
+ * that ρ r² of one r² = I/A everywhere is this over (E/ρ_volume).
+ */
+enum beam_weight {
+    BEAM_WEIGHT_ONE = 0,
+    BEAM_WEIGHT_RHO,
+    BEAM_WEIGHT_EI,
+    BEAM_WEIGHT_CDI,
+    BEAM_WEIGHT_PATCH,
+    BEAM_WEIGHT_TURNING
+};
 
 struct beam_operator {
     enum beam_operator_kind kind;

@@ -2,9 +2,9 @@
 #include "beam_effect.h"
 
 /*
- * Timoshenko's correction to first order: ρ r² (1 + E/(k'G)) y'_tt, with E/(k'G) = 2 (1 + ν) 6/5 = 3.19 for a
- * rectangular section and ν = 0.33. The thickness is not asked for: ρ r² = ρ_volume I = EI ρ_volume/E, and E/ρ_volume
- * is nearly the same, 2.6e7 m²/s², for aluminium, steel and titanium.
+ * Timoshenko's correction to first order: ρ(x) r² (1 + E/(k'G)) y'_tt, with E/(k'G) = 2 (1 + ν) 6/5 = 3.19 for a
+ * rectangular section and ν = 0.33. The thickness is not asked for: r² = I/A = (EI/ρ)/(E/ρ_volume) of the plain beam, and
+ * E/ρ_volume is nearly the same, 2.6e7 m²/s², for aluminium, steel and titanium.
  */
 #define BAR_SPEED_SQUARED  BEAM_K(2.6e7)
 #define ROTATION_AND_SHEAR BEAM_K(4.19)
@@ -13,7 +13,7 @@ static int terms(const beam_real p[], const struct beam_place *place, struct bea
 {
     (void)place;
     out[0].place.kind = BEAM_OVER_SLOPE;
-    out[0].place.weight = BEAM_WEIGHT_EI;
+    out[0].place.weight = BEAM_WEIGHT_TURNING;
     out[0].by_parameter[0].mass = ROTATION_AND_SHEAR / BAR_SPEED_SQUARED;
     out[0].value.mass = p[0] * out[0].by_parameter[0].mass;
     return 0;
