@@ -156,11 +156,11 @@ def wrong_key(check, port):
         x.disconnect()
 
 
-def stream(check, port, key):
-    """Samples as pyxcp decodes them: none missing, every CRC right."""
+def stream(check, port, key, prescaler=1):
+    """Samples as pyxcp decodes them, one in prescaler: none missing, every CRC right."""
     measurements = [(name, wire.LIVE + 4 * i, 0, kind) for i, (name, kind) in enumerate(FIELDS)]
     policy = Collect([DaqList(name="live", event_num=0, stim=False, enable_timestamps=True, measurements=measurements,
-                              priority=0, prescaler=1)], logger=logging.getLogger("conformance"))
+                              priority=0, prescaler=prescaler)], logger=logging.getLogger("conformance"))
     policy.pid_off = False  # pyxcp reads it and sets it only from a configuration file
     x = master(port, key, policy)
     with x:
@@ -173,12 +173,32 @@ def stream(check, port, key):
         time.sleep(0.2)
         x.disconnect()
     rows = policy.rows
-    check(f"only {len(rows)} samples in {STREAM_S} s", len(rows) > 0.5 * STREAM_S * 1000)
-    gaps = sum(b[0] - a[0] != 1 for a, b in zip(rows, rows[1:]))
+    check(f"only {len(rows)} samples in {STREAM_S} s", len(rows) > 0.5 * STREAM_S * 1000 / prescaler)
+    gaps = sum(b[0] - a[0] != prescaler for a, b in zip(rows, rows[1:]))
     bad = sum(zlib.crc32(struct.pack("<2I5f2I", *row[:9])) != row[9] for row in rows)
     check(f"{gaps} gaps", gaps == 0)
     check(f"{bad} CRC failures", bad == 0)
     return len(rows)
+
+
+def paced(check, board, key, image, counter, baud):
+    """Seconds of a download, and samples a second that the line carries, on a line of this rate."""
+    line = rig.Line(board.port, baud=baud)
+    prescaler = next(p for p in range(1, 256) if 1000 / p * 48 <= baud / 10)  # 48 bytes a sample
+    x = master(line.port, key, None)
+    with x:
+        x.connect()
+        x.getCommModeInfo()
+        x.cond_unlock("calpag")
+        x.setCalPage(0x02, 0, wire.STAGING)
+        begin = time.monotonic()
+        write_image(x, wire.signed(image, key, counter))
+        x.setCalPage(0x01, 0, wire.STAGING)
+        seconds = time.monotonic() - begin
+        x.disconnect()
+    samples = stream(check, line.port, key, prescaler)
+    line.close()
+    return f"{baud} bit/s: download {seconds:.2f} s, {samples / STREAM_S:.0f} samples a second"
 
 
 def describe(check, path):
@@ -221,6 +241,8 @@ def main():
                 image = file.read()
             seconds, transport = session(check, board.port, key, image)
             samples = stream(check, board.port, key)
+            rates = [paced(check, board, key, image, info.stored + 2 + i, baud)
+                     for i, baud in enumerate((115200, 921600))]
             wrong_key(check, board.port)
         finally:
             board.kill()
@@ -228,7 +250,7 @@ def main():
     print(f"conformance: pyxcp 0.29.20: {check.done} checks passed; image of {len(image)} bytes checked and running in "
           f"{seconds:.2f} s; {samples} samples, 0 gaps, 0 CRC failures; pyxcp counts {transport.frames_sent} frames sent, "
           f"{transport.frames_received} received, {transport.timing.avg * 1000:.2f} ms an answer; pya2ldb 1.0.355: "
-          f"{measurements} measurements, {characteristics} characteristics")
+          f"{measurements} measurements, {characteristics} characteristics; {'; '.join(rates)}")
 
 
 if __name__ == "__main__":

@@ -74,11 +74,15 @@ class Board:
         return self.process.wait(timeout_s)
 
 
-class NoisyLine:
-    """A port of its own, joined to another; each byte is flipped, dropped or doubled with this probability."""
+class Line:
+    """A port of its own, joined to another. Each byte is flipped, dropped or doubled with this probability; baud: bits a
+    second, ten a byte, in each direction (None: as fast as it goes)."""
 
-    def __init__(self, port, probability, seed):
+    PORTION = 64  # bytes that a paced line holds back at once
+
+    def __init__(self, port, probability=0.0, seed=1, baud=None):
         self.random, self.probability = random.Random(seed), probability
+        self.seconds_a_byte = 10 / baud if baud else 0
         self.board = os.open(port, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
         tty.setraw(self.board)
         self.host, other = os.openpty()
@@ -108,20 +112,25 @@ class NoisyLine:
         return bytes(out)
 
     def _run(self):
-        pending = {self.host: b"", self.board: b""}
+        other = {self.host: self.board, self.board: self.host}
+        pending, free_at = {fd: b"" for fd in other}, {fd: 0.0 for fd in other}
+        room = self.PORTION if self.seconds_a_byte else 65536
         while not self.ended:
-            writers = [fd for fd, data in pending.items() if data]
-            readers = [fd for fd in pending if len(pending[self.board if fd == self.host else self.host]) < 65536]
-            ready, writable, _ = select.select(readers, writers, [], 0.05)
+            now = time.monotonic()
+            writers = [fd for fd, data in pending.items() if data and free_at[fd] <= now]
+            readers = [fd for fd in pending if len(pending[other[fd]]) < room]
+            waits = [free_at[fd] - now for fd, data in pending.items() if data and free_at[fd] > now]
+            ready, writable, _ = select.select(readers, writers, [], min([0.05, *waits]))
             for fd in ready:
                 try:
-                    data = os.read(fd, 4096)
+                    pending[other[fd]] += self._spoil(os.read(fd, room))
                 except OSError:
                     continue
-                pending[self.board if fd == self.host else self.host] += self._spoil(data)
             for fd in writable:
                 try:
-                    pending[fd] = pending[fd][os.write(fd, pending[fd]):]
+                    sent = os.write(fd, pending[fd][:room])
+                    pending[fd] = pending[fd][sent:]
+                    free_at[fd] = max(free_at[fd], time.monotonic() - 0.01) + sent * self.seconds_a_byte
                 except OSError:
                     pending[fd] = b""
 

@@ -71,7 +71,7 @@ def noise(bench, share):
     tries, lost, notes = 0, 0, []
     for probability, most, block in ((1e-3, 20, 128), (3e-3, 20, 64), (1e-2, 10, 32)):
         board = bench.board().power_on()
-        line = rig.NoisyLine(board.port, probability, seed=round(1e5 * probability))
+        line = rig.Line(board.port, probability, seed=round(1e5 * probability))
         link = wire.Link(line.port, timeout_s=0.1, retries=20)
         link.block = block
         counter = 0
@@ -97,7 +97,7 @@ def noisy_programs(bench, share):
     """beamfit download and record over a line with 1e-3 byte noise"""
     tries, lost = max(2, round(20 * share)), 0
     board = bench.board().power_on()
-    line = rig.NoisyLine(board.port, 1e-3, seed=5)
+    line = rig.Line(board.port, 1e-3, seed=5)
     port = ("--port", line.port, "--baud", 921600)
     for counter in range(1, tries + 1):
         with open(bench.path("image"), "wb") as file:
