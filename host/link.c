@@ -5,7 +5,7 @@
 #include <string.h>
 #include <time.h>
 
-enum { LEAST_BLOCK = 16, EASY_BLOCKS = 4, MOST_LOSSES = 60, SHORT_HEADER = 8, PASSES = 6 };
+enum { LEAST_BLOCK = 48, EASY_BLOCKS = 4, MOST_LOSSES = 60, SHORT_HEADER = 8, PASSES = 6 };
 
 static void put_u32(uint8_t bytes[4], uint32_t x)
 {
@@ -159,7 +159,7 @@ enum bf_status link_open(const char *path, long baud, struct link *link, struct 
     enum bf_status status = port_flush(link->port, err);
     if (status == BF_OK)
         status = xcp_connect(&link->xcp, &packet, err);
-    link->largest = packet > SHORT_HEADER + LEAST_BLOCK ? (packet - SHORT_HEADER) & ~(size_t)3 : LEAST_BLOCK;
+    link->largest = status == BF_OK ? (packet - SHORT_HEADER) & ~(size_t)3 : LEAST_BLOCK;
     link->block = link->largest;
     if (status == BF_OK)
         status = link_read_info(link, err);

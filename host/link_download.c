@@ -7,7 +7,7 @@
 #include "link.h"
 #include "progress.h"
 
-enum { PASSES = 8, CHECK_MS = 4000, STORE_MS = 15000, STORE_PAUSE_MS = 30, QUIET_LOOKS = 5 };
+enum { PASSES = 8, CHECK_MS = 1000, STORE_MS = 15000, STORE_PAUSE_MS = 30, QUIET_LOOKS = 5 };
 
 enum bf_status link_read_setup(struct link *link, struct beam_image_setup *out, struct bf_error *err)
 {
@@ -104,13 +104,12 @@ static enum bf_status switch_page(struct link *link, const struct beam_image_fil
 {
     const uint8_t command[4] = {BEAM_XCP_SET_CAL_PAGE, 0x01, 0, BEAM_WIRE_PAGE_STAGING};
     const uint32_t refusals = link->info.refused;
-    const int usual_ms = link->xcp.timeout_ms;
     struct xcp_answer answer = {.outcome = XCP_LOST};
     enum bf_status status = BF_OK;
     for (int i = 0; i < PASSES && status == BF_OK; i++) {
-        link->xcp.timeout_ms = CHECK_MS;
+        link->xcp.patience_ms = CHECK_MS;
         status = xcp_ask_once(&link->xcp, sizeof command, command, &answer, err);
-        link->xcp.timeout_ms = usual_ms;
+        link->xcp.patience_ms = 0;
         if (status == BF_OK)
             status = link_read_info(link, err);
         if (status != BF_OK || runs(link, image))

@@ -4,7 +4,8 @@
 #include <string.h>
 #include <time.h>
 
-enum { TIMEOUT_MS = 300, TRIES = 10, BUSY_MS = 10000, BUSY_PAUSE_MS = 10, WRITE_MS = 2000 };
+enum { TIMEOUT_MS = 100, TRIES = 10, BUSY_MS = 10000, BUSY_PAUSE_MS = 10, WRITE_MS = 2000 };
+enum { LEAST_MS = BEAM_WIRE_GAP_MS + 10, SAFETY = 4, ENOUGH_TIMED = 16, LEAST_PACKET = 64 };
 
 void xcp_begin(struct xcp_master *m, struct port *port)
 {
@@ -88,16 +89,34 @@ static enum bf_status receive(struct xcp_master *m, int timeout_ms, struct bf_er
     return BF_OK;
 }
 
-/* Until there is an answer or the time is over; then a frame that never ends is broken up: an answer may hide in it. */
-static enum bf_status await(struct xcp_master *m, struct bf_error *err)
+/*
+ * Waiting time of try `again` (from 0). Never below the gap after which the board gives up a frame that a damaged length
+ * has made longer.
+ */
+static int wait_ms(const struct xcp_master *m, int again)
 {
-    int64_t until_ms = port_clock_ms() + m->timeout_ms;
+    const double wire_ms = 2.0 * BEAM_WIRE_MAX_FRAME * 10 * 1000 / (double)port_baud(m->port);
+    const double most_ms = m->timeout_ms + wire_ms, learnt_ms = LEAST_MS + SAFETY * m->usual_ms;
+    const double first_ms = m->timed >= ENOUGH_TIMED && learnt_ms < most_ms ? learnt_ms : most_ms;
+    return (int)first_ms << (again < 2 ? again : 2);
+}
+
+static void learn(struct xcp_master *m, int64_t took_ms)
+{
+    m->timed++;
+    m->usual_ms += ((double)took_ms - m->usual_ms) / (m->timed < ENOUGH_TIMED ? m->timed : ENOUGH_TIMED);
+}
+
+/* Until there is an answer or the time is over; then a frame that never ends is broken up: an answer may hide in it. */
+static enum bf_status await(struct xcp_master *m, int timeout_ms, struct bf_error *err)
+{
+    int64_t until_ms = port_clock_ms() + timeout_ms;
     m->pending = false;
-    for (int64_t left_ms = m->timeout_ms; !m->answered && left_ms > 0; left_ms = until_ms - port_clock_ms()) {
+    for (int64_t left_ms = timeout_ms; !m->answered && left_ms > 0; left_ms = until_ms - port_clock_ms()) {
         if (receive(m, (int)left_ms, err) != BF_OK)
             return err->status;
         if (m->pending)
-            until_ms = port_clock_ms() + m->timeout_ms;
+            until_ms = port_clock_ms() + timeout_ms;
         m->pending = false;
     }
     while (!m->answered && m->receiver.end > m->receiver.start) {
@@ -133,13 +152,13 @@ static enum bf_status no_answer(const struct xcp_master *m, struct bf_error *err
 static enum bf_status synchronise(struct xcp_master *m, struct bf_error *err)
 {
     for (int i = 0; i < m->tries; i++) {
-        const int64_t until_ms = port_clock_ms() + m->timeout_ms;
+        const int64_t until_ms = port_clock_ms() + wait_ms(m, i);
         m->counts.synchs++;
         if (send_packet(m, 1, (const uint8_t[]){BEAM_XCP_SYNCH}, err) != BF_OK)
             return err->status;
         do {
             m->answered = false;
-            if (await(m, err) != BF_OK)
+            if (await(m, wait_ms(m, i), err) != BF_OK)
                 return err->status;
             if (m->answered && is_synch(m)) {
                 m->answered = false;
@@ -151,19 +170,23 @@ static enum bf_status synchronise(struct xcp_master *m, struct bf_error *err)
     return no_answer(m, err);
 }
 
-/* One sending. A late answer to an earlier SYNCH is nobody's. */
-static enum bf_status ask_now(struct xcp_master *m, size_t n, const uint8_t command[], struct xcp_answer *answer,
-                              struct bf_error *err)
+/* One sending, the `again`-th repetition. A late answer to an earlier SYNCH is nobody's. */
+static enum bf_status ask_now(struct xcp_master *m, int again, size_t n, const uint8_t command[],
+                              struct xcp_answer *answer, struct bf_error *err)
 {
+    const int timeout_ms = wait_ms(m, again) > m->patience_ms ? wait_ms(m, again) : m->patience_ms;
     m->counts.commands++;
     forget_answers(m); /* what came before the command is no answer to it */
+    const int64_t sent_ms = port_clock_ms();
     if (send_packet(m, n, command, err) != BF_OK)
         return err->status;
     do {
         m->answered = false;
-        if (await(m, err) != BF_OK)
+        if (await(m, timeout_ms, err) != BF_OK)
             return err->status;
     } while (m->answered && is_synch(m));
+    if (m->answered && m->patience_ms == 0)
+        learn(m, port_clock_ms() - sent_ms);
     answer->outcome = !m->answered ? XCP_LOST : m->answer[0] == BEAM_XCP_RES ? XCP_DONE : XCP_REFUSED;
     answer->error = answer->outcome == XCP_REFUSED && m->n_answer > 1 ? m->answer[1] : BEAM_XCP_ERR_GENERIC;
     answer->n = answer->outcome == XCP_DONE ? m->n_answer : 0;
@@ -173,12 +196,12 @@ static enum bf_status ask_now(struct xcp_master *m, size_t n, const uint8_t comm
 }
 
 /* As long as the board is busy, which says that nothing was executed. */
-static enum bf_status ask_patiently(struct xcp_master *m, size_t n, const uint8_t command[], struct xcp_answer *answer,
-                                    struct bf_error *err)
+static enum bf_status ask_patiently(struct xcp_master *m, int again, size_t n, const uint8_t command[],
+                                    struct xcp_answer *answer, struct bf_error *err)
 {
     const int64_t until_ms = port_clock_ms() + m->busy_ms;
     for (;;) {
-        if (ask_now(m, n, command, answer, err) != BF_OK)
+        if (ask_now(m, again, n, command, answer, err) != BF_OK)
             return err->status;
         if (answer->outcome != XCP_REFUSED || answer->error != BEAM_XCP_ERR_CMD_BUSY || port_clock_ms() >= until_ms)
             return BF_OK;
@@ -186,12 +209,18 @@ static enum bf_status ask_patiently(struct xcp_master *m, size_t n, const uint8_
     }
 }
 
+static enum bf_status ask_once(struct xcp_master *m, int again, size_t n, const uint8_t command[],
+                               struct xcp_answer *answer, struct bf_error *err)
+{
+    if (ask_patiently(m, again, n, command, answer, err) != BF_OK)
+        return err->status;
+    return answer->outcome == XCP_LOST ? synchronise(m, err) : BF_OK;
+}
+
 enum bf_status xcp_ask_once(struct xcp_master *m, size_t n, const uint8_t command[], struct xcp_answer *answer,
                             struct bf_error *err)
 {
-    if (ask_patiently(m, n, command, answer, err) != BF_OK)
-        return err->status;
-    return answer->outcome == XCP_LOST ? synchronise(m, err) : BF_OK;
+    return ask_once(m, 0, n, command, answer, err);
 }
 
 enum bf_status xcp_ask(struct xcp_master *m, size_t n, const uint8_t command[], struct xcp_answer *answer,
@@ -200,7 +229,7 @@ enum bf_status xcp_ask(struct xcp_master *m, size_t n, const uint8_t command[], 
     int refused = -1; /* the error of the try before */
     for (int i = 0; i < m->tries; i++) {
         m->counts.repeats += i > 0;
-        if (xcp_ask_once(m, n, command, answer, err) != BF_OK)
+        if (ask_once(m, i, n, command, answer, err) != BF_OK)
             return err->status;
         if (answer->outcome == XCP_DONE || (answer->outcome == XCP_REFUSED && answer->error == refused))
             return BF_OK;
@@ -215,13 +244,13 @@ enum bf_status xcp_connect(struct xcp_master *m, size_t *max_packet, struct bf_e
 {
     struct xcp_answer answer = {.outcome = XCP_LOST};
     for (int i = 0; i < m->tries && answer.outcome != XCP_DONE; i++)
-        if (ask_now(m, 2, (const uint8_t[]){BEAM_XCP_CONNECT, 0}, &answer, err) != BF_OK)
+        if (ask_now(m, i, 2, (const uint8_t[]){BEAM_XCP_CONNECT, 0}, &answer, err) != BF_OK)
             return err->status;
     if (answer.outcome != XCP_DONE)
         return no_answer(m, err);
     const bool known = answer.n >= 8 && (answer.data[2] & 0x07) == 0; /* little-endian, bytes */
     *max_packet = known ? answer.data[3] : 0;
-    if (*max_packet < 8 || *max_packet > BEAM_WIRE_MAX_PACKET)
+    if (*max_packet < LEAST_PACKET || *max_packet > BEAM_WIRE_MAX_PACKET)
         return bf_fail(err, BF_DEVICE, "%s: an XCP device answers, but not a beamfit board; is this the right port?",
                        port_path(m->port));
     return synchronise(m, err); /* a second answer to a repeated CONNECT may still be on its way */
@@ -231,7 +260,7 @@ void xcp_disconnect(struct xcp_master *m)
 {
     struct xcp_answer ignored;
     struct bf_error unheard = {BF_OK, ""};
-    (void)ask_now(m, 1, (const uint8_t[]){BEAM_XCP_DISCONNECT}, &ignored, &unheard);
+    (void)ask_now(m, 0, 1, (const uint8_t[]){BEAM_XCP_DISCONNECT}, &ignored, &unheard);
 }
 
 static const char *error_text(uint8_t error)

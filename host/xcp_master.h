@@ -22,15 +22,18 @@ struct xcp_counts {
 };
 
 struct xcp_master {
-    struct port *port;                                               /* the caller's */
-    int timeout_ms;                                                  /* for an answer */
-    int tries;                                                       /* of a command, and of SYNCH */
-    int busy_ms;                                                     /* how long "busy" is borne */
+    struct port *port; /* the caller's */
+    int timeout_ms;    /* for an answer, beside the time on the wire, until answers have shown how long they take */
+    int patience_ms;   /* for an answer at least: for a command that takes the board long */
+    int tries;         /* of a command, and of SYNCH; the second waits twice, others four times as long */
+    int busy_ms;       /* how long "busy" is borne */
     void (*sample)(void *context, size_t n, const uint8_t packet[]); /* NULL: dropped. packet[0]: number of the ODT */
     void *context;
     struct xcp_receiver receiver;
     struct xcp_counts counts;
     int64_t heard_ms; /* when the last good frame came */
+    unsigned timed;   /* answers that were timed */
+    double usual_ms;  /* their running mean */
     uint16_t counter;
     bool answered, pending;
     size_t n_answer;
@@ -45,7 +48,7 @@ struct xcp_answer {
     uint8_t data[BEAM_WIRE_MAX_PACKET]; /* [n], data[0] = BEAM_XCP_RES */
 };
 
-/* Timers at their defaults (300 ms, 10 tries, 10 s busy). No byte is sent. */
+/* Timers at their defaults (100 ms, 10 tries, 10 s busy). No byte is sent. */
 void xcp_begin(struct xcp_master *m, struct port *port);
 
 /* CONNECT until answered; max_packet: what the board takes and sends. */
