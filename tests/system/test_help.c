@@ -10,8 +10,8 @@
 #include <cmocka.h>
 #include "rig.h"
 
-static const char *const commands[] = {"init",    "modes", "simulate", "fit",     "compare",
-                                       "effects", "add",   "drop",     "history", "import"};
+static const char *const commands[] = {"init", "modes",   "simulate", "fit",    "compare", "effects", "add",
+                                       "drop", "history", "import",   "export", "sign",    "verify",  "replay"};
 enum { COMMANDS = sizeof commands / sizeof *commands };
 
 /* Whether text holds word, capitals aside. */
