@@ -156,7 +156,12 @@ $(SYSTEM_TESTS): $(B)/system/%: $(B)/system/%.o $(SYSTEM_COMMON)
 	$(call say,$@)$(CC) $(OPT) $(CFLAGS) $^ -lcmocka -ljansson -lm -o $@
 .SECONDARY: $(SYSTEM_TESTS:%=%.o)
 
-tests: all $(B)/beam_truth $(B)/board_host $(UNIT_TESTS) $(SYSTEM_TESTS)
+# lets the system tests run libserialport on a pseudo terminal
+$(B)/shim/%.so: tests/shim/%.c
+	@mkdir -p $(@D)
+	$(call say,$@)$(CC) $(STD) -O2 $(WARN) -fPIC -shared $< -o $@
+
+tests: all $(B)/beam_truth $(B)/board_host $(B)/shim/pty_serial.so $(UNIT_TESTS) $(SYSTEM_TESTS)
 unit: $(UNIT_TESTS) ## build and run the unit tests of one build (no sanitizers)
 	tests/run $(B)
 
@@ -174,7 +179,7 @@ demo: ## install what is missing, build, fit the paper's two experiments, find a
 	@tools/demo.sh $(B) $(B)/demo
 
 deps: ## install every Debian package that is missing (apt-get; sudo when not root)
-	@tools/deps.sh build test check
+	@tools/deps.sh build test check target
 
 # ---- Checks ----
 lint: export LINT_FLAGS = $(STD) $(INC)
@@ -182,8 +187,12 @@ lint: ## clang-format, clang-tidy, cppcheck and shell syntax over every source
 	+@JOBS='$(JOBS)' tools/lint.sh
 layers: ## who includes whom, which file sees which library, licence lines
 	@tools/layers.sh
-size: $(B)/libbeamf.a ## size and stack of the library per function; nm proves what it does not use
+size: ## sizes and stacks per function, flash, RAM, stack and instructions of the firmware against their bounds
+	@tools/deps.sh build target
+	+@$(MAKE) --no-print-directory -j$(JOBS) firmware-elf target-counts
 	@tools/size.sh $(B)/size
+	@tools/firmware_size.sh $(B) $(FIRMWARE_BOARDS)
+	@python3 -B tests/target/run.py --build $(B) counts
 BENCH := $(addprefix $(B)/bench/,reference_fit_24x16 reference_fit_40x64 reference_fit_60x128 simulate step_float step_double)
 bench: all $(B)/beam_truth $(BENCH) ## our fit beside a plain reference, and the instructions of one step
 	@tests/bench/run.sh $(B)

@@ -45,6 +45,9 @@ $(B)/firmware_$(1).elf: $(call BOARD_OBJ,$(1)) $(FIRMWARE_OBJ) $(BEARSSL_OBJ) $(
 	    -Wl,-Map=$$(@:.elf=.map) -Wl,--fatal-warnings -Tfirmware/board_$(1)/$(1).ld $$(filter %.o %.a,$$^) -lm -o $$@
 endef
 $(foreach board,$(FIRMWARE_BOARDS),$(eval $(call firmware_elf,$(board))))
-firmware: $(FIRMWARE_ELF) ## cross-compile the firmware of every board; maps beside the ELF files
+firmware-elf: $(FIRMWARE_ELF)
+firmware: ## install what is missing, cross-compile the firmware of every board; link maps beside the ELF files
+	@tools/deps.sh build target
+	+@$(MAKE) --no-print-directory -j$(JOBS) firmware-elf
 -include $(wildcard $(FIRMWARE_OBJ:.o=.d) $(foreach board,$(FIRMWARE_BOARDS),$(patsubst %.o,%.d,$(call BOARD_OBJ,$(board)))))
-.PHONY: firmware
+.PHONY: firmware firmware-elf

@@ -44,7 +44,7 @@ survey() { # PREFIX of the tools, directory, extra flags...
             sed "s|^\([^ ]*\)|\1 $(basename "$object" .o)|"
     done | sort -k3,3nr | awk '{printf "%7d %7d  %s (%s)\n", $3, $4, $1, $2}'
 
-    grep -h dynamic "$dir"/*.su && must 'a function takes stack of unknown size (above)'
+    grep -h 'dynamic$' "$dir"/*.su && must 'a function takes stack of unknown size (above)'
     "${prefix}nm" -u "${objects[@]}" | awk 'NF == 2 {print $2}' | sort -u >"$dir/undefined"
     "${prefix}nm" "${objects[@]}" | awk 'NF == 3 && $2 ~ /[TRDV]/ {print $3}' | sort -u >"$dir/defined"
     while read -r name; do must "needs $name, which a target may not have"; done < <(

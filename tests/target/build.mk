@@ -66,5 +66,6 @@ target: ## on emulated boards: same bits, instructions, unit tests, power cuts, 
 	+@$(MAKE) --no-print-directory -j$(JOBS) target-programs
 	@python3 -B tests/target/run.py --build $(B) $(NAMES)
 target-programs: $(TARGET_PROGRAMS)
+target-counts: $(B)/replay_cases $(B)/replay_run $(TARGET_BOARDS:%=$(B)/target_%_replay.elf)
 -include $(wildcard $(UNIT_OBJ:.o=.d) $(UNIT_ON_TARGET:%=$(B)/arm/double/tests/unit/%.d))
-.PHONY: target target-programs
+.PHONY: target target-programs target-counts
