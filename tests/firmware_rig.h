@@ -43,12 +43,14 @@ static inline void rig_tick(void)
                                   rig_expected.front.setup.drive_V_per_code};
     const struct beam_image *before = pages_active(&app.pages);
     float y[BEAM_OUTPUTS];
+    uint32_t wanted, got;
     if (beam_step(&rig_expected.plan, &rig_state, u, y) != BEAM_OK)
         abort();
     board.time_us += 1000;
     app_tick(&app, rig_code(rig_ticks++));
-    if (memcmp(y, &app.latest.predicted, sizeof y[0]) != 0 || app.latest.step + 1 != rig_state.k ||
-        app.latest.sequence + 1 != rig_ticks)
+    memcpy(&wanted, y, sizeof wanted);
+    memcpy(&got, &app.latest.predicted, sizeof got);
+    if (got != wanted || app.latest.step + 1 != rig_state.k || app.latest.sequence + 1 != rig_ticks)
         abort();
     rig_checked++;
     if (pages_active(&app.pages) != before) {
@@ -257,9 +259,9 @@ static inline int rig_download(const struct beam_image_file *file)
 /* Is this image page 0, bit for bit? */
 static inline bool rig_active_is(const struct beam_image_file *file)
 {
-    struct beam_image_file there;
-    beam_image_read(pages_active(&app.pages), 0, sizeof there, (uint8_t *)&there);
-    return memcmp(&there, file, sizeof there) == 0;
+    uint8_t there[BEAM_IMAGE_BYTES];
+    beam_image_read(pages_active(&app.pages), 0, sizeof there, there);
+    return memcmp(there, (const uint8_t *)file, sizeof there) == 0;
 }
 
 #endif

@@ -16,14 +16,17 @@ printf '%s\0' "${sources[@]}" | xargs -0 -r clang-format --dry-run -Werror || fa
 echo "cppcheck: ${#units[@]} files"
 printf '%s\0' "${units[@]}" | xargs -0 -r cppcheck -q -j "$JOBS" --std=c11 --language=c --platform=unix64 \
     --error-exitcode=1 --inline-suppr --enable=warning,performance,portability --library=posix \
-    --suppressions-list=tools/cppcheck.suppressions -Ilib -Ihost -Itests -Itests/truth || failed=1
+    --suppressions-list=tools/cppcheck.suppressions -Ilib -Ihost -Ifirmware -Itests -Itests/truth || failed=1
 
 echo "clang-tidy: ${#units[@]} files"
 # glibc gives CMPLX to a compiler that says it is gcc >= 4.7; clang says 4.2 unless told
 eval "flags=(-fgnuc-version=4.8 $LINT_FLAGS -Itests -Itests/truth -Itests/fuzz)"
 tidy_one=$(cat <<'SH'
 file=$1; shift
-[ "$file" != tests/beam_shadow.c ] || set -- "$@" -DBEAM_FLOAT # the one file that is only ever float
+case $file in # float and a controller's sizes only
+tests/beam_shadow.c) set -- "$@" -DBEAM_FLOAT ;;
+firmware/* | tests/unit/test_firmware* | tests/fuzz/fuzz_slave.c) set -- "$@" -DBEAM_FLOAT -DBEAM_TARGET -Ifirmware ;;
+esac
 answer=$(clang-tidy --quiet "$file" -- "$@" 2>/dev/null) || { printf '%s\n' "$answer"; exit 1; }
 SH
 )

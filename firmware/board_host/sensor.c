@@ -18,7 +18,7 @@ void host_sensor_open(const char *plant_path, const char *replay)
         struct sockaddr_un address = {.sun_family = AF_UNIX};
         if (strlen(plant_path) >= sizeof address.sun_path)
             host_fail("%s: too long for a socket", plant_path);
-        strcpy(address.sun_path, plant_path);
+        memcpy(address.sun_path, plant_path, strlen(plant_path) + 1);
         plant = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
         if (plant < 0 || connect(plant, (const struct sockaddr *)&address, sizeof address) != 0)
             host_fail("%s: %s", plant_path, strerror(errno));

@@ -51,7 +51,7 @@ static void test_frames_of_every_length(void **state)
     uint8_t frame[BEAM_WIRE_MAX_FRAME], packet[BEAM_WIRE_MAX_PACKET];
     static struct sxi_receiver r;
     (void)state;
-    for (uint16_t n = 1; n <= BEAM_WIRE_MAX_PACKET; n++) {
+    for (uint16_t n = 1; n <= (uint16_t)BEAM_WIRE_MAX_PACKET; n++) {
         for (int i = 0; i < n; i++)
             packet[i] = (uint8_t)random_word();
         memcpy(frame + 4, packet, n);
