@@ -8,10 +8,14 @@
 
 #include "text.h"
 
+/* "sensor_offset on accel_mps2 + tip_mass" */
 static void effects_text(FILE *out, const struct hypothesis *h)
 {
-    for (size_t i = 0; i < h->n_effects; i++)
-        (void)fprintf(out, "%s%s", i > 0 ? " + " : "", h->effects[i]->id);
+    for (size_t i = 0; i < h->n_effects; i++) {
+        const char *channel = h->model.effects[h->n_base + i].channel;
+        (void)fprintf(out, "%s%s%s%s", i > 0 ? " + " : "", h->effects[i]->id, channel[0] != '\0' ? " on " : "",
+                      channel);
+    }
 }
 
 static void ratios(FILE *out, const struct hypothesis_errors *fitted, const struct hypothesis_errors *check)
@@ -152,10 +156,11 @@ static void print_candidates(FILE *out, const struct diagnosis *d)
                   d->baseline.check.noise_ratio);
     for (size_t i = 0; i < d->n_hypotheses && i < MOST; i++) {
         const struct hypothesis *h = &d->hypotheses[i];
-        char name[128] = "";
-        for (size_t e = 0; e < h->n_effects; e++) {
-            const size_t used = strlen(name);
-            (void)snprintf(name + used, sizeof name - used, "%s%s", e > 0 ? " + " : "", h->effects[e]->id);
+        char name[256] = "";
+        FILE *row = fmemopen(name, sizeof name, "w");
+        if (row != NULL) {
+            effects_text(row, h);
+            (void)fclose(row);
         }
         (void)fprintf(out, "%-*s %9.3f %9.3f %10.2g %11.4g%s%s\n", WIDTH, name, h->fitted.noise_ratio,
                       h->check.noise_ratio, h->p_value, h->evidence.bic_gain, h->rival ? "  rival" : "",
@@ -169,9 +174,16 @@ static void print_next(FILE *out, const struct diagnosis *d)
 {
     const char *path = d->model->path ? d->model->path : "MODEL";
     if (d->verdict == VERDICT_MISSING) {
-        (void)fprintf(out, "\nNext: beamfit add %s %s -o added1.yaml\n", path, d->named[0]);
-        for (size_t i = 1; i < d->n_named; i++)
-            (void)fprintf(out, "      beamfit add added%zu.yaml %s -o added%zu.yaml\n", i, d->named[i], i + 1);
+        const struct hypothesis *best = &d->hypotheses[0];
+        for (size_t i = 0; i < best->n_effects; i++) {
+            const char *channel = best->model.effects[best->n_base + i].channel;
+            if (i == 0)
+                (void)fprintf(out, "\nNext: beamfit add %s", path);
+            else
+                (void)fprintf(out, "      beamfit add added%zu.yaml", i);
+            (void)fprintf(out, " %s%s%s -o added%zu.yaml\n", best->effects[i]->id,
+                          channel[0] != '\0' ? " --channel " : "", channel, i + 1);
+        }
         (void)fprintf(out, "      beamfit fit added%zu.yaml RECORD... -o fitted.yaml --check RECORD...\n", d->n_named);
     } else if (d->verdict == VERDICT_AMBIGUOUS) {
         (void)fprintf(out, "\nNext: beamfit discriminate %s", path);

@@ -183,6 +183,27 @@ const struct material *model_material(const struct model *model, const char *reg
     return NULL;
 }
 
+double model_weight(const struct model *model, const struct material *material, enum beam_weight weight)
+{
+    switch (weight) {
+    case BEAM_WEIGHT_RHO:
+        return material->rho.value;
+    case BEAM_WEIGHT_EI:
+        return material->EI.value;
+    case BEAM_WEIGHT_CDI:
+        return material->cDI.value;
+    case BEAM_WEIGHT_PATCH:
+        return strcmp(material->name, "patch") == 0 ? 1.0 : 0.0;
+    case BEAM_WEIGHT_TURNING: {
+        const struct material *plain = &model->materials[model_plain_material(model)];
+        return material->rho.value * plain->EI.value / plain->rho.value;
+    }
+    case BEAM_WEIGHT_ONE:
+        break;
+    }
+    return 1.0;
+}
+
 size_t model_plain_material(const struct model *model)
 {
     size_t bare = model->n_materials;

@@ -169,6 +169,8 @@ size_t model_unit_warnings(const struct model *model, model_warning text[], size
 bool model_patch(const struct model *model, double *from_m, double *to_m);
 const struct material *model_material(const struct model *model, const char *region);
 size_t model_plain_material(const struct model *model); /* 'beam', or the first that is not 'patch' */
+/* weight(x) of a form over a region of this material. */
+double model_weight(const struct model *model, const struct material *material, enum beam_weight weight);
 struct beam_place model_place(const struct model *model);
 /* Adds an effect with neutral-near start values (parameters[].start of the catalogue). channel "" = default. */
 enum bf_status model_add_effect(struct model *model, const char *id, const char *channel, struct bf_error *err);

@@ -12,27 +12,6 @@ static const double dependent_part = 1e-7;
 
 /* ---- Fine matrices at the base ---- */
 
-static double weight_of(const struct model *model, size_t material, enum beam_weight weight)
-{
-    switch (weight) {
-    case BEAM_WEIGHT_RHO:
-        return model->materials[material].rho.value;
-    case BEAM_WEIGHT_EI:
-        return model->materials[material].EI.value;
-    case BEAM_WEIGHT_CDI:
-        return model->materials[material].cDI.value;
-    case BEAM_WEIGHT_PATCH:
-        return strcmp(model->materials[material].name, "patch") == 0 ? 1.0 : 0.0;
-    case BEAM_WEIGHT_TURNING: {
-        const struct material *plain = &model->materials[model_plain_material(model)];
-        return model->materials[material].rho.value * plain->EI.value / plain->rho.value;
-    }
-    case BEAM_WEIGHT_ONE:
-        break;
-    }
-    return 1.0;
-}
-
 /* Linear effects at the base: mass and stiffness of forms and of places that keep the band. */
 static enum bf_status add_effects(const struct fine_space *space, const struct model *model, double M[], double K[],
                                   struct bf_error *err)
@@ -50,7 +29,7 @@ static enum bf_status add_effects(const struct fine_space *space, const struct m
                 fine_add_point(space, points.derivative, points.at[0], k, K);
             }
             for (size_t r = 0; is_form(terms[t].place.kind) && r < model->n_materials; r++) {
-                double w = weight_of(model, r, terms[t].place.weight);
+                double w = model_weight(model, &model->materials[r], terms[t].place.weight);
                 reduced_material_form(space, model, r, form_derivative(terms[t].place.kind), w * m, M);
                 reduced_material_form(space, model, r, form_derivative(terms[t].place.kind), w * k, K);
             }

@@ -34,24 +34,6 @@ static enum bf_status add_port(struct deployment *d, double weight, const double
     return BF_OK;
 }
 
-static double weight_at(const struct model *model, size_t region, enum beam_weight weight)
-{
-    const struct material *m = model_material(model, model->regions[region].name);
-    switch (weight) {
-    case BEAM_WEIGHT_RHO:
-        return m->rho.value;
-    case BEAM_WEIGHT_EI:
-        return m->EI.value;
-    case BEAM_WEIGHT_CDI:
-        return m->cDI.value;
-    case BEAM_WEIGHT_PATCH:
-        return strcmp(m->name, "patch") == 0 ? 1.0 : 0.0;
-    case BEAM_WEIGHT_ONE:
-        break;
-    }
-    return 1.0;
-}
-
 /* Nodes and weights of Gauss and Legendre's rule on [−1, 1]: Newton on P_n from Chebyshev's nodes. */
 static void gauss_legendre(int n, double x[], double w[])
 {
@@ -96,7 +78,7 @@ static enum bf_status add_span_ports(struct deployment *d, const struct beam_law
                                      struct bf_error *err)
 {
     const int derivative = place->points == BEAM_LAW_OVER_DEFLECTION ? 0 : 2;
-    int share[BEAM_IMAGE_PORTS];
+    int share[BEAM_IMAGE_PORTS] = {0};
     double x[BEAM_IMAGE_PORTS], w[BEAM_IMAGE_PORTS], vector[BEAM_N];
     enum bf_status status = BF_OK;
     share_points(&d->model, points, share);
@@ -105,7 +87,11 @@ static enum bf_status add_span_ports(struct deployment *d, const struct beam_law
         gauss_legendre(share[r], x, w);
         for (int q = 0; status == BF_OK && q < share[r]; q++) {
             reduced_point(&d->reduced, derivative, from + half * (1.0 + x[q]), vector);
-            status = add_port(d, half * w[q] * weight_at(&d->model, r, place->weight), vector, err);
+            status = add_port(
+                d,
+                half * w[q] *
+                    model_weight(&d->model, model_material(&d->model, d->model.regions[r].name), place->weight),
+                vector, err);
         }
     }
     return status;
