@@ -46,6 +46,15 @@ static void prepare(void)
     }
 }
 
+/* A sample, and the background loop until it would sleep. */
+static void sample(void)
+{
+    rig_tick();
+    for (int turn = 0; turn < RIG_TURNS && app_poll(&app); turn++)
+        ;
+    board.to_host.taken = board.to_host.n;
+}
+
 static void run(const uint8_t *data, size_t n)
 {
     for (size_t at = 0; at < n;) {
@@ -58,10 +67,10 @@ static void run(const uint8_t *data, size_t n)
         else
             queue_put(&board.to_board, count, data + at);
         at += count;
-        rig_run(1);
-        board.to_host.taken = board.to_host.n;
+        sample();
     }
-    rig_run(12);
+    for (int i = 0; i < 6; i++) /* a switch that was begun is done */
+        sample();
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t n)
