@@ -27,6 +27,14 @@ case $file in # float and a controller's sizes only
 tests/beam_shadow.c) set -- "$@" -DBEAM_FLOAT ;;
 firmware/* | tests/unit/test_firmware* | tests/fuzz/fuzz_slave.c) set -- "$@" -DBEAM_FLOAT -DBEAM_TARGET -Ifirmware ;;
 esac
+case $file in # what only a controller runs: its registers and instructions
+firmware/board_stm32f405/* | firmware/board_mps2/* | tests/target/start.c | tests/target/store_run.c)
+    set -- "$@" --target=arm-none-eabi -mcpu=cortex-m4 -mfloat-abi=hard -isystem /usr/lib/arm-none-eabi/include ;;
+esac
+case $file in
+tests/target/shim/* | tests/target/plugin/*) ;;
+tests/target/*) set -- "$@" -DBEAM_FLOAT -DBEAM_TARGET -Ifirmware ;;
+esac
 answer=$(clang-tidy --quiet "$file" -- "$@" 2>/dev/null) || { printf '%s\n' "$answer"; exit 1; }
 SH
 )

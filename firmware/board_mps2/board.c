@@ -90,15 +90,18 @@ void board_drive(uint16_t code)
     (void)code; /* nothing is driven: the record was made before */
 }
 
+/* Inside a sample a further tick may be waiting, not counted yet. */
 uint32_t board_time_us(void)
 {
-    uint32_t before, after = ticks, cycles;
-    do { /* twice at most: a tick is far longer than this loop */
-        before = after;
+    uint32_t before = 0, waiting = 0, cycles = 0;
+    for (int tries = 0; tries < 3; tries++) { /* the second is good: a tick is far longer than this loop */
+        before = ticks;
+        waiting = (SCB_ICSR & ICSR_PENDSTSET) != 0;
         cycles = TICK_CYCLES - 1 - SYSTICK_CVR;
-        after = ticks;
-    } while (before != after);
-    return before * TICK_US + cycles / CYCLES_PER_US;
+        if (before == ticks && waiting == ((SCB_ICSR & ICSR_PENDSTSET) != 0))
+            break;
+    }
+    return (before + waiting) * TICK_US + cycles / CYCLES_PER_US;
 }
 
 bool board_idle(bool busy)

@@ -21,9 +21,9 @@ void board_reset(void)
     SCB_CPACR |= 0xFu << 20; /* the FPU, before any instruction of its */
     __asm__ volatile("dsb\n isb");
     const uint32_t *from = &board_data_load;
-    for (uint32_t *to = &board_data; to < &board_data_end;)
+    for (uint32_t *to = &board_data; (uintptr_t)to < (uintptr_t)&board_data_end;)
         *to++ = *from++;
-    for (uint32_t *to = &board_bss; to < &board_bss_end;)
+    for (uint32_t *to = &board_bss; (uintptr_t)to < (uintptr_t)&board_bss_end;)
         *to++ = 0;
     (void)main();
     for (;;) /* nothing that could run: no provision, or main() has ended */

@@ -76,11 +76,12 @@ void board_drive(uint16_t code)
 
 uint32_t board_time_us(void)
 {
-    uint32_t before, after = ticks, cycles;
-    do { /* twice at most: a tick is far longer than this loop */
-        before = after;
+    uint32_t before = 0, cycles = 0;
+    for (int tries = 0; tries < 3; tries++) { /* the second is good: a tick is far longer than this loop */
+        before = ticks;
         cycles = TICK_CYCLES - 1 - SYSTICK->CVR;
-        after = ticks;
-    } while (before != after);
+        if (before == ticks)
+            break;
+    }
     return before * TICK_US + cycles / CYCLES_PER_US;
 }

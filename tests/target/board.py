@@ -63,29 +63,11 @@ class Process:
         return self.process.wait()
 
 
-class Board(Process):
-    """The STM32F405 under its firmware; plugin: further NAME=VALUE options. ns: of one instruction, a power of two."""
+class Served(Process):
+    """A board under its firmware behind a pseudo terminal."""
 
-    def __init__(self, build, folder, plugin=(), shift=3, plant=None):
+    def __init__(self, build, folder, arguments):
         self.build, self.folder = build, folder
-        self.key, self.key_text = os.path.join(folder, "key.bin"), os.path.join(folder, "key.txt")
-        if not os.path.exists(self.key):
-            secret = os.urandom(32)
-            with open(self.key, "wb") as file:
-                file.write(secret)
-            with open(os.open(self.key_text, os.O_WRONLY | os.O_CREAT, 0o600), "w", encoding="ascii") as file:
-                file.write(secret.hex() + "\n")
-        self.plant = None
-        plugin = [f"flash={os.path.join(folder, 'flash.bin')}", *plugin]
-        if plant is not None:
-            path = os.path.join(folder, "plant.socket")
-            self.plant = Process([in_build(build, "beam_truth"), "--live", plant, "--socket", path],
-                                 os.path.join(folder, "plant.log"))
-            while not os.path.exists(path):
-                time.sleep(0.02)
-            plugin.append(f"plant={path}")
-        arguments = emulator.product(build, in_build(build, "firmware_stm32f405.elf"), self.key, plugin, "-serial", "pty")
-        arguments[arguments.index("shift=3,sleep=off")] = f"shift={shift},sleep=off"
         super().__init__(arguments, os.path.join(folder, "board.log"))
         self.port = self.wait_for(r"redirected to (/dev/pts/\d+)")[1]
 
@@ -99,11 +81,41 @@ class Board(Process):
     def info(self):
         return json.loads(self.beamfit("info", "--port", self.port, "--json"))
 
+    def report(self):
+        return open(self.output, encoding="utf-8", errors="replace").read()
+
+
+def make_key(folder):
+    """The board's secret, as its bytes and as the file that beamfit reads; the second name."""
+    secret, text = os.urandom(32), os.path.join(folder, "key.txt")
+    with open(os.open(text, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), "w", encoding="ascii") as file:
+        file.write(secret.hex() + "\n")
+    return secret, text
+
+
+class Board(Served):
+    """The STM32F405; plugin: further NAME=VALUE options; shift: 2^shift ns an instruction; plant: what the truth simulates."""
+
+    def __init__(self, build, folder, plugin=(), shift=3, plant=None):
+        self.key = os.path.join(folder, "key.bin")
+        secret, self.key_text = make_key(folder)
+        with open(self.key, "wb") as file:
+            file.write(secret)
+        self.plant = None
+        plugin = [f"flash={os.path.join(folder, 'flash.bin')}", *plugin]
+        if plant is not None:
+            path = os.path.join(folder, "plant.socket")
+            self.plant = Process([in_build(build, "beam_truth"), "--live", plant, "--socket", path],
+                                 os.path.join(folder, "plant.log"))
+            while not os.path.exists(path):
+                time.sleep(0.02)
+            plugin.append(f"plant={path}")
+        arguments = emulator.product(build, in_build(build, "firmware_stm32f405.elf"), self.key, plugin, "-serial", "pty")
+        arguments[arguments.index("shift=3,sleep=off")] = f"shift={shift},sleep=off"
+        super().__init__(build, folder, arguments)
+
     def end(self):
         status = super().end()
         if self.plant is not None:
             self.plant.end()
         return status
-
-    def report(self):
-        return open(self.output, encoding="utf-8", errors="replace").read()

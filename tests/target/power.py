@@ -9,6 +9,7 @@ import subprocess
 import tempfile
 import time
 
+import board
 import emulator
 from emulator import in_build
 
@@ -132,3 +133,36 @@ def kill_chain(build, folder, seed, kills):
 def random_kills(build, kills, jobs=2):
     with tempfile.TemporaryDirectory() as folder, concurrent.futures.ThreadPoolExecutor(jobs) as pool:
         return list(pool.map(lambda seed: kill_chain(build, folder, seed, kills // jobs), range(1, jobs + 1)))
+
+
+def second_port(build, folder, kills):
+    """
+    The mps2 board under its firmware: downloads, and SIGKILL at random inside them. After each the running model is the last
+    one that was acknowledged, or the one under way. (kills, downloads done, lost)
+    """
+    chance, memory, image = random.Random(7), os.path.join(folder, "memory"), os.path.join(folder, "model.img")
+    secret, key = board.make_key(folder)
+    mps2_memory(memory, secret)
+    done, held, lost = 0, 0, []
+    for life in range(kills + 1):
+        target = board.Served(build, folder, mps2(in_build(build, "firmware_mps2.elf"), memory, "-serial", "pty"))
+        try:
+            info = target.info()
+            if not held <= info["counter"] <= held + 1:
+                lost.append(f"life {life}: counter {info['counter']}, was {held}: {info}")
+            held = info["counter"]
+            if life == 0:
+                target.beamfit("export", "data/live/model.yaml", "-o", image)
+            download = subprocess.Popen([in_build(build, "beamfit"), "download", image, "--port", target.port, "--key", key],
+                                        stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            try:
+                download.wait(timeout=None if life == kills else chance.uniform(0.05, 2.5))
+            except subprocess.TimeoutExpired:
+                pass
+            target.process.kill()
+            good = download.wait(timeout=60) == 0
+            done += good
+            held += good
+        finally:
+            target.end()
+    return kills, done, lost

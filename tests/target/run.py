@@ -17,11 +17,12 @@ from emulator import in_build
 LINEAR_GOAL = 2 * 217  # instructions: twice what eleven bare 2x2 blocks take at -O2
 LIVE_SAMPLES = 140_000
 INTERRUPT_BOUND = 2000  # instructions of the sample interrupt with a linear model
-KILLS = 500 if os.environ.get("FULL") else 60
+KILLS, FIRMWARE_KILLS = (500, 100) if os.environ.get("FULL") else (60, 15)
 UNITS_QUICK = ["beam_assemble", "beam_dense", "beam_image", "beam_narrow", "beam_poles", "effects"]
 # Not beam_factor: its reference is long double, which is no more than double here.
 UNITS_SLOW = ["beam_chain", "beam_check", "beam_law", "beam_math", "beam_newmark", "beam_step", "effects_derivatives", "effects_laws"]
 CUT_EVERY = 1 if os.environ.get("FULL") else 12  # operations of a store
+STEP_BOUND = 30_000  # of a step with any effects: 18 % of 1 kHz at 168 MHz
 REPLAY_STEPS, EFFECT_STEPS = 200_000, 10_000
 
 
@@ -79,6 +80,8 @@ def test_counts(build):
     for name, (_, (mean, worst)) in rows.items():
         print(f"  {name:22s} {mean:7d} {worst:9d} {mean - linear:15d} {worst * 1e3 / emulator.CLOCK_HZ:18.2%}"
               f" {worst * 1e4 / emulator.CLOCK_HZ:11.2%}")
+    worst = max(row[1][1] for row in rows.values())
+    check(worst <= STEP_BOUND, f"a step takes {worst} instructions, the bound is {STEP_BOUND}")
     check(linear <= LINEAR_GOAL, f"the linear step takes {linear} instructions, the goal is {LINEAR_GOAL}")
 
 
@@ -115,6 +118,15 @@ def test_kills(build):
     check(not lost, f"{len(lost)} lost, first: {lost[:1]}")
     check(seen >= KILLS // 2 and stores > seen, f"too little was killed: {seen} lives, {stores} stores")
     print(f"  {KILLS} kills, {seen} after the store was read, {stores} images stored, lost 0")
+
+
+def test_port(build):
+    """The firmware's second port, mps2: downloads to a board that is killed in the middle; what it then runs."""
+    with tempfile.TemporaryDirectory() as folder:
+        kills, done, lost = power.second_port(build, folder, FIRMWARE_KILLS)
+    check(not lost, f"{len(lost)} lost, first: {lost[:1]}")
+    check(done > 0, "no download came through")
+    print(f"  {kills} kills inside downloads, {done} downloads came through, lost 0")
 
 
 def test_product(build):

@@ -49,8 +49,8 @@ void target_reset(void)
 {
     REGISTER(0xE000ED88) |= 0xFu << 20; /* CPACR: the FPU, before any instruction of its */
     __asm__ volatile("dsb\n isb");
-    memcpy(&target_data, &target_data_load, (size_t)((char *)&target_data_end - (char *)&target_data));
-    memset(&target_bss, 0, (size_t)((char *)&target_bss_end - (char *)&target_bss));
+    memcpy(&target_data, &target_data_load, (uintptr_t)&target_data_end - (uintptr_t)&target_data);
+    memset(&target_bss, 0, (uintptr_t)&target_bss_end - (uintptr_t)&target_bss);
 #ifdef TARGET_COUNTS
     REGISTER(0x40000C00) |= 1u; /* TIM5_CR1: run */
 #endif

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* RCC whose oscillators are ready as soon as they are switched on, and the unique identity. */
-#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include "board.h"
 
@@ -61,9 +61,8 @@ void clock_map(void *system, const char *unique_id)
     static const struct memory_ops identity_ops = {
         .read = identity_read, .write = identity_write, .endianness = LITTLE_ENDIAN_DEVICE, .impl = {1, 4, false}};
     for (size_t i = 0; i < IDENTITY_BYTES && strlen(unique_id) >= 2 * i + 2; i++) {
-        unsigned byte = 0;
-        if (sscanf(unique_id + 2 * i, "%2x", &byte) == 1)
-            identity[i] = (uint8_t)byte;
+        const char digits[3] = {unique_id[2 * i], unique_id[2 * i + 1]};
+        identity[i] = (uint8_t)strtoul(digits, NULL, 16);
     }
     qemu.region_io(&rcc_region, NULL, &rcc_ops, NULL, "rcc", sizeof rcc_register);
     qemu.map(system, RCC_BASE, &rcc_region, 10);

@@ -17,13 +17,17 @@ struct qemu qemu;
 
 static const char *unique_id = "0123456789abcdef01234567";
 
+/* QMP's VersionInfo */
+struct version {
+    struct {
+        int64_t major, minor, micro;
+    } * number;
+};
+typedef struct version *query_version(void **error);
+
 bool qemu_find(const qemu_info_t *info, struct qemu *out)
 {
-    struct version { /* QMP's VersionInfo */
-        struct {
-            int64_t major, minor, micro;
-        } * number;
-    } * (*query)(void **error);
+    query_version *query;
     const struct {
         const char *name;
         void *at;
