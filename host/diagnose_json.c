@@ -39,6 +39,9 @@ static void put_candidate(struct json *list, const struct diagnosis *d, const st
 {
     struct json *one = json_push(list, json_new_object());
     put_effects(one, h);
+    struct json *channels = json_put(one, "channels", json_new_array());
+    for (size_t i = 0; i < h->n_effects; i++) /* "": the effect's default channels, or none */
+        json_push_text(channels, h->model.effects[h->n_base + i].channel);
     json_put_number(one, "p_value", h->p_value);
     json_put_number(one, "bic_gain", h->evidence.bic_gain);
     json_put_number(one, "nrmse_after", h->fitted.nrmse);
