@@ -151,6 +151,8 @@ SHADOWS := $(B)/double/tests/effects_shadow.o $(B)/float/tests/effects_shadow.o 
 $(filter $(B)/tests/test_effects%,$(UNIT_TESTS)): $(SHADOWS)
 BEAM_SHADOWS := $(B)/double/tests/beam_case.o $(B)/float/tests/beam_shadow.o
 $(filter $(B)/tests/test_beam%,$(UNIT_TESTS)): $(BEAM_SHADOWS)
+# the link's test starts a board and a bad line as the system tests do
+$(B)/tests/test_link: $(B)/system/board.o $(B)/system/line.o $(B)/system/run_program.o
 SYSTEM_COMMON := $(patsubst tests/system/%.c,$(B)/system/%.o,$(filter-out $(SYSTEM_SRC),$(wildcard tests/system/*.c)))
 $(SYSTEM_TESTS): $(B)/system/%: $(B)/system/%.o $(SYSTEM_COMMON)
 	$(call say,$@)$(CC) $(OPT) $(CFLAGS) $^ -lcmocka -ljansson -lm -o $@
@@ -220,11 +222,12 @@ false-alarms: $(B)/beamfit $(B)/beam_truth ## diagnose N=200 sets that hide noth
 	@python3 -B tests/hidden/false_alarms.py --build $(B) --work $(HIDDEN)/false_alarms --jobs $(JOBS) $(N)
 own-effect: $(B)/beamfit $(B)/libbeamf.a $(B)/beam_truth ## docs/own_effect.md: a user's effect in a copy of the tree, built and diagnosed
 	@tools/own_effect.sh $(B)
-BOARD ?= host
+BOARD  ?= host
+HIDES  ?= mass
 LIVE_host := $(B)/board_host
 LIVE_stm32f405 := $(B)/firmware_stm32f405.elf $(B)/stm32f405.so
-live-demo: $(B)/beamfit $(B)/beam_truth $(LIVE_$(BOARD)) ## docs/live_demo.md: a board with a wrong model, from high residual to the noise [BOARD=stm32f405]
-	@tools/live_demo.sh $(B) $(B)/live_demo $(BOARD)
+live-demo: $(B)/beamfit $(B)/beam_truth $(LIVE_$(BOARD)) ## docs/live_demo.md: a board with a wrong model, from high residual to the noise [BOARD=stm32f405 HIDES=spring]
+	@tools/live_demo.sh $(B) $(B)/live_demo $(BOARD) $(HIDES)
 conformance: $(B)/beamfit $(B)/board_host ## pyxcp and pya2ldb (PyPI, pinned) on the board on the PC
 	@tools/deps.sh build test
 	@tests/conformance/run.sh $(B)
