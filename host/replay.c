@@ -150,7 +150,10 @@ static bool follow(struct player *p, const struct row *row)
 
 static bool same_bits(float a, float b)
 {
-    return memcmp(&a, &b, sizeof a) == 0;
+    uint32_t word[2];
+    memcpy(&word[0], &a, sizeof a);
+    memcpy(&word[1], &b, sizeof b);
+    return word[0] == word[1];
 }
 
 static void compare(struct player *p, const struct row *row, long line)

@@ -122,13 +122,18 @@ enum bf_status deploy_space(struct deployment *d, size_t statics, struct target_
     enum bf_status status = find_space(d, statics, err);
     if (status != BF_OK)
         return status;
-    const size_t n = model_parameters(&d->model, NULL, 0, &d->refs);
-    d->map = parameter_map_new(&d->model, d->refs, n, 0);
-    d->theta = bf_alloc(n, sizeof *d->theta);
+    struct parameter_ref *refs = NULL;
+    struct system *system = NULL;
+    const size_t n = model_parameters(&d->model, NULL, 0, &refs);
+    double *theta = bf_alloc(n, sizeof *theta);
     for (size_t i = 0; i < n; i++)
-        d->theta[i] = d->refs[i].value;
-    status = evaluate(&d->model, &d->reduced, &d->map, d->theta, &d->system, err);
-    if (status != BF_OK)
+        theta[i] = refs[i].value;
+    d->refs = refs;
+    d->theta = theta;
+    d->map = parameter_map_new(&d->model, refs, n, 0);
+    status = evaluate(&d->model, &d->reduced, &d->map, theta, &system, err);
+    d->system = system;
+    if (status != BF_OK || system == NULL)
         return status;
     static const char *const units[] = {[OUTPUT_DISPLACEMENT] = "m",
                                         [OUTPUT_VELOCITY] = "m/s",
@@ -138,9 +143,9 @@ enum bf_status deploy_space(struct deployment *d, size_t statics, struct target_
     image->drive_unit = d->model.inputs[0].kind == INPUT_PATCH_MOMENT ? "V" : "N";
     image->n_modes = d->reduced.n_modes;
     image->n_statics = d->reduced.n - d->reduced.n_modes;
-    copy_matrix(d->system->M, 1.0, d->out.M);
-    copy_matrix(d->system->C, 1.0, d->out.C);
-    copy_matrix(d->system->K, 1.0, d->out.K);
+    copy_matrix(system->M, 1.0, d->out.M);
+    copy_matrix(system->C, 1.0, d->out.C);
+    copy_matrix(system->K, 1.0, d->out.K);
     copy_channels(d, &d->out);
     return copy_memories(d, &d->out, err);
 }

@@ -74,7 +74,8 @@ static void pieces_of(struct beam_image *image, struct piece out[PIECES])
     out[3] = (struct piece){image->code, BEAM_IMAGE_CODE_BYTES};
 }
 
-static bool copy(struct beam_image *image, uint32_t offset, uint32_t n, uint8_t out[], const uint8_t in[])
+/* Between the page and a row of bytes, of which one is left as it is. */
+static bool copy(struct beam_image *image, uint32_t offset, uint32_t n, uint8_t bytes[], bool into_page)
 {
     struct piece pieces[PIECES];
     uint32_t begin = 0, done = 0;
@@ -86,10 +87,8 @@ static bool copy(struct beam_image *image, uint32_t offset, uint32_t n, uint8_t 
         if (at >= begin + pieces[p].n)
             continue;
         const uint32_t left = begin + pieces[p].n - at, count = n - done < left ? n - done : left;
-        if (in)
-            memcpy(pieces[p].bytes + (at - begin), in + done, count);
-        else
-            memcpy(out + done, pieces[p].bytes + (at - begin), count);
+        uint8_t *inside = pieces[p].bytes + (at - begin), *outside = bytes + done;
+        memcpy(into_page ? inside : outside, into_page ? outside : inside, count);
         done += count;
     }
     return true;
@@ -97,12 +96,12 @@ static bool copy(struct beam_image *image, uint32_t offset, uint32_t n, uint8_t 
 
 bool beam_image_read(const struct beam_image *image, uint32_t offset, uint32_t n, uint8_t out[])
 {
-    return copy((struct beam_image *)image, offset, n, out, 0); /* nothing is written when `in` is absent */
+    return copy((struct beam_image *)image, offset, n, out, false);
 }
 
 bool beam_image_write(struct beam_image *image, uint32_t offset, uint32_t n, const uint8_t in[])
 {
-    return copy(image, offset, n, 0, in);
+    return copy(image, offset, n, (uint8_t *)in, true);
 }
 
 /* ---- Checks ---- */
@@ -224,7 +223,8 @@ enum beam_image_fault beam_image_prove(const struct beam_image *image, uint32_t 
     }
     if (proof->progress < setup->proof_steps)
         return BEAM_IMAGE_FINE;
-    return memcmp(proof->last, setup->proof, sizeof setup->proof) == 0 ? BEAM_IMAGE_FINE : BEAM_IMAGE_BAD_PROOF;
+    const uint8_t *found = (const uint8_t *)proof->last, *stated = (const uint8_t *)setup->proof;
+    return memcmp(found, stated, sizeof setup->proof) == 0 ? BEAM_IMAGE_FINE : BEAM_IMAGE_BAD_PROOF;
 }
 
 #endif /* BEAM_TARGET */

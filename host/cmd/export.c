@@ -80,7 +80,7 @@ static enum bf_status take_name(const char *option, char out[MODEL_NAME], struct
 {
     if (!optarg[0] || strlen(optarg) >= MODEL_NAME)
         return bf_fail(err, BF_USAGE, "%s %.80s: the model has no such channel", option, optarg);
-    (void)strcpy(out, optarg);
+    memcpy(out, optarg, strlen(optarg) + 1);
     return BF_OK;
 }
 

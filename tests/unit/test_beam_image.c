@@ -230,7 +230,7 @@ static void every_changed_byte_of_the_body_is_seen(void **state)
 static void setups_out_of_range(void **state)
 {
     (void)state;
-    float *numbers = &page.front.setup.sensor_V_per_code; /* nine of them in a row */
+    float *numbers = (float *)&page.front.setup; /* nine of them at its beginning */
     const float nan_ = nanf(""), bad[][4] = {
                                      [0] = {0.0F, nan_, INFINITY, -INFINITY}, /* sensor_V_per_code */
                                      [1] = {70000.0F, nan_, INFINITY, -70000.0F},
@@ -246,7 +246,7 @@ static void setups_out_of_range(void **state)
         for (int j = 0; j < 4; j++) {
             numbers[i] = bad[i][j];
             assert_int_equal(check(), BEAM_IMAGE_BAD_SETUP);
-            numbers[i] = (&good.front.setup.sensor_V_per_code)[i];
+            numbers[i] = ((const float *)&good.front.setup)[i];
         }
     const uint32_t steps[] = {0, 1025, 0xFFFFFFFFu};
     for (int i = 0; i < 3; i++) {

@@ -85,9 +85,9 @@ static enum bf_status play(int from, int to, int lost_from, int lost_to)
     int n = sprintf(text, "# start: model at rest\ntime_s,drive_V,piezo_V,predicted,residual,ratio,sequence,step,codes,"
                           "status\n");
     for (int k = from; k < to; k++) {
-        const struct beam_live *s = &live[k];
         if (k >= lost_from && k < lost_to)
             continue;
+        const struct beam_live *s = &live[k];
         n += sprintf(text + n, "%.12g,%.10g,%.10g,%.10g,%.10g,%.10g,%lu,%lu,%lu,%lu\n", k / 1024.0, (double)s->input,
                      (double)s->measured, (double)s->predicted, (double)s->residual, (double)s->ratio,
                      (unsigned long)s->sequence, (unsigned long)s->step, (unsigned long)s->codes,

@@ -433,7 +433,8 @@ static void files_of_another_size(void **state)
     char *bytes = bf_alloc(BEAM_IMAGE_BYTES + 1, 1);
     (void)state;
     for (int i = -1; i <= 1; i++) {
-        char *path = temporary_file("some.bfi", bytes, (size_t)(BEAM_IMAGE_BYTES + i));
+        const int size = BEAM_IMAGE_BYTES + i;
+        char *path = temporary_file("some.bfi", bytes, (size_t)size);
         assert_int_equal(target_image_read(path, &file, &err), i == 0 ? BF_OK : BF_BAD_FILE);
         if (i != 0)
             assert_contains(err.text, i < 0 ? "fewer than 5328" : "more than 5328");
