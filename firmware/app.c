@@ -152,7 +152,7 @@ static bool receive(struct app *app)
         return false;
     const uint16_t length = sxi_received(receiver, n, now_us);
     if (length > 0) {
-        app->line.response = xcp_command(app, length, receiver->frame + BEAM_WIRE_HEADER, now_us);
+        app->line.response = xcp_command(app, length, receiver->frame + BEAM_WIRE_HEADER);
         if (app->line.response == 0)
             sxi_restart(receiver);
     }
@@ -165,6 +165,6 @@ bool app_poll(struct app *app)
     const bool sending = send(app), received = receive(app);
     const bool notice_is_free = line->notice == 0 && (line->frame.bytes != line->notice_frame || !sending);
     if (notice_is_free)
-        line->notice = xcp_events(app, line->notice_frame + BEAM_WIRE_HEADER, board_time_us());
+        line->notice = xcp_events(app, line->notice_frame + BEAM_WIRE_HEADER);
     return sending || received || line->notice > 0 || app->store.phase != STORE_IDLE || app->pages.phase != PAGES_IDLE;
 }

@@ -96,11 +96,11 @@ static int set_request(struct app *app, uint16_t n, uint8_t packet[])
 
 /* ---- Seed and key ---- */
 
-static bool delay_is_over(struct xcp *xcp, uint32_t now_us)
+/* Looked at in every turn, so that the clock's wrap does not matter. */
+static void end_delay(struct xcp *xcp, uint32_t now_us)
 {
     if (xcp->delayed && now_us - xcp->delay_since_us >= xcp->delay_us)
         xcp->delayed = false;
-    return !xcp->delayed;
 }
 
 /* HMAC(key, "seed" ‖ power-ons ‖ seeds): new each time because the store has counted this power-on. */
@@ -146,6 +146,7 @@ static int refuse_key(struct xcp *xcp)
     if (xcp->delay_us > XCP_DELAY_LONGEST_US)
         xcp->delay_us = XCP_DELAY_LONGEST_US;
     xcp->delayed = true;
+    xcp->delay_since_us = board_time_us();
     xcp->unlocked = false;
     return xcp_error(BEAM_XCP_ERR_ACCESS_LOCKED);
 }
@@ -213,22 +214,17 @@ static bool passes_pending(struct app *app, uint8_t code, int *answer)
     return false;
 }
 
-uint16_t xcp_command(struct app *app, uint16_t n, uint8_t packet[BEAM_WIRE_MAX_PACKET], uint32_t now_us)
+uint16_t xcp_command(struct app *app, uint16_t n, uint8_t packet[BEAM_WIRE_MAX_PACKET])
 {
     struct xcp *xcp = &app->xcp;
     const uint8_t code = packet[0];
     const struct xcp_command *command = find(code);
-    const uint32_t wrong_keys = xcp->wrong_keys;
     int answer = xcp_error(command ? BEAM_XCP_ERR_CMD_SYNTAX : BEAM_XCP_ERR_CMD_UNKNOWN);
     if (!xcp->connected && code != BEAM_XCP_CONNECT)
         return 0;
-    delay_is_over(xcp, now_us);
+    end_delay(xcp, board_time_us());
     if (command && n >= command->least && passes_pending(app, code, &answer))
         answer = command->handler(app, n, packet);
-    if (xcp->wrong_keys != wrong_keys)
-        xcp->delay_since_us = now_us;
-    if (xcp->pending && answer == XCP_NO_ANSWER && xcp->pending_since_us == 0)
-        xcp->pending_since_us = now_us;
     if (answer >= 0)
         return (uint16_t)answer;
     packet[0] = BEAM_XCP_ERR;
@@ -245,11 +241,12 @@ static uint16_t event(uint8_t code, uint8_t packet[])
     return 2;
 }
 
-uint16_t xcp_events(struct app *app, uint8_t packet[XCP_NOTICE_BYTES], uint32_t now_us)
+uint16_t xcp_events(struct app *app, uint8_t packet[XCP_NOTICE_BYTES])
 {
     enum { EV_STORE_CAL = 0x03, EV_CMD_PENDING = 0x05, EV_USER = 0xFE };
     struct xcp *xcp = &app->xcp;
-    delay_is_over(xcp, now_us);
+    const uint32_t now_us = board_time_us();
+    end_delay(xcp, now_us);
     const enum store_answer stored = store_poll(&app->store);
     if (stored != STORE_NOTHING && xcp->connected)
         return event(stored == STORE_DONE ? EV_STORE_CAL : EV_USER, packet);

@@ -41,10 +41,10 @@ struct xcp {
 };
 
 /* One packet of n bytes (1..248), answered in place: length of the response, 0 when there is none (now). */
-uint16_t xcp_command(struct app *app, uint16_t n, uint8_t packet[BEAM_WIRE_MAX_PACKET], uint32_t now_us);
+uint16_t xcp_command(struct app *app, uint16_t n, uint8_t packet[BEAM_WIRE_MAX_PACKET]);
 
 /* What happened since: answers that were pending, events. Length of a packet, 0 when there is nothing. */
-uint16_t xcp_events(struct app *app, uint8_t packet[XCP_NOTICE_BYTES], uint32_t now_us);
+uint16_t xcp_events(struct app *app, uint8_t packet[XCP_NOTICE_BYTES]);
 
 /* ---- Between the files of the slave ---- */
 
@@ -81,7 +81,7 @@ struct xcp_command {
 /* Each file's commands, ended by handler 0. */
 extern const struct xcp_command xcp_session_commands[], xcp_memory_commands[], xcp_daq_commands[];
 
-/* Longer zero-filled response of n bytes: RES in front. */
+/* A response of n bytes: RES, then zeros for the caller to fill in. Returns n. */
 int xcp_response(int n, uint8_t packet[]);
 
 #endif

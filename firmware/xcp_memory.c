@@ -115,7 +115,7 @@ static int set_cal_page(struct app *app, uint16_t n, uint8_t packet[])
     pages_begin(&app->pages, app->store.stored);
     xcp->pending = true;
     xcp->pending_moves_xcp = (mode & XCP) != 0;
-    xcp->pending_since_us = 0;
+    xcp->pending_since_us = board_time_us();
     return XCP_NO_ANSWER;
 }
 
