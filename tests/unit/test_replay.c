@@ -79,12 +79,12 @@ static enum bf_status play_text(const char *text)
 }
 
 /* Rows from … to − 1 but [lost_from, lost_to). */
-static enum bf_status play(int from, int to, int lost_from, int lost_to)
+static enum bf_status play(unsigned from, unsigned to, unsigned lost_from, unsigned lost_to)
 {
     char *text = bf_alloc((size_t)SAMPLES * 200 + 200, 1);
     int n = sprintf(text, "# start: model at rest\ntime_s,drive_V,piezo_V,predicted,residual,ratio,sequence,step,codes,"
                           "status\n");
-    for (int k = from; k < to; k++) {
+    for (unsigned k = from; k < to; k++) {
         if (k >= lost_from && k < lost_to)
             continue;
         const struct beam_live *s = &live[k];
