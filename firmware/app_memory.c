@@ -18,6 +18,7 @@ static void read_live(const struct app *app, struct beam_live *out)
     for (int tries = 0; tries < 4; tries++) {
         const uint32_t before = atomic_load(&app->published);
         *out = app->latest;
+        atomic_signal_fence(memory_order_seq_cst);
         if (atomic_load(&app->published) == before)
             break;
     }
