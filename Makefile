@@ -145,7 +145,7 @@ $(B)/system/%.o: tests/system/%.c
 	@mkdir -p $(@D)
 	$(call say,$@)$(CC) $(STD) $(OPT) $(WARN) $(CFLAGS) -MMD -MP -c $< -o $@
 # tests of the firmware see lib/ in a controller's sizes, as it does
-$(filter $(B)/tests/test_firmware%,$(UNIT_TESTS)): ALLFLAGS += -DBEAM_FLOAT -DBEAM_TARGET -Ifirmware -ffp-contract=off
+$(filter $(B)/tests/test_firmware%,$(UNIT_TESTS)): private ALLFLAGS += -DBEAM_FLOAT -DBEAM_TARGET -Ifirmware -ffp-contract=off
 # tests of the effects run them in all three arithmetics at once
 SHADOWS := $(B)/double/tests/effects_shadow.o $(B)/float/tests/effects_shadow.o $(B)/complex/tests/effects_shadow.o
 $(filter $(B)/tests/test_effects%,$(UNIT_TESTS)): $(SHADOWS)
