@@ -5,14 +5,13 @@
 #include <string.h>
 
 #include "beam_wire.h"
-#include "lines.h"
 #include "number.h"
 
 enum column { INPUT, PREDICTED, SEQUENCE, STEP, CODES, STATUS, COLUMNS };
 enum { MOST_CELLS = 64 };
 
 struct table {
-    struct lines lines;
+    struct lines *lines;
     int place[COLUMNS]; /* cell of each column; INPUT is the one after time_s */
     int n_cells;
 };
@@ -54,7 +53,7 @@ static enum bf_status next_line(struct table *t, const char **text, size_t *n, s
 {
     enum bf_status status;
     do
-        status = lines_next(&t->lines, text, n, err);
+        status = lines_next(t->lines, text, n, err);
     while (status == BF_OK && *text != NULL && (*n == 0 || **text == '#'));
     return status;
 }
@@ -76,7 +75,7 @@ static enum bf_status read_header(struct table *t, struct bf_error *err)
             if ((size_t)(to[i] - from[i]) == strlen(names[c]) && memcmp(from[i], names[c], strlen(names[c])) == 0)
                 t->place[c] = i;
         if (t->place[c] < 2)
-            return bf_fail_at(err, t->lines.path, t->lines.number,
+            return bf_fail_at(err, t->lines->path, t->lines->number,
                               "has no column '%s'; replay needs a recording that beamfit record wrote", names[c]);
     }
     return BF_OK;
@@ -101,19 +100,19 @@ static enum bf_status read_row(struct table *t, struct row *row, bool *found, st
     if (!*found)
         return status;
     if (split(text, n, from, to) != t->n_cells)
-        return bf_fail_at(err, t->lines.path, t->lines.number, "has another number of cells than the header; %s",
+        return bf_fail_at(err, t->lines->path, t->lines->number, "has another number of cells than the header; %s",
                           "the recording was cut or edited");
     for (int c = 0; c < COLUMNS; c++)
         if (!number_parse(from[t->place[c]], to[t->place[c]], '.', &x[c]))
             return bf_fail_at(
-                err, t->lines.path, t->lines.number, "'%.*s' is not a number",
+                err, t->lines->path, t->lines->number, "'%.*s' is not a number",
                 (int)(to[t->place[c]] - from[t->place[c]] < 40 ? to[t->place[c]] - from[t->place[c]] : 40),
                 from[t->place[c]]);
     row->input = (float)x[INPUT];
     row->predicted = (float)x[PREDICTED];
     if (!whole_number(x[SEQUENCE], &row->sequence) || !whole_number(x[STEP], &row->step) ||
         !whole_number(x[CODES], &row->codes) || !whole_number(x[STATUS], &row->status))
-        return bf_fail_at(err, t->lines.path, t->lines.number,
+        return bf_fail_at(err, t->lines->path, t->lines->number,
                           "sequence, step, codes and status are whole numbers below 2^32; the recording was edited");
     return BF_OK;
 }
@@ -208,10 +207,10 @@ static enum bf_status nothing_compared(const char *path, const struct player *p,
     return bf_fail_at(err, path, 0, "has nothing to compare: in every sample the state was reset");
 }
 
-enum bf_status replay_run(const char *recording, const struct beam_image_file *image, struct replay *out,
-                          struct bf_error *err)
+enum bf_status replay_lines(struct lines *lines, const struct beam_image_file *image, struct replay *out,
+                            struct bf_error *err)
 {
-    struct table table;
+    struct table table = {.lines = lines};
     struct row row = {.sequence = 0};
     struct player player = {.image = image, .run = bf_alloc(1, beam_image_run_bytes()), .out = out};
     bool found = true;
@@ -221,14 +220,22 @@ enum bf_status replay_run(const char *recording, const struct beam_image_file *i
     if (beam_image_run_check(player.run, NULL, 0.0F) != BEAM_IMAGE_FINE || image->counts.latency != 0)
         status = bf_fail(err, BF_BAD_FILE, "the image is damaged or late by some samples; beamfit verify says more");
     if (status == BF_OK)
-        status = lines_open(recording, &table.lines, err);
-    if (status == BF_OK) {
         status = read_header(&table, err);
-        while (status == BF_OK && (status = read_row(&table, &row, &found, err)) == BF_OK && found)
-            if (follow(&player, &row))
-                compare(&player, &row, table.lines.number);
-        lines_close(&table.lines);
-    }
+    while (status == BF_OK && (status = read_row(&table, &row, &found, err)) == BF_OK && found)
+        if (follow(&player, &row))
+            compare(&player, &row, lines->number);
     free(player.run);
-    return status == BF_OK && out->compared == 0 ? nothing_compared(recording, &player, err) : status;
+    return status == BF_OK && out->compared == 0 ? nothing_compared(lines->path, &player, err) : status;
+}
+
+enum bf_status replay_run(const char *recording, const struct beam_image_file *image, struct replay *out,
+                          struct bf_error *err)
+{
+    struct lines lines;
+    enum bf_status status = lines_open(recording, &lines, err);
+    if (status != BF_OK)
+        return status;
+    status = replay_lines(&lines, image, out, err);
+    lines_close(&lines);
+    return status;
 }

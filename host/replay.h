@@ -7,6 +7,7 @@
 #ifndef BEAMFIT_REPLAY_H
 #define BEAMFIT_REPLAY_H
 
+#include "lines.h"
 #include "target_image.h"
 
 enum replay_difference { REPLAY_EQUAL, REPLAY_INPUT, REPLAY_PREDICTED, REPLAY_STATUS };
@@ -28,8 +29,10 @@ struct replay {
 
 /*
  * The image must be fine (target_image_check()). BF_BAD_FILE: no recording, or nothing in it can be compared, and why.
- * BF_OK also when something differs. Cost: a step a row.
+ * BF_OK also when something differs. Cost: a step a row. lines: of a file that is open, or of memory.
  */
+enum bf_status replay_lines(struct lines *lines, const struct beam_image_file *image, struct replay *out,
+                            struct bf_error *err);
 enum bf_status replay_run(const char *recording, const struct beam_image_file *image, struct replay *out,
                           struct bf_error *err);
 

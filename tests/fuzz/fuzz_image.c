@@ -35,7 +35,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t n)
     memcpy(&file, data, n < sizeof file ? n : sizeof file);
     if (file.front.setup.proof_steps > STEPS)
         file.front.setup.proof_steps = 1 + file.front.setup.proof_steps % STEPS;
-    if (target_image_check(&file, &any) == BEAM_IMAGE_FINE)
+    const bool shown = n > 0 && data[n - 1] % 16 == 0; /* the costly part, now and then */
+    if (file.front.header.magic == BEAM_IMAGE_MAGIC && target_image_check(&file, &any) == BEAM_IMAGE_FINE && shown)
         show(&file);
     struct beam_image_header *header = &file.front.header;
     header->magic = BEAM_IMAGE_MAGIC;
@@ -48,7 +49,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t n)
                                (const uint8_t *)&file.front.setup);
     beam_image_run_load(run, &file);
     const enum beam_image_fault fault = beam_image_run_check(run, NULL, 0.0F);
-    show(&file);
+    if (shown)
+        show(&file);
     if (fault != BEAM_IMAGE_FINE && fault != BEAM_IMAGE_BAD_PROOF)
         return 0;
     beam_image_run_rest(run); /* a bad proof is found last: the plan itself may run */
@@ -58,7 +60,5 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t n)
             memcpy(&u, data + n - sizeof u, sizeof u); /* any float at all */
         (void)beam_image_run_step(run, u, &y);
     }
-    struct beam_image_file sealed = file;
-    (void)beam_image_run_seal(run, &sealed, 0.0F);
     return 0;
 }

@@ -216,7 +216,9 @@ static void what_is_no_recording(void **state)
     assert_int_equal(replay_run("/nowhere/at/all", &image.file, &result, &err), BF_BAD_FILE);
     struct beam_image_file damaged = image.file;
     damaged.front.setup.proof_steps++;
-    assert_int_equal(replay_run("/nowhere/at/all", &damaged, &result, &err), BF_BAD_FILE);
+    struct lines lines;
+    lines_from_memory("some.csv", cases[2].text, strlen(cases[2].text), &lines);
+    assert_int_equal(replay_lines(&lines, &damaged, &result, &err), BF_BAD_FILE);
     assert_contains(err.text, "beamfit verify");
 }
 
