@@ -14,10 +14,11 @@ from bench import Watch, counter_of, give, running
 
 
 def downloads(bench, share):
-    """downloads in a row while every sample is streamed"""
+    """downloads in a row while every sample is streamed, on a line of 921600 bit/s"""
     tries, lost = max(5, round(100 * share)), 0
     board = bench.board().power_on()
-    link = wire.Link(board.port)
+    line = rig.Line(board.port, baud=921600)
+    link = wire.Link(line.port)
     link.connect()
     link.start_daq()
     watch = Watch(link)
@@ -30,6 +31,7 @@ def downloads(bench, share):
     info = link.info()
     link.stop_daq()
     link.close()
+    line.close()
     board.kill()
     lost += info.missed + watch.gaps + link.bad_samples
     return tries, lost, (f"{link.samples} samples in {seconds:.1f} s, {info.missed} missed, {watch.gaps} gaps, "
