@@ -74,16 +74,10 @@ enum beam_status beam_linear_step(const struct beam_plan *plan, struct beam_stat
     const int n_blocks = plan->n.n_blocks, inputs = plan->n.n_inputs, outputs = plan->n.n_outputs;
     const beam_real *taps = plan->x.taps;
     beam_real sum = BEAM_K(0.0);
-    int o = 0;
-    if (inputs == 1 && outputs > 0) {
-        sum = y[0] = turn_and_read(plan, state->u_last[0], state->x) + taps[0] * u[0];
-        o = 1;
-    } else {
-        beam_turn_blocks(plan, state->u_last[0], state->x);
-    }
+    beam_turn_blocks(plan, state->u_last[0], state->x);
     for (int i = 1; i < inputs; i++)
         beam_add_column(n_blocks, plan->x.gamma[i], state->u_last[i], state->x);
-    for (; o < outputs; o++) {
+    for (int o = 0; o < outputs; o++) {
         beam_real value = beam_row_times(n_blocks, plan->x.row[o], state->x);
         for (int i = 0; i < inputs; i++)
             value += taps[o * inputs + i] * u[i];
@@ -94,4 +88,17 @@ enum beam_status beam_linear_step(const struct beam_plan *plan, struct beam_stat
         state->u_last[i] = u[i];
     state->k++;
     return beam_finite(sum) ? BEAM_OK : BEAM_ERROR_STATE;
+}
+
+/* The firmware's usual case by itself, so that it saves few registers: no effect, no history, one input and output. */
+enum beam_status beam_step(const struct beam_plan *plan, struct beam_state *state, const beam_real u[], beam_real y[])
+{
+    const struct beam_plan_counts *n = &plan->n;
+    if (n->n_uses != 0 || n->n_taps != 1 || n->n_inputs != 1 || n->n_outputs != 1)
+        return beam_general_step(plan, state, u, y);
+    const beam_real value = turn_and_read(plan, state->u_last[0], state->x) + plan->x.taps[0] * u[0];
+    y[0] = value;
+    state->u_last[0] = u[0];
+    state->k++;
+    return beam_finite(value) ? BEAM_OK : BEAM_ERROR_STATE;
 }

@@ -13,6 +13,7 @@
 #define beam_add_column   BEAM_NAME(add_column)
 #define beam_row_times    BEAM_NAME(row_times)
 #define beam_linear_step  BEAM_NAME(linear_step)
+#define beam_general_step BEAM_NAME(general_step)
 #define beam_ring_filter  BEAM_NAME(ring_filter)
 #define beam_laws_solve   BEAM_NAME(laws_solve)
 #define beam_use_channels BEAM_NAME(use_channels)
@@ -36,9 +37,13 @@ void beam_turn_blocks(const struct beam_plan *plan, beam_real u, beam_real x[BEA
 void beam_add_column(int n_blocks, const beam_real gamma[BEAM_STATES], beam_real u, beam_real x[BEAM_STATES]);
 beam_real beam_row_times(int n_blocks, const beam_real row[BEAM_STATES], const beam_real x[BEAM_STATES]);
 
-/* beam_step() where there is neither effect nor history: the same sums in the same order, the firmware's usual case. */
+/* beam_step() where there is neither effect nor history: the same sums in the same order. */
 enum beam_status beam_linear_step(const struct beam_plan *plan, struct beam_state *state, const beam_real u[],
                                   beam_real y[]);
+
+/* beam_step() with all that a plan may hold. */
+enum beam_status beam_general_step(const struct beam_plan *plan, struct beam_state *state, const beam_real u[],
+                                   beam_real y[]);
 
 /* Rings: `at` is the place of the newest sample; age 0 is the newest. */
 static inline void beam_ring_push(const struct beam_ring *ring, beam_real history[BEAM_HISTORY], int *at, beam_real x)

@@ -152,7 +152,8 @@ static enum beam_status apply_laws(const struct beam_plan *plan, struct beam_sta
     return status;
 }
 
-enum beam_status beam_step(const struct beam_plan *plan, struct beam_state *state, const beam_real u[], beam_real y[])
+enum beam_status beam_general_step(const struct beam_plan *plan, struct beam_state *state, const beam_real u[],
+                                   beam_real y[])
 {
     const struct beam_plan_counts *n = &plan->n;
     if (n->n_uses == 0 && n->n_taps == 1)

@@ -38,7 +38,7 @@ def read(folder):
 
 # Who calls through a pointer -> what the pointer may hold
 POINTERS = [(r"/lib/beam_law:evaluate|beamt_laws_solve", r"/lib/effects/[^:]*:law$"),
-            (r"beamt_step$|:take_inputs$", r"/lib/effects/[^:]*:(drive|base)$"),
+            (r"beamt_(general_)?step$|:take_inputs$", r"/lib/effects/[^:]*:(drive|base)$"),
             (r"beamt_chain_step$", r"/lib/effects/[^:]*:(map|signal)$"),
             (r"xcp_command$", r"/firmware/xcp[^:]*:(?!.*isr)")]
 

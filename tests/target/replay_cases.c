@@ -49,6 +49,17 @@ static void add_effect(const char *id)
     }
 }
 
+/* As an export does: effects whose matrices say it all are no business of a step. */
+static void drop_uses(void)
+{
+    for (int i = 0; i < plan.n.n_uses; i++) {
+        const struct beam_effect *effect = plan.use[i].effect;
+        if (effect->law || effect->filter || effect->map || effect->signal || effect->drive || effect->base)
+            return;
+    }
+    plan.n.n_uses = 0;
+}
+
 /* The description as it stands, as a case of the file; false when a controller cannot carry it. */
 static int write_case(const char *name, uint32_t steps, float dt_s)
 {
@@ -60,6 +71,7 @@ static int write_case(const char *name, uint32_t steps, float dt_s)
         fprintf(stderr, "replay_cases: %s left out: %s\n", name, beam_status_text(status));
         return 0;
     }
+    drop_uses();
     memset(&c, 0, sizeof c);
     (void)snprintf(c.name, sizeof c.name, "%s", name);
     c.steps = steps;
