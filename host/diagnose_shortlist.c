@@ -91,6 +91,14 @@ static void score_kind(struct shortlist *s, enum effect_kind kind)
     free(some), free(scores), free(at), free(order);
 }
 
+static bool has_law(const struct model *model)
+{
+    for (size_t e = 0; e < model->n_effects; e++)
+        if (effect_kind(model->effects[e].effect) == KIND_LAW)
+            return true;
+    return false;
+}
+
 enum bf_status shortlist_score(struct shortlist *s, enum effect_kind kind, struct bf_error *err)
 {
     struct diagnose_work *w = s->w;
@@ -98,8 +106,14 @@ enum bf_status shortlist_score(struct shortlist *s, enum effect_kind kind, struc
         return BF_OK;
     if (s->base == NULL) {
         const struct score_options options = {.sigma = w->sigma, .threads = w->threads, .predict = w->options->predict};
-        const enum bf_status status =
-            score_base_new(&s->from->model, w->d->records, w->d->n_records, &options, &s->base, err);
+        enum bf_status status = BF_OK;
+        s->has_law = has_law(&s->from->model);
+        if (s->has_law)
+            status = bare_new(w, s->from, &s->bare, err);
+        if (!status)
+            status =
+                score_base_new(s->has_law ? &s->bare.model : &s->from->model,
+                               s->has_law ? s->bare.records : w->d->records, w->d->n_records, &options, &s->base, err);
         if (status)
             return status;
         s->scores = bf_alloc(s->list.n, sizeof *s->scores);
@@ -117,7 +131,7 @@ static bool excluded(const struct diagnose_work *w, const char *id)
     return false;
 }
 
-static bool has_law(const struct model *model)
+static bool has_nonlinear(const struct model *model)
 {
     for (size_t e = 0; e < model->n_effects; e++)
         if (effect_kind(model->effects[e].effect) != KIND_LINEAR)
@@ -130,7 +144,7 @@ enum bf_status shortlist_try_laws(struct shortlist *s, struct bf_error *err)
     struct diagnose_work *w = s->w;
     struct predictor *predictor;
     struct motion motion;
-    if (s->tried || has_law(&s->from->model))
+    if (s->tried || has_nonlinear(&s->from->model))
         return BF_OK;
     s->tried = true;
     enum bf_status status =
@@ -189,6 +203,31 @@ static enum bf_status job_of_candidate(const struct shortlist *s, const struct c
     *job =
         (struct refit_job){.n_effects = s->n_effects, .n_tried = s->w->n_tried, .first_new = s->from->model.n_effects};
     return candidate_model(&s->from->model, candidate, p, &job->model, err);
+}
+
+/* The score's start on a hypothesis with laws: all but the laws' own parameters as the score ended. */
+static enum bf_status job_on_law(const struct shortlist *s, size_t i, struct refit_job *job, struct bf_error *err)
+{
+    struct model bare;
+    enum bf_status status = job_of_candidate(s, &s->list.candidates[i], s->scores[i].p, job, err);
+    if (status)
+        return status;
+    status = score_model(s->base, &s->list.candidates[i], &s->scores[i], &bare, err);
+    if (status) {
+        model_free(&job->model);
+        return status;
+    }
+    for (size_t m = 0; m < bare.n_materials; m++) {
+        job->model.materials[m].EI.value = bare.materials[m].EI.value;
+        job->model.materials[m].rho.value = bare.materials[m].rho.value;
+        job->model.materials[m].cDI.value = bare.materials[m].cDI.value;
+    }
+    job->model.gamma.value = bare.gamma.value;
+    job->model.Ks.value = bare.Ks.value;
+    job->model.KB.value = bare.KB.value;
+    job->first_new = job->model.n_effects;
+    model_free(&bare);
+    return BF_OK;
 }
 
 /* The candidate with the effect's default channels. */
@@ -280,7 +319,9 @@ void shortlist_choose(struct shortlist *s, enum effect_kind kind, size_t most, d
     for (; s->looked[kind] < s->n_order[kind] && most > 0; s->looked[kind]++) {
         const size_t i = s->order[kind][s->looked[kind]];
         const bool root = s->n_effects == 1 && s->looked[kind] == 0; /* of a pair, should no effect do alone */
-        if ((!root && !worth_refit(s, shortlist_left(s, i), best)) || job_of_score(s, i, &job, &err) != BF_OK)
+        if (!root && !worth_refit(s, shortlist_left(s, i), best))
+            continue;
+        if ((s->has_law ? job_on_law(s, i, &job, &err) : job_of_score(s, i, &job, &err)) != BF_OK)
             continue;
         job.to_the_end = root;
         push(jobs, n, &job);
@@ -320,5 +361,7 @@ void shortlist_free(struct shortlist *s)
     free(s->scores), free(s->order[0]), free(s->order[1]), free(s->trials);
     if (s->base)
         score_base_free(s->base);
+    if (s->has_law)
+        bare_free(&s->bare);
     candidate_list_free(&s->list);
 }

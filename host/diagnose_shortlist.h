@@ -19,9 +19,21 @@ enum effect_kind effect_kind(const struct beam_effect *effect);
 
 extern const double diagnose_mimicry;
 
+/* diagnose_bare.c: a hypothesis with laws as a linear model, and records without the laws' share. */
+struct bare {
+    struct model model;
+    size_t n_records;
+    struct record *records;
+};
+enum bf_status bare_new(const struct diagnose_work *w, const struct hypothesis *h, struct bare *out,
+                        struct bf_error *err);
+void bare_free(struct bare *bare);
+
 struct shortlist {
     struct diagnose_work *w;
     const struct hypothesis *from;
+    bool has_law; /* of `from`: its scores are those of `bare` */
+    struct bare bare;
     size_t n_effects; /* of the new hypotheses */
     struct candidate_list list;
     struct score_base *base;                 /* NULL: not needed yet */
