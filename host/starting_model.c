@@ -137,6 +137,29 @@ static void print_channels(FILE *f, const struct starting_beam *b)
     print_line(f, "effects: []", "`beamfit effects` lists them, `beamfit add` puts them here");
 }
 
+/* For a beam that a controller can drive and sense: what `beamfit export` will ask for. */
+static void print_board(FILE *f, const struct starting_beam *b)
+{
+    const char *sensor = NULL, *drive = NULL;
+    for (size_t i = 0; i < b->n_inputs; i++)
+        drive = b->inputs[i].kind == INPUT_PATCH_MOMENT ? b->inputs[i].name : drive;
+    for (size_t i = 0; i < b->n_outputs; i++)
+        sensor = b->outputs[i].kind == OUTPUT_PATCH_STRAIN ? b->outputs[i].name : sensor;
+    if (!sensor || !drive)
+        return;
+    (void)fprintf(f,
+                  "# A controller that is to run the model (beamfit export); take the # away and write its numbers:\n"
+                  "#board:\n"
+                  "#  sample_Hz: 1000\n"
+                  "#  sensor: {output: %s, per_code: 0.001, zero_code: 2048}  # A/D: value = (code - zero_code) x "
+                  "per_code\n"
+                  "#  drive: {input: %s, per_code: 0.02, zero_code: 2048}     # D/A\n"
+                  "#  alarm_ratio: 3                                          # residual rms over the noise's\n"
+                  "#  clear_ratio: 2\n"
+                  "#  averaging_s: 1\n",
+                  sensor, drive);
+}
+
 char *starting_model_text(const struct starting_beam *beam)
 {
     char *text = NULL;
@@ -147,6 +170,7 @@ char *starting_model_text(const struct starting_beam *beam)
     print_beam(f, beam);
     print_parameters(f, beam);
     print_channels(f, beam);
+    print_board(f, beam);
     (void)fclose(f);
     return text;
 }

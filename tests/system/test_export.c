@@ -236,6 +236,21 @@ static void answers_for_programs(void **state)
     json_decref(root);
 }
 
+/* The block that init leaves as a comment is what export wants. */
+static void the_block_of_init(void **state)
+{
+    struct rig *rig = *state;
+    RAN(rig, 0, "init", "--length", "0.4573", "--width", "0.0203", "--thickness", "0.0016", "--patch", "0.02535",
+        "0.08905", "--input", "drive_V=patch_moment", "--output", "piezo_V=patch_strain");
+    char *text = strdup(rig->outcome.out), *block = strstr(text, "#board:");
+    assert_non_null(block);
+    for (char *line = block; line && line[0] == '#'; line = strchr(line, '\n') ? strchr(line, '\n') + 1 : NULL)
+        memmove(line, line + 1, strlen(line));
+    write_text(rig->dir, "new.yaml", text);
+    free(text);
+    RAN(rig, 0, "export", "new.yaml", "--noise-rms", "0.01", "-o", "new.bfi");
+}
+
 /* Without any drive the model stays at rest: a recording that can be written by hand. */
 static void a_recording_at_rest_is_replayed(void **state)
 {
@@ -277,6 +292,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(what_the_model_does_not_say, setup, rig_teardown),
         cmocka_unit_test_setup_teardown(an_old_image_stays_when_a_new_one_cannot_be_made, setup, rig_teardown),
         cmocka_unit_test_setup_teardown(answers_for_programs, setup, rig_teardown),
+        cmocka_unit_test_setup_teardown(the_block_of_init, setup, rig_teardown),
         cmocka_unit_test_setup_teardown(a_recording_at_rest_is_replayed, setup, rig_teardown),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
