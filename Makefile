@@ -228,9 +228,9 @@ LIVE_host := $(B)/board_host
 LIVE_stm32f405 := $(B)/firmware_stm32f405.elf $(B)/stm32f405.so
 live-demo: $(B)/beamfit $(B)/beam_truth $(LIVE_$(BOARD)) ## docs/live_demo.md: a board with a wrong model, from high residual to the noise [BOARD=stm32f405 HIDES=spring]
 	@tools/live_demo.sh $(B) $(B)/live_demo $(BOARD) $(HIDES)
-conformance: $(B)/beamfit $(B)/board_host ## pyxcp and pya2ldb (PyPI, pinned) on the board on the PC
+conformance: $(B)/beamfit $(LIVE_$(BOARD)) ## pyxcp and pya2ldb (PyPI, pinned) on a board [BOARD=stm32f405]
 	@tools/deps.sh build test
-	@tests/conformance/run.sh $(B)
+	@tests/conformance/run.sh $(B) $(BOARD)
 SHARE ?= 1
 $(B)/survival_steps: tests/survival/steps.c $(B)/libbeamt.a
 	$(call say,$@)$(CC) $(LIBFLAGS) $^ -lm -o $@

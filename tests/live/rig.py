@@ -74,6 +74,36 @@ class Board:
         return self.process.wait(timeout_s)
 
 
+class Product:
+    """The product's firmware on QEMU 7.2 with the devices of tests/target/plugin, in virtual time."""
+
+    def __init__(self, build, key, flash):
+        self.command = ["qemu-system-arm", "-M", "netduinoplus2", "-display", "none", "-monitor", "none", "-serial", "pty",
+                        "-icount", "shift=3,sleep=off", "-device", "loader,addr=0x2001FF00,data=0x5EED,data-len=4",
+                        "-device", f"loader,file={key},addr=0x08010000,force-raw=on",
+                        "-plugin", f"{build}/stm32f405.so,flash={flash}", "-kernel", f"{build}/firmware_stm32f405.elf"]
+        self.process = self.port = self.held = None
+
+    def power_on(self):
+        self.process = subprocess.Popen(self.command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        for line in self.process.stdout:
+            if "redirected to " in line:
+                self.port = line.split("redirected to ")[1].split()[0]
+                break
+        else:
+            raise Failed(f"{self.command[0]}: ended with status {self.process.wait()}")
+        self.held = os.open(self.port, os.O_RDWR | os.O_NOCTTY)  # QEMU looks for a new host once a second only
+        tty.setraw(self.held)
+        time.sleep(1.5)
+        return self
+
+    def kill(self):
+        self.process.kill()
+        self.process.stdout.close()
+        self.process.wait()
+        os.close(self.held)
+
+
 class Line:
     """A port of its own, joined to another. Each byte is flipped, dropped or doubled with this probability; baud: bits a
     second, ten a byte, in each direction (None: as fast as it goes)."""
