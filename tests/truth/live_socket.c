@@ -9,6 +9,7 @@
 #include <poll.h>
 #include <string.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
 
@@ -21,8 +22,11 @@ static int listen_at(const char *path, char *message)
         return truth_fail(message, "%.100s: the path of a socket has at most %zu characters", path,
                           sizeof address.sun_path - 1);
     strcpy(address.sun_path, path);
+    struct stat there;
+    if (lstat(path, &there) == 0 && !S_ISSOCK(there.st_mode))
+        return truth_fail(message, "%.100s: there is another file at that path", path);
+    unlink(path); /* what an earlier plant left */
     int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-    unlink(path);
     if (fd >= 0 && bind(fd, (const struct sockaddr *)&address, sizeof address) == 0 && listen(fd, 1) == 0)
         return fd;
     truth_fail(message, "%.100s: cannot listen: %s", path, strerror(errno));

@@ -299,6 +299,23 @@ static void test_socket_goes_on_for_the_next_controller(void **state)
     truth_plant_free(twin);
 }
 
+static void test_a_file_at_the_path_is_left_alone(void **state)
+{
+    (void)state;
+    struct truth_spec spec;
+    char message[TRUTH_MESSAGE] = "", path[] = "/tmp/beam_truth_XXXXXX";
+    patch_rig(&spec);
+    struct truth_plant *p = plant(&spec);
+    int fd = mkstemp(path);
+    assert_true(fd >= 0);
+    close(fd);
+    assert_int_equal(truth_plant_serve(p, path, has_ended, message), -1);
+    assert_non_null(strstr(message, "another file"));
+    assert_int_equal(access(path, F_OK), 0);
+    unlink(path);
+    truth_plant_free(p);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -311,6 +328,7 @@ int main(void)
         cmocka_unit_test(test_noise_repeats_with_its_seed),
         cmocka_unit_test(test_what_lock_step_cannot_do_is_refused),
         cmocka_unit_test(test_socket_goes_on_for_the_next_controller),
+        cmocka_unit_test(test_a_file_at_the_path_is_left_alone),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
