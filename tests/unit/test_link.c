@@ -277,10 +277,6 @@ static void a_drive_starts_and_is_read_back(void **state)
 
 int main(void)
 {
-    if (getenv("BEAMFIT") == NULL) {
-        print_message("BEAMFIT is not set: run by tests/run\n");
-        return 77;
-    }
     const struct CMUnitTest tests[] = {
         CASE(downloads_while_streaming),       CASE(noise_both_ways_while_streaming),
         CASE(bad_images_are_refused_in_words), CASE(what_is_not_to_be_written_is_not),
