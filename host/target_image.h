@@ -41,9 +41,8 @@ struct target_image {
     size_t in_band;                                      /* modes below half the sample rate, ten at most */
     bool band_is_wider;                                  /* there are more of them than the space has modes */
     double frequency_Hz[BEAM_N], relative_error[BEAM_N]; /* undamped, deployed; against a converged space */
-    double
-        held_error; /* rms of the error of the sampled pulse response of a held drive ÷ its rms, against a converged space */
-    int n_beside;       /* blocks beside the space, target_image_judge.c */
+    double held_error; /* of the sampled pulse response of a held drive, rms ÷ rms, against many modes; NAN: unknown */
+    int n_beside;      /* blocks beside the space, target_image_judge.c */
     double float_error; /* rms of float − double ÷ rms of double over a random run, by the controller's own code */
     size_t n_effects;
     struct target_effect *effects;

@@ -130,7 +130,7 @@ static enum bf_status judge_effect(const struct model *model, size_t e, size_t s
     if (reason != NULL)
         return bf_fail_at(err, model->path ? model->path : "model", 0,
                           "effect %s cannot run on a controller: %s; give --without %s and the live residual will show "
-                          "it, or take it out with beamfit drop",
+                          "it, set what begins with a recording to 0, or take it out with beamfit drop",
                           kind->id, reason, kind->id);
     *keep = true;
     return BF_OK;

@@ -44,7 +44,9 @@ static void path_new(const struct model *model, const struct system *system, dou
     free(g);
     for (size_t k = 0; k < system->n_poles; k++) {
         const double complex p = system->p[k], turn = cexp(p * dt_s);
-        double complex z = alpha[k] * beta[k] * (turn - 1.0) / p * (k < system->n_pairs ? 2.0 : 1.0);
+        const double complex held =
+            cabs(p * dt_s) > 1e-9 ? (turn - 1.0) / p : dt_s; /* a free beam's own motion: p = 0 */
+        double complex z = alpha[k] * beta[k] * held * (k < system->n_pairs ? 2.0 : 1.0);
         for (int i = 0; i < orders[model->outputs[0].kind]; i++)
             z *= p;
         out->start[k] = z;
@@ -137,11 +139,11 @@ static void judge_paths(struct deployment *d, const struct system *reference_sys
     double *lack = bf_alloc(PULSE, sizeof *lack);
     for (int j = 0; j < PULSE; j++)
         lack[j] = reference.h[j] - deployed.h[j];
-    if (mending)
+    const double whole = square_from(0, reference.h), off = square_from(0, lack);
+    if (mending && isfinite(whole) && isfinite(off))
         mend(&reference, dt_s, BEAM_BLOCKS - blocks_of(d->system), lack, d);
     scale_rows(d);
-    const double whole = square_from(0, reference.h);
-    image->held_error = whole > 0.0 ? sqrt(square_from(0, lack) / whole) : 0.0;
+    image->held_error = whole > 0.0 ? sqrt(square_from(0, lack) / whole) : (double)NAN;
     free(lack);
     path_free(&deployed);
     path_free(&reference);
@@ -163,7 +165,9 @@ enum bf_status deploy_judge(struct deployment *d, bool mending, struct target_im
     image->in_band = 0;
     for (size_t k = 0; status == BF_OK && k < BEAM_N; k++) {
         image->frequency_Hz[k] = d->system->omega_rad[k] / two_pi;
-        image->relative_error[k] = d->system->omega_rad[k] / reference->omega_rad[k] - 1.0;
+        const bool rigid =
+            reference->omega_rad[k] < 1e-6 * reference->omega_rad[BEAM_N - 1]; /* a free beam's own motion */
+        image->relative_error[k] = rigid ? (double)NAN : d->system->omega_rad[k] / reference->omega_rad[k] - 1.0;
         image->in_band += reference->omega_rad[k] < top_rad;
     }
     if (status == BF_OK) {

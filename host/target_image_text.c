@@ -117,18 +117,23 @@ void target_image_print_file(FILE *out, const struct beam_image_file *file)
             (void)fprintf(out, " %.5g Hz (%.2g %%)", cabs(pole) / (2.0 * acos(-1.0)),
                           -100.0 * creal(pole) / cabs(pole));
     }
-    (void)fprintf(out, "; damping ratios in brackets%s\n", "");
+    (void)fprintf(out, "; damping ratios in brackets\n");
 }
 
 static void print_space(FILE *out, const struct target_image *image)
 {
-    (void)fprintf(out, "\nThe space: %zu modes and %zu static responses; beside it %d blocks for what is faster.\n",
+    (void)fprintf(out, "\nModes in the space: %zu; static responses: %zu; blocks beside it, for what is faster: %d.\n",
                   image->n_modes, image->n_statics, image->n_beside);
     (void)fprintf(out, "mode   frequency    error on the controller\n");
     for (size_t k = 0; k < image->in_band && k < image->n_modes; k++)
-        (void)fprintf(out, "%4zu  %10.5f Hz   %+.1e\n", k + 1, image->frequency_Hz[k], image->relative_error[k]);
-    (void)fprintf(out, "A held %s to %s: off by %.1e of its rms; float against double: %.1e.\n", image->board.drive,
-                  image->board.sensor, image->held_error, image->float_error);
+        if (isnan(image->relative_error[k]))
+            (void)fprintf(out, "%4zu  %10.5f Hz   -\n", k + 1, image->frequency_Hz[k]);
+        else
+            (void)fprintf(out, "%4zu  %10.5f Hz   %+.1e\n", k + 1, image->frequency_Hz[k], image->relative_error[k]);
+    if (!isnan(image->held_error))
+        (void)fprintf(out, "A held %s to %s: off by %.1e of its rms. ", image->board.drive, image->board.sensor,
+                      image->held_error);
+    (void)fprintf(out, "Float against double: %.1e.\n", image->float_error);
 }
 
 void target_image_print(FILE *out, const struct target_image *image)

@@ -424,6 +424,31 @@ static void other_sensors_and_drives(void **state)
     model_free(&model);
 }
 
+/* A beam that hangs free may drift; its own motions have no frequency to be wrong in. */
+static void a_free_beam(void **state)
+{
+    static struct target_image image;
+    static const char text[] = "format: beamfit-model/1\nbeam: {length_m: 0.5, support: free-free}\n"
+                               "parameters: {EI_beam_Nm2: 0.9, rho_beam_kgpm: 0.1, cDI_beam_sNm2: 1e-5, "
+                               "gamma_sNpm2: 0.01}\n"
+                               "inputs: {shaker_N: {kind: point_force, at_m: 0.15}}\n"
+                               "outputs: {vel: {kind: velocity, at_m: 0.35}}\n"
+                               "board: {sample_Hz: 2000, sensor: {per_code: 0.001}, drive: {per_code: 0.02}, "
+                               "noise_rms: 0.01}\n";
+    const struct target_options o = {.hold = BEAM_HOLD_ZERO_ORDER};
+    struct bf_error err;
+    struct model model;
+    (void)state;
+    assert_int_equal(model_read_text("free.yaml", text, sizeof text - 1, &model, &err), BF_OK);
+    if (target_image_make(&model, &o, &image, &err) != BF_OK)
+        fail_msg("%s", err.text);
+    assert_true(isnan(image.relative_error[0]) && isnan(image.relative_error[1]));
+    assert_true(fabs(image.relative_error[2]) < 1e-6);
+    assert_true(image.held_error < 2e-3 && image.float_error < 1e-5);
+    target_image_free(&image);
+    model_free(&model);
+}
+
 /* ---- Files ---- */
 
 static void files_of_another_size(void **state)
@@ -458,6 +483,7 @@ int main(void)
         cmocka_unit_test(what_is_not_said),
         cmocka_unit_test(the_noise_of_the_fit),
         cmocka_unit_test(other_sensors_and_drives),
+        cmocka_unit_test(a_free_beam),
         cmocka_unit_test(files_of_another_size),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
