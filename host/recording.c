@@ -133,28 +133,27 @@ static void name_gaps(const struct recording *r, const struct recording_summary 
 
 enum column { INPUT, OUTPUT, PREDICTED, RESIDUAL, RATIO, SEQUENCE, STEP, CODES, STATUS, COLUMNS };
 
-/* input: the sample of the drive; output: the one `latency` later, whose measured value belongs to it. */
-static double cell(enum column column, const struct beam_live *input, const struct beam_live *output)
+static double cell(enum column column, const struct beam_live *live)
 {
     switch (column) {
     case INPUT:
-        return (double)input->input;
+        return (double)live->input;
     case OUTPUT:
-        return (double)output->measured;
+        return (double)live->measured;
     case PREDICTED:
-        return (double)output->predicted;
+        return (double)live->predicted;
     case RESIDUAL:
-        return (double)output->residual;
+        return (double)live->residual;
     case RATIO:
-        return (double)output->ratio;
+        return (double)live->ratio;
     case SEQUENCE:
-        return (double)input->sequence;
+        return (double)live->sequence;
     case STEP:
-        return (double)input->step;
+        return (double)live->step;
     case CODES:
-        return (double)input->codes;
+        return (double)live->codes;
     default:
-        return (double)input->status;
+        return (double)live->status;
     }
 }
 
@@ -177,15 +176,15 @@ enum bf_status recording_make_record(const struct recording *r, const struct rec
     double *x = bf_alloc(out->n, sizeof *x);
     for (enum column c = INPUT; c < COLUMNS; c++) {
         for (size_t i = 0; i < out->n; i++)
-            x[i] = cell(c, &live[i], &live[i + shift]);
+            x[i] = cell(c, &live[c == OUTPUT ? i + shift : i]);
         record_add_column(out, names[c], x);
     }
     free(x);
     add_meta(out, "sample_Hz", "%.9g", r->sample_Hz);
     add_meta(out, "prescale", "%u", r->prescale);
     if (latency > 0)
-        add_meta(out, "latency", "%d samples, undone: each row's %s, predicted, residual and ratio belong to its %s",
-                 latency, output, input);
+        add_meta(out, "latency", "%d samples: predicted, residual and ratio belong to the %s so many rows above",
+                 latency, output);
     if (live->step < r->prescale)
         add_meta(out, "start", "model at rest, step %u", (unsigned)live->step);
     else

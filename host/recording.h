@@ -43,9 +43,10 @@ struct recording_summary recording_summarise(const struct recording *recording);
 
 /*
  * The stretch as a record: time_s, INPUT, OUTPUT, predicted, residual, ratio, sequence, step, codes, status. Time 0 is the
- * model's step 0 when the stretch has it (or begins in the first `prescale` steps), else its first sample. latency: samples by
- * which the board's output lags its input; undone here. BF_DEVICE with fewer than 2 samples. Write with 10 digits: then
- * every single and every 32-bit number survives.
+ * model's step 0 when the stretch has it (or begins in the first `prescale` steps), else its first sample. latency: samples
+ * by which the board's measured values and predictions lag its input. It is undone for OUTPUT, which fits read, and left in
+ * the others, which replays compare. BF_DEVICE with fewer than 2 samples. Write with 10 digits: then every single and
+ * every 32-bit number survives.
  */
 enum { RECORDING_DIGITS = 10 };
 enum bf_status recording_make_record(const struct recording *recording, const struct recording_summary *summary,

@@ -15,7 +15,7 @@ static struct beam_live sample(uint32_t sequence, uint32_t step)
                               .step = step,
                               .input = 0.5F + (float)step,
                               .measured = 1.0F / 3.0F + (float)step,
-                              .predicted = 0.25F,
+                              .predicted = 0.25F * (float)step,
                               .residual = -0.125F,
                               .ratio = 1.5F,
                               .codes = 0x0FFF0ABC,
@@ -160,7 +160,7 @@ static void a_record_keeps_every_bit(void **state)
     recording_free(&r);
 }
 
-/* What the board measured late stands beside the input it belongs to. */
+/* What the board measured late stands beside the input it belongs to; what it computed stands where it computed it. */
 static void latency_is_undone(void **state)
 {
     (void)state;
@@ -175,6 +175,7 @@ static void latency_is_undone(void **state)
     assert_true((float)record_column(&record, "u")[10] == r.live[10].input);
     assert_true((float)record_column(&record, "y")[10] == r.live[13].measured);
     assert_true(record_column(&record, "step")[10] == 10.0);
+    assert_true((float)record_column(&record, "predicted")[10] == r.live[10].predicted);
     record_free(&record);
     recording_free(&r);
 }
