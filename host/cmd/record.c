@@ -198,7 +198,7 @@ static enum bf_status begin(const struct arguments *a, struct capture *c, uint32
 static enum bf_status record(const struct arguments *a, struct capture *c, struct bf_error *err)
 {
     const double wanted = wanted_samples(a, &c->recording);
-    uint32_t from;
+    uint32_t from = 0;
     if (wanted > MOST_SAMPLES)
         return bf_fail(err, BF_USAGE, "so long a recording does not fit; give at most %.3g s",
                        MOST_SAMPLES / c->recording.sample_Hz);
