@@ -234,8 +234,8 @@ conformance: $(B)/beamfit $(LIVE_$(BOARD)) ## pyxcp and pya2ldb (PyPI, pinned) o
 SHARE ?= 1
 $(B)/survival_steps: tests/survival/steps.c $(B)/libbeamt.a
 	$(call say,$@)$(CC) $(LIBFLAGS) $^ -lm -o $@
-survival: $(B)/beamfit $(B)/board_host $(B)/survival_steps ## what a board must survive: tried and lost, SHARE=1 of the full counts [SHARE=0.02 CASES='kills noise']
-	@python3 -B tests/survival/run.py --build $(B) --share $(SHARE) $(CASES)
+survival: $(B)/beamfit $(LIVE_$(BOARD)) $(B)/survival_steps ## what a board must survive: tried and lost, SHARE=1 of the full counts [SHARE=0.02 CASES='kills noise' BOARD=stm32f405]
+	@python3 -B tests/survival/run.py --build $(B) --board $(BOARD) --share $(SHARE) $(CASES)
 experiments: $(B)/beamfit $(B)/beam_truth ## docs/experiments.md: estimates against the dimension N, and EI(x) in pieces
 	@tools/experiments.sh $(B) $(B)/experiments
 data: $(B)/beam_truth ## make data/paper again: simulated recordings with the paper's values

@@ -99,9 +99,12 @@ class Product:
 
     def kill(self):
         self.process.kill()
+        self.wait()
+
+    def wait(self, timeout_s=60):
         self.process.stdout.close()
-        self.process.wait()
         os.close(self.held)
+        return self.process.wait(timeout_s)
 
 
 class Line:

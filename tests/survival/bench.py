@@ -14,11 +14,11 @@ import wire
 class Bench:
     """Programs, key, image and files of one run."""
 
-    def __init__(self, build, directory):
-        self.build, self.directory = build, directory
+    def __init__(self, build, directory, product):
+        self.build, self.directory, self.product = build, directory, product
         self.key_path = rig.make_key(self.path("key"))
         self.key = wire.read_key(self.key_path)
-        self.device = b"board_host_1"
+        self.device = bytes.fromhex("0123456789abcdef01234567") if product else b"board_host_1"
         model = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "data", "live", "model.yaml")
         self.unsigned_path = self.path("unsigned")
         rig.run(f"{build}/beamfit", "export", model, "-o", self.unsigned_path)
@@ -34,8 +34,11 @@ class Bench:
         struct.pack_into("<f", whole, wire.HEADER_BYTES + 16, 0.01 + 1e-6 * counter)
         return wire.signed(bytes(whole), self.key, counter, self.device)
 
-    def board(self, nvm=None, *options):
-        return rig.Board(self.build, "--key", self.key_path, *(("--nvm", self.path(nvm)) if nvm else ()), *options)
+    def board(self):
+        flash = self.path("flash")
+        if self.product:
+            return rig.Product(self.build, self.key_path, flash)
+        return rig.Board(self.build, "--key", self.key_path, "--nvm", flash)
 
     def beamfit(self, *words, **keywords):
         return rig.run(f"{self.build}/beamfit", *words, **keywords)

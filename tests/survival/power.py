@@ -36,7 +36,7 @@ def interrupted(bench, board, old, new, at_download=lambda: None, at_store=lambd
 def kills(bench, share):
     """SIGKILL at a random moment of a download (half) or of a store (half), flash in a file"""
     tries, lost, new_ones, generator = max(6, round(500 * share)), 0, 0, random.Random(1)
-    board = bench.board("flash_kills").power_on()
+    board = bench.board().power_on()
     link = wire.Link(board.port)
     link.connect()
     old = bench.image(1)
@@ -58,7 +58,7 @@ def kills(bench, share):
 
 def power_cuts(bench, share):
     """power fails within an operation of the flash, words torn"""
-    board = bench.board("flash_cuts").power_on()
+    board = bench.board().power_on()
     link = wire.Link(board.port)
     link.connect()
     old = bench.image(1)
