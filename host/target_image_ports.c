@@ -165,6 +165,14 @@ static enum bf_status add_law(struct deployment *d, size_t e, int per_span, stru
     return add_port(d, 1.0, vector, err);
 }
 
+/* (π f/f_s)²/3 = (f/f₀)² */
+static void note_lines(const struct beam_effect *effect, struct target_image *image)
+{
+    const double f0_Hz = image->board.sample_Hz * sqrt(3.0) / acos(-1.0);
+    target_note(image, "%s draws straight lines between samples: what it changes at f Hz is off by about (f/%.0f)^2",
+                effect->id, f0_Hz);
+}
+
 /* Filters before maps and signals, as the host's prediction has them; each kind in the model's order. */
 static enum bf_status deploy_effect(struct deployment *d, size_t e, bool second_turn, int per_span,
                                     struct target_image *image, struct bf_error *err)
@@ -184,6 +192,8 @@ static enum bf_status deploy_effect(struct deployment *d, size_t e, bool second_
     enum bf_status status = add_use(d, e, on_sensor || on_drive, err);
     if (status == BF_OK && on_sensor && ++d->n_links > BEAM_CHAIN)
         status = too_many("effects on the sensor", BEAM_CHAIN, err);
+    if (status == BF_OK && (effect->law != NULL || effect->filter != NULL))
+        note_lines(effect, image);
     if (status == BF_OK && effect->law != NULL)
         return add_law(d, e, per_span, said, err);
     target_say(said, true, "%s %s",
