@@ -138,4 +138,14 @@ struct plot_force {
 };
 enum bf_status plot_force(const struct plot_force *force, struct bf_error *err);
 
+/* A board's stream: measured and predicted, their difference with ±2σ of the noise, the running ratio with its alarm. */
+struct plot_live {
+    const char *directory, *stem, *title, *quantity;
+    size_t n;
+    double dt_s;
+    const double *measured, *predicted, *residual, *ratio; /* [n] */
+    double noise_rms, alarm_ratio;
+};
+enum bf_status plot_live(const struct plot_live *live, struct bf_error *err);
+
 #endif

@@ -24,7 +24,7 @@ static const char help[] =
     "  --window S            what strips and pictures show: the last S seconds (default 10)\n"
     "  --prescale P          every P-th sample only (default: the least that the line carries)\n"
     "  --model MODEL         name of the sensor's channel (default piezo_V)\n"
-    "  --plot DIR            pictures at the end: live (measured and predicted), live-residual, live-ratio\n"
+    "  --plot DIR            pictures at the end: live (signals, residual, ratio), live-panels (spectra)\n"
     "  --json                one JSON object a line: {\"time_s\", \"sequence\", \"measured_rms\", \"predicted_rms\",\n"
     "                        \"residual_rms\", \"ratio\", \"alarm\", \"clipped\", \"counter\", \"samples\", \"lost\",\n"
     "                        \"crc_failures\", \"bad_frames\"}\n"
@@ -163,7 +163,7 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     if (status == BF_OK && a.plot != NULL) {
         status = monitor_plot(&c, a.plot, err);
         if (status == BF_OK && !a.json)
-            (void)printf("Pictures: %s/live.png, live-residual.png, live-ratio.png\n", a.plot);
+            (void)printf("Pictures: %s/live.png, live-panels.png\n", a.plot);
     }
     capture_close(&c);
     return status;

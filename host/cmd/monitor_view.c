@@ -141,22 +141,24 @@ static void draw_strip(size_t columns, const double peak[], double full)
     (void)fputs("\033[K\n", stdout);
 }
 
-static void draw_signal(const struct monitor_view *v, const struct capture *c, enum quantity quantity, double rms,
-                        size_t columns, double *full)
+/* On one scale, so that a residual looks as small as it is. */
+static void draw_signals(const struct monitor_view *v, const struct capture *c, const struct now *now, size_t columns)
 {
     static const char *const names[] = {"measured", "predicted", "residual"};
-    double peak[MOST_COLUMNS];
-    const double largest = find_peaks(v, c, quantity, columns, peak);
-    if (quantity == MEASURED)
-        *full = largest;
-    (void)printf("%-10.10s %-9s %10.4g rms  ", quantity == MEASURED ? c->output : "", names[quantity], rms);
-    draw_strip(columns, peak, *full);
+    const double rms[] = {now->measured_rms, now->predicted_rms, now->residual_rms};
+    double peak[3][MOST_COLUMNS], full = 0.0;
+    for (enum quantity q = MEASURED; q <= RESIDUAL; q++)
+        full = fmax(full, find_peaks(v, c, q, columns, peak[q]));
+    for (enum quantity q = MEASURED; q <= RESIDUAL; q++) {
+        (void)printf("%-10.10s %-9s %10.4g rms  ", q == MEASURED ? c->output : "", names[q], rms[q]);
+        draw_strip(columns, peak[q], full);
+    }
 }
 
 static void show_panel(struct monitor_view *v, const struct capture *c, const struct now *now)
 {
     const size_t width = text_columns(), columns = width > 40 + MOST_COLUMNS ? MOST_COLUMNS : width - 38;
-    double peak[MOST_COLUMNS], full = 0.0;
+    double peak[MOST_COLUMNS];
     if (v->drawn)
         (void)printf("\033[%dA", PANEL_LINES);
     v->drawn = true;
@@ -165,9 +167,7 @@ static void show_panel(struct monitor_view *v, const struct capture *c, const st
                  now->status & BEAM_LIVE_ALARM     ? "\033[1;31mALARM\033[0m"
                  : now->status & BEAM_LIVE_CLIPPED ? "\033[1;33msensor at its end\033[0m"
                                                    : "in order");
-    draw_signal(v, c, MEASURED, now->measured_rms, columns, &full);
-    draw_signal(v, c, PREDICTED, now->predicted_rms, columns, &full);
-    draw_signal(v, c, RESIDUAL, now->residual_rms, columns, &full);
+    draw_signals(v, c, now, columns);
     const double largest = find_peaks(v, c, RATIO, columns, peak);
     (void)printf("ratio to noise  %8.3g (alarm %5.3g)  ", now->ratio, (double)c->setup.alarm_ratio);
     draw_strip(columns, peak, fmax(largest, (double)c->setup.alarm_ratio));
@@ -228,30 +228,6 @@ static double ratio(const struct beam_live *live)
     return (double)live->ratio;
 }
 
-/* The greatest of each piece: as many points as a picture shows apart. */
-static enum bf_status plot_ratio(const char *directory, const char *title, size_t n, double dt_s, const double y[],
-                                 struct bf_error *err)
-{
-    enum { POINTS = 100 };
-    double t[POINTS] = {0.0}, most[POINTS] = {0.0};
-    const size_t points = n < POINTS ? n : POINTS;
-    for (size_t i = 0; i < n; i++) {
-        const size_t at = i * points / n;
-        most[at] = fmax(most[at], y[i]);
-        t[at] = (double)i * dt_s;
-    }
-    const struct plot_line line = {.legend = "residual rms / expected noise", .n = points, .x = t, .y = most};
-    const struct plot_convergence plot = {.directory = directory,
-                                          .stem = "live-ratio",
-                                          .title = title,
-                                          .x_label = "Time (s)",
-                                          .y_label = "ratio to noise",
-                                          .n_lines = 1,
-                                          .lines = &line,
-                                          .linear_x = true};
-    return plot_convergence(&plot, err);
-}
-
 enum bf_status monitor_plot(const struct capture *c, const char *directory, struct bf_error *err)
 {
     const struct recording *r = &c->recording;
@@ -264,27 +240,29 @@ enum bf_status monitor_plot(const struct capture *c, const char *directory, stru
     (void)snprintf(title, sizeof title, "board %s, model %u", c->device, (unsigned)c->link.info.counter);
     double *y = column_of(r, &s, measured), *p = column_of(r, &s, predicted);
     double *e = column_of(r, &s, residual), *q = column_of(r, &s, ratio);
+    const struct plot_live live = {directory,
+                                   "live",
+                                   title,
+                                   c->output,
+                                   s.n,
+                                   dt_s,
+                                   y,
+                                   p,
+                                   e,
+                                   q,
+                                   (double)c->setup.noise_rms,
+                                   (double)c->setup.alarm_ratio};
     const struct plot_panels panels = {.directory = directory,
-                                       .stem = "live",
+                                       .stem = "live-panels",
                                        .title = title,
                                        .quantity = c->output,
                                        .n = s.n,
                                        .dt_s = dt_s,
                                        .measured = y,
                                        .model = p};
-    const struct plot_residual page = {.directory = directory,
-                                       .stem = "live-residual",
-                                       .title = title,
-                                       .quantity = c->output,
-                                       .n = s.n,
-                                       .dt_s = dt_s,
-                                       .residual = e,
-                                       .noise_rms = (double)c->setup.noise_rms};
-    enum bf_status status = plot_panels(&panels, err);
+    enum bf_status status = plot_live(&live, err);
     if (status == BF_OK)
-        status = plot_residual(&page, err);
-    if (status == BF_OK)
-        status = plot_ratio(directory, title, s.n, dt_s, q, err);
+        status = plot_panels(&panels, err);
     free(y), free(p), free(e), free(q);
     return status;
 }

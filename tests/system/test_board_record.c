@@ -212,8 +212,7 @@ static void monitor_prints_lines_and_objects(void **state)
 static void monitor_leaves_pictures(void **state)
 {
     struct board_rig *rig = *state;
-    static const char *const files[] = {"pictures/live.png", "pictures/live.pdf", "pictures/live-residual.png",
-                                        "pictures/live-ratio.png"};
+    static const char *const files[] = {"pictures/live.png", "pictures/live.pdf", "pictures/live-panels.png"};
     board_run_expect(rig, rig->board.port, 0,
                      (const char *[]){"record", "-o", "run.csv", "--samples", "100", "--settle", "0", "--chirp",
                                       "10:100:1:1", NULL});

@@ -1,0 +1,80 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* plot_live.c — what a board measured and predicted, below each other over one time axis. */
+#include "plot.h"
+#include "plot_gnuplot.h"
+
+#include <math.h>
+
+static double largest_of(size_t n, const double x[])
+{
+    double largest = 0.0;
+    for (size_t i = 0; i < n; i++)
+        largest = fmax(largest, fabs(x[i]));
+    return largest > 0.0 ? largest : 1.0;
+}
+
+static void panel(const struct plot_live *q, struct picture *p, double bottom, const char *title, const char *label)
+{
+    (void)fprintf(p->script,
+                  "set lmargin at screen 0.105\nset rmargin at screen 0.985\nset bmargin at screen %.4f\n"
+                  "set tmargin at screen %.4f\nset xrange [0:%.9g]\n",
+                  bottom, bottom + 0.19, (double)q->n * q->dt_s);
+    plot_panel_title(p->script, title);
+    plot_axes(p->script, "Time (s)", label);
+}
+
+static void signals(const struct plot_live *q, struct picture *p, const char *label)
+{
+    const double most = fmax(largest_of(q->n, q->measured), largest_of(q->n, q->predicted));
+    panel(q, p, 0.72, "(a) measured and predicted", label);
+    (void)fprintf(
+        p->script,
+        "set yrange [%.6g:%.6g]\nplot '%s-time.dat' using 1:2 with lines linewidth 1.2 linecolor rgb '" PLOT_BLUE
+        "' title 'measured', '' using 1:3 with lines linewidth 1 dashtype 2 linecolor rgb '" PLOT_VERMILLION
+        "' title 'predicted'\n",
+        -1.08 * most, 1.6 * most, p->stem);
+}
+
+static void residual(const struct plot_live *q, struct picture *p, const char *label)
+{
+    const double most = fmax(largest_of(q->n, q->residual), 2.5 * q->noise_rms);
+    panel(q, p, 0.405, "(b) residual = measured − predicted", label);
+    (void)fprintf(
+        p->script,
+        "set yrange [%.6g:%.6g]\nplot '%s-time.dat' using 1:4 with lines linewidth 0.8 linecolor rgb '" PLOT_BLUE
+        "' title 'residual', %.6g with lines linewidth 1.4 linecolor rgb 'black' title '±2σ of the noise', %.6g "
+        "with lines linewidth 1.4 linecolor rgb 'black'\n",
+        -1.08 * most, 1.6 * most, p->stem, 2.0 * q->noise_rms, -2.0 * q->noise_rms);
+}
+
+static void ratio(const struct plot_live *q, struct picture *p)
+{
+    const double most = fmax(largest_of(q->n, q->ratio), q->alarm_ratio);
+    panel(q, p, 0.09, "(c) running rms of the residual over the noise", "ratio to noise");
+    (void)fprintf(p->script,
+                  "set key width 1\nset yrange [0:%.6g]\nplot '%s-time.dat' using 1:5 with lines linewidth 1.4 linecolor rgb '" PLOT_BLUE
+                  "' title 'ratio', %.6g with lines dashtype 2 linewidth 1.4 linecolor rgb '" PLOT_VERMILLION
+                  "' title 'alarm', 1 with lines linewidth 1 linecolor rgb 'black' title 'noise'\n",
+                  1.5 * most, p->stem, q->alarm_ratio);
+}
+
+enum bf_status plot_live(const struct plot_live *q, struct bf_error *err)
+{
+    const double *const series[] = {q->measured, q->predicted, q->residual, q->ratio};
+    struct picture p;
+    char label[160];
+    if (q->n < 4)
+        return bf_fail(err, BF_NUMERIC, "a picture needs at least 4 samples; %s has %zu", q->quantity, q->n);
+    picture_begin(q->directory, q->stem, 18.0, 17.0, &p);
+    FILE *f = picture_data(&p, "time");
+    (void)fprintf(f, "# time_s measured predicted residual ratio\n");
+    plot_write_series(f, 0.0, q->dt_s, series, 4, 0, q->n);
+    picture_data_end(&p);
+    plot_quantity(q->quantity, "", label, sizeof label);
+    plot_sheet(p.script, "", q->title);
+    signals(q, &p, label);
+    residual(q, &p, label);
+    ratio(q, &p);
+    (void)fprintf(p.script, "unset multiplot\n");
+    return picture_end(&p, err);
+}
