@@ -187,8 +187,8 @@ static size_t index_of(const struct model *model, const char *name, bool output)
 }
 
 /* The path beside the modes from drive to sensor; those of other channels do not matter. */
-static enum bf_status judge_residual(const struct model *model, size_t sensor, size_t drive, struct target_image *image,
-                                     double *direct)
+static void judge_residual(const struct model *model, size_t sensor, size_t drive, struct target_image *image,
+                           double *direct)
 {
     *direct = 0.0;
     for (size_t r = 0; r < model->n_residuals; r++) {
@@ -203,11 +203,9 @@ static enum bf_status judge_residual(const struct model *model, size_t sensor, s
                         "sensor's step answer between two samples will differ",
                         residual->compliance.name);
     }
-    return BF_OK;
 }
 
-static enum bf_status shift_patch(const struct model *model, struct deployment *d, struct target_image *image,
-                                  struct bf_error *err)
+static enum bf_status shift_patch(struct deployment *d, struct target_image *image, struct bf_error *err)
 {
     double shift_m = 0.0;
     for (size_t e = 0; e < d->model.n_effects; e++) {
@@ -232,7 +230,6 @@ static enum bf_status shift_patch(const struct model *model, struct deployment *
     if (status == BF_OK)
         status = model_shift_patch(&fixed, shift_m, &d->model, err);
     model_free(&fixed);
-    (void)model;
     return status;
 }
 
@@ -244,10 +241,9 @@ enum bf_status deploy_channels(const struct model *model, const struct target_op
     enum bf_status status = model_copy(model, &d->model, err);
     if (status == BF_OK)
         status = choose_effects(model, sensor, drive, options, d, image, err);
+    judge_residual(model, sensor, drive, image, &d->direct);
     if (status == BF_OK)
-        status = judge_residual(model, sensor, drive, image, &d->direct);
-    if (status == BF_OK)
-        status = shift_patch(model, d, image, err);
+        status = shift_patch(d, image, err);
     if (status != BF_OK)
         return status;
     double before[2] = {0.0, 0.0}, after[2] = {0.0, 0.0};
