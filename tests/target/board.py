@@ -108,6 +108,8 @@ class Board(Served):
             self.plant = Process([in_build(build, "beam_truth"), "--live", plant, "--socket", path],
                                  os.path.join(folder, "plant.log"))
             while not os.path.exists(path):
+                if self.plant.process.poll() is not None:
+                    raise subprocess.SubprocessError(f"no plant: {open(self.plant.output, errors='replace').read()}")
                 time.sleep(0.02)
             plugin.append(f"plant={path}")
         arguments = emulator.product(build, in_build(build, "firmware_stm32f405.elf"), self.key, plugin, "-serial", "pty")

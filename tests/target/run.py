@@ -4,6 +4,7 @@
 import argparse
 import os
 import re
+import struct
 import subprocess
 import sys
 import tempfile
@@ -17,6 +18,7 @@ from emulator import in_build
 LINEAR_GOAL = 2 * 217  # instructions: twice what eleven bare 2x2 blocks take at -O2
 LIVE_SAMPLES = 140_000
 INTERRUPT_BOUND = 2000  # instructions of the sample interrupt with a linear model
+DOWNLOADS = 100 if os.environ.get("FULL") else 4
 KILLS, FIRMWARE_KILLS = (500, 100) if os.environ.get("FULL") else (60, 15)
 UNITS_QUICK = ["beam_assemble", "beam_dense", "beam_image", "beam_narrow", "beam_poles", "effects"]
 # Not beam_factor: its reference is long double, which is no more than double here.
@@ -136,7 +138,7 @@ def test_product(build):
     with tempfile.TemporaryDirectory() as folder:
         image, live = os.path.join(folder, "model.img"), os.path.join(folder, "live.bin")
         target = board.Board(build, folder, [f"live={live}", f"live_at={board.live_address(build)}", f"stop={LIVE_SAMPLES}"],
-                             shift=6, plant="data/live/beam.txt")
+                             shift=6, plant="data/live/mass.txt")
         try:
             target.beamfit("export", "data/live/model.yaml", "-o", image)
             target.beamfit("download", image, "--port", target.port, "--key", target.key_text)
@@ -156,6 +158,27 @@ def test_product(build):
         print(f"  {LIVE_SAMPLES} conversions, none missed; {compared} samples after the download replayed here, {same} equal")
 
 
+def test_downloads(build):
+    """Downloads in a row to the emulated STM32, stored each: no sample missed, none without its place in the sequence."""
+    if not emulator.has_plugin_board(build):
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        image, live = os.path.join(folder, "model.img"), os.path.join(folder, "live.bin")
+        target = board.Board(build, folder, [f"live={live}", f"live_at={board.live_address(build)}"], plant="data/live/mass.txt")
+        try:
+            target.beamfit("export", "data/live/model.yaml", "-o", image)
+            for _ in range(DOWNLOADS):
+                target.beamfit("download", image, "--port", target.port, "--key", target.key_text)
+            info = target.info()
+        finally:
+            target.end()
+        check(info["missed"] == 0 and info["counter"] == info["stored"] == DOWNLOADS and info["refused"] == 0, f"{info}")
+        with open(live, "rb") as file:
+            sequence = [row[0] for row in struct.iter_unpack("<I36x", file.read())]
+        check(sequence == list(range(len(sequence))), "the sequence of samples has a gap")
+        print(f"  {DOWNLOADS} downloads during {len(sequence)} samples, 0 missed; longest sample interrupt {info['worst_step_us']} us")
+
+
 def test_interrupt(build):
     """Instructions of the whole sample interrupt of the STM32's firmware, alone and while it streams."""
     if not emulator.has_plugin_board(build):
@@ -166,7 +189,7 @@ def test_interrupt(build):
     worst = []
     for streams in (False, True):
         with tempfile.TemporaryDirectory() as folder:
-            target = board.Board(build, folder, [*span, *([] if streams else ["stop=3000"])], shift=3, plant="data/live/beam.txt")
+            target = board.Board(build, folder, [*span, *([] if streams else ["stop=3000"])], shift=3, plant="data/live/mass.txt")
             try:
                 if streams:
                     target.beamfit("record", "--port", target.port, "--baud", "921600", "--chirp", "5:200:2:5", "--settle", "0.1",
