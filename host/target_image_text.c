@@ -40,6 +40,7 @@ static int least(int a, int b)
 
 void target_image_cost(const struct beam_image_file *file, char text[160])
 {
+    enum { a_pair = 73, rest = 28 }; /* instructions of two blocks, and of the rest of a linear step (docs/boards.md) */
     const struct beam_image_counts *n = &file->counts;
     if (n->n_ports > 1)
         (void)snprintf(text, 160, "laws at %d points: 20 000 instructions a sample and more (Cortex-M4F)", n->n_ports);
@@ -50,9 +51,7 @@ void target_image_cost(const struct beam_image_file *file, char text[160])
                        n->n_uses, n->n_uses == 1 ? "" : "s");
     else
         (void)snprintf(text, 160, "linear: about %d instructions a sample (Cortex-M4F)",
-                       n->n_blocks > 12   ? 600
-                       : n->n_blocks > 10 ? 450
-                                          : 400);
+                       rest + a_pair * ((n->n_blocks + 1) / 2));
 }
 
 static void hex_of(const uint8_t bytes[], size_t n, char text[])
