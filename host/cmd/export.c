@@ -34,7 +34,7 @@ static const char help[] =
     "  --hold zoh|foh          what the drive does between samples: held, as after a D/A (default), or linear\n"
     "  --plain                 the ten-dimensional model alone. Without it two more blocks of the step answer for what "
     "is\n"
-    "                          faster than the model's modes (73 instructions): a tenth of the error under a held "
+    "                          faster than the model's modes (62 instructions): a tenth of the error under a held "
     "drive\n"
     "  --without ID            leave this effect out of the image; again for more\n"
     "  --a2l FILE              also write the A2L description for measurement and calibration tools\n"
