@@ -78,8 +78,8 @@ class Product:
     """The product's firmware on QEMU 7.2 with the devices of tests/target/plugin, in virtual time."""
 
     def __init__(self, build, key, flash):
-        self.command = ["qemu-system-arm", "-M", "netduinoplus2", "-display", "none", "-monitor", "none", "-serial", "pty",
-                        "-icount", "shift=3,sleep=off", "-device", "loader,addr=0x2001FF00,data=0x5EED,data-len=4",
+        self.command = ["qemu-system-arm", "-M", "netduinoplus2", "-display", "none", "-monitor", "none", "-serial",
+                        "pty", "-icount", "shift=3,sleep=off", "-device", "loader,addr=0x2001FF00,data=0x5EED,data-len=4",
                         "-device", f"loader,file={key},addr=0x08010000,force-raw=on",
                         "-plugin", f"{build}/stm32f405.so,flash={flash}", "-kernel", f"{build}/firmware_stm32f405.elf"]
         self.process = self.port = self.held = None
@@ -164,6 +164,8 @@ class Line:
                     sent = os.write(fd, pending[fd][:room])
                     pending[fd] = pending[fd][sent:]
                     free_at[fd] = max(free_at[fd], time.monotonic() - 0.01) + sent * self.seconds_a_byte
+                except BlockingIOError:
+                    continue
                 except OSError:
                     pending[fd] = b""
 

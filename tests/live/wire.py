@@ -129,7 +129,7 @@ class Receiver:
                 self.skipped += 1
 
     def give_up(self):
-        """A gap on the line: the frame that began will not end."""
+        """Nothing came for long: the frame that began will not end."""
         if self.bytes:
             del self.bytes[0]
             self.skipped += 1
@@ -167,8 +167,6 @@ class Link:
                     more = os.read(self.fd, 65536)
                 except BlockingIOError:
                     pass
-            elif left > 0:
-                self.receiver.give_up()
             for packet in self.receiver.packets(more):
                 self._handle(packet)
             if self.answer is not None or left <= 0:
@@ -200,6 +198,8 @@ class Link:
         for attempt in range(self.retries if repeat else 1):
             self.answer = None
             self.repeats += attempt > 0
+            if attempt > 1:
+                self.receiver.give_up()
             self.counter += 1
             self.write(frame(bytes(packet), self.counter))
             end = time.monotonic() + self.timeout_s
@@ -214,8 +214,15 @@ class Link:
                         break
                     raise Refused(packet[0], answer[1] if len(answer) > 1 else 0)
                 if len(answer) >= size:
+                    self._drop_late_answers(attempt)
                     return answer
         raise Silent(f"command 0x{packet[0]:02X}: no answer")
+
+    def _drop_late_answers(self, attempt):
+        """A command that was sent again may be answered again, and must not be taken for the next one's answer."""
+        for _ in range(attempt):
+            self.pump(self.timeout_s / 2)
+            self.answer = None
 
     def connect(self):
         self.largest = self.command(b"\xFF\x00", 8)[3]

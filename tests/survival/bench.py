@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a board must survive: each case tries something a number of times and counts what was lost.
 
-Lost is: the board runs an image that is neither the old nor the new one bit for bit, a sample was missed, or the board
-cannot be used afterwards.
+Lost is: the board runs an image that is neither the old nor the new one bit for bit, a sample was missed or did not come
+and the board does not count it, or the board cannot be used afterwards.
 """
 import os
 import struct
@@ -34,6 +34,10 @@ class Bench:
         struct.pack_into("<f", whole, wire.HEADER_BYTES + 16, 0.01 + 1e-6 * counter)
         return wire.signed(bytes(whole), self.key, counter, self.device)
 
+    def link(self, port):
+        """A host with the patience that an emulator on a busy machine asks for."""
+        return wire.Link(port, timeout_s=2.0, retries=10) if self.product else wire.Link(port, timeout_s=0.5, retries=10)
+
     def board(self):
         flash = self.path("flash")
         if self.product:
@@ -45,16 +49,18 @@ class Bench:
 
 
 class Watch:
-    """Counts where a stream does not go on with the next sample."""
+    """Counts the samples that a stream lacks, and those that come twice or in the wrong order."""
 
     def __init__(self, link):
-        self.last, self.gaps = None, 0
+        self.last, self.absent, self.disordered = None, 0, 0
         link.on_live = self
 
     def __call__(self, live):
         if live is None:
             return
-        self.gaps += self.last is not None and live.sequence != self.last + 1
+        if self.last is not None and live.sequence > self.last:
+            self.absent += live.sequence - self.last - 1
+        self.disordered += self.last is not None and live.sequence <= self.last
         self.last = live.sequence
 
 
@@ -66,13 +72,13 @@ def give(link, bench, image, store=True):
         link.store_and_wait()
 
 
-def running(port, n):
+def running(bench, board):
     """(image, info) of a board that a host connects to anew."""
-    link = wire.Link(port)
+    link = bench.link(board.port)
     try:
         link.connect()
         info = link.info()
-        return link.read_image(wire.ACTIVE, n), info
+        return link.read_image(wire.ACTIVE, len(bench.unsigned)), info
     finally:
         link.close()
 

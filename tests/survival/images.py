@@ -12,7 +12,7 @@ def blind(bench, share):
     """a host that switches to what noise left of an image, without comparing it first"""
     tries, lost, refused, taken = max(5, round(100 * share)), 0, 0, 0
     board = bench.board().power_on()
-    link = wire.Link(board.port)
+    link = bench.link(board.port)
     link.connect()
     link.unlock(bench.key)
     old, generator = bench.image(1), random.Random(3)
@@ -38,15 +38,10 @@ def blind(bench, share):
     return tries, lost, f"{refused} damaged ones refused, {taken} whole ones taken"
 
 
-def refusals(bench, share):
-    """wrong keys, replayed and foreign images, tampered bytes, NaN and unstable models"""
-    board = bench.board().power_on()
-    link = wire.Link(board.port)
-    link.connect()
-    link.unlock(bench.key)
-    old, generator, lost, counts = bench.image(1000), random.Random(7), 0, {}
-    give(link, bench, old)
+def bad_images(bench, generator):
+    """Name: (how many, maker of one, the fault the board must name or None for any). The board runs counter 1000."""
     plan = 320 + 4 * 66  # front, counts; then dt_s, phi[16][4]
+    phi = struct.unpack_from("<4f", bench.unsigned, plan + 4)
 
     def patched(*changes):
         whole = bytearray(bench.image(2000))
@@ -59,8 +54,7 @@ def refusals(bench, share):
         whole[generator.randrange(len(whole))] ^= 1 << generator.randrange(8)
         return bytes(whole)
 
-    phi = struct.unpack_from("<4f", old, plan + 4)
-    makers = {
+    return {
         "tampered byte": (200, tampered, None),
         "replayed counter": (20, lambda: bench.image(generator.randrange(1, 1001)), 6),
         "foreign device": (20, lambda: wire.signed(bench.unsigned, bench.key, 2000, generator.randbytes(12)), 5),
@@ -70,7 +64,16 @@ def refusals(bench, share):
         "unstable": (20, lambda: patched((plan + 4, phi[0] + 0.3), (plan + 16, phi[3] + 0.3)), 10),
         "other rate": (20, lambda: patched((plan, 0.0011)), 11),
     }
-    for name, (times, make, fault) in makers.items():
+
+
+def refusals(bench, share):
+    """wrong keys, replayed and foreign images, tampered bytes, NaN and unstable models"""
+    board = bench.board().power_on()
+    link = bench.link(board.port)
+    link.connect()
+    old, generator, lost, counts = bench.image(1000), random.Random(7), 0, {}
+    give(link, bench, old)
+    for name, (times, make, fault) in bad_images(bench, generator).items():
         counts[name] = max(2, round(times * share))
         for _ in range(counts[name]):
             link.stage(make())
@@ -79,8 +82,7 @@ def refusals(bench, share):
                 lost += 1
             except wire.Refused as error:
                 lost += error.code != wire.ERROR_PAGE
-            info = link.info()
-            lost += fault is not None and info.last_fault != fault
+            lost += fault is not None and link.info().last_fault != fault
             lost += link.read_image(wire.ACTIVE, len(old)) != old
     lost += link.info().missed
     counts["wrong key"] = max(2, round(8 * share))

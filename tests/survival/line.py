@@ -18,7 +18,7 @@ def downloads(bench, share):
     tries, lost = max(5, round(100 * share)), 0
     board = bench.board().power_on()
     line = rig.Line(board.port, baud=None if bench.product else 921600)
-    link = wire.Link(line.port)
+    link = bench.link(line.port)
     link.connect()
     link.start_daq()
     watch = Watch(link)
@@ -33,9 +33,10 @@ def downloads(bench, share):
     link.close()
     line.close()
     board.kill()
-    lost += info.missed + watch.gaps + link.bad_samples
-    return tries, lost, (f"{link.samples} samples in {seconds:.1f} s, {info.missed} missed, {watch.gaps} gaps, "
-                         f"{link.bad_samples} CRC failures, {info.overrun} without room")
+    lost += info.missed + abs(watch.absent - info.overrun) + watch.disordered + link.bad_samples
+    return tries, lost, (f"{link.samples} samples in {seconds:.1f} s, {info.missed} missed, {watch.absent} did not come, "
+                         f"{info.overrun} found no room on the line, {link.bad_samples} CRC failures, "
+                         f"{link.repeats} repeats")
 
 
 def persist(what, times=60):
@@ -86,7 +87,7 @@ def noise(bench, share):
                 lost += 1
         link.close()
         line.close()
-        now, info = running(board.port, len(bench.unsigned))
+        now, info = running(bench, board)
         board.kill()
         lost += now != bench.image(counter)
         lost += info.missed
@@ -113,47 +114,41 @@ def noisy_programs(bench, share):
             print(failure)
             lost += 1
     line.close()
-    now, info = running(board.port, len(bench.unsigned))
+    now, info = running(bench, board)
     board.kill()
     lost += (now != bench.image(tries)) + info.missed
     return tries, lost, f"{line.spoilt} of {line.bytes} bytes spoilt"
+
+
+def disturb(port, seed, ended):
+    """A second host: commands, random bytes, writes and switches, until it is told to end."""
+    generator, host = random.Random(seed), wire.Link(port, timeout_s=0.02, retries=1)
+    actions = (host.connect, lambda: host.command(b"\xFD", 6),
+               lambda: host.write(generator.randbytes(generator.randrange(1, 60))),
+               lambda: host.short_download(wire.IMAGE + 4 * generator.randrange(1000), generator.randbytes(4)),
+               lambda: host.command(bytes([0xEB, 0x01, 0, wire.STAGING])))
+    while not ended.is_set():
+        try:
+            host.largest = wire.MAX_PACKET
+            generator.choice(actions)()
+        except (wire.Silent, wire.Refused, OSError):
+            pass
+        time.sleep(generator.uniform(0, 0.01))
+    host.close()
 
 
 def two_hosts(bench, share):
     """two hosts that send and read on one line at once, one of them downloading"""
     tries, lost, through = max(3, round(50 * share)), 0, 0
     board = bench.board().power_on()
-    link = wire.Link(board.port)
+    link = bench.link(board.port)
     link.connect()
     old = bench.image(1)
     give(link, bench, old)
     link.close()
     for number in range(tries):
-        new = bench.image(counter_of(old) + 1)
-        ended = threading.Event()
-
-        def other(seed=number, ended=ended):
-            generator, host = random.Random(seed), wire.Link(board.port, timeout_s=0.02, retries=1)
-            while not ended.is_set():
-                try:
-                    choice = generator.randrange(5)
-                    if choice == 0:
-                        host.connect()
-                    elif choice == 1:
-                        host.command(b"\xFD", 6)
-                    elif choice == 2:
-                        host.write(generator.randbytes(generator.randrange(1, 60)))
-                    elif choice == 3:
-                        host.command(struct.pack("<BBBBI", 0xED, 4, 0, 0, wire.IMAGE + 4 * generator.randrange(1000)) +
-                                     generator.randbytes(4))
-                    else:
-                        host.command(bytes([0xEB, 0x01, 0, wire.STAGING]))
-                except (wire.Silent, wire.Refused, OSError):
-                    pass
-                time.sleep(generator.uniform(0, 0.01))
-            host.close()
-
-        thread = threading.Thread(target=other)
+        new, ended = bench.image(counter_of(old) + 1), threading.Event()
+        thread = threading.Thread(target=disturb, args=(board.port, number, ended))
         thread.start()
         link = wire.Link(board.port, timeout_s=0.05, retries=4)
         for _ in range(3):
@@ -167,7 +162,7 @@ def two_hosts(bench, share):
         thread.join()
         link.close()
         time.sleep(0.1)
-        now, info = running(board.port, len(old))
+        now, info = running(bench, board)
         lost += now not in (old, new) or info.missed != 0
         through += now == new
         old = now
@@ -179,7 +174,7 @@ def stops_reading(bench, share):
     """a host that starts the stream, stops reading for seconds, and comes back"""
     tries, lost, overrun = max(1, round(10 * share)), 0, 0
     board = bench.board().power_on()
-    link = wire.Link(board.port)
+    link = bench.link(board.port)
     link.connect()
     old = bench.image(1)
     give(link, bench, old)

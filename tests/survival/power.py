@@ -12,7 +12,7 @@ from bench import counter_of, give, running
 def interrupted(bench, board, old, new, at_download=lambda: None, at_store=lambda: None):
     """Gives the board a new image until it dies; then powers it on. (what it runs, was it lost, how it died)."""
     stored = False
-    link = wire.Link(board.port, retries=2)
+    link = bench.link(board.port)
     try:
         link.connect()
         at_download()
@@ -29,7 +29,7 @@ def interrupted(bench, board, old, new, at_download=lambda: None, at_store=lambd
         board.process.kill()
     status = board.wait()
     board.power_on()
-    now, info = running(board.port, len(new))
+    now, info = running(bench, board)
     return now, now not in (old, new) or (stored and now != new) or info.missed != 0, status
 
 
@@ -37,7 +37,7 @@ def kills(bench, share):
     """SIGKILL at a random moment of a download (half) or of a store (half), flash in a file"""
     tries, lost, new_ones, generator = max(6, round(500 * share)), 0, 0, random.Random(1)
     board = bench.board().power_on()
-    link = wire.Link(board.port)
+    link = bench.link(board.port)
     link.connect()
     old = bench.image(1)
     give(link, bench, old)
@@ -59,7 +59,7 @@ def kills(bench, share):
 def power_cuts(bench, share):
     """power fails within an operation of the flash, words torn"""
     board = bench.board().power_on()
-    link = wire.Link(board.port)
+    link = bench.link(board.port)
     link.connect()
     old = bench.image(1)
     give(link, bench, old)
@@ -72,7 +72,7 @@ def power_cuts(bench, share):
             board.power_on("--power-cut", at)
         except rig.Failed:  # it died while it counted the power-on
             board.power_on()
-        now, _ = running(board.port, len(old))
+        now, _ = running(bench, board)
         lost += now != old
         new = bench.image(counter_of(old) + 1)
         now, bad, status = interrupted(bench, board, old, new)

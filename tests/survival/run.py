@@ -33,7 +33,7 @@ def main():
         if a.case and case.__name__ not in a.case:
             continue
         if a.board != "host" and case in (power.power_cuts, line.stops_reading, images.steps):
-            continue  # tests/target cuts the power of the real driver; the emulator waits for a host; steps needs no board
+            continue  # tests/target cuts the real driver's power; the emulator waits for a host; steps needs no board
         with tempfile.TemporaryDirectory(prefix="beamfit_survival_") as directory:
             begin = time.monotonic()
             tried, lost, note = case(Bench(os.path.abspath(a.build), directory, a.board != "host"), a.share)
