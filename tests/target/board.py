@@ -19,6 +19,12 @@ def symbols(path):
     return {row[3]: (int(row[0], 16), int(row[1], 16)) for row in rows if len(row) == 4}
 
 
+def address_of(path, name):
+    """Of a symbol with or without a size."""
+    text = subprocess.run([CROSS + "nm", path], capture_output=True, text=True, check=True).stdout
+    return int(re.search(rf"^([0-9a-f]+) \S {name}$", text, re.M)[1], 16)
+
+
 def live_address(build):
     """Where the STM32's firmware keeps struct beam_live."""
     return (symbols(in_build(build, "firmware_stm32f405.elf"))["app"][0] +

@@ -4,6 +4,7 @@
 import argparse
 import os
 import re
+import shutil
 import struct
 import subprocess
 import sys
@@ -177,6 +178,32 @@ def test_downloads(build):
             sequence = [row[0] for row in struct.iter_unpack("<I36x", file.read())]
         check(sequence == list(range(len(sequence))), "the sequence of samples has a gap")
         print(f"  {DOWNLOADS} downloads during {len(sequence)} samples, 0 missed; longest sample interrupt {info['worst_step_us']} us")
+
+
+def test_stack(build):
+    """Bytes of stack that the STM32's firmware really writes while it takes and runs a model with laws."""
+    if not emulator.has_plugin_board(build):
+        return
+    top = board.address_of(in_build(build, "firmware_stm32f405.elf"), "board_stack_top") - 0x20000000
+    with tempfile.TemporaryDirectory() as folder:
+        model, image = os.path.join(folder, "model.yaml"), os.path.join(folder, "model.img")
+        target = board.Board(build, folder, [f"stack={top}", "stop=9000"], plant="data/live/mass.txt")
+        try:
+            shutil.copy("data/live/model.yaml", model)
+            for effect in ("coulomb_friction", "cubic_stiffness", "drive_hysteresis"):
+                target.beamfit("add", model, effect, "-o", model + ".new")
+                os.replace(model + ".new", model)
+            target.beamfit("export", model, "-o", image)
+            target.beamfit("download", image, "--port", target.port, "--key", target.key_text)
+            target.beamfit("record", "--port", target.port, "--baud", "921600", "--chirp", "5:200:2:5", "--settle", "0.1",
+                           "--samples", "500", "-o", os.path.join(folder, "run.csv"))
+            target.process.wait(timeout=120)
+        finally:
+            target.end()
+        found = re.search(r"stack: (\d+) of (\d+)", target.report())
+        check(found, target.report()[-300:])
+        print(f"  {found[1]} of {found[2]} bytes written: download, laws, drive, stream; `make size` has the computed worst")
+        check(1000 < int(found[1]) < int(found[2]), "a stack that overflows, or that nobody used")
 
 
 def test_interrupt(build):

@@ -3,7 +3,7 @@
  * A TCG plugin for QEMU 7.2's netduinoplus2: maps the devices that the emulator lacks over its stubs, and counts
  * instructions between two addresses.
  *     -plugin stm32f405.so,rec=F|plant=F,stop=N,live=F,live_at=A,live_bytes=N,flash=F,cut=N,seed=N,erase_ns=N,uid=24 hex,
- *             begin=A,end=A[,end=A…]
+ *             stack=N,begin=A,end=A[,end=A…]
  */
 #include <dlfcn.h>
 #include <stdio.h>
@@ -15,7 +15,10 @@
 int qemu_plugin_version = QEMU_PLUGIN_VERSION;
 struct qemu qemu;
 
+#define RAM_AT 0x20000000u
+
 static const char *unique_id = "0123456789abcdef01234567";
+static uint64_t stack_bytes;
 
 /* QMP's VersionInfo */
 struct version {
@@ -73,6 +76,20 @@ static void mapped(qemu_plugin_id_t id, unsigned vcpu)
     clock_map(system, unique_id);
 }
 
+/* The stack lies at the bottom of the RAM, which was zero: how many of its bytes were ever written? */
+static void report_stack(void)
+{
+    uint8_t memory[8192];
+    uint64_t untouched = 0;
+    if (stack_bytes == 0 || stack_bytes > sizeof memory)
+        return;
+    qemu.memory(RAM_AT, memory, stack_bytes, false);
+    while (untouched < stack_bytes && memory[untouched] == 0)
+        untouched++;
+    fprintf(stderr, "[board] stack: %llu of %llu bytes\n", (unsigned long long)(stack_bytes - untouched),
+            (unsigned long long)stack_bytes);
+}
+
 static void report(void)
 {
     count_report();
@@ -83,6 +100,7 @@ static void report(void)
 void board_end(int status, const char *why)
 {
     fprintf(stderr, "[board] %s\n", why);
+    report_stack();
     report();
     adc_close();
     _exit(status);
@@ -110,7 +128,8 @@ int qemu_plugin_install(qemu_plugin_id_t id, const qemu_info_t *info, int argc, 
                  {"uid", &unique_id, NULL},           {"stop", NULL, &adc.stop},
                  {"live_at", NULL, &adc.live_at},     {"live_bytes", NULL, &adc.live_bytes},
                  {"cut", NULL, &flash.cut},           {"seed", NULL, &flash.seed},
-                 {"erase_ns", NULL, &flash.erase_ns}, {"begin", NULL, &begin_at}};
+                 {"erase_ns", NULL, &flash.erase_ns}, {"begin", NULL, &begin_at},
+                 {"stack", NULL, &stack_bytes}};
     const size_t n_known = sizeof known / sizeof *known;
     for (int i = 0; i < argc; i++) {
         const char *value = strchr(argv[i], '=');
