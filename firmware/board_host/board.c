@@ -87,9 +87,13 @@ static bool tick(void)
     return true;
 }
 
+/* A line that is full holds time up, so that a slow host loses nothing; not for ever: it may have stopped reading. */
 static bool idle_virtual(void)
 {
+    enum { LONGEST_WAIT_MS = 200 };
     if (++turns < HOST_TURNS_PER_TICK)
+        return true;
+    if (!host_port_wait(LONGEST_WAIT_MS) && turns < 2 * HOST_TURNS_PER_TICK)
         return true;
     turns = 0;
     return tick();

@@ -31,6 +31,8 @@ void host_key_read(const char *path, uint8_t key[32]);
 void host_port_open(const char *link);
 void host_port_close(void);
 int host_port_fd(void);
+/* Until the port takes bytes again, at most so long; false: it still does not. */
+bool host_port_wait(int ms);
 
 /* Flash of three slots; path NULL: it is forgotten at the end. Exits with the reason. */
 void host_nvm_open(const char *path, uint64_t power_cut);

@@ -4,6 +4,7 @@
 #include "board.h"
 #include <errno.h>
 #include <fcntl.h>
+#include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -11,6 +12,7 @@
 #include <unistd.h>
 
 static int port = -1;
+static bool full; /* the last bytes found no room */
 static const char *link_path;
 
 void host_port_open(const char *link)
@@ -56,5 +58,12 @@ size_t board_receive(size_t n, uint8_t out[])
 size_t board_send(size_t n, const uint8_t bytes[])
 {
     const ssize_t sent = write(port, bytes, n);
+    full = sent < 0 && errno == EAGAIN;
     return sent > 0 ? (size_t)sent : 0;
+}
+
+bool host_port_wait(int ms)
+{
+    struct pollfd fd = {.fd = port, .events = POLLOUT};
+    return !full || poll(&fd, 1, ms) != 0;
 }
