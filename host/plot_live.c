@@ -52,7 +52,8 @@ static void ratio(const struct plot_live *q, struct picture *p)
     const double most = fmax(largest_of(q->n, q->ratio), q->alarm_ratio);
     panel(q, p, 0.09, "(c) running rms of the residual over the noise", "ratio to noise");
     (void)fprintf(p->script,
-                  "set key width 1\nset yrange [0:%.6g]\nplot '%s-time.dat' using 1:5 with lines linewidth 1.4 linecolor rgb '" PLOT_BLUE
+                  "set key width 1\nset yrange [0:%.6g]\nplot '%s-time.dat' using 1:5 with lines linewidth 1.4 "
+                  "linecolor rgb '" PLOT_BLUE
                   "' title 'ratio', %.6g with lines dashtype 2 linewidth 1.4 linecolor rgb '" PLOT_VERMILLION
                   "' title 'alarm', 1 with lines linewidth 1 linecolor rgb 'black' title 'noise'\n",
                   1.5 * most, p->stem, q->alarm_ratio);

@@ -13,7 +13,7 @@ static const char help[] =
     "Says who is at the port: the board's identity and firmware, which model it runs and where from, what its store\n"
     "holds, and what went wrong since power-on. Nothing is changed and no key is needed.\n"
     "\n" BOARD_OPTIONS_HELP "  --json                {\"port\", \"device\", \"firmware\", \"layout\", \"sample_Hz\", "
-                            "\"running\", \"counter\",\n"
+    "\"running\", \"counter\",\n"
     "                        \"stored\", \"model_sha256\", \"slots\": [2], \"boots\", \"missed\", \"overrun\",\n"
     "                        \"frames_bad\", \"wrong_keys\", \"refused\", \"last_fault\", \"nvm_errors\",\n"
     "                        \"worst_step_us\", \"noise_rms\", \"alarm_ratio\", \"clear_ratio\", \"averaging_s\",\n"

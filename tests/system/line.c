@@ -146,7 +146,7 @@ void line_start(struct line *line, const char *port, const struct line_faults *f
     if (line->process == 0) {
         signal(SIGTERM, stop);
         run(&r);
-        _exit(write(counts[1], &r.passed, sizeof r.passed) != sizeof r.passed);
+        _exit(write(counts[1], &r.passed, sizeof r.passed) == sizeof r.passed ? 0 : 1);
     }
     close(counts[1]);
     close(r.board);

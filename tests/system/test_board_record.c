@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* record and monitor against the firmware on this machine, over good and bad lines. */
 #include <setjmp.h>
+#include <math.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -32,15 +33,14 @@ static void read_table(const struct board_rig *rig, const char *name, struct tab
     t->header[0] = 0;
     while (fgets(line, sizeof line, f) != NULL) {
         double x[10] = {0.0};
-        t->gap_lines += strncmp(line, "# gap:", 6) == 0;
-        if (line[0] == '#')
-            continue;
-        if (t->header[0] == 0) {
-            snprintf(t->header, sizeof t->header, "%s", line);
-            continue;
+        char *at = line, *end = NULL;
+        int columns = 0;
+        for (; columns < 10; columns++, at = end + 1) {
+            x[columns] = strtod(at, &end);
+            if (*end != ',')
+                break;
         }
-        assert_true(sscanf(line, "%lf,%lf,%lf,%lf,%lf,%lf,%lf,%lf,%lf,%lf", &x[0], &x[1], &x[2], &x[3], &x[4], &x[5],
-                           &x[6], &x[7], &x[8], &x[9]) >= 3);
+        assert_true(end != at && *end == '\n' && columns >= 2);
         assert_true(t->n < MOST_ROWS);
         t->time_s[t->n] = x[0];
         t->input[t->n] = x[1];
@@ -58,7 +58,7 @@ static void assert_whole(const struct table *t, unsigned prescale, double sample
     for (size_t i = 0; i < t->n; i++) {
         assert_true(t->sequence[i] == t->sequence[0] + (double)i * prescale);
         assert_true(t->step[i] == t->step[0] + (double)i * prescale);
-        assert_float_equal(t->time_s[i], t->time_s[0] + (double)i * prescale / sample_Hz, 1e-9);
+        assert_true(fabs(t->time_s[i] - t->time_s[0] - (double)i * prescale / sample_Hz) <= 1e-9);
     }
 }
 
@@ -82,7 +82,7 @@ static void a_record_begins_at_rest_and_replays(void **state)
     double most = 0.0;
     for (size_t i = 0; i < t.n; i++) {
         const double code = (double)((uint32_t)t.codes[i] >> 16);
-        assert_float_equal(t.input[i], (code - 2048.0) * 0.01, 1e-6);
+        assert_true(fabs(t.input[i] - (code - 2048.0) * 0.01) <= 1e-6);
         most = t.input[i] > most ? t.input[i] : most;
         if (i >= 500)
             assert_true(t.input[i] == t.input[i - 500]); /* again every 0.5 s */
