@@ -15,7 +15,7 @@ class Bench:
     """Programs, key, image and files of one run."""
 
     def __init__(self, build, directory, product):
-        self.build, self.directory, self.product = build, directory, product
+        self.build, self.directory, self.product, self.boards = build, directory, product, []
         self.key_path = rig.make_key(self.path("key"))
         self.key = wire.read_key(self.key_path)
         self.device = bytes.fromhex("0123456789abcdef01234567") if product else b"board_host_1"
@@ -40,9 +40,15 @@ class Bench:
 
     def board(self):
         flash = self.path("flash")
-        if self.product:
-            return rig.Product(self.build, self.key_path, flash)
-        return rig.Board(self.build, "--key", self.key_path, "--nvm", flash)
+        self.boards.append(rig.Product(self.build, self.key_path, flash) if self.product else
+                           rig.Board(self.build, "--key", self.key_path, "--nvm", flash))
+        return self.boards[-1]
+
+    def close(self):
+        """Ends what a case that failed has left running."""
+        for board in self.boards:
+            if board.process and board.process.poll() is None:
+                board.kill()
 
     def beamfit(self, *words, **keywords):
         return rig.run(f"{self.build}/beamfit", *words, **keywords)

@@ -36,7 +36,11 @@ def main():
             continue  # tests/target cuts the real driver's power; the emulator waits for a host; steps needs no board
         with tempfile.TemporaryDirectory(prefix="beamfit_survival_") as directory:
             begin = time.monotonic()
-            tried, lost, note = case(Bench(os.path.abspath(a.build), directory, a.board != "host"), a.share)
+            bench = Bench(os.path.abspath(a.build), directory, a.board != "host")
+            try:
+                tried, lost, note = case(bench, a.share)
+            finally:
+                bench.close()
             seconds = time.monotonic() - begin
         all_lost += lost
         print(f"{case.__name__:<16}{tried:>10}{lost:>6}{seconds:>7.0f}   {case.__doc__}\n{'':>42}{note}", flush=True)
