@@ -7,6 +7,7 @@ import random
 import re
 import subprocess
 import tempfile
+import threading
 import time
 
 import board
@@ -97,14 +98,23 @@ def mps2(elf, memory, *options):
 
 
 def killed_life(build, memory, after_s):
-    """A life that stores one image after the other until it is killed; (counter at boot, counters stored)."""
+    """
+    A life that stores one image after the other until it is killed, after_s from when it had looked (below 0: before it can
+    have); (counter at boot, counters stored).
+    """
     arguments = mps2(in_build(build, "target_store_mps2.elf"), memory, "-serial", "null", "-semihosting-config",
                      "enable=on,target=native", "-device", "loader,addr=0x2001FF04,data=2,data-len=4")
     process = subprocess.Popen(arguments, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-    time.sleep(after_s)
+    watchdog = threading.Timer(60, process.kill)
+    watchdog.start()
+    text = ""
+    while after_s >= 0 and "boot" not in text and process.poll() is None:
+        text += process.stderr.readline()
+    time.sleep(abs(after_s))
     ended = process.poll()
     process.kill()
-    text = process.communicate()[1]
+    text += process.communicate()[1]
+    watchdog.cancel()
     if ended is not None:
         raise subprocess.SubprocessError(f"the board ended by itself, status {ended}: {text}")
     found = re.search(r"boot (\d+) number \d+\n", text)
@@ -117,7 +127,7 @@ def kill_chain(build, folder, seed, kills):
     mps2_memory(memory)
     least, most, seen, stores, lost = 0, 0, 0, 0, []
     for life in range(kills):
-        boot, stored = killed_life(build, memory, chance.uniform(0.08, 0.2))
+        boot, stored = killed_life(build, memory, chance.uniform(-0.01, 0.08))
         if boot is None:  # killed before it could look
             continue
         seen += 1

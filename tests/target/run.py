@@ -17,7 +17,7 @@ import power
 from emulator import in_build
 
 LINEAR_GOAL = 2 * 217  # instructions: twice what eleven bare 2x2 blocks take at -O2
-LIVE_SAMPLES = 140_000
+LIVE_SAMPLES = 170_000
 INTERRUPT_BOUND = 2000  # instructions of the sample interrupt with a linear model
 DOWNLOADS = 100 if os.environ.get("FULL") else 4
 KILLS, FIRMWARE_KILLS = (500, 100) if os.environ.get("FULL") else (60, 15)
