@@ -169,6 +169,8 @@ enum bf_status link_open(const char *path, long baud, struct link *link, struct 
                          "update one of them",
                          path, (unsigned)link->info.image_layout, (unsigned)link->info.image_bytes, BEAM_IMAGE_LAYOUT,
                          BEAM_IMAGE_BYTES);
+    if (status == BF_OK && link->info.sample_mHz == 0)
+        status = bf_fail(err, BF_DEVICE, "%s: the board says that it does not sample; update its firmware", path);
     if (status != BF_OK) {
         port_close(link->port);
         link->port = NULL;

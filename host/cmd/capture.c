@@ -44,6 +44,9 @@ static enum bf_status learn(struct capture *c, const struct board_options *optio
         link_read_setup(&c->link, &c->setup, err) != BF_OK ||
         link_read(&c->link, "reading the model", at, sizeof latency, &latency, err) != BF_OK)
         return err->status;
+    if (latency < 0 || latency >= BEAM_IMAGE_TAPS)
+        return bf_fail(err, BF_DEVICE, "%s: the board's model says a latency of %ld samples, which no image has",
+                       port_path(c->link.port), (long)latency);
     c->latency = latency;
     c->before = *info;
     recording_begin(&c->recording, 1e-3 * (double)info->sample_mHz, every);

@@ -124,7 +124,8 @@ static double find_peaks(const struct monitor_view *v, const struct capture *c, 
         const double ago = (double)(c->newest - r->live[i].sequence);
         if (ago >= span)
             break;
-        const size_t column = columns - 1 - (size_t)(ago / span * (double)columns);
+        const size_t before = (size_t)(ago / span * (double)columns);
+        const size_t column = before < columns ? columns - 1 - before : 0;
         peak[column] = fmax(peak[column], value_of(quantity, &r->live[i])); /* of NAN and x: x */
         largest = fmax(largest, peak[column]);
     }
@@ -135,8 +136,8 @@ static void draw_strip(size_t columns, const double peak[], double full)
 {
     static const char *const blocks[] = {"▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"};
     for (size_t i = 0; i < columns; i++) {
-        const double level = full > 0.0 ? floor(8.0 * peak[i] / full) : 0.0;
-        (void)fputs(isnan(peak[i]) ? " " : blocks[level < 0.0 ? 0 : level > 7.0 ? 7 : (int)level], stdout);
+        const double level = full > 0.0 ? fmin(floor(8.0 * peak[i] / full), 7.0) : 0.0;
+        (void)fputs(isnan(peak[i]) ? " " : blocks[level > 0.0 ? (int)level : 0], stdout);
     }
     (void)fputs("\033[K\n", stdout);
 }

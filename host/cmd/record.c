@@ -54,7 +54,7 @@ static const char help[] =
     "board\n"
     "fell silent (what had come is written) or no two samples in a row arrived.\n";
 
-enum { MOST_SAMPLES = 2000000000 };
+enum { MOST_SAMPLES = 2000000000, LONGEST_SETTLE_S = 3600 };
 enum drive_choice { DRIVE_ON, DRIVE_OFF, DRIVE_KEEP, DRIVE_CHIRP };
 
 struct arguments {
@@ -114,8 +114,9 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
     case 'd':
         return take_drive(a, optarg, err);
     case 't':
-        if (options_number("--settle", optarg, &a->settle_s, err) == BF_OK && a->settle_s < 0.0)
-            return bf_fail(err, BF_USAGE, "--settle cannot be negative");
+        if (options_number("--settle", optarg, &a->settle_s, err) == BF_OK &&
+            !(a->settle_s >= 0.0 && a->settle_s <= LONGEST_SETTLE_S))
+            return bf_fail(err, BF_USAGE, "--settle '%.40s': give from 0 to %d seconds", optarg, LONGEST_SETTLE_S);
         return err->status;
     case 'j':
         a->json = true;
@@ -161,7 +162,8 @@ static double wanted_samples(const struct arguments *a, const struct recording *
     enum { SECONDS = 10 };
     if (a->samples > 0)
         return (double)(a->samples - 1) * recording->prescale;
-    return round((a->seconds > 0.0 ? a->seconds : SECONDS) * recording->sample_Hz) - recording->prescale;
+    const double samples = round((a->seconds > 0.0 ? a->seconds : SECONDS) * recording->sample_Hz);
+    return fmax(samples - recording->prescale, recording->prescale);
 }
 
 static enum bf_status choose_drive(const struct arguments *a, struct capture *c, struct beam_drive *drive,

@@ -166,6 +166,8 @@ static void mistakes_on_the_command_line(void **state)
         {"record", "-o", "x.csv", "--drive", "up", NULL},
         {"record", "-o", "x.csv", "--prescale", "0", NULL},
         {"record", "-o", "x.csv", "--once", NULL},
+        {"record", "-o", "x.csv", "--settle", "1e9", NULL},
+        {"record", "-o", "x.csv", "--seconds", "1e9", NULL},
         {"monitor", "--seconds", "x", NULL},
     };
     for (size_t i = 0; i < sizeof calls / sizeof *calls; i++) {
