@@ -136,7 +136,10 @@ class Receiver:
 
 
 class Link:
-    """One host on a port. on_live(Live or None): each DAQ sample; None when its CRC-32 is wrong."""
+    """
+    One host on a port. on_live(Live or None): each DAQ sample; None when its CRC-32 is wrong. `noisy`: a frame that does
+    not end is given up; else the board is only slow.
+    """
 
     def __init__(self, path, timeout_s=0.3, retries=6):
         self.fd = os.open(path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
@@ -145,7 +148,7 @@ class Link:
         self.timeout_s, self.retries = timeout_s, retries
         self.receiver = Receiver()
         self.counter = 0
-        self.answer = None
+        self.answer, self.noisy = None, False
         self.on_live = lambda live: None
         self.samples = self.bad_samples = self.repeats = self.largest = 0
         self.block = MAX_PACKET  # bytes of a packet that carries data
@@ -198,7 +201,7 @@ class Link:
         for attempt in range(self.retries if repeat else 1):
             self.answer = None
             self.repeats += attempt > 0
-            if attempt > 1:
+            if self.noisy and attempt > 1:
                 self.receiver.give_up()
             self.counter += 1
             self.write(frame(bytes(packet), self.counter))

@@ -76,7 +76,7 @@ def noise(bench, share):
         board = bench.board().power_on()
         line = rig.Line(board.port, probability, seed=round(1e5 * probability))
         link = wire.Link(line.port, timeout_s=0.1, retries=20)
-        link.block = block
+        link.block, link.noisy = block, True
         counter = 0
         for counter in range(1, max(2, round(most * share)) + 1):
             image = bench.image(counter)
@@ -127,6 +127,7 @@ def disturb(port, seed, ended):
                lambda: host.write(generator.randbytes(generator.randrange(1, 60))),
                lambda: host.short_download(wire.IMAGE + 4 * generator.randrange(1000), generator.randbytes(4)),
                lambda: host.command(bytes([0xEB, 0x01, 0, wire.STAGING])))
+    host.noisy = True
     while not ended.is_set():
         try:
             host.largest = wire.MAX_PACKET
@@ -151,6 +152,7 @@ def two_hosts(bench, share):
         thread = threading.Thread(target=disturb, args=(board.port, number, ended))
         thread.start()
         link = wire.Link(board.port, timeout_s=0.05, retries=4)
+        link.noisy = True
         for _ in range(3):
             try:
                 link.connect()
