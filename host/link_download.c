@@ -145,9 +145,9 @@ static enum bf_status compare(struct link *link, const struct beam_image_file *i
                               struct bf_error *err)
 {
     struct beam_image_file now;
-    const unsigned char *sent = (const unsigned char *)image, *running = (const unsigned char *)&now;
     if (read_checked(link, BEAM_WIRE_PAGE_ACTIVE, &now, bar, 0.6, err) != BF_OK)
         return err->status;
+    const unsigned char *sent = (const unsigned char *)image, *running = (const unsigned char *)&now;
     if (memcmp(running, sent, sizeof now) != 0)
         return bf_fail(err, BF_DEVICE, "%s: the running model is not the one that was sent; do not trust this board",
                        port_path(link->port));

@@ -118,7 +118,7 @@ static double find_peaks(const struct monitor_view *v, const struct capture *c, 
     const struct recording *r = &c->recording;
     const double span = v->window_s * r->sample_Hz;
     double largest = 0.0;
-    for (size_t i = 0; i < columns; i++)
+    for (size_t i = 0; i < MOST_COLUMNS; i++)
         peak[i] = NAN;
     for (size_t i = r->n; i-- > 0;) {
         const double ago = (double)(c->newest - r->live[i].sequence);
@@ -158,7 +158,7 @@ static void draw_signals(const struct monitor_view *v, const struct capture *c, 
 
 static void show_panel(struct monitor_view *v, const struct capture *c, const struct now *now)
 {
-    const size_t width = text_columns(), columns = width > 40 + MOST_COLUMNS ? MOST_COLUMNS : width - 38;
+    const size_t width = text_columns(), columns = width - 38 < MOST_COLUMNS ? width - 38 : MOST_COLUMNS;
     double peak[MOST_COLUMNS];
     if (v->drawn)
         (void)printf("\033[%dA", PANEL_LINES);
