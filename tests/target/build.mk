@@ -33,7 +33,7 @@ $(B)/arm/layout.o: tests/target/layout.c firmware/app.h firmware/pages.h firmwar
 	$(call say,$@)$(CROSS)gcc $(FIRMWARE_FLAGS) -c $< -o $@
 
 # Unit tests of lib/ on an emulated board: the tests of tests/unit as they are, a small cmocka, the library in every arithmetic
-UNIT_ON_TARGET := $(filter-out test_effects_docs,$(notdir $(basename $(wildcard tests/unit/test_beam_*.c tests/unit/test_effects*.c))))
+UNIT_ON_TARGET := $(filter-out test_effects_docs test_effects_derivatives test_beam_factor,$(notdir $(basename $(wildcard tests/unit/test_beam_*.c tests/unit/test_effects*.c))))
 # newlib's complex.h lacks CMPLX
 UNIT_FLAGS = $(CROSS_CPU) -std=gnu11 -O2 -ffp-contract=off -ffunction-sections -fdata-sections -Ilib -Itests -Itests/target/shim \
     '-DCMPLX(re,im)=__builtin_complex((double)(re),(double)(im))'
