@@ -89,7 +89,7 @@ uint16_t daq_next(struct daq *daq)
         struct daq_item *item = &daq->ring[taken % DAQ_RING];
         for (; daq->at_list < BEAM_DAQ_LISTS; daq->at_list++, daq->at_odt = 0) {
             const struct daq_list *list = &daq->list[daq->at_list];
-            if (!(item->due >> daq->at_list & 1u) || !atomic_load(&list->running) || daq->at_odt >= list->n_odts)
+            if ((item->due & 1u << daq->at_list) == 0 || !atomic_load(&list->running) || daq->at_odt >= list->n_odts)
                 continue;
             item->live.crc32 = beam_crc32(0, offsetof(struct beam_live, crc32), (const uint8_t *)&item->live);
             const uint16_t n = build(daq, item);
