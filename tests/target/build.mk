@@ -24,10 +24,7 @@ $(B)/target_store_%.elf: tests/target/store_run.c tests/target/semihost.h $(B)/a
 $(foreach board,$(FIRMWARE_BOARDS),$(eval $(B)/target_store_$(board).elf: $(call BOARD_OBJ,$(board)) firmware/board_$(board)/$(board).ld))
 
 # The firmware's sampler on this machine, and where the board keeps what it computed
-$(B)/target/firmware/%.o: firmware/%.c
-	@mkdir -p $(@D)
-	$(call say,$@)$(CC) $(LIBFLAGS) -DBEAM_FLOAT -DBEAM_TARGET -Ifirmware -c $< -o $@
-$(B)/replay_live: tests/target/replay_live.c $(B)/target/firmware/sampler.o $(B)/libbeamt.a
+$(B)/replay_live: tests/target/replay_live.c $(B)/firmware/sampler.o $(B)/libbeamt.a
 	$(call say,$@)$(CC) $(LIBFLAGS) -DBEAM_FLOAT -DBEAM_TARGET -Ifirmware $^ -lm -o $@
 $(B)/arm/layout.o: tests/target/layout.c firmware/app.h firmware/pages.h firmware/sampler.h firmware/daq.h firmware/xcp.h firmware/sxi.h
 	$(call say,$@)$(CROSS)gcc $(FIRMWARE_FLAGS) -c $< -o $@

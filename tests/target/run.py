@@ -95,7 +95,7 @@ def test_units(build):
     passed = 0
     for name in names:
         elf = in_build(build, f"target_unit_test_{name}.elf")
-        status, text = emulator.semihosted("mps2-an386", elf, None, timeout_s=600)
+        status, text = emulator.semihosted("mps2-an386", elf, None, timeout_s=1800)
         done = len(re.findall(r"^passed ", text, re.M))
         check(status == 0 and done > 0, f"{name}: status {status}: {text[-500:]}")
         passed += done
