@@ -262,8 +262,15 @@ class Link:
         return self.short_upload(IMAGE, n)
 
     def checksum(self, address, n):
-        self.command(struct.pack("<BBBBI", 0xF6, 0, 0, 0, address))
-        return struct.unpack("<I", self.command(struct.pack("<BBBBI", 0xF3, 0, 0, 0, n), 8)[4:8])[0]
+        """The board's address moves on with each BUILD_CHECKSUM, so both commands are sent again."""
+        for _ in range(self.retries):
+            self.command(struct.pack("<BBBBI", 0xF6, 0, 0, 0, address))
+            try:
+                return struct.unpack("<I", self.command(struct.pack("<BBBBI", 0xF3, 0, 0, 0, n), 8, repeat=False)[4:8])[0]
+            except Silent:
+                self.repeats += 1
+                self._drop_late_answers(1)
+        raise Silent("no checksum")
 
     def stage(self, image):
         """Writes the image into the staged page until its CRC-32 is right."""
