@@ -77,8 +77,9 @@ struct diagnosis {
     struct reconstruction reconstruction; /* of what the best explanation leaves, when the verdict is unknown */
     bool converged;                       /* false: the search may not have found the optimum of some candidate */
     bool interrupted;
-    size_t n_failed; /* refits without an answer */
-    char *text;      /* one paragraph for a person */
+    bool unconfirmed; /* several effects explain the fitted records, and none was held out: they are not named */
+    size_t n_failed;  /* refits without an answer */
+    char *text;       /* one paragraph for a person */
     double seconds;
     size_t evaluations;
 };

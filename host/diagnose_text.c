@@ -113,8 +113,25 @@ static void ambiguous(FILE *out, const struct diagnosis *d)
     (void)fprintf(out, ". `beamfit discriminate` finds the experiment that separates them.");
 }
 
+static void unconfirmed(FILE *out, const struct diagnosis *d)
+{
+    (void)fprintf(out, "Something is missing: the model leaves ");
+    ratios(out, &d->baseline.fitted, &d->baseline.check);
+    (void)fprintf(out, ". Together ");
+    effects_text(out, &d->hypotheses[0]);
+    (void)fprintf(out, " leave ");
+    ratios(out, &d->hypotheses[0].fitted, &d->hypotheses[0].check);
+    (void)fprintf(out,
+                  ", but several effects bend until they fit, and no record was held out to confirm them: give --check "
+                  "with a record of another excitation.");
+}
+
 static void unknown(FILE *out, const struct diagnosis *d)
 {
+    if (d->unconfirmed) {
+        unconfirmed(out, d);
+        return;
+    }
     (void)fprintf(out, "Something is missing, and nothing in the catalogue explains it: the model leaves ");
     ratios(out, &d->baseline.fitted, &d->baseline.check);
     if (d->n_hypotheses > 0) {
