@@ -12,10 +12,10 @@ trap 'rm -rf "$work"' EXIT
 mkdir "$work/effects"
 cp "$top"/lib/effects/*.c "$work/effects/"
 
-# build NUMBER_DEFINE OBJECT_DIRECTORY: the effects, their table and the tests' view of them
+# build NUMBER_DEFINE OBJECT_DIRECTORY: the effects, their elementary functions, their table and the tests' view of them
 build() {
     mkdir "$work/$2"
-    for source in "$work"/effects/*.c "$work/table.c" "$top/tests/effects_shadow.c"; do
+    for source in "$work"/effects/*.c "$work/table.c" "$top/lib/beam_math.c" "$top/tests/effects_shadow.c"; do
         $CC -std=c11 -D_GNU_SOURCE -Wall -Wextra -Werror -O1 $1 -I"$top/lib" -I"$top/tests" -c "$source" \
             -o "$work/$2/$(basename "$source" .c).o"
     done

@@ -11,9 +11,9 @@ cd "$top"
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
-cp -a Makefile lib host tools tests data docs "$work/"
+cp -a Makefile lib host firmware tools tests data docs "$work/"
 mkdir -p "$work/$build"
-cp -a "$build"/{host,double,float,gen,truth} "$build"/lib{host,beam,beamf,truth}.a "$build"/beam_truth "$work/$build/"
+cp -a "$build"/{host,double,float,target,gen,truth} "$build"/lib{host,beam,beamf,beamt,truth}.a "$build"/beam_truth "$work/$build/"
 
 awk '/^```c$/ {inside = 1; next} /^```$/ {inside = 0} inside' "$page" >"$work/effect.c"
 id=$(sed -n 's/^ *\.id = "\([a-z_]*\)",$/\1/p' "$work/effect.c")
