@@ -263,7 +263,7 @@ void diagnose_decide(struct diagnosis *d)
         d->verdict = fine ? VERDICT_COMPLETE : VERDICT_UNKNOWN;
         return;
     }
-    d->unconfirmed = best->explains && best->n_effects > 1 && d->n_checks == 0;
+    d->unconfirmed = best->explains && best->n_effects > 1 && best->check.n_channels == 0;
     if (!best->explains || d->unconfirmed) {
         d->verdict = VERDICT_UNKNOWN;
         return;

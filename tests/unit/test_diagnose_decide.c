@@ -139,6 +139,36 @@ static void a_pair_that_one_effect_cannot_replace_is_named(void **state)
     assert_int_equal(d.n_named, 2);
 }
 
+static void a_pair_without_held_out_records_is_not_named(void **state)
+{
+    struct diagnosis d;
+    struct hypothesis h[] = {refit("tip_mass", "sensor_lag", 2, 1.0, 1.0)};
+    h[0].check = (struct hypothesis_errors){.nrmse = NAN, .noise_ratio = NAN, .worst_ratio = NAN};
+    decide(&d, *state, 30.0, 30.0, h, 1);
+    assert_int_equal(d.verdict, VERDICT_UNKNOWN);
+    assert_true(d.unconfirmed);
+}
+
+static void a_weak_misfit_must_be_explained_for_the_most_part(void **state)
+{
+    struct diagnosis d;
+    struct hypothesis h[] = {refit("patch_softening", NULL, 1, 1.09, 1.08)};
+    decide(&d, *state, 1.42, 1.13, h, 1);
+    assert_int_equal(d.verdict, VERDICT_UNKNOWN);
+    decide(&d, *state, 10.0, 9.0, h, 1);
+    assert_int_equal(d.verdict, VERDICT_MISSING);
+}
+
+static void a_damper_is_a_spring_without_stiffness(void **state)
+{
+    struct diagnosis d;
+    struct hypothesis h[] = {refit("point_spring", NULL, 3, 1.0, 1.0), refit("point_damper", NULL, 2, 1.0002, 1.0)};
+    decide(&d, *state, 30.0, 30.0, h, 2);
+    assert_int_equal(d.verdict, VERDICT_MISSING);
+    assert_int_equal(d.n_named, 1);
+    assert_string_equal(d.named[0], "point_damper");
+}
+
 static int setup(void **state)
 {
     static struct model model;
@@ -166,6 +196,9 @@ int main(void)
         cmocka_unit_test(half_an_explanation_is_unknown),
         cmocka_unit_test(a_second_effect_that_adds_nothing_is_not_named),
         cmocka_unit_test(a_pair_that_one_effect_cannot_replace_is_named),
+        cmocka_unit_test(a_pair_without_held_out_records_is_not_named),
+        cmocka_unit_test(a_weak_misfit_must_be_explained_for_the_most_part),
+        cmocka_unit_test(a_damper_is_a_spring_without_stiffness),
     };
     return cmocka_run_group_tests(tests, setup, teardown);
 }
