@@ -99,15 +99,19 @@ static enum bf_status without_one(struct diagnose_work *w, struct bf_error *err)
     if (w->d->n_hypotheses == 0 || best->n_effects < 3 || steps_through_time(best))
         return BF_OK;
     for (size_t e = 0; e + 1 < best->n_effects && !status; e++) { /* without the last it is known */
-        struct refit_job *job = &jobs[n++];
+        struct refit_job *job = &jobs[n];
         *job = (struct refit_job){.n_effects = best->n_effects - 1, .n_tried = w->n_tried};
         status = model_copy(&best->model, &job->model, err);
-        if (!status)
-            status = model_drop_effect(&job->model, best->effects[e]->id, err);
+        if (status)
+            break;
+        n++;
+        status = model_drop_effect(&job->model, best->effects[e]->id, err);
         job->first_new = job->model.n_effects;
     }
     if (!status)
         diagnose_refits(w, jobs, n, 0.0);
+    for (size_t i = 0; status && i < n; i++)
+        model_free(&jobs[i].model);
     diagnose_rank(w->d, w->n_tried);
     return status;
 }

@@ -91,10 +91,11 @@ static void score_kind(struct shortlist *s, enum effect_kind kind)
     free(some), free(scores), free(at), free(order);
 }
 
-static bool has_law(const struct model *model)
+/* Is there an effect of this kind or a dearer one? */
+static bool reaches(const struct model *model, enum effect_kind kind)
 {
     for (size_t e = 0; e < model->n_effects; e++)
-        if (effect_kind(model->effects[e].effect) == KIND_LAW)
+        if (effect_kind(model->effects[e].effect) >= kind)
             return true;
     return false;
 }
@@ -107,7 +108,7 @@ enum bf_status shortlist_score(struct shortlist *s, enum effect_kind kind, struc
     if (s->base == NULL) {
         const struct score_options options = {.sigma = w->sigma, .threads = w->threads, .predict = w->options->predict};
         enum bf_status status = BF_OK;
-        s->has_law = has_law(&s->from->model);
+        s->has_law = reaches(&s->from->model, KIND_LAW);
         if (s->has_law)
             status = bare_new(w, s->from, &s->bare, err);
         if (!status)
@@ -131,20 +132,12 @@ static bool excluded(const struct diagnose_work *w, const char *id)
     return false;
 }
 
-static bool has_nonlinear(const struct model *model)
-{
-    for (size_t e = 0; e < model->n_effects; e++)
-        if (effect_kind(model->effects[e].effect) != KIND_LINEAR)
-            return true;
-    return false;
-}
-
 enum bf_status shortlist_try_laws(struct shortlist *s, struct bf_error *err)
 {
     struct diagnose_work *w = s->w;
     struct predictor *predictor;
     struct motion motion;
-    if (s->tried || has_nonlinear(&s->from->model))
+    if (s->tried || reaches(&s->from->model, KIND_BENT))
         return BF_OK;
     s->tried = true;
     enum bf_status status =
