@@ -156,9 +156,9 @@ static double number_and_unit(const char *text, const char *end, char point, str
         after = number_scan(s, end, point, &x);
     if (after == NULL)
         return 0;
-    if (end - after >= 2 && *after == ',' &&
-        isdigit((unsigned char)after[1])) /* the table itself may have no fractions */
-        after = number_scan(s - 1, end, ',', &x);
+    const bool comma = end - after >= 2 && *after == ',' && isdigit((unsigned char)after[1]);
+    const char *longer = comma ? number_scan(s - 1, end, ',', &x) : NULL; /* the table itself may have no fractions */
+    after = longer != NULL ? longer : after;
     const char *bracket = text;
     while (bracket < s && *bracket != '(' && *bracket != '[')
         bracket++;

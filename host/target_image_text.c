@@ -42,7 +42,9 @@ void target_image_cost(const struct beam_image_file *file, char text[160])
 {
     enum { a_pair = 62, rest = 83 }; /* instructions of two blocks, and of the rest of a linear step (docs/boards.md) */
     const struct beam_image_counts *n = &file->counts;
-    if (n->n_ports > 1)
+    if (n->n_blocks < 1 || n->n_blocks > BEAM_BLOCKS) /* an image that is refused is described too */
+        (void)snprintf(text, 160, "none: %ld blocks, and a controller has 1 to %d", (long)n->n_blocks, BEAM_BLOCKS);
+    else if (n->n_ports > 1)
         (void)snprintf(text, 160, "laws at %d points: 20 000 instructions a sample and more (Cortex-M4F)", n->n_ports);
     else if (n->n_ports == 1)
         (void)snprintf(text, 160, "a law at one point: 2000 to 5000 instructions a sample (Cortex-M4F)");

@@ -234,6 +234,24 @@ static void the_bytes_are_the_plan(void **state)
     target_image_free(&image);
 }
 
+/* A refused image is described too (verify --json): its counts may be anything, and so may the numbers. */
+static void hostile_counts_are_described(void **state)
+{
+    static struct target_image image;
+    (void)state;
+    make("", &image);
+    const int32_t hostile[] = {INT32_MIN, -1, 0, BEAM_BLOCKS + 1, INT32_MAX};
+    for (size_t i = 0; i < sizeof hostile / sizeof hostile[0]; i++) {
+        char cost[160];
+        image.file.counts.n_blocks = hostile[i];
+        target_image_cost(&image.file, cost);
+        assert_memory_equal(cost, "none: ", 6);
+        image.file.counts.n_uses = hostile[i];
+        json_discard(target_image_file_json(&image.file));
+    }
+    target_image_free(&image);
+}
+
 static void the_interval_is_the_true_one(void **state)
 {
     static struct target_image image;
@@ -477,6 +495,7 @@ int main(void)
         cmocka_unit_test(the_controller_predicts_what_the_host_predicts),
         cmocka_unit_test(blocks_beside_the_space),
         cmocka_unit_test(the_bytes_are_the_plan),
+        cmocka_unit_test(hostile_counts_are_described),
         cmocka_unit_test(the_interval_is_the_true_one),
         cmocka_unit_test(tampering_with_any_byte_is_refused),
         cmocka_unit_test(effects_that_cannot_run),
