@@ -31,13 +31,50 @@ static void boundary(enum model_support support, bool root_released, size_t *lea
         *lead = 1; /* φ(0) = 0 stays, φ'(0) is free */
 }
 
+/* An edge in its place among the others; none nearer to another or to an end than `least_m`. Returns how many there are. */
+static size_t insert_edge(double edges[], size_t n, double at_m, double length_m, double least_m)
+{
+    size_t i = n;
+    if (at_m < least_m || at_m > length_m - least_m)
+        return n;
+    while (i > 0 && edges[i - 1] > at_m)
+        i--;
+    if ((i > 0 && at_m - edges[i - 1] < least_m) || (i < n && edges[i] - at_m < least_m))
+        return n;
+    memmove(edges + i + 1, edges + i, (n - i) * sizeof *edges);
+    edges[i] = at_m;
+    return n + 1;
+}
+
+/* A law over a short span pulls with a pair of moments: y'' jumps at the span's ends. */
+static size_t add_law_spans(const struct model *model, double edges[], size_t n)
+{
+    const double least_m = 1e-4 * model->length_m; /* shorter elements cost the low modes their digits */
+    const struct beam_place place = model_place(model);
+    for (size_t e = 0; e < model->n_effects; e++) {
+        const struct model_effect *own = &model->effects[e];
+        double p[BEAM_EFFECT_PARAMETERS] = {0};
+        struct beam_law_place law = {0};
+        for (int i = 0; i < own->effect->n_parameters; i++)
+            p[i] = own->parameters[i].value;
+        if (own->effect->law_place == NULL || own->effect->law_place(p, &place, &law) != 0 ||
+            law.points != BEAM_LAW_AT_SPAN)
+            continue;
+        n = insert_edge(edges, n, law.at_m - 0.5 * law.width_m, model->length_m, least_m);
+        n = insert_edge(edges, n, law.at_m + 0.5 * law.width_m, model->length_m, least_m);
+    }
+    return n;
+}
+
 enum bf_status fine_new(const struct model *model, size_t n_splines, bool root_released, bool knots_on_edges,
                         struct fine_space *out, struct bf_error *err)
 {
-    double *edges = bf_alloc(model->n_regions + 1, sizeof *edges);
+    double *edges = bf_alloc(model->n_regions + 2 * model->n_effects + 1, sizeof *edges);
     size_t n_edges = 0;
     for (size_t r = 0; knots_on_edges && r + 1 < model->n_regions; r++)
         edges[n_edges++] = model->regions[r].to_m;
+    if (knots_on_edges)
+        n_edges = add_law_spans(model, edges, n_edges);
     *out = (struct fine_space){.length_m = model->length_m};
     enum bf_status status = spline_new(model->length_m, edges, n_edges, n_splines, &out->spline, err);
     free(edges);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
- * fine.h — Galerkin spaces of cubic splines, by default with double knots on every region edge (y″ may jump there);
+ * fine.h — Galerkin spaces of cubic splines, by default with double knots (y″ may jump there) on every region edge and
+ * on the ends of the short span of a law at a crack;
  * essential boundary conditions are imposed by leaving basis functions out. Matrices are symmetric and banded (half bandwidth 3).
  */
 #ifndef BEAMFIT_FINE_H
@@ -19,8 +20,8 @@ struct fine_space {
 };
 
 /*
- * root_released: y'(0) stays free although the support clamps it (effects with releases_root). knots_on_edges: double
- * knots on the region edges; without, equidistant knots and C² splines, the seed paper's uniform space.
+ * root_released: y'(0) stays free although the support clamps it (effects with releases_root). knots_on_edges: these
+ * double knots; without, equidistant knots and C² splines, the seed paper's uniform space.
  */
 enum bf_status fine_new(const struct model *model, size_t n_splines, bool root_released, bool knots_on_edges,
                         struct fine_space *out, struct bf_error *err);

@@ -25,28 +25,36 @@ static size_t add_static(const struct truth_assembly *fe, const struct truth_spe
     struct place {
         double at_m;
         int derivative;
+        double less_at_m; /* > 0: the value there is taken off */
     } places[TRUTH_STATIC];
     size_t n_places = 0;
-    places[n_places++] = (struct place){fe->mesh.patch_to_m, 1};
-    places[n_places++] = (struct place){fe->mesh.patch_from_m, 1};
+    places[n_places++] = (struct place){fe->mesh.patch_to_m, 1, 0};
+    places[n_places++] = (struct place){fe->mesh.patch_from_m, 1, 0};
     for (size_t i = 0; i < spec->n_inputs; i++)
         if (spec->input[i].kind == TRUTH_POINT_FORCE)
-            places[n_places++] = (struct place){spec->input[i].at_m, 0};
+            places[n_places++] = (struct place){spec->input[i].at_m, 0, 0};
     for (size_t i = 0; i < spec->n_outputs; i++)
         if (spec->output[i].kind != TRUTH_PATCH_STRAIN)
-            places[n_places++] = (struct place){spec->output[i].at_m, 0};
+            places[n_places++] = (struct place){spec->output[i].at_m, 0, 0};
     for (size_t i = 0; i < spec->n_effects; i++) {
+        const struct truth_effect *effect = &spec->effect[i];
+        const double half_m = effect->parameter[2] / 2; /* of a crack's span: it pulls with a pair of moments */
         double at_m;
-        if (truth_effect_place(spec, &spec->effect[i], &at_m))
-            places[n_places++] = (struct place){at_m, 0};
+        if (truth_effect_place(spec, effect, &at_m))
+            places[n_places++] = effect->kind == TRUTH_BILINEAR_STIFFNESS
+                                     ? (struct place){at_m + half_m, 1, at_m - half_m}
+                                     : (struct place){at_m, 0, 0};
     }
-    double *row = truth_array(fe->n), *load = truth_array(fe->kept), *S = truth_array(fe->kept * fe->kept);
+    double *row = truth_array(fe->n), *less = truth_array(fe->n), *load = truth_array(fe->kept),
+           *S = truth_array(fe->kept * fe->kept);
     size_t filled = 0;
     for (size_t k = 0; k < n_places && first + filled < columns; k++) {
         truth_mesh_row(&fe->mesh, places[k].at_m, places[k].derivative, row);
+        if (places[k].less_at_m > 0)
+            truth_mesh_row(&fe->mesh, places[k].less_at_m, places[k].derivative, less);
         for (size_t i = 0, j = 0; i < fe->n; i++)
             if (!fe->fixed[i])
-                load[j++] = row[i];
+                load[j++] = places[k].less_at_m > 0 ? row[i] - less[i] : row[i];
         for (size_t i = 0; i < fe->kept * fe->kept; i++)
             S[i] = K[i] + M[i];
         if (truth_solve_spd(fe->kept, S, load) != 0)
@@ -56,6 +64,7 @@ static size_t add_static(const struct truth_assembly *fe, const struct truth_spe
         filled++;
     }
     free(row);
+    free(less);
     free(load);
     free(S);
     return filled;

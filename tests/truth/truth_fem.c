@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { TRUTH_BREAKS = 2 * TRUTH_REGIONS + 2 * TRUTH_PORTS + TRUTH_EFFECTS + 2 };
+enum { TRUTH_BREAKS = 2 * TRUTH_REGIONS + 2 * TRUTH_PORTS + 3 * TRUTH_EFFECTS + 2 };
 
 struct breaks {
     size_t n;
@@ -29,8 +29,21 @@ static int ascending(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* Region edges always get a node. Points of ports and effects get one unless a node is near: an element of 50 µm
- * beside one of 5 mm costs the low frequencies their digits, and inside an element the modes are smooth cubics. */
+/* A pair of moments bends nothing but the span between them: inside an element a third of its compliance would be missing. */
+static void add_span_of_crack(struct breaks *breaks, const struct truth_spec *spec, const struct truth_effect *effect,
+                              double apart_m)
+{
+    double at_m;
+    if (effect->kind != TRUTH_BILINEAR_STIFFNESS || !truth_effect_place(spec, effect, &at_m))
+        return;
+    const double half_m = effect->parameter[2] / 2;
+    add_break(breaks, at_m - half_m, spec->length_m, apart_m);
+    add_break(breaks, at_m + half_m, spec->length_m, apart_m);
+}
+
+/* Region edges and the span of a crack always get a node. Points of ports and effects get one unless a node is near: an
+ * element of 50 µm beside one of 5 mm costs the low frequencies their digits, and inside an element the modes are smooth
+ * cubics. */
 static void find_breaks(const struct truth_spec *spec, double size_m, struct breaks *breaks)
 {
     double length = spec->length_m;
@@ -42,6 +55,8 @@ static void find_breaks(const struct truth_spec *spec, double size_m, struct bre
         add_break(breaks, spec->region[r].to_m, length, 1e-9 * length);
     }
     double apart = 0.3 * size_m;
+    for (size_t i = 0; i < spec->n_effects; i++)
+        add_span_of_crack(breaks, spec, &spec->effect[i], 0.02 * size_m);
     for (size_t i = 0; i < spec->n_effects; i++) {
         double at_m;
         if (truth_effect_place(spec, &spec->effect[i], &at_m))

@@ -163,6 +163,32 @@ static void static_responses_are_exact(void **state)
     model_free(&model);
 }
 
+/* A pair of moments on a short span of a cantilever bends nothing but the span: its ends turn by h/EI against each other. */
+static void span_of_a_crack_bends_as_it_should(void **state)
+{
+    (void)state;
+    struct model model;
+    struct bf_error err;
+    fixture_model(&model, "  - {kind: bilinear_stiffness, change_Nmprad: 20, at_m: 0.2, width_m: 0.005}\n");
+    struct reduced r = open_space(&model, 1);
+    double *M, *K, *x = bf_alloc(r.space.n, sizeof *x), *g = bf_alloc(r.n, sizeof *g), *a = bf_alloc(r.n, sizeof *a);
+    double *A = bf_alloc(r.n * r.n, sizeof *A);
+    fine_matrices(&r, &model, &M, &K);
+    for (size_t j = 0; j < r.n; j++) {
+        fine_multiply(&r.space, K, r.V + j * r.space.n, x);
+        dense_gemv(true, r.space.n, r.n, 1.0, r.V, x, 0.0, A + j * r.n);
+    }
+    const struct model_input pair = {.kind = INPUT_PATCH_MOMENT, .from_m = 0.1975, .to_m = 0.2025};
+    reduced_input(&r, &pair, g);
+    memcpy(a, g, r.n * sizeof *a);
+    assert_int_equal(dense_cholesky_solve(r.n, 1, A, a, &err), BF_OK);
+    const double compliance = 0.005 / model.materials[0].EI.value;
+    assert_true(fabs(dense_dot(r.n, g, a) / compliance - 1.0) < 1e-6);
+    free(M), free(x), free(g), free(a), free(A); /* K stands behind M */
+    reduced_free(&r);
+    model_free(&model);
+}
+
 /* Away from the base the error of a frequency is of second order: half the distance, a quarter of the error. */
 static void error_away_from_the_base_is_of_second_order(void **state)
 {
@@ -282,6 +308,7 @@ int main(void)
         cmocka_unit_test(basis_is_orthonormal_in_mass),
         cmocka_unit_test(modes_are_eigenvectors_of_the_fine_model),
         cmocka_unit_test(static_responses_are_exact),
+        cmocka_unit_test(span_of_a_crack_bends_as_it_should),
         cmocka_unit_test(error_away_from_the_base_is_of_second_order),
         cmocka_unit_test(places_and_their_derivatives),
         cmocka_unit_test(root_turns_only_where_an_effect_releases_it),
