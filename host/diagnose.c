@@ -18,7 +18,7 @@ enum { PAIR_ROOTS = 2 };
 /* Bands of the misfit: one a mode. */
 enum { MOST_MODES = 16, SPLINES = 100 };
 /* Parts of the progress bar. */
-static const double part_baseline = 0.15, part_singles = 0.45, part_pairs = 0.2;
+static const double part_baseline = 0.15, part_singles = 0.45, part_pairs = 0.2, part_settle = 0.05;
 
 static void tell(struct diagnose_work *w, double done, const char *note)
 {
@@ -198,6 +198,13 @@ static enum bf_status stages(struct diagnose_work *w, struct bf_error *err)
     if (status)
         return status;
     diagnose_decide(d);
+    if (d->n_named > 0 && !d->interrupted) {
+        status = diagnose_settle(w, part_settle, err);
+        d->interrupted = d->interrupted || progress_interrupted();
+        if (status)
+            return status;
+        diagnose_decide(d);
+    }
     if (d->verdict == VERDICT_UNKNOWN && !d->interrupted)
         status = reconstruct(w, err);
     if (!status)

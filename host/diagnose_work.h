@@ -54,6 +54,9 @@ extern const double diagnose_worth; /* a candidate that will leave more than thi
 enum bf_status diagnose_extend(struct diagnose_work *w, const struct hypothesis *from, const size_t most[], double span,
                                struct bf_error *err);
 
+/* diagnose_settle.c: the explanation that is about to be named, once more, when its refit has not converged. */
+enum bf_status diagnose_settle(struct diagnose_work *w, double span, struct bf_error *err);
+
 /* diagnose_decide.c */
 /* Evidence against the baseline and Holm over all that were tried; best first. */
 void diagnose_rank(struct diagnosis *d, size_t n_tried);
