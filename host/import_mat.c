@@ -110,11 +110,22 @@ static void add_matrix(struct import_file *file, const char *name, const matvar_
     }
 }
 
+/* DEFLATE makes at most 1032 bytes of one: a variable that claims more is damaged, and its zeros are nobody's data. */
+static bool fits_in_file(const struct import_file *file, const char *name, size_t bytes)
+{
+    static const size_t most_of_one = 1040;
+    if (bytes / most_of_one <= file->n_bytes)
+        return true;
+    bf_warn("%s: variable '%.60s' claims %zu bytes, more than the file can hold; it is left out: save the file again",
+            file->path, name, bytes);
+    return false;
+}
+
 static void add_numbers(struct import_file *file, const char *name, const matvar_t *v)
 {
     size_t rows = v->dims[0], columns = v->dims[1], size = Mat_SizeOf(v->data_type);
     if (v->data == NULL || rows == 0 || columns == 0 || columns > SIZE_MAX / rows / size / 2 ||
-        v->nbytes < rows * columns * size)
+        v->nbytes < rows * columns * size || !fits_in_file(file, name, rows * columns * size))
         return;
     if (v->isComplex) {
         const mat_complex_split_t *parts = v->data;
@@ -202,8 +213,8 @@ enum bf_status import_mat(struct import_file *file, const char *data, size_t n, 
                           struct bf_error *err)
 {
     (void)data;
-    (void)n;
     (void)how;
+    file->n_bytes = n;
     Mat_LogInitFunc("beamfit", stay_silent);
     mat_t *mat = Mat_Open(file->path, MAT_ACC_RDONLY);
     if (mat == NULL)

@@ -187,6 +187,34 @@ static void what_has_no_numbers_is_refused(void **state)
     refuses("x.mat", "\x89HDF\r\n\x1a\n\0\0\0\0", 12, "no MATLAB file", "save");
 }
 
+/* Ten million rows in a file of some hundred bytes: zeros that nobody recorded. */
+static void a_variable_larger_than_its_file_is_left_out(void **state)
+{
+    (void)state;
+    enum { ROWS_AT = 128 + 8 + 16 + 8 }; /* header, tag of the matrix, its flags, tag of its dimensions */
+    const uint32_t claimed = 10000000;
+    char *path = temporary_file("x.mat", "", 0);
+    mat_t *mat = Mat_CreateVer(path, NULL, MAT_FT_MAT5);
+    put_variable(mat, variable("t", MAT_C_DOUBLE, MAT_T_DOUBLE, N, 1, t, 0));
+    Mat_Close(mat);
+    FILE *f = fopen(path, "r+b");
+    uint32_t rows = 0;
+    assert_non_null(f);
+    assert_int_equal(fseek(f, ROWS_AT, SEEK_SET), 0);
+    assert_int_equal(fread(&rows, sizeof rows, 1, f), 1);
+    assert_int_equal(rows, N);
+    assert_int_equal(fseek(f, ROWS_AT, SEEK_SET), 0);
+    assert_int_equal(fwrite(&claimed, sizeof claimed, 1, f), 1);
+    fclose(f);
+    static const struct import_reading find_out = {.format = IMPORT_UNKNOWN};
+    struct import_file file;
+    struct bf_error err;
+    assert_int_equal(import_read(path, &find_out, &file, &err), BF_BAD_FILE);
+    assert_contains(err.text, "no numeric variable");
+    unlink(path);
+    free(path);
+}
+
 static void any_damage_is_survived(void **state)
 {
     (void)state;
@@ -205,8 +233,11 @@ int main(void)
 {
     fill();
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_version_is_read),  cmocka_unit_test(a_record_with_the_time_vector),
-        cmocka_unit_test(rows_and_rates),         cmocka_unit_test(what_has_no_numbers_is_refused),
+        cmocka_unit_test(every_version_is_read),
+        cmocka_unit_test(a_record_with_the_time_vector),
+        cmocka_unit_test(rows_and_rates),
+        cmocka_unit_test(what_has_no_numbers_is_refused),
+        cmocka_unit_test(a_variable_larger_than_its_file_is_left_out),
         cmocka_unit_test(any_damage_is_survived),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
