@@ -151,6 +151,8 @@ SHADOWS := $(B)/double/tests/effects_shadow.o $(B)/float/tests/effects_shadow.o 
 $(filter $(B)/tests/test_effects%,$(UNIT_TESTS)): $(SHADOWS)
 BEAM_SHADOWS := $(B)/double/tests/beam_case.o $(B)/float/tests/beam_shadow.o
 $(filter $(B)/tests/test_beam%,$(UNIT_TESTS)): $(BEAM_SHADOWS)
+# main() of the firmware under the name that the PC's build gives it
+$(B)/tests/test_firmware_main: $(B)/firmware/board_host/main.o
 # the link's test starts a board and a bad line as the system tests do
 $(B)/tests/test_link: $(B)/system/board.o $(B)/system/line.o $(B)/system/run_program.o
 SYSTEM_COMMON := $(patsubst tests/system/%.c,$(B)/system/%.o,$(filter-out $(SYSTEM_SRC),$(wildcard tests/system/*.c)))
@@ -195,9 +197,17 @@ size: ## sizes and stacks per function, flash, RAM, stack and instructions of th
 	@tools/size.sh $(B)/size
 	@tools/firmware_size.sh $(B) $(FIRMWARE_BOARDS)
 	@python3 -B tests/target/run.py --build $(B) counts
+# Only what tests lib/ and firmware/ is built: the host's archive stays out.
+COVERAGE_TESTS := $(filter-out test_effects_docs,$(notdir $(basename $(wildcard $(addprefix tests/unit/test_,beam_*.c effects*.c firmware_*.c)))))
+coverage: ## line coverage of lib/ and firmware/ by their unit tests: per file, total, fails below 95 %
+	@tools/deps.sh build test
+	+@$(MAKE) --no-print-directory -j$(JOBS) B=$(B)/coverage OPT=-O0 CFLAGS='--coverage $(CFLAGS)' \
+	    ARCHIVES='$$(B)/libfirmware.a $$(addprefix $$(B)/libbeam,.a f.a t.a c.a)' $(COVERAGE_TESTS:%=$(B)/coverage/tests/%)
+	@tools/coverage.sh $(B)/coverage
 BENCH := $(addprefix $(B)/bench/,reference_fit_24x16 reference_fit_40x64 reference_fit_60x128 simulate step_float step_double)
-bench: all $(B)/beam_truth $(BENCH) ## our fit beside a plain reference, and the instructions of one step
+bench: all $(B)/beam_truth $(BENCH) ## our fit and diagnosis beside plain references, their cost, and the instructions of one step
 	@tests/bench/run.sh $(B)
+	@tests/bench/diagnose.sh $(B)
 $(B)/bench/reference_fit_%: tests/bench/reference_fit.c tests/bench/reference_model.c tests/bench/reference_model.h
 	@mkdir -p $(@D)
 	$(call say,$@)$(CC) $(ALLFLAGS) -DREFERENCE_MODES=$(word 1,$(subst x, ,$*)) -DREFERENCE_OVERSAMPLE=$(word 2,$(subst x, ,$*)) \
@@ -269,4 +279,4 @@ DEPFILES = $(FW_OBJ:.o=.d) $(BOARD_HOST_OBJ:.o=.d) $(SHADOWS:.o=.d) $(BEAM_SHADO
            $(UNIT_TESTS:%=%.d) $(SYSTEM_TESTS:%=%.d) $(SYSTEM_COMMON:.o=.d) $(TRUTH_OBJ:.o=.d)
 -include $(wildcard $(DEPFILES))
 .PHONY: live-demo conformance survival
-.PHONY: all tests unit test test-both demo deps lint layers size bench hidden false-alarms own-effect experiments data fuzz install uninstall clean help
+.PHONY: all tests unit test test-both demo deps lint layers size coverage bench hidden false-alarms own-effect experiments data fuzz install uninstall clean help

@@ -7,7 +7,7 @@ cd "$(dirname "$0")/.."
 out=${1:?fuzz.sh DIR}
 : "${FUZZ_SECONDS:=20}" "${JOBS:=2}"
 sanitize='-fsanitize=address,undefined -fno-sanitize-recover=undefined -fgnuc-version=4.8'
-sanitize="$sanitize -fsanitize-coverage-ignorelist=$PWD/tools/fuzz_uncounted.txt"
+sanitize="$sanitize -fsanitize-coverage-ignorelist=$PWD/tools/fuzz_uncounted.txt -fsanitize-ignorelist=$PWD/tools/fuzz_uncounted.txt"
 make --no-print-directory -j"$JOBS" B="$out" CC=clang OPT='-O2 -g' CFLAGS="$sanitize -fsanitize=fuzzer-no-link" \
     "$out/libhost.a" "$out/libbeam.a" "$out/libbeamt.a" "$out/libfirmware.a" WARN=-Wall
 mkdir -p "$out/found"
