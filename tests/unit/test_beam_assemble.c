@@ -223,6 +223,148 @@ static void every_effect_of_the_build_assembles_or_says_why_not(void **state)
     }
 }
 
+/* An effect of the test's own with one linear term, as it stands in `asked`, or a law at `law_at`. */
+static struct beam_operator asked;
+static struct beam_law_place law_at;
+static int answer; /* what its functions return */
+
+static int asked_terms(const double p[], const struct beam_place *place, struct beam_term out[BEAM_EFFECT_TERMS])
+{
+    (void)place;
+    out[0] = (struct beam_term){.place = asked, .value = {.mass = p[0], .damping = p[1], .stiffness = p[2]}};
+    return answer;
+}
+
+static int asked_place(const double p[], const struct beam_place *place, struct beam_law_place *out)
+{
+    (void)p;
+    (void)place;
+    *out = law_at;
+    return answer;
+}
+
+static int no_force(const double p[], const struct beam_law_input *in, struct beam_law_output *out)
+{
+    (void)p;
+    (void)in;
+    (void)out;
+    return 0;
+}
+
+static const struct beam_effect one_term = {.id = "one_term", .n_terms = 1, .terms = asked_terms};
+static const struct beam_effect one_law = {.id = "one_law", .law_place = asked_place, .law = no_force};
+
+/* What the term `asked` of mass 2, damping 3, stiffness 5 adds to M, C, K is that many times `form`. */
+static enum beam_status added(enum beam_basis basis, double form[BEAM_N][BEAM_N])
+{
+    const struct beam_description plain = case_description(basis);
+    struct beam_description d = plain;
+    static struct beam_model model, with;
+    case_add_effect(&d, &one_term, 0, 2.0, 3.0, 5.0);
+    const enum beam_status status = beam_assemble(&d, &with);
+    if (status != BEAM_OK)
+        return status;
+    assert_int_equal(beam_assemble(&plain, &model), BEAM_OK);
+    double most = 0.0;
+    for (int i = 0; i < BEAM_N; i++)
+        for (int j = 0; j < BEAM_N; j++) {
+            form[i][j] = (with.M[i][j] - model.M[i][j]) / 2.0;
+            most = fmax(most, fabs(form[i][j]));
+        }
+    for (int i = 0; i < BEAM_N; i++)
+        for (int j = 0; j < BEAM_N; j++) {
+            assert_close(with.C[i][j] - model.C[i][j], 3.0 * form[i][j], 1e-12 * (most + fabs(model.C[i][j])));
+            assert_close(with.K[i][j] - model.K[i][j], 5.0 * form[i][j], 1e-12 * (most + fabs(model.K[i][j])));
+        }
+    return status;
+}
+
+static void a_functional_s_term_is_the_product_of_its_vector(void **state)
+{
+    static const struct {
+        enum beam_operator_kind kind;
+        int derivative;
+        double at_m,
+            minus_m; /* w = y^(derivative)(at) − y^(derivative)(minus); minus 0: the clamp, where both vanish */
+    } cases[4] = {{BEAM_AT_POINT, 0, 0.3, 0.0},
+                  {BEAM_AT_SLOPE, 1, 0.2, 0.0},
+                  {BEAM_AT_SLOPE_DIFFERENCE, 1, 0.31, 0.17},
+                  {BEAM_AT_PATCH, 1, 0.08905, 0.02535}};
+    (void)state;
+    for (int basis = 0; basis < 2; basis++)
+        for (int k = 0; k < 4; k++) {
+            double form[BEAM_N][BEAM_N], g[BEAM_N], from[BEAM_N];
+            asked = (struct beam_operator){
+                .kind = cases[k].kind, .at_m = cases[k].at_m, .from_m = cases[k].minus_m, .to_m = cases[k].at_m};
+            assert_int_equal(added((enum beam_basis)basis, form), BEAM_OK);
+            assert_int_equal(beam_shape((enum beam_basis)basis, cases[k].at_m, cases[k].derivative, g), BEAM_OK);
+            assert_int_equal(beam_shape((enum beam_basis)basis, cases[k].minus_m, cases[k].derivative, from), BEAM_OK);
+            for (int i = 0; i < BEAM_N; i++)
+                for (int j = 0; j < BEAM_N; j++)
+                    assert_close(form[i][j], (g[i] - from[i]) * (g[j] - from[j]), 1e-9);
+        }
+}
+
+static void a_form_over_the_span_has_its_weight_in_each_region(void **state)
+{
+    (void)state;
+    for (int b = 0; b < 2; b++) {
+        const enum beam_basis basis = (enum beam_basis)b;
+        const struct beam_description d = case_description(basis);
+        const struct beam_table *t = &beam_tables[basis];
+        const double ratio = d.parameters.rho_patch_kgpm / d.parameters.rho_beam_kgpm;
+        static struct beam_model model;
+        double form[BEAM_N][BEAM_N];
+        assert_int_equal(beam_assemble(&d, &model), BEAM_OK);
+        asked = (struct beam_operator){.kind = BEAM_OVER_DEFLECTION, .weight = BEAM_WEIGHT_RHO};
+        assert_int_equal(added(basis, form), BEAM_OK);
+        for (int i = 0; i < BEAM_N; i++)
+            for (int j = 0; j < BEAM_N; j++)
+                assert_close(form[i][j], model.M[i][j], 1e-15);
+        asked = (struct beam_operator){.kind = BEAM_OVER_CURVATURE, .weight = BEAM_WEIGHT_PATCH};
+        assert_int_equal(added(basis, form), BEAM_OK);
+        for (int i = 0; i < BEAM_N; i++)
+            for (int j = i; j < BEAM_N && j - i <= BEAM_DEGREE; j++)
+                assert_close(form[i][j], t->curvature[1][i][j - i], 1e-12 * t->curvature[1][i][0] + 1e-9);
+        asked = (struct beam_operator){.kind = BEAM_OVER_SLOPE, .weight = BEAM_WEIGHT_TURNING};
+        assert_int_equal(added(basis, form), BEAM_OK);
+        for (int i = 0; i < BEAM_N; i++)
+            for (int j = i; j < BEAM_N && j - i <= BEAM_DEGREE; j++)
+                assert_close(form[i][j],
+                             d.parameters.EI_beam_Nm2 * (t->slope[0][i][j - i] + ratio * t->slope[1][i][j - i]), 1e-9);
+    }
+}
+
+static void places_that_the_model_lacks_are_named(void **state)
+{
+    double form[BEAM_N][BEAM_N];
+    (void)state;
+    asked = (struct beam_operator){.kind = BEAM_AT_NOTHING};
+    assert_int_equal(added(BEAM_BASIS_PATCH, form), BEAM_OK);
+    for (int i = 0; i < BEAM_N; i++)
+        for (int j = 0; j < BEAM_N; j++)
+            assert_true(form[i][j] == 0.0);
+    asked.kind = BEAM_AT_ROOT;
+    assert_int_equal(added(BEAM_BASIS_PATCH, form), BEAM_ERROR_NEEDS_HOST);
+    asked.kind = (enum beam_operator_kind)(BEAM_OVER_MODES + 1);
+    assert_int_equal(added(BEAM_BASIS_PATCH, form), BEAM_ERROR_ARGUMENT);
+    asked = (struct beam_operator){.kind = BEAM_AT_SLOPE_DIFFERENCE, .from_m = 0.1, .to_m = 0.46};
+    assert_int_equal(added(BEAM_BASIS_PATCH, form), BEAM_ERROR_PLACE);
+
+    struct beam_description d = case_description(BEAM_BASIS_PATCH);
+    static struct beam_model model;
+    case_add_effect(&d, &one_law, 0, 0, 0, 0);
+    law_at = (struct beam_law_place){.points = BEAM_LAW_NONE};
+    assert_int_equal(beam_assemble(&d, &model), BEAM_OK);
+    assert_int_equal(model.n_ports, 0);
+    law_at = (struct beam_law_place){.points = BEAM_LAW_AT_SPAN, .at_m = 0.45, .width_m = 0.02};
+    assert_int_equal(beam_assemble(&d, &model), BEAM_ERROR_PLACE);
+    answer = -1; /* outside the range that only the effect itself knows */
+    assert_int_equal(beam_assemble(&d, &model), BEAM_ERROR_EFFECT_RANGE);
+    assert_int_equal(added(BEAM_BASIS_PATCH, form), BEAM_ERROR_EFFECT_RANGE);
+    answer = 0;
+}
+
 static void bad_descriptions_are_named(void **state)
 {
     const struct beam_description good = case_description(BEAM_BASIS_PATCH);
@@ -286,6 +428,9 @@ int main(void)
         cmocka_unit_test(a_tip_mass_and_a_spring_do_what_rayleigh_says),
         cmocka_unit_test(hysteretic_damping_gives_every_mode_half_its_loss_factor),
         cmocka_unit_test(every_effect_of_the_build_assembles_or_says_why_not),
+        cmocka_unit_test(a_functional_s_term_is_the_product_of_its_vector),
+        cmocka_unit_test(a_form_over_the_span_has_its_weight_in_each_region),
+        cmocka_unit_test(places_that_the_model_lacks_are_named),
         cmocka_unit_test(bad_descriptions_are_named),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

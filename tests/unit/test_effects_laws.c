@@ -287,6 +287,36 @@ static void test_laws_have_their_textbook_values(void **state)
     assert_near(force("thermal_drift", (double[3]){0.01}, 0.5, 0.0), 0.01, 1e-15);
 }
 
+static void test_a_tone_is_the_motion_of_its_base(void **state)
+{
+    int tones = 0;
+    (void)state;
+    for (int e = 0; e < beam_effects_count; e++) {
+        const struct beam_effect *effect = beam_effects[e];
+        uint64_t seed = 11;
+        if (!effect->tone)
+            continue;
+        tones++;
+        assert_non_null(effect->base);
+        for (int point = 0; point < 100; point++) {
+            const struct shadow_case c = draw_case(e, SHADOW_BASE, &seed);
+            struct beam_sample_output y = {0};
+            struct beam_tone tone = {0};
+            assert_int_equal(effect->base(c.x, c.t_s, &y), 0);
+            assert_int_equal(effect->tone(c.x, &tone), 0);
+            const double turn = 6.283185307179586 * c.t_s, angle = turn * tone.frequency_Hz + tone.phase_rad;
+            const double size = tone.amplitude;
+            assert_near(size * sin(angle), y.y, 1e-9 * fabs(size));
+            for (int j = 0; j < effect->n_parameters; j++) {
+                const double *d = tone.by_parameter[j]; /* of amplitude, phase, frequency */
+                assert_near(d[0] * sin(angle) + size * cos(angle) * (d[1] + turn * d[2]), y.y_p[j],
+                            1e-9 * (1.0 + fabs(size) * turn));
+            }
+        }
+    }
+    assert_in_range(tones, 1, beam_effects_count);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -298,6 +328,7 @@ int main(void)
         cmocka_unit_test(test_hysteresis_follows_its_equation),
         cmocka_unit_test(test_microslip_draws_masings_loop),
         cmocka_unit_test(test_laws_have_their_textbook_values),
+        cmocka_unit_test(test_a_tone_is_the_motion_of_its_base),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
