@@ -2,6 +2,7 @@
 #include "options.h"
 
 #include <math.h>
+#include <stdlib.h>
 
 #include "decimal.h"
 
@@ -24,4 +25,31 @@ enum bf_status options_number(const char *what, const char *text, double *out, s
     if (decimal_parse(text, out) && isfinite(*out))
         return BF_OK;
     return bf_fail(err, BF_USAGE, "%s '%.60s' is not a number; write e.g. 0.05 or 1e-3", what, text);
+}
+
+enum bf_status options_positive(const char *what, const char *text, double most, double *out, struct bf_error *err)
+{
+    if (options_number(what, text, out, err) != BF_OK)
+        return BF_USAGE;
+    if (*out > 0.0 && *out <= most)
+        return BF_OK;
+    return isfinite(most) ? bf_fail(err, BF_USAGE, "%s '%.60s': give a number above 0, at most %g", what, text, most)
+                          : bf_fail(err, BF_USAGE, "%s '%.60s': give a number above 0", what, text);
+}
+
+enum bf_status options_count(const char *what, const char *text, long least, long most, long *out, struct bf_error *err)
+{
+    char *end;
+    *out = strtol(text, &end, 10);
+    if (end == text || *end != '\0' || *out < least || *out > most)
+        return bf_fail(err, BF_USAGE, "%s '%.60s': give a whole number from %ld to %ld", what, text, least, most);
+    return BF_OK;
+}
+
+enum bf_status options_only(int argc, char **argv, struct bf_error *err)
+{
+    if (optind >= argc)
+        return BF_OK;
+    return bf_fail(err, BF_USAGE, "'%.60s': %s takes options only; see 'beamfit %s --help'", argv[optind], argv[0],
+                   argv[0]);
 }

@@ -2,32 +2,17 @@
 #include "board_options.h"
 
 #include <math.h>
-#include <stdlib.h>
 
-#include "options.h"
+enum { LEAST_BAUD = 300, MOST_BAUD = 12000000 };
 
-enum { MOST_BAUD = 12000000, MOST_PRESCALE = 255 };
-
-enum bf_status board_take_count(const char *what, const char *text, long least, long most, long *out,
-                                struct bf_error *err)
+enum bf_status board_take_option(int code, struct board_options *out, struct bf_error *err)
 {
-    char *end;
-    *out = strtol(text, &end, 10);
-    if (end == text || *end != '\0' || *out < least || *out > most)
-        return bf_fail(err, BF_USAGE, "%s '%.60s': give a whole number from %ld to %ld", what, text, least, most);
-    return BF_OK;
-}
-
-enum bf_status board_take_positive(const char *what, const char *text, double *out, struct bf_error *err)
-{
-    if (options_number(what, text, out, err) != BF_OK)
+    if (code == 'b')
+        return options_count("--baud", optarg, LEAST_BAUD, MOST_BAUD, &out->baud, err);
+    if (code != 'p')
         return BF_USAGE;
-    return *out > 0.0 ? BF_OK : bf_fail(err, BF_USAGE, "%s '%.60s': give a number above 0", what, text);
-}
-
-enum bf_status board_take_baud(const char *text, struct board_options *out, struct bf_error *err)
-{
-    return board_take_count("--baud", text, 300, MOST_BAUD, &out->baud, err);
+    out->port = optarg;
+    return BF_OK;
 }
 
 enum bf_status board_check_options(const struct board_options *options, const char *command, struct bf_error *err)
@@ -49,7 +34,7 @@ enum bf_status board_prescale(const struct board_options *options, const struct 
 {
     const double sample_Hz = 1e-3 * (double)link->info.sample_mHz, line_Hz = link_rate_Hz(port_baud(link->port));
     const double least = options->baud == 0 && port_is_pty(link->port) ? 1.0 : ceil(sample_Hz / line_Hz);
-    if (least > MOST_PRESCALE)
+    if (least > BOARD_MOST_PRESCALE)
         return bf_fail(err, BF_USAGE,
                        "%ld bit/s carries %.0f samples a second, the board takes %.0f; give a greater --baud",
                        port_baud(link->port), line_Hz, sample_Hz);

@@ -6,27 +6,31 @@
 #include <stdbool.h>
 #include "error.h"
 #include "link.h"
+#include "options.h"
 
 #define BOARD_OPTIONS_HELP                                                                                             \
     "  --port PORT           serial port of the board, e.g. /dev/ttyUSB0; a pseudo terminal of an emulated board\n"    \
     "  --baud RATE           bit/s (default 115200)\n"
+
+/* In a command's list of options. */
+#define BOARD_OPTIONS                                                                                                  \
+    {"port", required_argument, NULL, 'p'},                                                                            \
+    {                                                                                                                  \
+        "baud", required_argument, NULL, 'b'                                                                           \
+    }
+
+enum { BOARD_MOST_PRESCALE = 255 };
 
 struct board_options {
     const char *port;
     long baud; /* 0: not given */
 };
 
-/* Of option --baud. */
-enum bf_status board_take_baud(const char *text, struct board_options *out, struct bf_error *err);
-/* After parsing: is there a port, and nothing left over? command: its name. */
+/* One of BOARD_OPTIONS. BF_USAGE for any other code: it is then options_next()'s '?', which has filled err. */
+enum bf_status board_take_option(int code, struct board_options *out, struct bf_error *err);
+/* After parsing: is there a port? command: its name. */
 enum bf_status board_check_options(const struct board_options *options, const char *command, struct bf_error *err);
 enum bf_status board_open(const struct board_options *options, struct link *link, struct bf_error *err);
-
-/* A whole number in [least, most]. */
-enum bf_status board_take_count(const char *what, const char *text, long least, long most, long *out,
-                                struct bf_error *err);
-/* A number > 0. */
-enum bf_status board_take_positive(const char *what, const char *text, double *out, struct bf_error *err);
 
 /*
  * Every how many samples the line carries: 1 on a pseudo terminal without --baud, which has no rate. wanted 0: the least

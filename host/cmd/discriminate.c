@@ -62,7 +62,7 @@ struct arguments {
     struct rival_argument rivals[DISCRIMINATE_RIVALS];
     const char **records;
     bool json;
-    double rows;
+    long rows;
     struct discriminate_options options;
 };
 
@@ -88,19 +88,9 @@ static enum bf_status take_only(struct arguments *a, const char *text, struct bf
     return status;
 }
 
-static enum bf_status take_positive(const char *option, const char *text, double most, double *out,
-                                    struct bf_error *err)
-{
-    if (options_number(option, text, out, err) != BF_OK)
-        return BF_USAGE;
-    if (!(*out > 0.0 && *out <= most))
-        return bf_fail(err, BF_USAGE, "%s %s: give a number above 0, at most %g", option, text, most);
-    return BF_OK;
-}
-
 static enum bf_status take_option(struct arguments *a, int code, struct bf_error *err)
 {
-    double number = 0.0;
+    long count = 0;
     enum bf_status status;
     switch (code) {
     case 'o':
@@ -112,16 +102,16 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
         a->options.no_sensors = true;
         return BF_OK;
     case 'd':
-        return take_positive("--duration", optarg, 1e4, &a->options.duration_s, err);
+        return options_positive("--duration", optarg, 1e4, &a->options.duration_s, err);
     case 'f':
-        return take_positive("--force", optarg, 1e6, &a->options.force_N, err);
+        return options_positive("--force", optarg, 1e6, &a->options.force_N, err);
     case 'v':
-        return take_positive("--voltage", optarg, 1e6, &a->options.moment_V, err);
+        return options_positive("--voltage", optarg, 1e6, &a->options.moment_V, err);
     case 'r':
-        return take_positive("--rows", optarg, 1e6, &a->rows, err);
+        return options_count("--rows", optarg, 1, 1000000, &a->rows, err);
     case 't':
-        status = take_positive("--threads", optarg, 256.0, &number, err);
-        a->options.threads = number < 1.0 ? 1 : (int)number;
+        status = options_count("--threads", optarg, 1, 256, &count, err);
+        a->options.threads = (int)count;
         return status;
     case 'i':
         return intersample_from_text(optarg, &a->options.predict.intersample, err);

@@ -46,8 +46,7 @@ struct arguments {
 static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
 {
     static const struct option options[] = {
-        {"port", required_argument, NULL, 'p'},
-        {"baud", required_argument, NULL, 'b'},
+        BOARD_OPTIONS,
         {"key", required_argument, NULL, 'k'},
         {"no-store", no_argument, NULL, 'n'},
         {"sign", no_argument, NULL, 's'},
@@ -56,9 +55,7 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
     };
     int code;
     while ((code = options_next(argc, argv, ":", options, err)) != -1) {
-        if (code == 'p')
-            a->board.port = optarg;
-        else if (code == 'k')
+        if (code == 'k')
             a->key = optarg;
         else if (code == 'n')
             a->no_store = true;
@@ -66,7 +63,7 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
             a->sign = true;
         else if (code == 'j')
             a->json = true;
-        else if (code != 'b' || board_take_baud(optarg, &a->board, err) != BF_OK)
+        else if (board_take_option(code, &a->board, err) != BF_OK)
             return BF_USAGE;
     }
     if (optind + 1 != argc)

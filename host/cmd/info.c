@@ -40,22 +40,19 @@ struct answer {
 static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
 {
     static const struct option options[] = {
-        {"port", required_argument, NULL, 'p'},
-        {"baud", required_argument, NULL, 'b'},
+        BOARD_OPTIONS,
         {"json", no_argument, NULL, 'j'},
         {0},
     };
     int code;
     while ((code = options_next(argc, argv, ":", options, err)) != -1) {
-        if (code == 'p')
-            a->board.port = optarg;
-        else if (code == 'j')
+        if (code == 'j')
             a->json = true;
-        else if (code != 'b' || board_take_baud(optarg, &a->board, err) != BF_OK)
+        else if (board_take_option(code, &a->board, err) != BF_OK)
             return BF_USAGE;
     }
-    if (optind < argc)
-        return bf_fail(err, BF_USAGE, "'%.60s': info takes options only; see 'beamfit info --help'", argv[optind]);
+    if (options_only(argc, argv, err) != BF_OK)
+        return BF_USAGE;
     return board_check_options(&a->board, "info", err);
 }
 

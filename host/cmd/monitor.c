@@ -47,19 +47,14 @@ struct arguments {
 static enum bf_status take_option(struct arguments *a, int code, struct bf_error *err)
 {
     switch (code) {
-    case 'p':
-        a->board.port = optarg;
-        return BF_OK;
-    case 'b':
-        return board_take_baud(optarg, &a->board, err);
     case 's':
-        return board_take_positive("--seconds", optarg, &a->seconds, err);
+        return options_positive("--seconds", optarg, INFINITY, &a->seconds, err);
     case 'e':
-        return board_take_positive("--every", optarg, &a->every_s, err);
+        return options_positive("--every", optarg, INFINITY, &a->every_s, err);
     case 'w':
-        return board_take_positive("--window", optarg, &a->window_s, err);
+        return options_positive("--window", optarg, INFINITY, &a->window_s, err);
     case 'P':
-        return board_take_count("--prescale", optarg, 1, 255, &a->prescale, err);
+        return options_count("--prescale", optarg, 1, BOARD_MOST_PRESCALE, &a->prescale, err);
     case 'm':
         a->model = optarg;
         return BF_OK;
@@ -70,26 +65,29 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
         a->json = true;
         return BF_OK;
     default:
-        return BF_USAGE;
+        return board_take_option(code, &a->board, err);
     }
 }
 
 static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
 {
     static const struct option options[] = {
-        {"port", required_argument, NULL, 'p'},    {"baud", required_argument, NULL, 'b'},
-        {"seconds", required_argument, NULL, 's'}, {"every", required_argument, NULL, 'e'},
-        {"window", required_argument, NULL, 'w'},  {"prescale", required_argument, NULL, 'P'},
-        {"model", required_argument, NULL, 'm'},   {"plot", required_argument, NULL, 'd'},
-        {"json", no_argument, NULL, 'j'},          {0},
+        BOARD_OPTIONS,
+        {"seconds", required_argument, NULL, 's'},
+        {"every", required_argument, NULL, 'e'},
+        {"window", required_argument, NULL, 'w'},
+        {"prescale", required_argument, NULL, 'P'},
+        {"model", required_argument, NULL, 'm'},
+        {"plot", required_argument, NULL, 'd'},
+        {"json", no_argument, NULL, 'j'},
+        {0},
     };
     int code;
     while ((code = options_next(argc, argv, ":", options, err)) != -1)
         if (take_option(a, code, err) != BF_OK)
             return BF_USAGE;
-    if (optind < argc)
-        return bf_fail(err, BF_USAGE, "'%.60s': monitor takes options only; see 'beamfit monitor --help'",
-                       argv[optind]);
+    if (options_only(argc, argv, err) != BF_OK)
+        return BF_USAGE;
     return board_check_options(&a->board, "monitor", err);
 }
 

@@ -84,11 +84,6 @@ static enum bf_status take_drive(struct arguments *a, const char *text, struct b
 static enum bf_status take_option(struct arguments *a, int code, struct bf_error *err)
 {
     switch (code) {
-    case 'p':
-        a->board.port = optarg;
-        return BF_OK;
-    case 'b':
-        return board_take_baud(optarg, &a->board, err);
     case 'o':
         a->output = optarg;
         return BF_OK;
@@ -96,17 +91,17 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
         a->model = optarg;
         return BF_OK;
     case 's':
-        return board_take_positive("--seconds", optarg, &a->seconds, err);
+        return options_positive("--seconds", optarg, INFINITY, &a->seconds, err);
     case 'n':
-        return board_take_count("--samples", optarg, 2, 1000000000, &a->samples, err);
+        return options_count("--samples", optarg, 2, 1000000000, &a->samples, err);
     case 'P':
-        return board_take_count("--prescale", optarg, 1, 255, &a->prescale, err);
+        return options_count("--prescale", optarg, 1, BOARD_MOST_PRESCALE, &a->prescale, err);
     case 'c':
         a->drive = DRIVE_CHIRP;
         return chirp_read(optarg, &a->chirp, err);
     case 'e':
         a->every = true;
-        return board_take_positive("--every", optarg, &a->chirp.every_s, err);
+        return options_positive("--every", optarg, INFINITY, &a->chirp.every_s, err);
     case '1':
         a->once = true;
         a->chirp.every_s = -1.0;
@@ -122,20 +117,26 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
         a->json = true;
         return BF_OK;
     default:
-        return BF_USAGE;
+        return board_take_option(code, &a->board, err);
     }
 }
 
 static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
 {
     static const struct option options[] = {
-        {"port", required_argument, NULL, 'p'},     {"baud", required_argument, NULL, 'b'},
-        {"output", required_argument, NULL, 'o'},   {"model", required_argument, NULL, 'm'},
-        {"seconds", required_argument, NULL, 's'},  {"samples", required_argument, NULL, 'n'},
-        {"prescale", required_argument, NULL, 'P'}, {"chirp", required_argument, NULL, 'c'},
-        {"every", required_argument, NULL, 'e'},    {"once", no_argument, NULL, '1'},
-        {"drive", required_argument, NULL, 'd'},    {"settle", required_argument, NULL, 't'},
-        {"json", no_argument, NULL, 'j'},           {0},
+        BOARD_OPTIONS,
+        {"output", required_argument, NULL, 'o'},
+        {"model", required_argument, NULL, 'm'},
+        {"seconds", required_argument, NULL, 's'},
+        {"samples", required_argument, NULL, 'n'},
+        {"prescale", required_argument, NULL, 'P'},
+        {"chirp", required_argument, NULL, 'c'},
+        {"every", required_argument, NULL, 'e'},
+        {"once", no_argument, NULL, '1'},
+        {"drive", required_argument, NULL, 'd'},
+        {"settle", required_argument, NULL, 't'},
+        {"json", no_argument, NULL, 'j'},
+        {0},
     };
     int code;
     bool chirp = false;

@@ -37,17 +37,6 @@ struct arguments {
     bool json;
 };
 
-static enum bf_status take_count(const char *option, const char *text, double most, int *out, struct bf_error *err)
-{
-    double number;
-    if (options_number(option, text, &number, err) != BF_OK)
-        return BF_USAGE;
-    if (!(number >= 1.0 && number <= most))
-        return bf_fail(err, BF_USAGE, "%s %s: between 1 and %g is possible", option, text, most);
-    *out = (int)number;
-    return BF_OK;
-}
-
 static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
 {
     static const struct option options[] = {{"input", required_argument, NULL, 'i'},
@@ -58,6 +47,7 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
                                             {"json", no_argument, NULL, 'j'},
                                             {NULL, 0, NULL, 0}};
     int code;
+    long count = 0;
     while ((code = options_next(argc, argv, ":i:o:", options, err)) != -1) {
         enum bf_status status = BF_OK;
         switch (code) {
@@ -71,10 +61,12 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
             status = intersample_from_text(optarg, &a->predict.intersample, err);
             break;
         case 'n':
-            status = take_count("--oversample", optarg, 64.0, &a->predict.oversample, err);
+            status = options_count("--oversample", optarg, 1, 64, &count, err);
+            a->predict.oversample = (int)count;
             break;
         case 'd':
-            status = take_count("--digits", optarg, 17.0, &a->digits, err);
+            status = options_count("--digits", optarg, 1, 17, &count, err);
+            a->digits = (int)count;
             break;
         case 'j':
             a->json = true;

@@ -32,21 +32,21 @@ struct arguments {
 static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
 {
     static const struct option options[] = {
-        {"port", required_argument, NULL, 'p'},   {"baud", required_argument, NULL, 'b'},
-        {"output", required_argument, NULL, 'o'}, {"staging", no_argument, NULL, 's'},
-        {"json", no_argument, NULL, 'j'},         {0},
+        BOARD_OPTIONS,
+        {"output", required_argument, NULL, 'o'},
+        {"staging", no_argument, NULL, 's'},
+        {"json", no_argument, NULL, 'j'},
+        {0},
     };
     int code;
     while ((code = options_next(argc, argv, ":o:", options, err)) != -1) {
-        if (code == 'p')
-            a->board.port = optarg;
-        else if (code == 'o')
+        if (code == 'o')
             a->output = optarg;
         else if (code == 's')
             a->staging = true;
         else if (code == 'j')
             a->json = true;
-        else if (code != 'b' || board_take_baud(optarg, &a->board, err) != BF_OK)
+        else if (board_take_option(code, &a->board, err) != BF_OK)
             return BF_USAGE;
     }
     if (optind < argc || a->output == NULL)
