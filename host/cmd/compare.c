@@ -5,7 +5,7 @@
 
 #include "commands.h"
 #include "compare.h"
-#include "options.h"
+#include "record_sets.h"
 
 static const char help[] =
     "Usage: beamfit compare MODEL RECORD... [--check RECORD...] [options]\n"
@@ -35,24 +35,13 @@ static const char help[] =
     "Exit status: 0 done (and the error is within --max-nrmse); 1 the error is larger than --max-nrmse; 2 usage, or\n"
     "gnuplot is missing; 3 bad model or record, or DIR not writable; 4 the model cannot be evaluated.\n";
 
-struct names {
-    size_t n;
-    const char **list;
-};
-
 struct arguments {
-    struct names compared, held_out; /* compared.list[0] is the model */
-    const char *directory;           /* of --plot; NULL: none */
-    double most;                     /* of --max-nrmse; NAN: not asked */
+    struct record_sets sets;
+    const char *directory; /* of --plot; NULL: none */
+    double most;           /* of --max-nrmse; NAN: not asked */
     bool json;
     struct predict_options predict;
 };
-
-static void add_name(struct names *names, const char *name)
-{
-    names->list = bf_grow(names->list, names->n + 1, sizeof *names->list);
-    names->list[names->n++] = name;
-}
 
 static enum bf_status take_option(struct arguments *a, int code, struct bf_error *err)
 {
@@ -77,42 +66,22 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
     }
 }
 
-/* Names are taken in order: those after --check, up to the next option, are held out. */
 static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
 {
     static const struct option options[] = {
-        {"check", no_argument, NULL, 'c'},
+        RECORD_SETS_CHECK,
         {"plot", required_argument, NULL, 'p'},
         {"max-nrmse", required_argument, NULL, 'm'},
         {"intersample", required_argument, NULL, 'i'},
         {"json", no_argument, NULL, 'j'},
         {0},
     };
-    bool checking = false;
     int code;
-    while ((code = options_next(argc, argv, "-:", options, err)) != -1) {
-        if (code == 1) {
-            add_name(checking ? &a->held_out : &a->compared, optarg);
-            continue;
-        }
-        checking = code == 'c';
-        if (code != 'c' && take_option(a, code, err) != BF_OK)
+    while ((code = record_sets_next(&a->sets, argc, argv, "-:", options, err)) != -1)
+        if (take_option(a, code, err) != BF_OK)
             return BF_USAGE;
-    }
-    for (; optind < argc; optind++)
-        add_name(checking ? &a->held_out : &a->compared, argv[optind]);
-    if (a->compared.n < 1 || a->compared.n + a->held_out.n < 2)
+    if (a->sets.model == NULL || a->sets.fitted.n_names + a->sets.held_out.n_names == 0)
         return bf_fail(err, BF_USAGE, "give a model and at least one record: beamfit compare MODEL RECORD...");
-    return BF_OK;
-}
-
-static enum bf_status read_records(const struct arguments *a, struct record *records, size_t *n, struct bf_error *err)
-{
-    const struct names *lists[2] = {&a->compared, &a->held_out};
-    for (int l = 0; l < 2; l++)
-        for (size_t i = l == 0 ? 1 : 0; i < lists[l]->n; i++, (*n)++)
-            if (record_read(lists[l]->list[i], &records[*n], err) != BF_OK)
-                return err->status;
     return BF_OK;
 }
 
@@ -149,30 +118,24 @@ static enum bf_status answer(const struct arguments *a, const struct comparison 
 static enum bf_status run(int argc, char **argv, struct bf_error *err)
 {
     struct arguments a = {.most = nan("")};
+    struct record_list *const all = &a.sets.fitted; /* and then the held-out ones */
     struct model model = {0};
-    struct comparison all = {0};
-    size_t n = 0;
+    struct comparison comparison = {0};
     enum bf_status status = parse(argc, argv, &a, err);
-    struct record *records = bf_alloc(a.compared.n + a.held_out.n, sizeof *records);
-    bool have_model = false;
-    if (status == BF_OK) {
-        status = model_read(a.compared.list[0], &model, err);
-        have_model = status == BF_OK;
-    }
+    const size_t n_held_out = a.sets.held_out.n_names;
+    for (size_t i = 0; i < n_held_out; i++)
+        record_list_add(all, a.sets.held_out.names[i]);
     if (status == BF_OK)
-        status = read_records(&a, records, &n, err);
+        status = model_read(a.sets.model, &model, err);
     if (status == BF_OK)
-        status = compare_run(&model, records, n, a.held_out.n, &a.predict, &all, err);
+        status = record_list_read(all, err);
     if (status == BF_OK)
-        status = answer(&a, &all, err);
-    compare_free(&all);
-    for (size_t i = 0; i < n; i++)
-        record_free(&records[i]);
-    free(records);
-    if (have_model)
-        model_free(&model);
-    free(a.compared.list);
-    free(a.held_out.list);
+        status = compare_run(&model, all->records, all->n, n_held_out, &a.predict, &comparison, err);
+    if (status == BF_OK)
+        status = answer(&a, &comparison, err);
+    compare_free(&comparison);
+    record_sets_free(&a.sets);
+    model_free(&model);
     return status;
 }
 

@@ -4,8 +4,8 @@
 
 #include "commands.h"
 #include "discriminate.h"
-#include "options.h"
 #include "progress.h"
+#include "record_sets.h"
 
 static const char help[] =
     "Usage: beamfit discriminate MODEL RIVAL RIVAL... [RECORD...] [-o DRIVE] [options]\n"
@@ -58,9 +58,9 @@ struct rival_argument {
 
 struct arguments {
     const char *model, *output;
-    size_t n_rivals, n_records;
+    size_t n_rivals;
     struct rival_argument rivals[DISCRIMINATE_RIVALS];
-    const char **records;
+    struct record_list records;
     bool json;
     long rows;
     struct discriminate_options options;
@@ -211,10 +211,9 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
     if (a->json && a->output && strcmp(a->output, "-") == 0)
         return bf_fail(err, BF_USAGE, "--json and -o - both want standard output; give a file to -o");
     a->model = argv[optind++];
-    a->records = bf_alloc((size_t)(argc - optind) + 1, sizeof *a->records);
     for (; optind < argc; optind++) {
         if (!is_rival(argv[optind])) {
-            a->records[a->n_records++] = argv[optind];
+            record_list_add(&a->records, argv[optind]);
             continue;
         }
         const enum bf_status status = take_rival(a, argv[optind], err);
@@ -228,15 +227,15 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
     return BF_OK;
 }
 
-static enum bf_status answer(const struct arguments *a, const struct model *model, const struct record records[],
-                             struct bf_error *err)
+static enum bf_status answer(const struct arguments *a, const struct model *model, struct bf_error *err)
 {
     struct discriminate_rival rivals[DISCRIMINATE_RIVALS];
     struct discrimination d;
     for (size_t i = 0; i < a->n_rivals; i++)
         rivals[i] = a->rivals[i].rival;
     progress_catch_interrupts();
-    enum bf_status status = discriminate_run(model, rivals, a->n_rivals, records, a->n_records, &a->options, &d, err);
+    enum bf_status status =
+        discriminate_run(model, rivals, a->n_rivals, a->records.records, a->records.n, &a->options, &d, err);
     if (!status && d.warning != NULL)
         bf_warn("%s", d.warning);
     if (!status && a->output != NULL)
@@ -256,26 +255,18 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
 {
     struct arguments a = {0};
     struct model model = {0};
-    struct record *records = NULL;
-    size_t n_read = 0;
     enum bf_status status = parse(argc, argv, &a, err);
     if (!status)
         status = model_read(a.model, &model, err);
     if (!status)
-        records = bf_alloc(a.n_records, sizeof *records);
-    while (!status && n_read < a.n_records) {
-        status = record_read(a.records[n_read], &records[n_read], err);
-        n_read += status == BF_OK;
-    }
+        status = record_list_read(&a.records, err);
     if (!status)
-        status = answer(&a, &model, records, err);
-    for (size_t i = 0; i < n_read; i++)
-        record_free(&records[i]);
+        status = answer(&a, &model, err);
     for (size_t i = 0; i < a.n_rivals; i++) {
         free(a.rivals[i].name);
         model_free(&a.rivals[i].model);
     }
-    free(records), free(a.records);
+    record_list_free(&a.records);
     model_free(&model);
     return status;
 }

@@ -1,0 +1,44 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* record_sets.h — MODEL RECORD... [--check RECORD...]: names off a command line, and the records read. */
+#ifndef BEAMFIT_RECORD_SETS_H
+#define BEAMFIT_RECORD_SETS_H
+
+#include <stdbool.h>
+#include "options.h"
+#include "record.h"
+
+/* Starts empty ({0}); names are the command line's own, records belong to the list. */
+struct record_list {
+    size_t n_names, n;
+    const char **names;
+    struct record *records; /* n of them: as many of the names as have been read */
+};
+
+void record_list_add(struct record_list *list, const char *name);
+/* Every name, in order; once. On failure the records before the bad one stay, to be freed as always. */
+enum bf_status record_list_read(struct record_list *list, struct bf_error *err);
+void record_list_free(struct record_list *list);
+
+/* Starts empty ({0}). */
+struct record_sets {
+    const char *model; /* the first name; NULL: none */
+    struct record_list fitted, held_out;
+    bool checking; /* names go to held_out */
+};
+
+#define RECORD_SETS_CHECK                                                                                              \
+    {                                                                                                                  \
+        "check", no_argument, NULL, 'c'                                                                                \
+    } /* in the command's list of options */
+
+/*
+ * options_next() of a command that takes names between its options (short_options begin with "-:"): the names and --check
+ * are taken care of, any other option is returned. Names after --check, up to the next option, are held out.
+ */
+int record_sets_next(struct record_sets *sets, int argc, char **argv, const char *short_options,
+                     const struct option *long_options, struct bf_error *err);
+/* Fitted ones first. */
+enum bf_status record_sets_read(struct record_sets *sets, struct bf_error *err);
+void record_sets_free(struct record_sets *sets);
+
+#endif
