@@ -189,10 +189,12 @@ static enum bf_status stages(struct diagnose_work *w, struct bf_error *err)
     if (!status)
         status = diagnose_baseline(w, err);
     if (!status)
+        status = diagnose_numerics(w, err);
+    if (!status)
         status = look(w, err);
     if (!status)
         status = localise(w, err);
-    if (!status)
+    if (!status && diagnose_computed(d))
         status = search(w, err);
     d->interrupted = d->interrupted || progress_interrupted();
     if (status)
@@ -205,7 +207,7 @@ static enum bf_status stages(struct diagnose_work *w, struct bf_error *err)
             return status;
         diagnose_decide(d);
     }
-    if (d->verdict == VERDICT_UNKNOWN && !d->interrupted)
+    if (d->verdict == VERDICT_UNKNOWN && !d->interrupted && diagnose_computed(d))
         status = reconstruct(w, err);
     if (!status)
         d->text = diagnose_words(d);

@@ -59,6 +59,14 @@ struct hypothesis {
     bool rival;               /* the records cannot tell it from the best */
 };
 
+/* What of the baseline's prediction depends on how finely it is computed. diagnose_numerics.c */
+struct numerics {
+    double change;  /* when computed twice as finely: rms over the noise, of the worst channel; NaN: no value there */
+    size_t channel; /* that channel, in the order of predictor_channels() */
+    bool fine;      /* too small to be mistaken for physics */
+    bool steps;     /* the baseline steps through time, and that step was halved too */
+};
+
 struct diagnosis {
     enum verdict verdict;
     const struct model *model; /* as given */
@@ -67,6 +75,7 @@ struct diagnosis {
     struct noise_estimate *noise; /* [n_channels] of the fitted records, order of predictor_channels() */
     size_t n_channels;
     struct hypothesis baseline; /* the model given, fitted */
+    struct numerics numerics;   /* of the baseline */
     size_t n_hypotheses;        /* best first */
     struct hypothesis *hypotheses;
     size_t n_named; /* effects of the verdict: of the best (missing), one of each rival (ambiguous), none else */
@@ -75,7 +84,7 @@ struct diagnosis {
     struct localisation where;
     bool reconstructed;
     struct reconstruction reconstruction; /* of what the best explanation leaves, when the verdict is unknown */
-    bool converged;                       /* false: the search may not have found the optimum of some candidate */
+    bool converged;                       /* the search for the baseline's values */
     bool interrupted;
     bool unconfirmed; /* several effects explain the fitted records, and none was held out: they are not named */
     size_t n_failed;  /* refits without an answer */

@@ -79,6 +79,7 @@ enum bf_status diagnose_baseline(struct diagnose_work *w, struct bf_error *err)
     if (status)
         return status;
     h->refitted = true;
+    d->converged = d->converged || h->fit.converged;
     d->evaluations += h->fit.evaluations;
     return hypothesis_measure(w, h, err);
 }

@@ -254,6 +254,9 @@ void diagnose_decide(struct diagnosis *d)
     d->n_named = 0;
     for (size_t i = 0; i < d->n_hypotheses; i++)
         d->hypotheses[i].rival = false;
+    d->verdict = VERDICT_UNKNOWN;
+    if (!diagnose_computed(d))
+        return;
     choose_best(d);
     const struct hypothesis *best = d->n_hypotheses > 0 ? &d->hypotheses[0] : NULL;
     if (best == NULL || !significant(d, best)) {
@@ -264,10 +267,8 @@ void diagnose_decide(struct diagnosis *d)
         return;
     }
     d->unconfirmed = best->explains && best->n_effects > 1 && best->check.n_channels == 0;
-    if (!best->explains || d->unconfirmed) {
-        d->verdict = VERDICT_UNKNOWN;
+    if (!best->explains || d->unconfirmed)
         return;
-    }
     find_rivals(d);
     d->verdict = VERDICT_MISSING;
     name(d, best);

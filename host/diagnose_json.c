@@ -63,6 +63,17 @@ static void put_linearity(struct json *root, const struct linearity *linearity)
     json_put_text(object, "text", linearity->text);
 }
 
+static void put_numerics(struct json *root, const struct diagnosis *d)
+{
+    const struct predict_channel *worst = &d->baseline.fit.channels[d->numerics.channel];
+    struct json *object = json_put(root, "numerics", json_new_object());
+    json_put_number(object, "change_over_noise", d->numerics.change);
+    json_put_text(object, "file", d->records[worst->record].path);
+    json_put_text(object, "channel", d->model->outputs[worst->output].name);
+    json_put_bool(object, "converged", d->converged);
+    json_put_bool(object, "fine", d->numerics.fine);
+}
+
 static void put_reconstruction(struct json *root, const struct reconstruction *r)
 {
     static const char *const places[] = {"point", "patch", "spread"};
@@ -107,6 +118,7 @@ struct json *diagnose_json(const struct diagnosis *d)
     struct json *candidates = json_put(root, "candidates", json_new_array());
     for (size_t i = 0; i < d->n_hypotheses; i++)
         put_candidate(candidates, d, &d->hypotheses[i]);
+    put_numerics(root, d);
     put_linearity(root, &d->linearity);
     if (d->reconstructed)
         put_reconstruction(root, &d->reconstruction);

@@ -126,8 +126,44 @@ static void unconfirmed(FILE *out, const struct diagnosis *d)
                   "with a record of another excitation.");
 }
 
+/* "accel_mps2 of chirp1.csv" */
+static void worst_channel(FILE *out, const struct diagnosis *d)
+{
+    const struct predict_channel *worst = &d->baseline.fit.channels[d->numerics.channel];
+    (void)fprintf(out, "%s of %s", d->model->outputs[worst->output].name, d->records[worst->record].path);
+}
+
+/* What has to be put right before any physics is blamed. */
+static void computation_first(FILE *out, const struct diagnosis *d)
+{
+    if (isnan(d->numerics.change)) {
+        (void)fprintf(out, "The computation itself could not be checked: twice as fine it has no value. ");
+    } else if (!d->numerics.fine) {
+        (void)fprintf(out, "The computation itself is off by %.2g times the noise on ", d->numerics.change);
+        worst_channel(out, d);
+        if (diagnose_computed(d))
+            (void)fprintf(out, ", far less than the misfit. ");
+        else
+            (void)fprintf(out, ": raise --splines%s before any physics is blamed. ",
+                          d->numerics.steps ? " or --oversample" : "");
+    }
+    if (!d->converged && !d->interrupted)
+        (void)fprintf(out, "The search for the model's own values did not converge: start from a better fit. ");
+}
+
+static void uncomputed(FILE *out, const struct diagnosis *d)
+{
+    (void)fprintf(out, "The model leaves ");
+    ratios(out, &d->baseline.fitted, &d->baseline.check);
+    (void)fprintf(out, ", not far enough above that error to say that physics is missing; no effect was tried.");
+}
+
 static void unknown(FILE *out, const struct diagnosis *d)
 {
+    if (!diagnose_computed(d)) {
+        uncomputed(out, d);
+        return;
+    }
     if (d->unconfirmed) {
         unconfirmed(out, d);
         return;
@@ -155,6 +191,7 @@ char *diagnose_words(const struct diagnosis *d)
     FILE *out = open_memstream(&text, &size);
     if (out == NULL)
         return bf_strdup("");
+    computation_first(out, d);
     tell[d->verdict](out, d);
     if (d->interrupted)
         (void)fprintf(out, " Interrupted: what was not tried yet may explain it better.");
@@ -226,6 +263,10 @@ void diagnose_print(FILE *out, const struct diagnosis *d)
         (void)fprintf(out, "\nLinearity: ");
         text_print_wrapped(out, d->linearity.text, 11, columns);
     }
+    if (d->numerics.fine)
+        (void)fprintf(out,
+                      "\nComputation: twice as fine, the model's prediction changes by %.1g of the noise at most.\n",
+                      d->numerics.change);
     print_candidates(out, d);
     print_next(out, d);
     (void)fprintf(out, "%.1f s, %zu evaluations of a model\n", d->seconds, d->evaluations);

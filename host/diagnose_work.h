@@ -37,6 +37,11 @@ struct refit_job {
 enum bf_status diagnose_noise(struct diagnose_work *w, struct bf_error *err);
 enum bf_status diagnose_baseline(struct diagnose_work *w, struct bf_error *err);
 
+/* diagnose_numerics.c: the baseline computed twice as finely; cost: two predictors and one prediction. */
+enum bf_status diagnose_numerics(struct diagnose_work *w, struct bf_error *err);
+/* What the baseline leaves cannot be the error of its computation, so that physics may be blamed. */
+bool diagnose_computed(const struct diagnosis *d);
+
 /* diagnose_errors.c: residual -> errors against the noise; the held-out records. */
 enum bf_status hypothesis_measure(const struct diagnose_work *w, struct hypothesis *h, struct bf_error *err);
 struct misfit_channel *hypothesis_channels(const struct diagnosis *d, const struct hypothesis *h);

@@ -22,6 +22,19 @@ enum bf_status intersample_from_text(const char *text, enum intersample *out, st
     return bf_fail(err, BF_USAGE, "--intersample %s is unknown; it can be bl, foh or zoh", text);
 }
 
+enum bf_status splines_from_text(const char *text, struct predict_options *out, struct bf_error *err)
+{
+    enum { FEWEST = 5, MOST = 1000 };
+    char *end;
+    const long n = strtol(text, &end, 10);
+    out->uniform_splines = strcmp(end, ",uniform") == 0;
+    if (end == text || (*end && !out->uniform_splines) || n < FEWEST || n > MOST)
+        return bf_fail(err, BF_USAGE, "--splines %s: give a number from %d to %d, and ',uniform' for even knots", text,
+                       FEWEST, MOST);
+    out->fine_splines = (size_t)n;
+    return BF_OK;
+}
+
 int output_order(enum output_kind kind)
 {
     switch (kind) {
@@ -217,6 +230,11 @@ size_t predictor_channels(const struct predictor *p, const struct predict_channe
 {
     *out = p->channels;
     return p->n_channels;
+}
+
+size_t predictor_modes(const struct predictor *p)
+{
+    return p->reduced.n_modes;
 }
 
 /* ---- Base and window ---- */

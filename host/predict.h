@@ -30,6 +30,9 @@ struct predict_options {
     size_t modes;         /* modes of the reduced space; 0: enough for 4 × the band */
 };
 
+/* What --splines of the commands can be: N or N,uniform; into fine_splines and uniform_splines. BF_USAGE for anything else. */
+enum bf_status splines_from_text(const char *text, struct predict_options *out, struct bf_error *err);
+
 /* One output of one record. */
 struct predict_channel {
     size_t record, output; /* indices into the record list and model->outputs */
@@ -58,6 +61,8 @@ enum bf_status predictor_new(const struct model *model, const struct record reco
 void predictor_free(struct predictor *predictor);
 
 size_t predictor_channels(const struct predictor *predictor, const struct predict_channel **out);
+/* Modes of the reduced space at the last base; static responses are not counted. */
+size_t predictor_modes(const struct predictor *predictor);
 
 /*
  * Restrict to the first t_end_s of every record (counted from its first sample, or from free_from_s for a free decay);

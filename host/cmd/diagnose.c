@@ -4,8 +4,8 @@
 
 #include "commands.h"
 #include "diagnose.h"
-#include "options.h"
 #include "progress.h"
+#include "record_sets.h"
 
 static const char help[] =
     "Usage: beamfit diagnose MODEL RECORD... [--check RECORD...] [options]\n"
@@ -28,6 +28,10 @@ static const char help[] =
     "                        missing force\n"
     "  --everything          fit every candidate, short-listed or not (slow; for comparison)\n"
     "  --intersample HOW     what inputs do between samples: bl (band-limited, default), foh (linear), zoh (held)\n"
+    "  --splines N[,uniform] elements of the spline space, 5 to 1000 (default 160), and\n"
+    "  --oversample N        steps a sample of nonlinear effects, 1 to 64 (default 8 for forces at a point, 4 over "
+    "the\n"
+    "                        span): what to raise when the answer says that the computation is off\n"
     "  --threads N           default: one a processor\n"
     "  --json                the answer as JSON on standard output, and nothing else: {\"verdict\", \"effects\",\n"
     "                        \"nrmse_before\", \"nrmse_after\", \"noise_ratio_before\", \"noise_ratio_after\",\n"
@@ -35,7 +39,8 @@ static const char help[] =
     "                        \"from_Hz\", \"to_Hz\", \"share\", \"amplitude\"}], \"candidates\": [{\"effects\",\n"
     "                        \"channels\", \"p_value\", \"bic_gain\", \"nrmse_after\", \"check_nrmse_after\", "
     "\"parameters\"}],\n"
-    "                        \"text\", \"seconds\", ...}\n"
+    "                        \"numerics\": {\"change_over_noise\", \"file\", \"channel\", \"converged\", \"fine\"}\n"
+    "                        (twice as fine a computation), \"text\", \"seconds\", ...}\n"
     "\n"
     "Verdicts: complete (nothing significant is left), missing (one explanation, named), ambiguous (these records "
     "cannot\n"
@@ -47,64 +52,53 @@ static const char help[] =
     "\n"
     "Exit status: 0 done, whatever the verdict; 2 usage; 3 bad model or record; 4 the model cannot be evaluated.\n";
 
-struct names {
-    size_t n;
-    const char **list;
-};
-
 struct arguments {
-    struct names fitted, held_out, without; /* fitted.list[0] is the model */
+    struct record_sets sets;
     char *without_text;
+    const char **without; /* n_without of the options */
     const char *plot;
     bool json;
     struct diagnose_options options;
 };
 
-static void add_name(struct names *names, const char *name)
-{
-    names->list = bf_grow(names->list, names->n + 1, sizeof *names->list);
-    names->list[names->n++] = name;
-}
-
 static enum bf_status take_without(struct arguments *a, const char *text, struct bf_error *err)
 {
     free(a->without_text);
     a->without_text = bf_strdup(text);
-    a->without.n = 0;
+    a->options.n_without = 0;
     char *rest = NULL;
     for (char *id = strtok_r(a->without_text, ",", &rest); id != NULL; id = strtok_r(NULL, ",", &rest)) {
         if (effect_find(id, err) == NULL)
             return BF_USAGE;
-        add_name(&a->without, id);
+        a->without = bf_grow(a->without, a->options.n_without + 1, sizeof *a->without);
+        a->without[a->options.n_without++] = id;
     }
-    return BF_OK;
-}
-
-static enum bf_status take_count(const char *option, const char *text, long most, long *out, struct bf_error *err)
-{
-    char *end;
-    *out = strtol(text, &end, 10);
-    if (end == text || *end != '\0' || *out < 1 || *out > most)
-        return bf_fail(err, BF_USAGE, "%s %s: give a whole number from 1 to %ld", option, text, most);
+    a->options.without = a->without;
     return BF_OK;
 }
 
 static enum bf_status take_option(struct arguments *a, int code, struct bf_error *err)
 {
-    enum { MOST_THREADS = 256 };
+    enum { MOST_THREADS = 256, MOST_STEPS = 64 };
     long count = 0;
     enum bf_status status = BF_OK;
     switch (code) {
     case 'w':
         return take_without(a, optarg, err);
     case 'e':
-        status = take_count("--effects", optarg, DIAGNOSE_EFFECTS, &count, err);
+        status = options_count("--effects", optarg, 1, DIAGNOSE_EFFECTS, &count, err);
         a->options.most_effects = (size_t)count;
         return status;
     case 't':
-        status = take_count("--threads", optarg, MOST_THREADS, &count, err);
+        status = options_count("--threads", optarg, 1, MOST_THREADS, &count, err);
         a->options.threads = (int)count;
         return status;
+    case 'n':
+        status = options_count("--oversample", optarg, 1, MOST_STEPS, &count, err);
+        a->options.predict.oversample = (int)count;
+        return status;
+    case 's':
+        return splines_from_text(optarg, &a->options.predict, err);
     case 'p':
         a->plot = optarg;
         return BF_OK;
@@ -121,102 +115,64 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
     }
 }
 
-/* Names are taken in order: those after --check, up to the next option, are held out. */
 static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
 {
     static const struct option options[] = {
-        {"check", no_argument, NULL, 'c'},
+        RECORD_SETS_CHECK,
         {"without", required_argument, NULL, 'w'},
         {"effects", required_argument, NULL, 'e'},
         {"plot", required_argument, NULL, 'p'},
         {"everything", no_argument, NULL, 'a'},
         {"intersample", required_argument, NULL, 'i'},
+        {"splines", required_argument, NULL, 's'},
+        {"oversample", required_argument, NULL, 'n'},
         {"threads", required_argument, NULL, 't'},
         {"json", no_argument, NULL, 'j'},
         {0},
     };
-    bool checking = false;
     int code;
-    while ((code = options_next(argc, argv, "-:", options, err)) != -1) {
-        if (code == 1) {
-            add_name(checking ? &a->held_out : &a->fitted, optarg);
-            continue;
-        }
-        checking = code == 'c';
-        if (code != 'c' && take_option(a, code, err) != BF_OK)
+    while ((code = record_sets_next(&a->sets, argc, argv, "-:", options, err)) != -1)
+        if (take_option(a, code, err) != BF_OK)
             return BF_USAGE;
-    }
-    for (; optind < argc; optind++)
-        add_name(checking ? &a->held_out : &a->fitted, argv[optind]);
-    if (a->fitted.n < 2)
+    if (a->sets.fitted.n_names < 1)
         return bf_fail(err, BF_USAGE, "give a model and at least one record: beamfit diagnose MODEL RECORD...");
-    a->options.without = a->without.list;
-    a->options.n_without = a->without.n;
     return BF_OK;
 }
 
-struct work {
-    struct model model;
-    struct record *fitted, *held_out;
-    size_t n_fitted, n_held_out;
-    struct diagnosis diagnosis;
-};
-
-static enum bf_status read_records(const struct names *names, size_t skip, struct record **out, size_t *n,
-                                   struct bf_error *err)
+static enum bf_status answer(const struct arguments *a, const struct model *model, struct diagnosis *diagnosis,
+                             struct bf_error *err)
 {
-    *out = bf_alloc(names->n, sizeof **out);
-    for (size_t i = skip; i < names->n; i++) {
-        const enum bf_status status = record_read(names->list[i], &(*out)[*n], err);
-        if (status)
-            return status;
-        (*n)++;
-    }
-    return BF_OK;
-}
-
-static void work_free(struct work *w)
-{
-    diagnose_free(&w->diagnosis);
-    for (size_t i = 0; i < w->n_fitted; i++)
-        record_free(&w->fitted[i]);
-    for (size_t i = 0; i < w->n_held_out; i++)
-        record_free(&w->held_out[i]);
-    free(w->fitted), free(w->held_out);
-    model_free(&w->model);
-}
-
-static enum bf_status answer(const struct arguments *a, struct work *w, struct bf_error *err)
-{
+    const struct record_list *fitted = &a->sets.fitted, *held_out = &a->sets.held_out;
     progress_catch_interrupts();
     enum bf_status status =
-        diagnose_run(&w->model, w->fitted, w->n_fitted, w->held_out, w->n_held_out, &a->options, &w->diagnosis, err);
+        diagnose_run(model, fitted->records, fitted->n, held_out->records, held_out->n, &a->options, diagnosis, err);
     if (status)
         return status;
     if (a->json)
-        status = json_print_and_free(diagnose_json(&w->diagnosis), stdout, err);
+        status = json_print_and_free(diagnose_json(diagnosis), stdout, err);
     else
-        diagnose_print(stdout, &w->diagnosis);
+        diagnose_print(stdout, diagnosis);
     if (!status && a->plot)
-        status = diagnose_plot(&w->diagnosis, &a->options.predict, a->plot, err);
+        status = diagnose_plot(diagnosis, &a->options.predict, a->plot, err);
     return status;
 }
 
 static enum bf_status run(int argc, char **argv, struct bf_error *err)
 {
     struct arguments a = {0};
-    struct work w = {0};
+    struct model model = {0};
+    struct diagnosis diagnosis = {0};
     enum bf_status status = parse(argc, argv, &a, err);
     if (!status)
-        status = model_read(a.fitted.list[0], &w.model, err);
+        status = model_read(a.sets.model, &model, err);
     if (!status)
-        status = read_records(&a.fitted, 1, &w.fitted, &w.n_fitted, err);
+        status = record_sets_read(&a.sets, err);
     if (!status)
-        status = read_records(&a.held_out, 0, &w.held_out, &w.n_held_out, err);
-    if (!status)
-        status = answer(&a, &w, err);
-    work_free(&w);
-    free(a.fitted.list), free(a.held_out.list), free(a.without.list), free(a.without_text);
+        status = answer(&a, &model, &diagnosis, err);
+    diagnose_free(&diagnosis);
+    model_free(&model);
+    record_sets_free(&a.sets);
+    free(a.without), free(a.without_text);
     return status;
 }
 

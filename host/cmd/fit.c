@@ -6,8 +6,8 @@
 #include "commands.h"
 #include "fit.h"
 #include "fit_own.h"
-#include "options.h"
 #include "progress.h"
+#include "record_sets.h"
 
 static const char help[] =
     "Usage: beamfit fit MODEL RECORD... -o FITTED [--check RECORD...] [options]\n"
@@ -44,23 +44,12 @@ static const char help[] =
     "cannot\n"
     "be evaluated at the start values.\n";
 
-struct names {
-    size_t n;
-    const char **list;
-};
-
 struct arguments {
     const char *output;
-    struct names fitted, held_out; /* fitted.list[0] is the model */
+    struct record_sets sets;
     bool force, json;
     struct fit_options fit;
 };
-
-static void add_name(struct names *names, const char *name)
-{
-    names->list = bf_grow(names->list, names->n + 1, sizeof *names->list);
-    names->list[names->n++] = name;
-}
 
 static enum bf_status choose(const char *option, const char *text, const char *const choices[], size_t n, int *out,
                              struct bf_error *err)
@@ -72,20 +61,6 @@ static enum bf_status choose(const char *option, const char *text, const char *c
         }
     }
     return bf_fail(err, BF_USAGE, "%s %s is unknown; beamfit fit --help lists what it can be", option, text);
-}
-
-/* N or N,uniform */
-static enum bf_status choose_splines(const char *text, struct predict_options *predict, struct bf_error *err)
-{
-    enum { FEWEST = 5, MOST = 1000 };
-    char *end;
-    const long n = strtol(text, &end, 10);
-    predict->uniform_splines = strcmp(end, ",uniform") == 0;
-    if (end == text || (*end && !predict->uniform_splines) || n < FEWEST || n > MOST)
-        return bf_fail(err, BF_USAGE, "--splines %s: give a number from %d to %d, and ',uniform' for even knots", text,
-                       FEWEST, MOST);
-    predict->fine_splines = (size_t)n;
-    return BF_OK;
 }
 
 static enum bf_status take_option(struct arguments *a, int code, struct bf_error *err)
@@ -111,7 +86,7 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
         status = intersample_from_text(optarg, &a->fit.predict.intersample, err);
         break;
     case 'N':
-        status = choose_splines(optarg, &a->fit.predict, err);
+        status = splines_from_text(optarg, &a->fit.predict, err);
         break;
     case 'f':
         a->force = true;
@@ -125,30 +100,20 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
     return status;
 }
 
-/* Names are taken in order: those after --check, up to the next option, are held out. */
 static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
 {
     static const struct option options[] = {
-        {"output", required_argument, NULL, 'o'},  {"check", no_argument, NULL, 'c'},
+        {"output", required_argument, NULL, 'o'},  RECORD_SETS_CHECK,
         {"start", required_argument, NULL, 's'},   {"global", no_argument, NULL, 'g'},
         {"no-search", no_argument, NULL, 'n'},     {"intersample", required_argument, NULL, 'i'},
         {"splines", required_argument, NULL, 'N'}, {"force", no_argument, NULL, 'f'},
         {"json", no_argument, NULL, 'j'},          {0},
     };
-    bool checking = false;
     int code;
-    while ((code = options_next(argc, argv, "-:o:", options, err)) != -1) {
-        if (code == 1) {
-            add_name(checking ? &a->held_out : &a->fitted, optarg);
-            continue;
-        }
-        checking = code == 'c';
-        if (code != 'c' && take_option(a, code, err) != BF_OK)
+    while ((code = record_sets_next(&a->sets, argc, argv, "-:o:", options, err)) != -1)
+        if (take_option(a, code, err) != BF_OK)
             return BF_USAGE;
-    }
-    for (; optind < argc; optind++)
-        add_name(checking ? &a->held_out : &a->fitted, argv[optind]);
-    if (a->fitted.n < 2)
+    if (a->sets.fitted.n_names < 1)
         return bf_fail(err, BF_USAGE, "give a model and at least one record: beamfit fit MODEL RECORD... -o FITTED");
     if (!a->output)
         return bf_fail(err, BF_USAGE, "say where to write the fitted model: -o FITTED");
@@ -163,7 +128,7 @@ static enum bf_status check_output(const struct arguments *a, struct bf_error *e
     struct atomic_file out;
     if (strcmp(a->output, "-") == 0)
         return BF_OK;
-    char *model = realpath(a->fitted.list[0], NULL), *output = realpath(a->output, NULL);
+    char *model = realpath(a->sets.model, NULL), *output = realpath(a->output, NULL);
     const bool same = model && output && strcmp(model, output) == 0;
     free(model), free(output);
     if (same && !a->force)
@@ -175,24 +140,9 @@ static enum bf_status check_output(const struct arguments *a, struct bf_error *e
     return status;
 }
 
-static enum bf_status read_records(const struct names *names, size_t skip, struct record **out, size_t *n,
-                                   struct bf_error *err)
-{
-    *out = bf_alloc(names->n, sizeof **out);
-    for (size_t i = skip; i < names->n; i++) {
-        const enum bf_status status = record_read(names->list[i], &(*out)[*n], err);
-        if (status)
-            return status;
-        (*n)++;
-    }
-    return BF_OK;
-}
-
 /* What a command owns while it runs. */
 struct work {
     struct model model;
-    struct record *fitted, *held_out;
-    size_t n_fitted, n_held_out;
     struct fit_result result;
     struct fit_channel_error *check;
     size_t n_check;
@@ -201,11 +151,7 @@ struct work {
 
 static void work_free(struct work *w)
 {
-    for (size_t i = 0; i < w->n_fitted; i++)
-        record_free(&w->fitted[i]);
-    for (size_t i = 0; i < w->n_held_out; i++)
-        record_free(&w->held_out[i]);
-    free(w->fitted), free(w->held_out), free(w->check);
+    free(w->check);
     own_values_free(&w->own);
     fit_free(&w->result);
     model_free(&w->model);
@@ -213,26 +159,28 @@ static void work_free(struct work *w)
 
 static enum bf_status fit_and_answer(const struct arguments *a, struct work *w, struct bf_error *err)
 {
-    struct fit_check check = {.records = w->held_out, .n = w->n_held_out};
+    const struct record *fitted = a->sets.fitted.records, *held_out = a->sets.held_out.records;
+    const size_t n_held_out = a->sets.held_out.n;
+    struct fit_check check = {.records = held_out, .n = n_held_out};
     progress_catch_interrupts();
-    enum bf_status status = fit_run(&w->model, w->fitted, w->n_fitted, &a->fit, &w->result, err);
+    enum bf_status status = fit_run(&w->model, fitted, a->sets.fitted.n, &a->fit, &w->result, err);
     if (status)
         return status;
-    fit_into_model(&w->result, w->fitted, &check, &w->model);
-    status = own_values_find(&w->model, w->held_out, w->n_held_out, &a->fit, &w->own, err);
+    fit_into_model(&w->result, fitted, &check, &w->model);
+    status = own_values_find(&w->model, held_out, n_held_out, &a->fit, &w->own, err);
     if (!status)
-        status = fit_errors(w->own.model, w->held_out, w->n_held_out, &a->fit, &w->check, &w->n_check, err);
+        status = fit_errors(w->own.model, held_out, n_held_out, &a->fit, &w->check, &w->n_check, err);
     if (status)
         return status;
     check.channels = w->check, check.n_channels = w->n_check;
     check.notes = w->own.notes, check.n_notes = w->own.n_notes;
-    fit_into_model(&w->result, w->fitted, &check, &w->model);
+    fit_into_model(&w->result, fitted, &check, &w->model);
     status = model_write(a->output, &w->model, err);
     if (status)
         return status;
     if (a->json)
-        return json_print_and_free(fit_json(&w->result, w->fitted, &check), stdout, err);
-    fit_print(strcmp(a->output, "-") == 0 ? stderr : stdout, &w->result, w->fitted, &check);
+        return json_print_and_free(fit_json(&w->result, fitted, &check), stdout, err);
+    fit_print(strcmp(a->output, "-") == 0 ? stderr : stdout, &w->result, fitted, &check);
     return BF_OK;
 }
 
@@ -242,17 +190,15 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     struct work w = {0};
     enum bf_status status = parse(argc, argv, &a, err);
     if (!status)
-        status = model_read(a.fitted.list[0], &w.model, err);
+        status = model_read(a.sets.model, &w.model, err);
     if (!status)
-        status = read_records(&a.fitted, 1, &w.fitted, &w.n_fitted, err);
-    if (!status)
-        status = read_records(&a.held_out, 0, &w.held_out, &w.n_held_out, err);
+        status = record_sets_read(&a.sets, err);
     if (!status)
         status = check_output(&a, err);
     if (!status)
         status = fit_and_answer(&a, &w, err);
     work_free(&w);
-    free(a.fitted.list), free(a.held_out.list);
+    record_sets_free(&a.sets);
     return status;
 }
 

@@ -36,7 +36,7 @@ static struct hypothesis refit(const char *id, const char *second, size_t n_adde
 static void decide(struct diagnosis *d, const struct model *model, double fitted, double check,
                    struct hypothesis hypotheses[], size_t n)
 {
-    *d = (struct diagnosis){.model = model, .hypotheses = hypotheses, .n_hypotheses = n};
+    *d = (struct diagnosis){.model = model, .hypotheses = hypotheses, .n_hypotheses = n, .numerics.fine = true};
     set_errors(&d->baseline.fitted, fitted);
     set_errors(&d->baseline.check, check);
     diagnose_rank(d, TRIED);
@@ -169,6 +169,24 @@ static void a_damper_is_a_spring_without_stiffness(void **state)
     assert_string_equal(d.named[0], "point_damper");
 }
 
+static void a_computation_that_is_off_blames_no_physics(void **state)
+{
+    struct diagnosis d;
+    struct hypothesis h[] = {refit("tip_mass", NULL, 1, 1.0, 1.0)};
+    decide(&d, *state, 8.0, 8.0, h, 1);
+    assert_int_equal(d.verdict, VERDICT_MISSING);
+    d.numerics = (struct numerics){.change = 2.0};
+    diagnose_decide(&d);
+    assert_int_equal(d.verdict, VERDICT_UNKNOWN);
+    assert_int_equal(d.n_named, 0);
+    d.numerics.change = 0.5; /* a misfit sixteen times the error of the computation is physics */
+    diagnose_decide(&d);
+    assert_int_equal(d.verdict, VERDICT_MISSING);
+    d.numerics.change = NAN; /* no finer computation: nothing is ruled out */
+    diagnose_decide(&d);
+    assert_int_equal(d.verdict, VERDICT_UNKNOWN);
+}
+
 static int setup(void **state)
 {
     static struct model model;
@@ -199,6 +217,7 @@ int main(void)
         cmocka_unit_test(a_pair_without_held_out_records_is_not_named),
         cmocka_unit_test(a_weak_misfit_must_be_explained_for_the_most_part),
         cmocka_unit_test(a_damper_is_a_spring_without_stiffness),
+        cmocka_unit_test(a_computation_that_is_off_blames_no_physics),
     };
     return cmocka_run_group_tests(tests, setup, teardown);
 }
