@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* Vectors, reset, faults. A fault stills the drive and starts again: the store says with what. */
+#include "../sections.h"
 #include "stm32f405.h"
 
-extern uint32_t board_stack_top, board_data_load, board_data, board_data_end, board_bss, board_bss_end;
 int main(void);
 void board_reset(void);
 void board_fault(void);
@@ -22,11 +22,7 @@ void board_reset(void)
 {
     SCB_CPACR |= 0xFu << 20; /* the FPU, before any instruction of its */
     __asm__ volatile("dsb\n isb");
-    const uint32_t *from = &board_data_load;
-    for (uint32_t *to = &board_data; (uintptr_t)to < (uintptr_t)&board_data_end;)
-        *to++ = *from++;
-    for (uint32_t *to = &board_bss; (uintptr_t)to < (uintptr_t)&board_bss_end;)
-        *to++ = 0;
+    sections_init();
     (void)main();
     for (;;) /* nothing that could run: broken board, or main() has ended */
         __asm__ volatile("wfi");
