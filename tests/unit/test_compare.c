@@ -1,104 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
+/* Comparing: what is noise, where a misfit is, what is solved for. */
+#include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
-#include <setjmp.h>
 #include <cmocka.h>
-#include <fcntl.h>
-#include <getopt.h>
-#include <jansson.h>
 #include <math.h>
-#include <stdio.h>
-#include "cmd/commands.h"
-#include "compare.h"
-#include "signals.h"
-#include "test_files.h"
-
-static const char model_text[] = "format: beamfit-model/1\n"
-                                 "beam:\n"
-                                 "  length_m: 0.4573\n"
-                                 "  patch_m: [0.02535, 0.08905]\n"
-                                 "parameters:\n"
-                                 "  EI_beam_Nm2: {value: 0.491}\n"
-                                 "  EI_patch_Nm2: {value: 0.793}\n"
-                                 "  rho_beam_kgpm: {value: 0.093}\n"
-                                 "  rho_patch_kgpm: {value: 0.433}\n"
-                                 "  cDI_beam_sNm2: {value: 0.649e-5}\n"
-                                 "  cDI_patch_sNm2: {value: 1.255e-5}\n"
-                                 "  gamma_sNpm2: {value: 0.013}\n"
-                                 "  Ks_V: {value: 40}\n"
-                                 "inputs:\n"
-                                 "  hammer_N: {kind: point_force, at_m: 0.0254}\n"
-                                 "outputs:\n"
-                                 "  piezo_V: {kind: patch_strain}\n"
-                                 "  tip_mps: {kind: velocity, at_m: 0.44}\n"
-                                 "effects: []\n";
-
-enum { N = 2048 };
-static const double dt = 1.0 / 512.0;
-
-static struct model read_model(void)
-{
-    struct model model;
-    struct bf_error err;
-    if (model_read_text("test.yaml", model_text, sizeof model_text - 1, &model, &err) != BF_OK)
-        fail_msg("%s", err.text);
-    return model;
-}
-
-/* A hammer hit and the answer of both outputs, both outputs arbitrary so far. */
-static struct record hit_record(const char *path)
-{
-    static double u[N], noise[N];
-    struct record record = {.path = strdup(path), .n = N, .dt_s = dt};
-    uint64_t seed = signal_seed(1);
-    for (size_t i = 0; i < N; i++) {
-        u[i] = i >= 40 && i < 44 ? 10.0 : 0.0;
-        noise[i] = signal_normal(&seed);
-    }
-    record_add_column(&record, "hammer_N", u);
-    record_add_column(&record, "piezo_V", noise);
-    record_add_column(&record, "tip_mps", noise);
-    return record;
-}
-
-static struct comparison run(const struct model *model, const struct record *records, size_t n, size_t held_out)
-{
-    const struct predict_options options = {0};
-    struct comparison all;
-    struct bf_error err;
-    if (compare_run(model, records, n, held_out, &options, &all, &err) != BF_OK)
-        fail_msg("%s", err.text);
-    return all;
-}
-
-static double *column(const struct record *record, const char *name)
-{
-    return (double *)record_column(record, name);
-}
-
-/* Overwrites the outputs with what the model predicts, and noise of this relative size. */
-static void make_truth(const struct model *model, struct record *record, double noise, unsigned number)
-{
-    uint64_t seed = signal_seed(number);
-    struct comparison all = run(model, record, 1, 0);
-    for (size_t c = 0; c < all.n_channels; c++) {
-        double *z = column(record, all.channels[c].name);
-        const double size = noise * signal_rms(all.channels[c].predicted, N);
-        for (size_t i = 0; i < N; i++)
-            z[i] = all.channels[c].predicted[i] + size * signal_normal(&seed);
-    }
-    compare_free(&all);
-}
-
-static const struct comparison_channel *channel(const struct comparison *all, size_t record, const char *name)
-{
-    for (size_t i = 0; i < all->n_channels; i++)
-        if (all->channels[i].record == record && strcmp(all->channels[i].name, name) == 0)
-            return &all->channels[i];
-    fail_msg("no channel %s", name);
-    return NULL;
-}
+#include "compare_rig.h"
 
 static void a_true_model_leaves_the_noise(void **state)
 {
@@ -279,131 +187,6 @@ static void an_unknown_level_is_solved(void **state)
     model_free(&model);
 }
 
-static char *printed(const struct comparison *all, bool as_json)
-{
-    char *text = NULL;
-    size_t size = 0;
-    struct bf_error err;
-    FILE *f = open_memstream(&text, &size);
-    assert_non_null(f);
-    if (as_json)
-        assert_int_equal(json_print_and_free(compare_json(all), f, &err), BF_OK);
-    else
-        compare_print(f, all);
-    assert_int_equal(fclose(f), 0);
-    return text;
-}
-
-static void json_keeps_the_contract(void **state)
-{
-    (void)state;
-    struct model model = read_model();
-    struct record record = hit_record("dir/hit.csv");
-    make_truth(&model, &record, 0.01, 40);
-    struct comparison all = run(&model, &record, 1, 0);
-    char *text = printed(&all, true);
-    json_t *root = json_loads(text, 0, NULL);
-    assert_non_null(root);
-    assert_true(fabs(json_number_value(json_object_get(root, "nrmse")) - all.nrmse) < 1e-15);
-    assert_true(json_is_number(json_object_get(root, "noise_ratio")));
-    assert_true(json_is_null(json_object_get(root, "check_nrmse"))); /* NaN */
-    const json_t *first = json_array_get(json_object_get(root, "records"), 0);
-    assert_string_equal(json_string_value(json_object_get(first, "file")), "dir/hit.csv");
-    const json_t *c = json_array_get(json_object_get(first, "channels"), 0);
-    assert_string_equal(json_string_value(json_object_get(c, "name")), "piezo_V");
-    assert_true(json_is_number(json_object_get(c, "nrmse")) && json_is_number(json_object_get(c, "noise_ratio")));
-    const json_t *band = json_array_get(json_object_get(c, "bands"), 0);
-    assert_true(json_is_number(json_object_get(band, "from_Hz")) && json_is_number(json_object_get(band, "to_Hz")) &&
-                json_is_number(json_object_get(band, "share")));
-    json_decref(root);
-    free(text);
-    text = printed(&all, false);
-    assert_contains(text, "hit.csv");
-    assert_contains(text, "piezo_V");
-    assert_contains(text, "local rational method");
-    free(text);
-    compare_free(&all);
-    record_free(&record);
-    model_free(&model);
-}
-
-static void silence_and_short_records(void **state)
-{
-    (void)state;
-    struct model model = read_model();
-    struct record record = hit_record("hit.csv");
-    memset(column(&record, "piezo_V"), 0, N * sizeof(double));
-    struct comparison all = run(&model, &record, 1, 0);
-    assert_true(isinf(channel(&all, 0, "piezo_V")->nrmse));
-    char *text = printed(&all, true);
-    json_t *root = json_loads(text, 0, NULL);
-    assert_non_null(root);
-    json_decref(root);
-    free(text);
-    free(printed(&all, false));
-    compare_free(&all);
-    record.n = 12; /* fewer samples than any estimate wants */
-    all = run(&model, &record, 1, 0);
-    assert_true(isnan(all.noise_ratio));
-    free(printed(&all, false));
-    compare_free(&all);
-    record_free(&record);
-    model_free(&model);
-}
-
-/* ---- The command ---- */
-
-static enum bf_status command(struct bf_error *err, int argc, const char *const argv[])
-{
-    char *copy[16] = {NULL};
-    for (int i = 0; i < argc; i++)
-        copy[i] = strdup(argv[i]);
-    (void)fflush(stdout);
-    const int kept = dup(1), nothing = open("/dev/null", O_WRONLY);
-    assert_true(kept >= 0 && nothing >= 0 && dup2(nothing, 1) == 1);
-    optind = 1;
-    const enum bf_status status = command_compare.run(argc, copy, err);
-    (void)fflush(stdout);
-    assert_true(dup2(kept, 1) == 1);
-    (void)close(kept);
-    (void)close(nothing);
-    for (int i = 0; i < argc; i++)
-        free(copy[i]);
-    return status;
-}
-
-static void the_command_answers_with_its_status(void **state)
-{
-    (void)state;
-    struct bf_error err;
-    struct model model = read_model();
-    struct record record = hit_record("hit.csv");
-    make_truth(&model, &record, 0.01, 50);
-    char *model_path = temporary_file("model.yaml", model_text, sizeof model_text - 1);
-    char *path = temporary_file("hit.csv", "", 0);
-    assert_int_equal(record_write(path, &record, 9, &err), BF_OK);
-    assert_int_equal(command(&err, 3, (const char *[]){"compare", model_path, path}), BF_OK);
-    assert_int_equal(command(&err, 5, (const char *[]){"compare", model_path, "--check", path, "--json"}), BF_OK);
-    assert_int_equal(command(&err, 4, (const char *[]){"compare", "--max-nrmse=0.02", model_path, path}), BF_OK);
-    assert_int_equal(command(&err, 5, (const char *[]){"compare", model_path, path, "--max-nrmse", "0.005"}), BF_NO);
-    assert_contains(err.text, "0.005");
-    assert_int_equal(command(&err, 2, (const char *[]){"compare", model_path}), BF_USAGE);
-    assert_int_equal(command(&err, 1, (const char *[]){"compare"}), BF_USAGE);
-    assert_int_equal(command(&err, 5, (const char *[]){"compare", model_path, path, "--max-nrmse", "x"}), BF_USAGE);
-    assert_int_equal(command(&err, 5, (const char *[]){"compare", model_path, path, "--max-nrmse", "-1"}), BF_USAGE);
-    assert_int_equal(command(&err, 5, (const char *[]){"compare", model_path, path, "--intersample", "x"}), BF_USAGE);
-    assert_int_equal(command(&err, 4, (const char *[]){"compare", model_path, path, "--nonsense"}), BF_USAGE);
-    assert_int_equal(command(&err, 3, (const char *[]){"compare", model_path, "/nonexistent.csv"}), BF_BAD_FILE);
-    assert_contains(err.text, "/nonexistent.csv");
-    assert_int_equal(command(&err, 3, (const char *[]){"compare", "/nonexistent.yaml", path}), BF_BAD_FILE);
-    (void)unlink(model_path);
-    (void)unlink(path);
-    free(model_path);
-    free(path);
-    record_free(&record);
-    model_free(&model);
-}
-
 /* ---- An independent simulator's records, with its own answer as the model ---- */
 
 static void other_peoples_truth(void **state)
@@ -451,9 +234,6 @@ int main(void)
         cmocka_unit_test(held_out_records_have_their_own_total),
         cmocka_unit_test(free_decay_states_are_solved),
         cmocka_unit_test(an_unknown_level_is_solved),
-        cmocka_unit_test(json_keeps_the_contract),
-        cmocka_unit_test(silence_and_short_records),
-        cmocka_unit_test(the_command_answers_with_its_status),
         cmocka_unit_test(other_peoples_truth),
     };
     return cmocka_run_group_tests_name("compare", tests, NULL, NULL);

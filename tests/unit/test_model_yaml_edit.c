@@ -3,52 +3,12 @@
  * Saving model files. Properties, over many layouts of the same model: what is written reads back as exactly the model in
  * memory, and every line that states nothing changed stays byte for byte, comments included.
  */
+#include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
-#include <setjmp.h>
 #include <cmocka.h>
-#include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
-#include "hash.h"
-#include "model.h"
-#include "test_files.h"
-
-static const char pretty[] = "# a rig\n"
-                             "format: beamfit-model/1\n"
-                             "beam:\n"
-                             "  length_m: 0.4573   # ruler\n"
-                             "  patch_m: [0.02535, 0.08905]\n"
-                             "parameters:   # all of them\n"
-                             "  EI_beam_Nm2:   {value: 0.495, prior: 0.03}  # book\n"
-                             "  EI_patch_Nm2:\n"
-                             "    value: 1.050 # guess\n"
-                             "    # not known well\n"
-                             "    max: 1e6   # bound\n"
-                             "  rho_beam_kgpm: 0.0925\n"
-                             "  rho_patch_kgpm: {value: 0.300, sd: 0.1}\n"
-                             "  # damping\n"
-                             "  cDI_beam_sNm2: {value: 0.8e-5, }\n"
-                             "  cDI_patch_sNm2: {\n"
-                             "    value: 0.8e-5, # first\n"
-                             "    min: 0 }       # second\n"
-                             "  Ks_V: {value: 60.0}\n"
-                             "x_operator: Ewa  # who\n"
-                             "inputs:\n"
-                             "  hammer_N: {kind: point_force, at_m: 0.0254}\n"
-                             "outputs:\n"
-                             "  piezo_V: {kind: patch_strain}\n"
-                             "effects:\n"
-                             "  - {kind: quadratic_drag, coefficient_Ns2pm3: {value: 0.02}}  # air\n"
-                             "  # the tip\n"
-                             "  - kind: tip_mass\n"
-                             "    mass_kg: 0.002  # scale\n"
-                             "  - {kind: mains_hum, frequency_Hz: 50}\n"
-                             "# the end\n";
+#include "saved_model.h"
 
 /* The same model in other layouts. */
 static const char braces[] =
@@ -99,73 +59,6 @@ static char *with_crlf(const char *text)
     return out;
 }
 
-static void reads(const char *text, struct model *model)
-{
-    struct bf_error err = {0};
-    if (model_read_text("m.yaml", text, strlen(text), model, &err) != BF_OK)
-        fail_msg("%s\n%s", err.text, text);
-}
-
-/* Saves, reads back, and returns the new text; caller frees. */
-static char *save(struct model *model, struct model *back)
-{
-    struct bf_error err = {0};
-    char *path = temporary_file("saved.yaml", "", 0);
-    if (model_write(path, model, &err) != BF_OK)
-        fail_msg("%s", err.text);
-    assert_int_equal(model_read(path, back, &err), BF_OK);
-    assert_string_equal(back->sha256, model->sha256);
-    FILE *f = fopen(path, "rb");
-    char *text = calloc(1, 1 << 16);
-    assert_true(fread(text, 1, (1 << 16) - 1, f) > 0);
-    (void)fclose(f);
-    unlink(path);
-    free(path);
-    return text;
-}
-
-static void same_parameter(const struct parameter *a, const struct parameter *b)
-{
-    assert_string_equal(a->name, b->name);
-    assert_true(!(a->value < b->value) && !(a->value > b->value)); /* every bit, −0 aside */
-    assert_true(a->prior == b->prior && a->prior_value == b->prior_value);
-    assert_true(a->min == b->min && a->max == b->max);
-    assert_true(a->fixed == b->fixed && a->logarithmic == b->logarithmic);
-    assert_true(fabs(a->sd - b->sd) <= 1e-5 * a->sd); /* written with 6 digits */
-}
-
-static void same_model(const struct model *a, const struct model *b)
-{
-    assert_int_equal(a->n_materials, b->n_materials);
-    for (size_t i = 0; i < a->n_materials; i++) {
-        same_parameter(&a->materials[i].EI, &b->materials[i].EI);
-        same_parameter(&a->materials[i].rho, &b->materials[i].rho);
-        same_parameter(&a->materials[i].cDI, &b->materials[i].cDI);
-    }
-    same_parameter(&a->gamma, &b->gamma);
-    same_parameter(&a->Ks, &b->Ks);
-    same_parameter(&a->KB, &b->KB);
-    assert_int_equal(a->n_effects, b->n_effects);
-    for (size_t i = 0; i < a->n_effects; i++) {
-        const struct model_effect *p = &a->effects[i], *q = &b->effects[i];
-        assert_ptr_equal(p->effect, q->effect);
-        assert_string_equal(p->channel, q->channel);
-        for (int j = 0; j < p->effect->n_parameters; j++)
-            same_parameter(&p->parameters[j], &q->parameters[j]);
-        assert_int_equal(p->n_per_record, q->n_per_record);
-        for (size_t k = 0; k < p->n_per_record; k++) {
-            assert_string_equal(p->per_record[k].record, q->per_record[k].record);
-            assert_true(p->per_record[k].value == q->per_record[k].value);
-        }
-    }
-    assert_int_equal(a->n_inputs, b->n_inputs);
-    assert_int_equal(a->n_outputs, b->n_outputs);
-    assert_int_equal(a->n_regions, b->n_regions);
-    assert_int_equal(a->fit.present, b->fit.present);
-    assert_int_equal(a->fit.n_records, b->fit.n_records);
-    assert_string_equal(a->fit.parent_sha256, b->fit.parent_sha256);
-}
-
 static void save_and_compare(struct model *model)
 {
     struct model back;
@@ -195,26 +88,6 @@ static void set_all(struct model *m, unsigned *seed, bool with_sd)
     free(refs);
     free(value);
     free(sd);
-}
-
-static void add_fit_block(struct model *m)
-{
-    struct fit_info *fit = &m->fit;
-    fit->present = fit->converged = true;
-    fit->nrmse = 0.00412345678;
-    fit->noise_ratio = 1.01;
-    fit->check_nrmse = 0.005;
-    fit->n_records = 2;
-    fit->records = calloc(2, sizeof *fit->records);
-    for (size_t i = 0; i < 2; i++) {
-        struct fit_record *record = &fit->records[i];
-        record->file = strdup(i ? "dir with blank/it's: #2.csv" : "train1.csv");
-        hash_sha256_hex("x", i, record->sha256);
-        record->held_out = i == 1;
-        record->n_channels = 1;
-        record->channels = calloc(1, sizeof *record->channels);
-        record->channels[0] = (struct fit_channel){.name = "piezo_V", .nrmse = 0.1, .noise_ratio = 1.5};
-    }
 }
 
 static void every_layout_reads_back(void **state)
@@ -369,144 +242,6 @@ static void the_last_effect_leaves_an_empty_list_and_returns(void **state)
     }
 }
 
-static void prior_centre_survives_two_fits(void **state)
-{
-    (void)state;
-    struct model m, first, second;
-    reads(pretty, &m);
-    m.materials[0].EI.value = 0.47;
-    free(save(&m, &first));
-    assert_true(first.materials[0].EI.prior_value == 0.495);
-    first.materials[0].EI.value = 0.46;
-    char *text = save(&first, &second);
-    assert_true(second.materials[0].EI.prior_value == 0.495 && second.materials[0].EI.value == 0.46);
-    free(text);
-    second.materials[0].EI.value = 0.495; /* back at the centre: the key goes */
-    model_free(&first);
-    text = save(&second, &first);
-    assert_null(strstr(text, "prior_value"));
-    free(text);
-    model_free(&m);
-    model_free(&first);
-    model_free(&second);
-}
-
-static void a_place_once_freed_stays_free(void **state)
-{
-    (void)state;
-    static const char bare[] =
-        "format: beamfit-model/1\nbeam: {length_m: 1}\nparameters: {EI_beam_Nm2: 1, rho_beam_kgpm: 1}\n"
-        "effects: [{kind: point_mass, mass_kg: 0.1, at_m: 0.3}]\n";
-    struct model m, back;
-    struct bf_error err = {0};
-    reads(pretty, &m);
-    assert_int_equal(model_add_effect(&m, "point_mass", "", &err), BF_OK);
-    free(save(&m, &back));
-    assert_true(back.effects[3].parameters[1].fixed);
-    back.effects[3].parameters[1].fixed = false;
-    back.effects[3].parameters[0].fixed = true;
-    model_free(&m);
-    free(save(&back, &m));
-    assert_true(!m.effects[3].parameters[1].fixed && m.effects[3].parameters[0].fixed);
-    m.effects[3].parameters[1].fixed = true;
-    model_free(&back);
-    free(save(&m, &back));
-    assert_true(back.effects[3].parameters[1].fixed);
-    model_free(&m);
-    model_free(&back);
-    reads(bare, &m);
-    m.effects[0].parameters[1].fixed = false;
-    free(save(&m, &back));
-    assert_true(!back.effects[0].parameters[1].fixed);
-    model_free(&m);
-    model_free(&back);
-}
-
-static void descent_is_recorded(void **state)
-{
-    (void)state;
-    struct model a, b, c, d;
-    struct bf_error err = {0};
-    reads(pretty, &a);
-    char grandparent[65];
-    memcpy(grandparent, a.sha256, 65);
-    a.Ks.value = 61.0;
-    free(save(&a, &b));
-    assert_string_equal(b.fit.parent_sha256, grandparent);
-    assert_int_equal(model_add_effect(&b, "root_compliance", "", &err), BF_OK);
-    free(save(&b, &c));
-    assert_string_equal(c.fit.parent_sha256, a.sha256);
-    assert_int_equal(c.fit.n_ancestors, 1);
-    assert_string_equal(c.fit.ancestors[0], grandparent);
-    assert_false(c.fit.present);
-    add_fit_block(&c);
-    free(save(&c, &d));
-    assert_true(d.fit.present && d.fit.converged && d.fit.records[1].held_out);
-    assert_string_equal(d.fit.records[1].file, "dir with blank/it's: #2.csv");
-    assert_true(fabs(d.fit.nrmse - 0.00412345678) < 1e-8);
-    assert_int_equal(d.fit.n_ancestors, 2);
-    model_free(&a);
-    model_free(&b);
-    model_free(&c);
-    model_free(&d);
-}
-
-static void a_model_made_in_memory_is_written_whole(void **state)
-{
-    (void)state;
-    struct model m, back;
-    reads(pretty, &m);
-    free(m.document);
-    m.document = NULL;
-    m.sha256[0] = '\0';
-    m.inputs[0].level_per_record = true;
-    m.support = SUPPORT_PINNED_PINNED;
-    char *text = save(&m, &back);
-    same_model(&m, &back);
-    assert_true(back.inputs[0].level_per_record);
-    assert_int_equal(back.support, SUPPORT_PINNED_PINNED);
-    assert_true(back.outputs[0].from_m == m.outputs[0].from_m);
-    free(text);
-    model_free(&m);
-    model_free(&back);
-}
-
-static void changed_geometry_is_not_lost(void **state)
-{
-    (void)state;
-    struct model m, back;
-    reads(pretty, &m);
-    m.inputs[0].at_m = 0.03; /* no editing in place for it: written anew */
-    char *text = save(&m, &back);
-    assert_true(back.inputs[0].at_m == 0.03);
-    same_model(&m, &back);
-    free(text);
-    model_free(&m);
-    model_free(&back);
-}
-
-static void an_invalid_model_is_not_written(void **state)
-{
-    (void)state;
-    struct model m;
-    struct bf_error err = {0};
-    reads(pretty, &m);
-    m.materials[0].rho.value = -1.0;
-    char *path = temporary_file("kept.yaml", "old", 3);
-    assert_int_equal(model_write(path, &m, &err), BF_NUMERIC);
-    assert_contains(err.text, "rho_beam_kgpm");
-    struct stat info;
-    assert_int_equal(stat(path, &info), 0);
-    assert_int_equal(info.st_size, 3);
-    m.materials[0].rho.value = NAN;
-    assert_int_equal(model_write(path, &m, &err), BF_NUMERIC);
-    m.materials[0].rho.value = 1.0;
-    assert_int_equal(model_write("/nowhere/at/all.yaml", &m, &err), BF_BAD_FILE);
-    unlink(path);
-    free(path);
-    model_free(&m);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -515,12 +250,6 @@ int main(void)
         cmocka_unit_test(a_fit_changes_values_only),
         cmocka_unit_test(add_and_drop_restore_the_text),
         cmocka_unit_test(the_last_effect_leaves_an_empty_list_and_returns),
-        cmocka_unit_test(prior_centre_survives_two_fits),
-        cmocka_unit_test(a_place_once_freed_stays_free),
-        cmocka_unit_test(descent_is_recorded),
-        cmocka_unit_test(a_model_made_in_memory_is_written_whole),
-        cmocka_unit_test(changed_geometry_is_not_lost),
-        cmocka_unit_test(an_invalid_model_is_not_written),
     };
     return cmocka_run_group_tests_name("model_yaml_edit", tests, NULL, NULL);
 }

@@ -1,130 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* The score of candidates: against plain least squares, under noise alone, for weak and strong effects, and its edges. */
+/* The score of candidates: against plain least squares, under noise alone, for weak and strong effects. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
-
 #include <cmocka.h>
-
-#include "fit_rig.h"
-#include "score.h"
-
-enum { RECORDS = 2, CHANNELS = 2 * RECORDS };
-
-/* Two hammer records of a beam that may have an effect, and a baseline without it. */
-struct rig {
-    struct model model;
-    struct record records[RECORDS];
-    double sigma[CHANNELS];
-    struct candidate_list list;
-    struct score_base *base;
-    struct score *scores;
-};
-
-static void rig_records(struct rig *r)
-{
-    memset(r, 0, sizeof *r);
-    make_model(&truth, &r->model);
-    make_record("a.csv", 0.05, 1.0, &r->records[0], r->sigma);
-    make_record("b.csv", 0.1, 3.0, &r->records[1], r->sigma + 2);
-}
-
-/* The noise stays, the motion is that of the beam with the effect. */
-static void rig_effect(struct rig *r, const char *id, const double p[], size_t n)
-{
-    struct bf_error err;
-    const char *names[RECORDS] = {"a.csv", "b.csv"};
-    struct prediction y;
-    double *without = NULL;
-    for (int with = 0; with < 2; with++) {
-        struct model model;
-        struct predictor *predictor;
-        struct parameter_ref *refs;
-        make_model(&truth, &model);
-        if (with) {
-            assert_int_equal(model_add_effect(&model, id, "", &err), BF_OK);
-            for (size_t i = 0; i < n; i++)
-                model.effects[0].parameters[i].value = p[i];
-        }
-        assert_int_equal(predictor_new(&model, r->records, RECORDS, NULL, &predictor, &err), BF_OK);
-        const size_t n_refs = model_parameters(&model, names, RECORDS, &refs);
-        double *theta = calloc(n_refs, sizeof *theta);
-        for (size_t i = 0; i < n_refs; i++)
-            theta[i] = refs[i].value;
-        assert_int_equal(predictor_run(predictor, theta, NULL, &y, &err), BF_OK);
-        const struct predict_channel *channels;
-        predictor_channels(predictor, &channels);
-        for (size_t c = 0; c < CHANNELS; c++) {
-            double *z = r->records[channels[c].record].columns[1 + c % 2].x;
-            for (size_t k = 0; with && without && k < SAMPLES; k++)
-                z[k] += y.y[channels[c].row + k] - without[channels[c].row + k];
-        }
-        if (!with) {
-            without = calloc(y.n_rows, sizeof *without);
-            memcpy(without, y.y, y.n_rows * sizeof *without);
-        }
-        free(theta), free(refs);
-        predictor_free(predictor);
-        model_free(&model);
-    }
-    free(without);
-}
-
-/* The baseline at its optimum: a score is a linearisation there. */
-static void rig_fit(struct rig *r)
-{
-    struct bf_error err;
-    struct fit_result fit;
-    const struct fit_options options = {.quiet = true, .never_search = true, .sigma = r->sigma};
-    assert_int_equal(fit_run(&r->model, r->records, RECORDS, &options, &fit, &err), BF_OK);
-    fit_into_model(&fit, r->records, &(struct fit_check){0}, &r->model);
-    fit_free(&fit);
-}
-
-static void rig_score(struct rig *r, const struct candidate_options *candidates)
-{
-    struct bf_error err;
-    const struct score_options options = {.sigma = r->sigma, .threads = 2};
-    assert_int_equal(candidate_list_new(&r->model, r->records, RECORDS, candidates, &r->list, &err), BF_OK);
-    assert_int_equal(score_base_new(&r->model, r->records, RECORDS, &options, &r->base, &err), BF_OK);
-    r->scores = calloc(r->list.n, sizeof *r->scores);
-    score_run(r->base, r->list.candidates, r->list.n, r->scores);
-}
-
-static void rig_free(struct rig *r)
-{
-    for (size_t i = 0; i < r->list.n; i++)
-        score_free(&r->scores[i]);
-    free(r->scores);
-    score_base_free(r->base);
-    candidate_list_free(&r->list);
-    for (size_t i = 0; i < RECORDS; i++)
-        record_free(&r->records[i]);
-    model_free(&r->model);
-}
-
-static size_t index_of(const struct rig *r, const char *id)
-{
-    for (size_t i = 0; i < r->list.n; i++)
-        if (strcmp(r->list.candidates[i].effect->id, id) == 0)
-            return i;
-    fail_msg("no candidate %s", id);
-    return 0;
-}
-
-static size_t best_of(const struct rig *r)
-{
-    size_t *order = calloc(r->list.n, sizeof *order);
-    assert_true(score_rank(r->list.candidates, r->scores, r->list.n, order) > 0);
-    const size_t best = order[0];
-    free(order);
-    return best;
-}
+#include "score_rig.h"
 
 /* ---- Against plain least squares ---- */
 
@@ -347,76 +228,6 @@ static void steps_through_short_windows_lead_a_strong_mass_home(void **state)
     rig_free(&r);
 }
 
-/* ---- What the baseline can absorb ---- */
-
-static void a_vanished_damping_comes_back(void **state)
-{
-    (void)state;
-    struct rig r;
-    seed = 41;
-    rig_records(&r);
-    r.model.materials[0].cDI.value = 1e-13; /* the beam has 2e-5 */
-    rig_score(&r, NULL);
-    struct model start;
-    struct bf_error err;
-    double freedom;
-    const size_t i = index_of(&r, "axial_load");
-    assert_true(score_base_chi_square(r.base) > 1.2 * CHANNELS * SAMPLES);
-    assert_true(score_base_misfit(r.base, &freedom) < 0.9 * score_base_chi_square(r.base));
-    assert_int_equal(score_model(r.base, &r.list.candidates[i], &r.scores[i], &start, &err), BF_OK);
-    assert_true(start.materials[0].cDI.value > 0.05 * truth.cDI && start.materials[0].cDI.value < 3.0 * truth.cDI);
-    model_free(&start);
-    rig_free(&r);
-}
-
-static void free_states_of_a_decay_are_absorbed(void **state)
-{
-    (void)state;
-    struct rig r;
-    seed = 42;
-    rig_records(&r);
-    rig_effect(&r, "tip_mass", (const double[]){2e-4}, 1);
-    for (size_t i = 0; i < RECORDS; i++) {
-        record_add_meta(&r.records[i], "excitation", "free_decay");
-        record_add_meta(&r.records[i], "free_from_s", "0.2");
-    }
-    rig_fit(&r);
-    rig_score(&r, &(struct candidate_options){.without = (const char *const[]){"base_motion"}, .n_without = 1});
-    double freedom;
-    assert_true(score_base_misfit(r.base, &freedom) < 50.0 * freedom);
-    const struct score *mass = &r.scores[index_of(&r, "tip_mass")];
-    assert_true(mass->possible);
-    assert_true(mass->explained > 0.8);
-    rig_free(&r);
-}
-
-/* ---- Resemblance ---- */
-
-static void cosines_tell_what_can_stand_for_what(void **state)
-{
-    (void)state;
-    struct rig r;
-    seed = 51;
-    rig_records(&r);
-    rig_effect(&r, "hysteretic_damping", (const double[]){2e-3}, 1);
-    rig_fit(&r);
-    rig_score(&r, NULL);
-    const size_t n = r.list.n, a = index_of(&r, "hysteretic_damping"), b = index_of(&r, "square_root_damping");
-    const size_t far = index_of(&r, "feedthrough");
-    double *cosine = calloc(n * n, sizeof *cosine);
-    score_cosines(r.scores, n, cosine);
-    for (size_t i = 0; i < n; i++) {
-        assert_near(cosine[i + n * i], r.scores[i].possible ? 1.0 : 0.0, 0.0);
-        for (size_t j = 0; j < n; j++)
-            assert_true(cosine[j + n * i] >= 0.0 && cosine[j + n * i] <= 1.0);
-    }
-    assert_true(cosine[a + n * b] > 0.95);
-    assert_near(cosine[a + n * b], cosine[b + n * a], 1e-4); /* one strength each */
-    assert_true(r.scores[far].rank == 0 || cosine[far + n * a] < 0.8);
-    free(cosine);
-    rig_free(&r);
-}
-
 static void a_law_is_left_to_the_trial_unless_asked_for(void **state)
 {
     (void)state;
@@ -454,9 +265,6 @@ int main(void)
         cmocka_unit_test(a_finite_trial_finds_a_saturated_sensor),
         cmocka_unit_test(a_line_is_found_with_a_phase_for_each_record),
         cmocka_unit_test(steps_through_short_windows_lead_a_strong_mass_home),
-        cmocka_unit_test(a_vanished_damping_comes_back),
-        cmocka_unit_test(free_states_of_a_decay_are_absorbed),
-        cmocka_unit_test(cosines_tell_what_can_stand_for_what),
         cmocka_unit_test(a_law_is_left_to_the_trial_unless_asked_for),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
