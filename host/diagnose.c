@@ -188,13 +188,13 @@ static enum bf_status stages(struct diagnose_work *w, struct bf_error *err)
     enum bf_status status = diagnose_noise(w, err);
     if (!status)
         status = diagnose_baseline(w, err);
-    if (!status)
+    if (!status && !progress_interrupted())
         status = diagnose_numerics(w, err);
     if (!status)
         status = look(w, err);
     if (!status)
         status = localise(w, err);
-    if (!status && diagnose_computed(d))
+    if (!status && !progress_interrupted() && diagnose_computed(d))
         status = search(w, err);
     d->interrupted = d->interrupted || progress_interrupted();
     if (status)

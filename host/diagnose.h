@@ -95,7 +95,7 @@ struct diagnosis {
 
 /*
  * Records of `checks` are never fitted. Ctrl-C (progress_catch_interrupts()) ends the search: what is known so far is
- * returned with interrupted = true. Free with diagnose_free(), also after a failure. model and records must outlive *out.
+ * returned with interrupted = true, verdict unknown, nothing named. Free with diagnose_free(), also after a failure. model and records must outlive *out.
  */
 enum bf_status diagnose_run(const struct model *model, const struct record records[], size_t n_records,
                             const struct record checks[], size_t n_checks, const struct diagnose_options *options,
@@ -107,7 +107,8 @@ void diagnose_print(FILE *out, const struct diagnosis *diagnosis);
 /*
  * Pictures, each as PNG and PDF: DIR/diagnose-misfit (by band and amplitude, before and after adding the best),
  * diagnose-ranking, diagnose-amplitude (frequency and damping; when a record has a stretch without drive), diagnose-force
- * (when reconstructed). docs/diagnose.md, 'Pictures'. predict: as in the options of the diagnosis; NULL: none.
+ * (when reconstructed). docs/diagnose.md, 'Pictures'. None after an interruption; Ctrl-C while drawing ends after the
+ * picture that is being drawn. predict: as in the options of the diagnosis; NULL: none.
  */
 enum bf_status diagnose_plot(const struct diagnosis *diagnosis, const struct predict_options *predict,
                              const char *directory, struct bf_error *err);

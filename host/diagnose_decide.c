@@ -259,6 +259,8 @@ void diagnose_decide(struct diagnosis *d)
         return;
     choose_best(d);
     const struct hypothesis *best = d->n_hypotheses > 0 ? &d->hypotheses[0] : NULL;
+    if (d->interrupted)
+        return;
     if (best == NULL || !significant(d, best)) {
         const bool fine =
             d->baseline.fitted.noise_ratio <= complete_ratio ||

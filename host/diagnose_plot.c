@@ -2,6 +2,7 @@
 /* diagnose_plot.c — the pictures of a diagnosis, and its ranking. */
 #include "diagnose_plot_work.h"
 #include "plot.h"
+#include "progress.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -9,8 +10,6 @@
 #include <unistd.h>
 
 enum { MOST_ROWS = 16 }; /* of the ranking */
-
-static const char *const stem_drift = "diagnose-amplitude", *const stem_force = "diagnose-force";
 
 static void name_hypothesis(const struct hypothesis *h, char *text, size_t size)
 {
@@ -67,13 +66,13 @@ static enum bf_status draw_ranking(const struct diagnose_pictures *p, struct bf_
 /* ---- All ---- */
 
 /* A picture of an earlier run must not pass for one of this. */
-static void forget(const char *directory, const char *stem)
+static void forget_all(const char *directory)
 {
-    static const char *const kinds[] = {"png", "pdf"};
-    const size_t size = strlen(directory) + strlen(stem) + 8;
+    static const char *const stems[] = {"misfit", "ranking", "amplitude", "force"}, *const kinds[] = {"png", "pdf"};
+    const size_t size = strlen(directory) + 40;
     char *path = bf_alloc(size, 1);
-    for (int k = 0; k < 2; k++) {
-        (void)snprintf(path, size, "%s/%s.%s", directory, stem, kinds[k]);
+    for (int i = 0; i < 8; i++) {
+        (void)snprintf(path, size, "%s/diagnose-%s.%s", directory, stems[i / 2], kinds[i % 2]);
         (void)unlink(path);
     }
     free(path);
@@ -105,31 +104,40 @@ static enum bf_status predict_both(struct diagnose_pictures *p, const struct rec
     return status;
 }
 
+static enum bf_status draw_all(const struct diagnose_pictures *p, enum bf_status status, struct bf_error *err)
+{
+    bool drawn;
+    if (!status && !progress_interrupted())
+        status = diagnose_plot_misfit(p, err);
+    if (!status && !progress_interrupted())
+        status = draw_ranking(p, err);
+    if (!status && !progress_interrupted())
+        status = diagnose_plot_drift(p, &drawn, err);
+    if (!status && !progress_interrupted() && p->d->reconstructed)
+        status = diagnose_plot_force(p, err);
+    if (progress_interrupted())
+        bf_warn("interrupted: not every picture is drawn");
+    return status;
+}
+
 enum bf_status diagnose_plot(const struct diagnosis *d, const struct predict_options *options, const char *directory,
                              struct bf_error *err)
 {
     struct diagnose_pictures p = {.d = d, .directory = directory};
     struct predict_options quiet = options != NULL ? *options : (struct predict_options){0};
+    forget_all(directory);
+    if (d->interrupted) {
+        bf_warn("interrupted: no pictures are drawn");
+        return BF_OK;
+    }
     struct record *records = bf_alloc(d->n_records + d->n_checks, sizeof *records);
-    bool drawn = false;
     quiet.quiet = true;
     memcpy(records, d->records, d->n_records * sizeof *records);
     if (d->n_checks > 0)
         memcpy(records + d->n_records, d->checks, d->n_checks * sizeof *records);
     find_heading(&p);
     enum bf_status status = predict_both(&p, records, &quiet, err);
-    if (!status)
-        status = diagnose_plot_misfit(&p, err);
-    if (!status)
-        status = draw_ranking(&p, err);
-    if (!status)
-        status = diagnose_plot_drift(&p, &drawn, err);
-    if (!status && !drawn)
-        forget(directory, stem_drift);
-    if (!status && d->reconstructed)
-        status = diagnose_plot_force(&p, err);
-    if (!status && !d->reconstructed)
-        forget(directory, stem_force);
+    status = draw_all(&p, status, err);
     compare_free(&p.before);
     compare_free(&p.after);
     free(records);

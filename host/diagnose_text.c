@@ -147,7 +147,7 @@ static void computation_first(FILE *out, const struct diagnosis *d)
             (void)fprintf(out, ": raise --splines%s before any physics is blamed. ",
                           d->numerics.steps ? " or --oversample" : "");
     }
-    if (!d->converged && !d->interrupted)
+    if (!d->converged)
         (void)fprintf(out, "The search for the model's own values did not converge: start from a better fit. ");
 }
 
@@ -183,6 +183,27 @@ static void unknown(FILE *out, const struct diagnosis *d)
         (void)fprintf(out, " %s", d->reconstruction.text);
 }
 
+static void interrupted(FILE *out, const struct diagnosis *d)
+{
+    if (d->baseline.fit.interrupted && d->n_hypotheses == 0 && !d->converged) {
+        (void)fprintf(out, "Interrupted while the model itself was being fitted: so far it leaves ");
+        ratios(out, &d->baseline.fitted, &d->baseline.check);
+        (void)fprintf(out, ", and whether physics is missing cannot be said yet.");
+        return;
+    }
+    (void)fprintf(out, "Interrupted, so nothing is named. The model leaves ");
+    ratios(out, &d->baseline.fitted, &d->baseline.check);
+    if (d->n_hypotheses == 0) {
+        (void)fprintf(out, "; no effect had been added and refitted yet.");
+        return;
+    }
+    (void)fprintf(out, "; of %zu explanations that were refitted ", d->n_hypotheses);
+    effects_text(out, &d->hypotheses[0]);
+    (void)fprintf(out, " leaves least, ");
+    ratios(out, &d->hypotheses[0].fitted, &d->hypotheses[0].check);
+    (void)fprintf(out, ". What was not tried yet may explain it better.");
+}
+
 char *diagnose_words(const struct diagnosis *d)
 {
     static void (*const tell[])(FILE *, const struct diagnosis *) = {complete, missing, ambiguous, unknown};
@@ -191,10 +212,12 @@ char *diagnose_words(const struct diagnosis *d)
     FILE *out = open_memstream(&text, &size);
     if (out == NULL)
         return bf_strdup("");
-    computation_first(out, d);
-    tell[d->verdict](out, d);
-    if (d->interrupted)
-        (void)fprintf(out, " Interrupted: what was not tried yet may explain it better.");
+    if (d->interrupted) {
+        interrupted(out, d);
+    } else {
+        computation_first(out, d);
+        tell[d->verdict](out, d);
+    }
     (void)fclose(out);
     return text;
 }
@@ -250,7 +273,7 @@ static void print_next(FILE *out, const struct diagnosis *d)
 void diagnose_print(FILE *out, const struct diagnosis *d)
 {
     const size_t columns = text_columns();
-    (void)fprintf(out, "Verdict: %s", verdict_name(d->verdict));
+    (void)fprintf(out, "Verdict: %s%s", verdict_name(d->verdict), d->interrupted ? " (interrupted)" : "");
     for (size_t i = 0; i < d->n_named; i++)
         (void)fprintf(out, "%s%s", i > 0 ? ", " : ": ", d->named[i]);
     (void)fprintf(out, "\n\n");
@@ -264,8 +287,7 @@ void diagnose_print(FILE *out, const struct diagnosis *d)
         text_print_wrapped(out, d->linearity.text, 11, columns);
     }
     if (d->numerics.fine)
-        (void)fprintf(out,
-                      "\nComputation: twice as fine, the model's prediction changes by %.1g of the noise at most.\n",
+        (void)fprintf(out, "\nComputation: twice as fine, the prediction changes by %.1g of the noise.\n",
                       d->numerics.change);
     print_candidates(out, d);
     print_next(out, d);

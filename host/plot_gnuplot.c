@@ -221,6 +221,7 @@ void plot_write_series(FILE *f, double t0_s, double dt_s, const double *const y[
 static void child(const struct picture *p, const char *script, int said)
 {
     const int nothing = open("/dev/null", O_RDWR);
+    (void)setpgid(0, 0); /* Ctrl-C is for this program: gnuplot finishes the picture that it has begun */
     if (chdir(p->directory) == 0 && nothing >= 0 && dup2(nothing, 0) == 0 && dup2(nothing, 1) == 1 &&
         dup2(said, 2) == 2)
         (void)execlp("gnuplot", "gnuplot", script, (char *)NULL);
@@ -290,6 +291,16 @@ static enum bf_status check_picture(const struct picture *p, const char *tail, s
     return status;
 }
 
+static void remove_pictures(const struct picture *p)
+{
+    static const char *const tails[] = {".png", ".pdf"};
+    for (int i = 0; i < 2; i++) {
+        char *path = join(p, tails[i]);
+        (void)unlink(path);
+        free(path);
+    }
+}
+
 enum bf_status picture_end(struct picture *p, struct bf_error *err)
 {
     (void)fputs("unset output\n}\n", p->script);
@@ -299,15 +310,15 @@ enum bf_status picture_end(struct picture *p, struct bf_error *err)
         (void)atomic_commit(&p->script_file, &p->error);
     else
         atomic_abort(&p->script_file);
-    for (int i = 0; i < 2 && p->error.status == BF_OK; i++) { /* an old picture must not pass for a new one */
-        char *path = join(p, i == 0 ? ".png" : ".pdf");
-        (void)unlink(path);
-        free(path);
-    }
-    if (p->error.status == BF_OK)
+    const bool ready = p->error.status == BF_OK;
+    if (ready) { /* an old picture must not pass for a new one */
+        remove_pictures(p);
         (void)run_gnuplot(p, &p->error);
+    }
     if (p->error.status == BF_OK && check_picture(p, ".png", &p->error) == BF_OK)
         (void)check_picture(p, ".pdf", &p->error);
+    if (ready && p->error.status != BF_OK)
+        remove_pictures(p);
     free(p->directory);
     p->directory = NULL;
     return p->error.status == BF_OK ? BF_OK : bf_fail(err, p->error.status, "%s", p->error.text);

@@ -45,12 +45,15 @@ static const char help[] =
     "Verdicts: complete (nothing significant is left), missing (one explanation, named), ambiguous (these records "
     "cannot\n"
     "tell the listed ones apart), unknown (something is missing and nothing in the catalogue explains it).\n"
-    "Ctrl-C ends the search; what is known so far is reported.\n"
+    "Ctrl-C ends the search: what is known so far is reported, nothing is named (unknown, \"interrupted\": true), and "
+    "no\n"
+    "picture is drawn. A second Ctrl-C ends the program at once.\n"
     "\n"
     "Example:\n"
     "  beamfit diagnose fitted.yaml hit1.csv chirp1.csv --check hit2.csv --plot pictures\n"
     "\n"
-    "Exit status: 0 done, whatever the verdict; 2 usage; 3 bad model or record; 4 the model cannot be evaluated.\n";
+    "Exit status: 0 done, whatever the verdict, or interrupted; 2 usage; 3 bad model or record; 4 the model cannot be "
+    "evaluated.\n";
 
 struct arguments {
     struct record_sets sets;

@@ -187,6 +187,21 @@ static void a_computation_that_is_off_blames_no_physics(void **state)
     assert_int_equal(d.verdict, VERDICT_UNKNOWN);
 }
 
+static void an_interrupted_search_names_nothing(void **state)
+{
+    struct diagnosis d;
+    struct hypothesis h[] = {refit("tip_mass", NULL, 1, 1.0, 1.0)};
+    decide(&d, *state, 8.0, 8.0, h, 1);
+    d.interrupted = true;
+    diagnose_decide(&d);
+    assert_int_equal(d.verdict, VERDICT_UNKNOWN);
+    assert_int_equal(d.n_named, 0);
+    decide(&d, *state, 1.0, 1.0, h, 0); /* nothing was tried: no reason to call it complete */
+    d.interrupted = true;
+    diagnose_decide(&d);
+    assert_int_equal(d.verdict, VERDICT_UNKNOWN);
+}
+
 static int setup(void **state)
 {
     static struct model model;
@@ -218,6 +233,7 @@ int main(void)
         cmocka_unit_test(a_weak_misfit_must_be_explained_for_the_most_part),
         cmocka_unit_test(a_damper_is_a_spring_without_stiffness),
         cmocka_unit_test(a_computation_that_is_off_blames_no_physics),
+        cmocka_unit_test(an_interrupted_search_names_nothing),
     };
     return cmocka_run_group_tests(tests, setup, teardown);
 }
