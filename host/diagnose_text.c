@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "discriminate.h"
 #include "text.h"
 
 /* "sensor_offset on accel_mps2 + tip_mass" */
@@ -247,6 +248,15 @@ static void print_candidates(FILE *out, const struct diagnosis *d)
                        "price (BIC).\n");
 }
 
+/* "tip_mass+sensor_lag@accel_mps2", as discriminate takes it */
+static void rival_text(FILE *out, const struct hypothesis *h)
+{
+    for (size_t i = 0; i < h->n_effects; i++) {
+        const char *channel = h->model.effects[h->n_base + i].channel;
+        (void)fprintf(out, "%s%s%s%s", i > 0 ? "+" : "", h->effects[i]->id, channel[0] != '\0' ? "@" : "", channel);
+    }
+}
+
 static void print_next(FILE *out, const struct diagnosis *d)
 {
     const char *path = d->model->path ? d->model->path : "MODEL";
@@ -263,10 +273,15 @@ static void print_next(FILE *out, const struct diagnosis *d)
         }
         (void)fprintf(out, "      beamfit fit added%zu.yaml RECORD... -o fitted.yaml --check RECORD...\n", d->n_named);
     } else if (d->verdict == VERDICT_AMBIGUOUS) {
+        size_t n = 0;
         (void)fprintf(out, "\nNext: beamfit discriminate %s", path);
-        for (size_t i = 0; i < d->n_named; i++)
-            (void)fprintf(out, " %s", d->named[i]);
-        (void)fprintf(out, "\n");
+        for (size_t i = 0; i < d->n_hypotheses && n < DISCRIMINATE_RIVALS; i++)
+            if (i == 0 || d->hypotheses[i].rival) {
+                (void)fprintf(out, " ");
+                rival_text(out, &d->hypotheses[i]);
+                n++;
+            }
+        (void)fprintf(out, " RECORD... -o next.csv\n");
     }
 }
 

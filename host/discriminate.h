@@ -46,9 +46,10 @@ struct discriminate_options {
 
 /* What to refit: the baseline and these effects, or (model != NULL) a model that has them already. Views. */
 struct discriminate_rival {
-    const char *name; /* "tip_mass", "tip_mass+root_compliance" */
+    const char *name; /* "tip_mass", "tip_mass+sensor_lag@accel_mps2" */
     size_t n_effects;
     const struct beam_effect *effects[DISCRIMINATE_EFFECTS];
+    const char *channels[DISCRIMINATE_EFFECTS]; /* where it sits; NULL: the effect's default channels */
     const struct model *model;
 };
 

@@ -17,34 +17,96 @@ enum { SCALE_ROUNDS = 5 };
 static const double ruled_out = 25.0;
 static const double largest_factor = 1e3; /* of one round */
 
-/* The first channel set that the catalogue proposes for the effect; strengths at `scale` times their start. */
-static enum bf_status with_effect(const struct model *base, const struct beam_effect *effect,
+/* names: all of them, "a, b". */
+static bool is_channel(const struct model *model, bool input, const char *channel, char *names, size_t size)
+{
+    const size_t n = input ? model->n_inputs : model->n_outputs;
+    bool found = false;
+    size_t used = 0;
+    for (size_t i = 0; i < n; i++) {
+        const char *name = input ? model->inputs[i].name : model->outputs[i].name;
+        found = found || strcmp(name, channel) == 0;
+        if (used < size)
+            used += (size_t)snprintf(names + used, size - used, "%s%s", i > 0 ? ", " : "", name);
+    }
+    return found;
+}
+
+static enum bf_status check_channel(const struct model *model, const struct beam_effect *effect, const char *channel,
+                                    struct bf_error *err)
+{
+    char names[512] = "";
+    const bool input = effect->channels == BEAM_CHANNELS_PATCH_INPUT || effect->channels == BEAM_CHANNELS_POINT_INPUT;
+    if (effect->channels == BEAM_CHANNELS_NONE)
+        return bf_fail(err, BF_USAGE, "%s@%.60s: %s acts on the beam, not on a channel; leave out @%.60s", effect->id,
+                       channel, effect->id, channel);
+    if (!is_channel(model, input, channel, names, sizeof names))
+        return bf_fail(err, BF_USAGE, "%s@%.60s: the model has no such %s; it has %s", effect->id, channel,
+                       input ? "input" : "output", names);
+    return BF_OK;
+}
+
+/* On the channel, or on the effect's default channels (NULL); *named: there are candidates on single channels. */
+static const struct candidate *find_candidate(const struct candidate_list *list, const struct beam_effect *effect,
+                                              const char *channel, bool *named)
+{
+    const struct candidate *whole = NULL, *found = NULL;
+    *named = false;
+    for (size_t i = 0; i < list->n; i++) {
+        const struct candidate *c = &list->candidates[i];
+        if (c->effect != effect)
+            continue;
+        if (c->channel[0] == '\0')
+            whole = c;
+        else
+            *named = true;
+        if (channel != NULL && strcmp(c->channel, channel) == 0)
+            found = c;
+    }
+    return found != NULL ? found : whole;
+}
+
+static enum bf_status no_candidate(const struct candidate_list *list, const struct beam_effect *effect, bool named,
+                                   struct bf_error *err)
+{
+    if (named)
+        return bf_fail(err, BF_USAGE, "effect %s has no default channel in this model; name one: %s@CHANNEL",
+                       effect->id, effect->id);
+    const char *reason = "it has no place there";
+    for (size_t i = 0; i < list->n_refused; i++)
+        if (list->refused[i].effect == effect)
+            reason = list->refused[i].reason;
+    return bf_fail(err, BF_USAGE, "effect %s cannot act on this model: %s", effect->id, reason);
+}
+
+/* The effect at its channel, or at its default ones; strengths at `scale` times their start. */
+static enum bf_status with_effect(const struct model *base, const struct beam_effect *effect, const char *channel,
                                   const struct record records[], size_t n_records, double scale, struct model *out,
                                   struct bf_error *err)
 {
+    static const struct candidate_options each = {.each_channel = true};
     struct candidate_list list;
-    const struct candidate *found = NULL;
-    enum bf_status status = candidate_list_new(base, records, n_records, NULL, &list, err);
+    bool named;
+    enum bf_status status = channel != NULL ? check_channel(base, effect, channel, err) : BF_OK;
+    if (!status)
+        status = candidate_list_new(base, records, n_records, &each, &list, err);
     if (status)
         return status;
-    for (size_t i = 0; i < list.n && found == NULL; i++)
-        if (list.candidates[i].effect == effect && list.candidates[i].channel[0] == '\0')
-            found = &list.candidates[i];
+    const struct candidate *found = find_candidate(&list, effect, channel, &named);
     if (found != NULL) {
+        struct candidate chosen = *found;
         double p[BEAM_EFFECT_PARAMETERS];
+        if (channel != NULL)
+            (void)snprintf(chosen.channel, sizeof chosen.channel, "%s", channel);
         for (int j = 0; j < effect->n_parameters; j++) {
             const double factor = found->role[j] == CANDIDATE_STRENGTH  ? scale
                                   : found->role[j] == CANDIDATE_INVERSE ? 1.0 / scale
                                                                         : 1.0;
             p[j] = fmin(fmax(found->start[j] * factor, found->lower[j]), found->upper[j]);
         }
-        status = candidate_model(base, found, p, out, err);
+        status = candidate_model(base, &chosen, p, out, err);
     } else {
-        const char *reason = "it has no place there";
-        for (size_t i = 0; i < list.n_refused; i++)
-            if (list.refused[i].effect == effect)
-                reason = list.refused[i].reason;
-        status = bf_fail(err, BF_USAGE, "effect %s cannot act on this model: %s", effect->id, reason);
+        status = no_candidate(&list, effect, named, err);
     }
     candidate_list_free(&list);
     return status;
@@ -57,7 +119,7 @@ static enum bf_status rival_model(const struct model *base, const struct discrim
     enum bf_status status = model_copy(rival->model != NULL ? rival->model : base, out, err);
     for (size_t e = 0; rival->model == NULL && e < rival->n_effects && !status; e++) {
         struct model grown = {0};
-        status = with_effect(out, rival->effects[e], records, n_records, scale, &grown, err);
+        status = with_effect(out, rival->effects[e], rival->channels[e], records, n_records, scale, &grown, err);
         if (!status) {
             model_free(out);
             *out = grown;

@@ -21,9 +21,10 @@ static const char help[] =
     "rivals,\n"
     "in units of the noise, after the wrong one has been fitted again; of several pairs the worst counts.\n"
     "\n"
-    "  RIVAL                 an effect (tip_mass), several at once (tip_mass+root_compliance), or with a model that "
-    "has\n"
-    "                        them (tip_mass=fitted_tip_mass.yaml), whose values are the start of the refit\n"
+    "  RIVAL                 an effect (tip_mass), on a channel as `diagnose` names it (sensor_lag@accel_mps2), "
+    "several\n"
+    "                        at once (tip_mass+sensor_lag@accel_mps2), or with a model that has them\n"
+    "                        (tip_mass=fitted_tip_mass.yaml), whose values are the start of the refit\n"
     "  RECORD                the recordings so far; without any, effects have typical strengths (a warning says so)\n"
     "  -o, --output DRIVE    write the drive signal of the best experiment: a record (CSV) with MODEL's inputs\n"
     "  --only KIND,KIND...   of hit, soft_hit, release, chirp, multisine\n"
@@ -51,7 +52,7 @@ static const char help[] =
 enum { ROWS = 12 };
 
 struct rival_argument {
-    char *name;
+    char *name, *words; /* words: the name, cut at every '+' and '@' */
     struct discriminate_rival rival;
     struct model model;
 };
@@ -123,36 +124,41 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
     }
 }
 
-/* "ID+ID" into effects; BF_USAGE with a proposal when one is unknown. */
-static enum bf_status take_effects(const char *ids, struct discriminate_rival *rival, struct bf_error *err)
+/* "ID@CHANNEL+ID" into effects and channels; BF_USAGE with a proposal when an effect is unknown. */
+static enum bf_status take_effects(struct rival_argument *r, struct bf_error *err)
 {
-    char *copy = bf_strdup(ids), *rest = NULL;
-    enum bf_status status = BF_OK;
-    rival->n_effects = 0;
-    for (char *id = strtok_r(copy, "+", &rest); id != NULL && !status; id = strtok_r(NULL, "+", &rest)) {
+    struct discriminate_rival *rival = &r->rival;
+    char *rest = NULL;
+    r->words = bf_strdup(r->name);
+    for (char *id = strtok_r(r->words, "+", &rest); id != NULL; id = strtok_r(NULL, "+", &rest)) {
+        char *at = strchr(id, '@');
+        if (at != NULL)
+            *at++ = '\0';
+        if (at != NULL && *at == '\0')
+            return bf_fail(err, BF_USAGE, "%.60s: give a channel after @, e.g. %.60s@accel_mps2", r->name, id);
         const struct beam_effect *effect = effect_find(id, err);
         if (effect == NULL)
-            status = BF_USAGE;
-        else if (rival->n_effects == DISCRIMINATE_EFFECTS)
-            status = bf_fail(err, BF_USAGE, "%.60s: at most %d effects in one rival", ids, DISCRIMINATE_EFFECTS);
-        else
-            rival->effects[rival->n_effects++] = effect;
+            return BF_USAGE;
+        if (rival->n_effects == DISCRIMINATE_EFFECTS)
+            return bf_fail(err, BF_USAGE, "%.60s: at most %d effects in one rival", r->name, DISCRIMINATE_EFFECTS);
+        rival->channels[rival->n_effects] = at;
+        rival->effects[rival->n_effects++] = effect;
     }
-    if (!status && rival->n_effects == 0)
-        status = bf_fail(err, BF_USAGE, "'%.60s' names no effect", ids);
-    free(copy);
-    return status;
+    return rival->n_effects > 0 ? BF_OK : bf_fail(err, BF_USAGE, "'%.60s' names no effect", r->name);
 }
 
 static enum bf_status check_has(const struct rival_argument *r, const char *path, struct bf_error *err)
 {
     for (size_t i = 0; i < r->rival.n_effects; i++) {
+        const char *channel = r->rival.channels[i];
         bool found = false;
         for (size_t e = 0; e < r->model.n_effects; e++)
-            found = found || r->model.effects[e].effect == r->rival.effects[i];
+            found = found || (r->model.effects[e].effect == r->rival.effects[i] &&
+                              (channel == NULL || strcmp(r->model.effects[e].channel, channel) == 0));
         if (!found)
-            return bf_fail(err, BF_USAGE, "%s: the model has no effect %s; `beamfit add` and `beamfit fit` make one",
-                           path, r->rival.effects[i]->id);
+            return bf_fail(err, BF_USAGE,
+                           "%s: the model has no effect %s%s%s; `beamfit add` and `beamfit fit` make one", path,
+                           r->rival.effects[i]->id, channel ? " on " : "", channel ? channel : "");
     }
     return BF_OK;
 }
@@ -167,7 +173,7 @@ static enum bf_status take_rival(struct arguments *a, const char *word, struct b
     if (equals != NULL)
         r->name[equals - word] = '\0';
     r->rival.name = r->name;
-    enum bf_status status = take_effects(r->name, &r->rival, err);
+    enum bf_status status = take_effects(r, err);
     if (status || equals == NULL)
         return status;
     status = model_read(equals + 1, &r->model, err);
@@ -263,7 +269,7 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     if (!status)
         status = answer(&a, &model, err);
     for (size_t i = 0; i < a.n_rivals; i++) {
-        free(a.rivals[i].name);
+        free(a.rivals[i].name), free(a.rivals[i].words);
         model_free(&a.rivals[i].model);
     }
     record_list_free(&a.records);
