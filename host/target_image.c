@@ -47,91 +47,7 @@ static enum bf_status make_plan(const struct deployment *d, const struct target_
     return bf_fail(err, BF_NUMERIC, "no step can be made of this model: %s", beam_status_text(status));
 }
 
-/* ---- Packing: member by member, because the host's arrays have other sizes ---- */
-
-static void pack_list(size_t n, const double from[], float out[])
-{
-    for (size_t i = 0; i < n; i++)
-        out[i] = (float)from[i];
-}
-
-static void pack_ports(const struct beam_plan *plan, struct beam_image_file *file)
-{
-    const struct beam_plan_counts *n = &plan->n;
-    for (int p = 0; p < n->n_ports; p++) {
-        file->counts.port_use[p] = n->port_use[p];
-        file->counts.port_coordinate[p] = n->port_coordinate[p];
-        pack_list(BEAM_STATES, plan->x.gamma_port[p], file->numbers.gamma_port[p]);
-    }
-    pack_list((size_t)n->n_ports, plan->x.weight, file->numbers.weight);
-    for (int r = 0; r < n->n_outputs + 2 * n->n_ports; r++)
-        pack_list((size_t)n->n_ports, plan->x.compliance[r], file->numbers.compliance[r]);
-}
-
-static void pack_uses(const struct beam_plan *plan, struct beam_image_front *front)
-{
-    for (int u = 0; u < plan->n.n_uses; u++) {
-        const char *id = plan->use[u].effect->id;
-        front->use[u].effect = beam_crc32(0, (uint32_t)strlen(id), (const uint8_t *)id);
-        front->use[u].channels = plan->use[u].channels;
-        pack_list((size_t)plan->use[u].effect->n_parameters, plan->use[u].p, front->use[u].p);
-    }
-}
-
-static bool ring_fits(const struct beam_ring *ring)
-{
-    return ring->offset + ring->length <= BEAM_IMAGE_HISTORY;
-}
-
-static bool fits(const struct beam_plan *plan)
-{
-    const struct beam_plan_counts *n = &plan->n;
-    bool all = n->n_inputs == 1 && n->n_outputs == 1 && ring_fits(&n->input_ring[0]) && ring_fits(&n->command_ring) &&
-               ring_fits(&n->output_ring[0]) && n->n_taps * (1 + 2 * n->n_ports) <= BEAM_IMAGE_TAPS;
-    for (int c = 0; c < n->n_links[0]; c++)
-        all = all && (n->link[0][c].n_taps == 0 ||
-                      (ring_fits(&n->link[0][c].ring) && n->link[0][c].tap + n->link[0][c].n_taps <= BEAM_IMAGE_TAPS));
-    return all;
-}
-
-static enum bf_status pack_plan(const struct beam_plan *plan, struct beam_image_file *file, struct bf_error *err)
-{
-    const struct beam_plan_counts *n = &plan->n;
-    struct beam_image_counts *to = &file->counts;
-    if (!fits(plan))
-        return bf_fail(err, BF_BAD_FILE,
-                       "the model's filters remember more samples than the %d a controller keeps; shorten sensor_delay "
-                       "or sample more slowly",
-                       BEAM_IMAGE_HISTORY);
-    to->n_blocks = n->n_blocks;
-    to->n_inputs = n->n_inputs;
-    to->n_outputs = n->n_outputs;
-    to->n_ports = n->n_ports;
-    to->n_uses = n->n_uses;
-    to->base_use = n->base_use;
-    to->drive_input = n->drive_input;
-    to->n_taps = n->n_taps;
-    to->beam_latency = n->beam_latency;
-    to->latency = n->latency;
-    to->law_evaluations = n->law_evaluations;
-    memcpy(to->input_ring, n->input_ring, sizeof to->input_ring);
-    to->command_ring = n->command_ring;
-    to->output_ring[0] = n->output_ring[0];
-    to->n_links[0] = n->n_links[0];
-    memcpy(to->link[0], n->link[0], sizeof to->link[0]);
-    file->numbers.dt_s = (float)plan->x.dt_s;
-    pack_list(sizeof plan->x.phi / sizeof(double), plan->x.phi[0], file->numbers.phi[0]);
-    pack_list(sizeof plan->x.gamma / sizeof(double), plan->x.gamma[0], file->numbers.gamma[0]);
-    for (int r = 0; r < n->n_outputs + 2 * n->n_ports; r++)
-        pack_list(BEAM_STATES, plan->x.row[r], file->numbers.row[r]);
-    pack_list(1, plan->x.base_gain, file->numbers.base_gain);
-    pack_list(BEAM_CHAIN, plan->x.link_phi[0], file->numbers.link_phi[0]);
-    pack_list(BEAM_CHAIN, plan->x.link_gamma[0], file->numbers.link_gamma[0]);
-    pack_list(BEAM_IMAGE_TAPS, plan->x.taps, file->numbers.taps);
-    pack_ports(plan, file);
-    pack_uses(plan, &file->front);
-    return BF_OK;
-}
+/* ---- The rest of the image ---- */
 
 static void pack_setup(const struct target_image *image, struct beam_image_setup *setup)
 {
@@ -193,6 +109,16 @@ static enum bf_status compare_arithmetic(struct target_image *image, struct beam
     return bf_fail(err, BF_NUMERIC, "the model does not stay finite under half of the full drive; check its effects");
 }
 
+static enum bf_status pack_plan(struct target_image *image, struct bf_error *err)
+{
+    if (beam_image_pack(&image->plan, &image->file) == BEAM_IMAGE_FINE)
+        return BF_OK;
+    return bf_fail(err, BF_BAD_FILE,
+                   "the model's filters remember more samples than the %d a controller keeps; shorten sensor_delay "
+                   "or sample more slowly",
+                   BEAM_IMAGE_HISTORY);
+}
+
 static enum bf_status seal(const struct model *model, struct target_image *image, struct bf_error *err)
 {
     struct beam_image_run *run = bf_alloc(1, beam_image_run_bytes());
@@ -251,7 +177,7 @@ enum bf_status target_image_make(const struct model *model, const struct target_
     if (status == BF_OK)
         status = make_plan(d, options, out, err);
     if (status == BF_OK)
-        status = pack_plan(&out->plan, &out->file, err);
+        status = pack_plan(out, err);
     if (status == BF_OK)
         status = seal(model, out, err);
     deployment_free(d);

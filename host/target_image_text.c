@@ -10,12 +10,8 @@
 
 static const char *effect_name(uint32_t crc)
 {
-    for (int e = 0; e < beam_effects_count; e++) {
-        const char *id = beam_effects[e]->id;
-        if (beam_crc32(0, (uint32_t)strlen(id), (const uint8_t *)id) == crc)
-            return id;
-    }
-    return "unknown effect";
+    const struct beam_effect *effect = beam_image_effect(crc);
+    return effect != NULL ? effect->id : "unknown effect";
 }
 
 /* Pole of block b: ln of an eigenvalue of 1 + ψ over the interval; an oscillating pair has Im > 0. */

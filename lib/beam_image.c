@@ -53,6 +53,22 @@ uint32_t beam_crc32(uint32_t crc, uint32_t n, const uint8_t bytes[])
     return ~crc;
 }
 
+uint32_t beam_image_effect_key(const char *id)
+{
+    uint32_t n = 0;
+    while (id[n] != 0)
+        n++;
+    return beam_crc32(0, n, (const uint8_t *)id);
+}
+
+const struct beam_effect *beam_image_effect(uint32_t key)
+{
+    for (int e = 0; e < beam_effects_count; e++)
+        if (beam_image_effect_key(beam_effects[e]->id) == key)
+            return beam_effects[e];
+    return 0;
+}
+
 #ifdef BEAM_TARGET
 
 #include <string.h>
@@ -154,19 +170,6 @@ static bool setup_is_sound(const struct beam_image_setup *s)
     return s->proof_steps >= 1 && s->proof_steps <= 1024 && within(s->proof_amplitude, huge) && s->reserved == 0;
 }
 
-static const struct beam_effect *effect_of(uint32_t crc)
-{
-    for (int e = 0; e < beam_effects_count; e++) {
-        const char *id = beam_effects[e]->id;
-        uint32_t n = 0;
-        while (id[n] != 0)
-            n++;
-        if (beam_crc32(0, n, (const uint8_t *)id) == crc)
-            return beam_effects[e];
-    }
-    return 0;
-}
-
 static enum beam_image_fault resolve_effects(struct beam_image *image)
 {
     memset(image->plan.use, 0, sizeof image->plan.use);
@@ -175,7 +178,7 @@ static enum beam_image_fault resolve_effects(struct beam_image *image)
     for (int i = 0; i < image->plan.n.n_uses; i++) {
         const struct beam_image_use *from = &image->front.use[i];
         struct beam_use *to = &image->plan.use[i];
-        to->effect = effect_of(from->effect);
+        to->effect = beam_image_effect(from->effect);
         if (!to->effect)
             return BEAM_IMAGE_UNKNOWN_EFFECT;
         to->channels = from->channels;

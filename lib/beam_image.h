@@ -61,7 +61,7 @@ static inline float beam_image_drive_value(const struct beam_image_setup *setup,
 }
 
 struct beam_image_use {
-    uint32_t effect;   /* CRC-32 of the effect's id, without a terminator */
+    uint32_t effect;   /* CRC-32 of the effect's id, without a terminator: beam_image_effect_key() */
     uint32_t channels; /* as beam_use.channels */
     float p[BEAM_EFFECT_PARAMETERS];
 };
@@ -106,6 +106,12 @@ const char *beam_image_fault_text(enum beam_image_fault fault);
 /* CRC-32 of zlib and Ethernet; crc = 0 begins, the result continues. About 12 instructions a byte (table of 16 words). */
 #define beam_crc32 BEAM_NAME(crc32)
 uint32_t beam_crc32(uint32_t crc, uint32_t n, const uint8_t bytes[]);
+
+/* What an image calls an effect, the CRC-32 of its id; the effect of this build that is called so, NULL when none is. */
+#define beam_image_effect_key BEAM_NAME(image_effect_key)
+#define beam_image_effect     BEAM_NAME(image_effect)
+uint32_t beam_image_effect_key(const char *id);
+const struct beam_effect *beam_image_effect(uint32_t key);
 
 #ifdef BEAM_TARGET
 

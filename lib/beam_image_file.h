@@ -4,7 +4,7 @@
  * functions that a program of any arithmetic may call: the host is compiled in double, the controller in float and in
  * sizes of its own (BEAM_TARGET). Only the controller's build defines them, so they carry no build in their names.
  *
- *     struct beam_image_file file;        fill it member by member, or with sizeof file bytes
+ *     struct beam_image_file file;        fill it member by member (beam_image_pack), or with sizeof file bytes
  *     struct beam_image_run *run = ...    beam_image_run_bytes() of memory
  *
  *     beam_image_run_load(run, &file);
@@ -58,6 +58,14 @@ struct beam_image_file {
 _Static_assert(sizeof(struct beam_image_counts) == 4 * BEAM_IMAGE_COUNTS, "counts");
 _Static_assert(sizeof(struct beam_image_numbers) == 4 * BEAM_IMAGE_NUMBERS, "numbers");
 _Static_assert(sizeof(struct beam_image_file) == BEAM_IMAGE_BYTES, "file");
+
+#define beam_image_pack BEAM_NAME(image_pack)
+
+/*
+ * The plan, of whatever build, into a file of zeros: counts, numbers as float, effects by their ids. Header and setup are left
+ * alone. BEAM_IMAGE_BAD_PLAN when it has not one input and one output, or remembers more samples than a controller keeps.
+ */
+enum beam_image_fault beam_image_pack(const struct beam_plan *plan, struct beam_image_file *file);
 
 /* A page, and the state of its runs; memory of so many bytes, aligned for anything (as from malloc). */
 struct beam_image_run;

@@ -9,7 +9,6 @@
  */
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 #include "beam_image_file.h"
 
 static const struct beam_description beam = {
@@ -41,37 +40,6 @@ static const struct beam_image_setup setup = {.sensor_V_per_code = 3.3F / 4096,
                                               .proof_steps = 256,
                                               .proof_amplitude = 10.0F};
 
-static void copy(int n, const double from[], float to[])
-{
-    for (int i = 0; i < n; i++)
-        to[i] = (float)from[i];
-}
-
-/* One input, one output, no effects: this much of a plan is not zero. */
-static void pack(const struct beam_plan *plan, struct beam_image_file *file)
-{
-    const struct beam_plan_counts *n = &plan->n;
-    file->counts = (struct beam_image_counts){.n_blocks = n->n_blocks,
-                                              .n_inputs = n->n_inputs,
-                                              .n_outputs = n->n_outputs,
-                                              .base_use = n->base_use,
-                                              .drive_input = n->drive_input,
-                                              .n_taps = n->n_taps,
-                                              .beam_latency = n->beam_latency,
-                                              .latency = n->latency,
-                                              .law_evaluations = n->law_evaluations,
-                                              .command_ring = n->command_ring};
-    memcpy(file->counts.input_ring, n->input_ring, sizeof n->input_ring);
-    file->counts.output_ring[0] = n->output_ring[0];
-    file->numbers.dt_s = (float)plan->x.dt_s;
-    for (int b = 0; b < n->n_blocks; b++)
-        copy(4, plan->x.phi[b], file->numbers.phi[b]);
-    copy(BEAM_STATES, plan->x.gamma[0], file->numbers.gamma[0]);
-    copy(BEAM_STATES, plan->x.row[0], file->numbers.row[0]);
-    copy(n->n_taps, plan->x.taps, file->numbers.taps);
-    file->numbers.base_gain[0] = (float)plan->x.base_gain[0];
-}
-
 static enum beam_image_fault make(double dt_s, struct beam_image_file *file)
 {
     static struct beam_model model;
@@ -81,11 +49,10 @@ static enum beam_image_fault make(double dt_s, struct beam_image_file *file)
     const struct beam_options options = {.dt_s = dt_s, .hold = BEAM_HOLD_ZERO_ORDER};
     enum beam_image_fault fault = BEAM_IMAGE_BAD_PLAN;
     if (run && beam_assemble(&beam, &model) == BEAM_OK && beam_factor(&model, &options, &work, &plan) == BEAM_OK &&
-        beam_narrow(&plan) == BEAM_OK) {
+        beam_narrow(&plan) == BEAM_OK && beam_image_pack(&plan, file) == BEAM_IMAGE_FINE) {
         file->front.header = (struct beam_image_header){
             .magic = BEAM_IMAGE_MAGIC, .layout = BEAM_IMAGE_LAYOUT, .length = BEAM_IMAGE_BYTES};
         file->front.setup = setup;
-        pack(&plan, file);
         fault = beam_image_run_seal(run, file, (float)dt_s);
     }
     free(run);

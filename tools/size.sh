@@ -8,9 +8,9 @@ cd "$(dirname "$0")/.."
 out=${1:?size.sh DIR}
 flags=(-std=c11 -O2 -ffp-contract=off -DBEAM_FLOAT -Ilib -fstack-usage -fcallgraph-info -ffunction-sections -Wall -Wextra
     -Wdouble-promotion -fno-pie)
-# All that the library may ask of others: the C library's float mathematics and block moves.
+# All that the library may ask of others: the C library's float mathematics, block moves, lengths of texts.
 # Assembly reads the catalogue's ranges, which are double for the host's sake: one conversion, before the first step.
-may_need='^(__aeabi_d2f|sqrtf|fabsf|memcpy|memmove|memset|memcmp|strcmp|__stack_chk_fail|_GLOBAL_OFFSET_TABLE_|beamf_.*)$'
+may_need='^(__aeabi_d2f|sqrtf|fabsf|memcpy|memmove|memset|memcmp|strcmp|strlen|__stack_chk_fail|_GLOBAL_OFFSET_TABLE_|beamf_.*)$'
 mkdir -p "$out/gen"
 sh tools/effects_table.sh lib/effects >"$out/gen/effects_table.c"
 gcc -std=c11 -O2 tools/galerkin_tables.c -lm -o "$out/galerkin_tables"

@@ -21,7 +21,7 @@ LIVE_SAMPLES = 150_000
 INTERRUPT_BOUND = 2000  # instructions of the sample interrupt with a linear model
 DOWNLOADS = 100 if os.environ.get("FULL") else 4
 KILLS, FIRMWARE_KILLS = (500, 100) if os.environ.get("FULL") else (60, 15)
-UNITS_QUICK = ["beam_assemble", "beam_dense", "beam_image", "beam_narrow", "beam_poles", "effects"]
+UNITS_QUICK = ["beam_assemble", "beam_dense", "beam_image", "beam_image_pack", "beam_narrow", "beam_poles", "effects"]
 # Not beam_factor, whose reference is long double, no more than double here; nor effects_derivatives, for which newlib's
 # complex tanh overflows.
 UNITS_SLOW = ["beam_chain", "beam_check", "beam_law", "beam_math", "beam_newmark", "beam_step", "effects_laws"]
