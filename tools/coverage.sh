@@ -8,9 +8,10 @@ build=$(realpath "${1:?coverage.sh BUILD}")
 cd "$(dirname "$0")/.."
 : "${FLOOR:=95}"
 work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
+counts_away() { find "$build" -name '*.gcda' -delete; } # of tools that ran while it was built; of this run, when sources change
+trap 'rm -rf "$work"; counts_away' EXIT
 
-find "$build" -name '*.gcda' -delete
+counts_away
 built=$(find "$build/tests" -type f -executable -name 'test_*' -printf '%f|')
 BEAMFIT_TESTS="/tests/(${built%|})\$" tests/run "$build" >"$work/log" 2>&1 || { cat "$work/log"; exit 1; }
 tail -n 1 "$work/log"
