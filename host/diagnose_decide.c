@@ -84,6 +84,8 @@ static int by_criterion(const void *a, const void *b, void *scale)
 void diagnose_rank(struct diagnosis *d, size_t n_tried)
 {
     double scale = misfit_scale(d);
+    if (d->n_hypotheses == 0)
+        return;
     double *p = bf_alloc(d->n_hypotheses + 1, sizeof *p);
     qsort_r(d->hypotheses, d->n_hypotheses, sizeof *d->hypotheses, by_criterion, &scale);
     for (size_t i = 0; i < d->n_hypotheses; i++) {
