@@ -130,12 +130,16 @@ void fine_add_point(const struct fine_space *space, int derivative, double at_m,
 
 void fine_add_functional(const struct fine_space *space, int derivative, double at_m, double scale, double g[])
 {
-    struct spline_values values;
-    spline_evaluate(&space->spline, at_m, &values);
-    for (size_t a = 0; a < SPLINE_ORDER; a++) {
-        size_t i = values.first + a;
-        if (i >= space->lead && i - space->lead < space->n)
-            g[i - space->lead] += scale * values.d[derivative][a];
+    const double sides[2] = {at_m, nextafter(at_m, 0.0)}; /* limit from the right, and from the left */
+    const int n_sides = derivative < 2 ? 1 : 2;
+    for (int side = 0; side < n_sides; side++) {
+        struct spline_values values;
+        spline_evaluate(&space->spline, sides[side], &values);
+        for (size_t a = 0; a < SPLINE_ORDER; a++) {
+            size_t i = values.first + a;
+            if (i >= space->lead && i - space->lead < space->n)
+                g[i - space->lead] += scale / n_sides * values.d[derivative][a];
+        }
     }
 }
 

@@ -36,7 +36,10 @@ void fine_add_form(const struct fine_space *space, int derivative, double from_m
 /* Adds scale · g gᵀ for a functional whose nonzero entries are adjacent (point or slope, not a difference). */
 void fine_add_point(const struct fine_space *space, int derivative, double at_m, double scale, double band[]);
 
-/* g[n] += scale · D^k φ(at_m); k = 0 … 3. */
+/*
+ * g[n] += scale · D^k φ(at_m); k = 0 … 3. From k = 2 on the mean of both limits: so a slope that is felt at a knot where
+ * y″ jumps changes with its place.
+ */
 void fine_add_functional(const struct fine_space *space, int derivative, double at_m, double scale, double g[]);
 
 /* y[n] = A x[n] for a band matrix. */

@@ -288,6 +288,41 @@ static void spaces_without_room_are_refused(void **state)
     model_free(&model);
 }
 
+/* Also at an edge, where the second derivative jumps: what a central difference of the slope tends to. */
+static void the_derivative_of_a_slope_by_its_place(void **state)
+{
+    const double edge = 0.08905, h = 1e-7, places[2] = {0.2113, edge};
+    struct model model;
+    (void)state;
+    fixture_model(&model, "");
+    struct fine_space space = open_space(&model, 40, false, true);
+    double *g = bf_alloc(space.n, sizeof *g), *central = bf_alloc(space.n, sizeof *central);
+    double *right = bf_alloc(space.n, sizeof *right);
+    for (int k = 0; k < 2; k++) {
+        double most = 0.0, off = 0.0, jump = 0.0;
+        memset(g, 0, space.n * sizeof *g);
+        memset(central, 0, space.n * sizeof *central);
+        memset(right, 0, space.n * sizeof *right);
+        fine_add_functional(&space, 2, places[k], 1.0, g);
+        fine_add_functional(&space, 1, places[k] + h, 0.5 / h, central);
+        fine_add_functional(&space, 1, places[k] - h, -0.5 / h, central);
+        fine_add_functional(&space, 1, places[k] + h, 1.0 / h, right);
+        fine_add_functional(&space, 1, places[k], -1.0 / h, right);
+        for (size_t i = 0; i < space.n; i++) {
+            most = fmax(most, fabs(g[i]));
+            off = fmax(off, fabs(g[i] - central[i]));
+            jump = fmax(jump, fabs(right[i] - central[i]));
+        }
+        assert_true(off < 1e-4 * most);
+        assert_true(k == 0 ? jump < 1e-4 * most : jump > 0.1 * most);
+    }
+    free(g);
+    free(central);
+    free(right);
+    fine_free(&space);
+    model_free(&model);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -299,6 +334,7 @@ int main(void)
         cmocka_unit_test(stepped_cantilever_has_the_exact_frequencies),
         cmocka_unit_test(knots_on_the_edges_give_the_order),
         cmocka_unit_test(spaces_without_room_are_refused),
+        cmocka_unit_test(the_derivative_of_a_slope_by_its_place),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
