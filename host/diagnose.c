@@ -200,13 +200,15 @@ static enum bf_status stages(struct diagnose_work *w, struct bf_error *err)
     if (status)
         return status;
     diagnose_decide(d);
-    if (d->n_named > 0 && !d->interrupted) {
+    if ((d->n_named > 0 || (d->unconfirmed && diagnose_can_cross(d))) && !d->interrupted) {
         status = diagnose_settle(w, part_settle, err);
         d->interrupted = d->interrupted || progress_interrupted();
         if (status)
             return status;
         diagnose_decide(d);
     }
+    if (!d->interrupted && diagnose_computed(d))
+        diagnose_cross(w, fmax(1.0 - w->done, 0.0));
     if (d->verdict == VERDICT_UNKNOWN && !d->interrupted && diagnose_computed(d))
         status = reconstruct(w, err);
     if (!status)
@@ -222,6 +224,7 @@ enum bf_status diagnose_run(const struct model *model, const struct record recor
     struct timespec begin, end;
     *out = (struct diagnosis){
         .model = model, .records = records, .n_records = n_records, .checks = checks, .n_checks = n_checks};
+    out->check_kind = n_checks > 0 ? CHECK_RECORDS : CHECK_NONE;
     clock_gettime(CLOCK_MONOTONIC, &begin);
     struct diagnose_work w = {.d = out, .options = options ? options : &defaults};
     w.threads = w.options->threads > 0 ? w.options->threads : processors();

@@ -57,6 +57,7 @@ struct hypothesis {
     bool refitted;            /* false: only scored; fit, model and errors are empty */
     bool explains;            /* nothing that matters is left in fitted and held-out records */
     bool rival;               /* the records cannot tell it from the best */
+    bool cross_failed;        /* `check` is empty because a refit without some of the records has no value */
 };
 
 /* What of the baseline's prediction depends on how finely it is computed. diagnose_numerics.c */
@@ -67,11 +68,20 @@ struct numerics {
     bool steps;     /* the baseline steps through time, and that step was halved too */
 };
 
+/* Where the errors of records that were not fitted come from. */
+enum check_kind {
+    CHECK_NONE,
+    CHECK_RECORDS, /* records held out altogether */
+    CHECK_CROSS    /* each fitted record left out in turn; only of what the verdict hangs on */
+};
+const char *check_kind_name(enum check_kind kind);
+
 struct diagnosis {
     enum verdict verdict;
     const struct model *model; /* as given */
     const struct record *records, *checks;
     size_t n_records, n_checks;
+    enum check_kind check_kind;
     struct noise_estimate *noise; /* [n_channels] of the fitted records, order of predictor_channels() */
     size_t n_channels;
     struct hypothesis baseline; /* the model given, fitted */
@@ -86,7 +96,7 @@ struct diagnosis {
     struct reconstruction reconstruction; /* of what the best explanation leaves, when the verdict is unknown */
     bool converged;                       /* the search for the baseline's values */
     bool interrupted;
-    bool unconfirmed; /* several effects explain the fitted records, and none was held out: they are not named */
+    bool unconfirmed; /* several effects explain the fitted records, and no record was left out: they are not named */
     size_t n_failed;  /* refits without an answer */
     char *text;       /* one paragraph for a person */
     double seconds;

@@ -37,6 +37,12 @@ const char *verdict_name(enum verdict verdict)
     return names[verdict];
 }
 
+const char *check_kind_name(enum check_kind kind)
+{
+    static const char *const names[] = {"none", "records", "cross-validation"};
+    return names[kind];
+}
+
 /* ---- Evidence ---- */
 
 static double excess(double ratio)
@@ -254,6 +260,7 @@ bool diagnose_more_wanted(const struct diagnosis *d)
 void diagnose_decide(struct diagnosis *d)
 {
     d->n_named = 0;
+    d->unconfirmed = false;
     for (size_t i = 0; i < d->n_hypotheses; i++)
         d->hypotheses[i].rival = false;
     d->verdict = VERDICT_UNKNOWN;

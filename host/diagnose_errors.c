@@ -5,7 +5,6 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "fit.h"
 #include "fit_own.h"
 #include "residual.h"
 
@@ -62,31 +61,37 @@ static void measure_fitted(const struct diagnose_work *w, struct hypothesis *h)
     e->misfit.n = fit->n_rows;
 }
 
+void hypothesis_take_check(struct hypothesis *h, const struct fit_channel_error channels[], size_t n)
+{
+    struct hypothesis_errors *e = &h->check;
+    e->n_channels = n;
+    e->ratio = bf_alloc(n, sizeof *e->ratio);
+    e->worst_ratio = 0.0;
+    fit_totals(channels, n, &e->nrmse, &e->noise_ratio);
+    for (size_t c = 0; c < n; c++) {
+        e->ratio[c] = channels[c].noise_ratio;
+        e->worst_ratio = fmax(e->worst_ratio, e->ratio[c]);
+    }
+}
+
 static enum bf_status measure_check(const struct diagnose_work *w, struct hypothesis *h, struct bf_error *err)
 {
     const struct diagnosis *d = w->d;
-    struct hypothesis_errors *e = &h->check;
-    *e = (struct hypothesis_errors){.nrmse = NAN, .noise_ratio = NAN, .worst_ratio = NAN};
+    h->check = (struct hypothesis_errors){.nrmse = NAN, .noise_ratio = NAN, .worst_ratio = NAN};
     if (d->n_checks == 0)
         return BF_OK;
     const struct fit_options options = {.quiet = true, .sigma = w->check_sigma, .predict = w->options->predict};
     struct own_values own;
     struct fit_channel_error *channels = NULL;
+    size_t n = 0;
     enum bf_status status = own_values_find(&h->model, d->checks, d->n_checks, &options, &own, err);
     if (!status)
-        status = fit_errors(own.model, d->checks, d->n_checks, &options, &channels, &e->n_channels, err);
+        status = fit_errors(own.model, d->checks, d->n_checks, &options, &channels, &n, err);
     own_values_free(&own);
-    if (status)
-        return status;
-    fit_totals(channels, e->n_channels, &e->nrmse, &e->noise_ratio);
-    e->ratio = bf_alloc(e->n_channels, sizeof(double));
-    e->worst_ratio = 0.0;
-    for (size_t c = 0; c < e->n_channels; c++) {
-        e->ratio[c] = channels[c].noise_ratio;
-        e->worst_ratio = fmax(e->worst_ratio, e->ratio[c]);
-    }
+    if (!status)
+        hypothesis_take_check(h, channels, n);
     free(channels);
-    return BF_OK;
+    return status;
 }
 
 enum bf_status hypothesis_measure(const struct diagnose_work *w, struct hypothesis *h, struct bf_error *err)

@@ -19,17 +19,18 @@ static void effects_text(FILE *out, const struct hypothesis *h)
     }
 }
 
-static void ratios(FILE *out, const struct hypothesis_errors *fitted, const struct hypothesis_errors *check)
+static void ratios(FILE *out, const struct diagnosis *d, const struct hypothesis *h)
 {
-    (void)fprintf(out, "%.3g times the noise", fitted->noise_ratio);
-    if (check->n_channels > 0)
-        (void)fprintf(out, " (held out: %.3g)", check->noise_ratio);
+    (void)fprintf(out, "%.3g times the noise", h->fitted.noise_ratio);
+    if (h->check.n_channels > 0)
+        (void)fprintf(out, " (%s: %.3g)", d->check_kind == CHECK_CROSS ? "each record left out in turn" : "held out",
+                      h->check.noise_ratio);
 }
 
 static void complete(FILE *out, const struct diagnosis *d)
 {
     (void)fprintf(out, "Nothing significant is missing: the fitted model leaves ");
-    ratios(out, &d->baseline.fitted, &d->baseline.check);
+    ratios(out, d, &d->baseline);
     (void)fprintf(out, ".");
     if (d->n_hypotheses > 0) {
         const struct hypothesis *h = &d->hypotheses[0];
@@ -77,9 +78,9 @@ static void missing(FILE *out, const struct diagnosis *d)
     (void)fprintf(out, "Missing: ");
     effects_text(out, best);
     (void)fprintf(out, " (%s). With it the error falls from ", best->effects[0]->title);
-    ratios(out, &d->baseline.fitted, &d->baseline.check);
+    ratios(out, d, &d->baseline);
     (void)fprintf(out, " to ");
-    ratios(out, &best->fitted, &best->check);
+    ratios(out, d, best);
     (void)fprintf(out, "; ");
     values(out, d, best);
     (void)fprintf(out, ".");
@@ -90,7 +91,7 @@ static void missing(FILE *out, const struct diagnosis *d)
         (void)fprintf(out, " The next best, ");
         effects_text(out, second);
         (void)fprintf(out, ", leaves ");
-        ratios(out, &second->fitted, &second->check);
+        ratios(out, d, second);
         (void)fprintf(out, ".");
     }
 }
@@ -98,7 +99,7 @@ static void missing(FILE *out, const struct diagnosis *d)
 static void ambiguous(FILE *out, const struct diagnosis *d)
 {
     (void)fprintf(out, "Something is missing (the model leaves ");
-    ratios(out, &d->baseline.fitted, &d->baseline.check);
+    ratios(out, d, &d->baseline);
     (void)fprintf(out, "), and these records cannot tell which of these it is: ");
     bool first = true;
     for (size_t i = 0; i < d->n_hypotheses; i++) {
@@ -108,7 +109,7 @@ static void ambiguous(FILE *out, const struct diagnosis *d)
             (void)fprintf(out, "; ");
         effects_text(out, &d->hypotheses[i]);
         (void)fprintf(out, " leaves ");
-        ratios(out, &d->hypotheses[i].fitted, &d->hypotheses[i].check);
+        ratios(out, d, &d->hypotheses[i]);
         first = false;
     }
     (void)fprintf(out, ". `beamfit discriminate` finds the experiment that separates them.");
@@ -117,13 +118,13 @@ static void ambiguous(FILE *out, const struct diagnosis *d)
 static void unconfirmed(FILE *out, const struct diagnosis *d)
 {
     (void)fprintf(out, "Something is missing: the model leaves ");
-    ratios(out, &d->baseline.fitted, &d->baseline.check);
+    ratios(out, d, &d->baseline);
     (void)fprintf(out, ". Together ");
     effects_text(out, &d->hypotheses[0]);
     (void)fprintf(out, " leave ");
-    ratios(out, &d->hypotheses[0].fitted, &d->hypotheses[0].check);
+    ratios(out, d, &d->hypotheses[0]);
     (void)fprintf(out,
-                  ", but several effects bend until they fit, and no record was held out to confirm them: give --check "
+                  ", but several effects bend until they fit, and no record was left out to confirm them: give --check "
                   "with a record of another excitation.");
 }
 
@@ -155,8 +156,27 @@ static void computation_first(FILE *out, const struct diagnosis *d)
 static void uncomputed(FILE *out, const struct diagnosis *d)
 {
     (void)fprintf(out, "The model leaves ");
-    ratios(out, &d->baseline.fitted, &d->baseline.check);
+    ratios(out, d, &d->baseline);
     (void)fprintf(out, ", not far enough above that error to say that physics is missing; no effect was tried.");
+}
+
+/* Records were to be left out in turn, and the others could not be fitted. */
+static void not_crossed(FILE *out, const struct diagnosis *d)
+{
+    bool first = true;
+    for (size_t i = 0; i <= d->n_hypotheses; i++) {
+        const struct hypothesis *h = i == 0 ? &d->baseline : &d->hypotheses[i - 1];
+        if (!h->cross_failed)
+            continue;
+        (void)fprintf(out, "%s",
+                      first ? " Not cross-validated, because a refit without some of the records failed: " : "; ");
+        if (i == 0)
+            (void)fprintf(out, "the model as it is");
+        effects_text(out, h);
+        first = false;
+    }
+    if (!first)
+        (void)fprintf(out, ".");
 }
 
 static void unknown(FILE *out, const struct diagnosis *d)
@@ -170,12 +190,15 @@ static void unknown(FILE *out, const struct diagnosis *d)
         return;
     }
     (void)fprintf(out, "Something is missing, and nothing in the catalogue explains it: the model leaves ");
-    ratios(out, &d->baseline.fitted, &d->baseline.check);
+    ratios(out, d, &d->baseline);
     if (d->n_hypotheses > 0) {
+        const bool crossed = d->check_kind == CHECK_CROSS && d->hypotheses[0].check.n_channels > 0;
         (void)fprintf(out, ", and the best addition, ");
         effects_text(out, &d->hypotheses[0]);
-        (void)fprintf(out, ", still leaves ");
-        ratios(out, &d->hypotheses[0].fitted, &d->hypotheses[0].check);
+        (void)fprintf(out, crossed ? ", leaves " : ", still leaves ");
+        ratios(out, d, &d->hypotheses[0]);
+        if (crossed)
+            (void)fprintf(out, ": it fits, but a record that was left out is not predicted from the others");
         if (!d->hypotheses[0].fit.converged)
             (void)fprintf(out, " (its search did not converge, so it may not have been given its best chance)");
     }
@@ -188,12 +211,12 @@ static void interrupted(FILE *out, const struct diagnosis *d)
 {
     if (d->baseline.fit.interrupted && d->n_hypotheses == 0 && !d->converged) {
         (void)fprintf(out, "Interrupted while the model itself was being fitted: so far it leaves ");
-        ratios(out, &d->baseline.fitted, &d->baseline.check);
+        ratios(out, d, &d->baseline);
         (void)fprintf(out, ", and whether physics is missing cannot be said yet.");
         return;
     }
     (void)fprintf(out, "Interrupted, so nothing is named. The model leaves ");
-    ratios(out, &d->baseline.fitted, &d->baseline.check);
+    ratios(out, d, &d->baseline);
     if (d->n_hypotheses == 0) {
         (void)fprintf(out, "; no effect had been added and refitted yet.");
         return;
@@ -201,7 +224,7 @@ static void interrupted(FILE *out, const struct diagnosis *d)
     (void)fprintf(out, "; of %zu explanations that were refitted ", d->n_hypotheses);
     effects_text(out, &d->hypotheses[0]);
     (void)fprintf(out, " leaves least, ");
-    ratios(out, &d->hypotheses[0].fitted, &d->hypotheses[0].check);
+    ratios(out, d, &d->hypotheses[0]);
     (void)fprintf(out, ". What was not tried yet may explain it better.");
 }
 
@@ -218,6 +241,7 @@ char *diagnose_words(const struct diagnosis *d)
     } else {
         computation_first(out, d);
         tell[d->verdict](out, d);
+        not_crossed(out, d);
     }
     (void)fclose(out);
     return text;
@@ -228,8 +252,9 @@ static void print_candidates(FILE *out, const struct diagnosis *d)
     enum { MOST = 12, WIDTH = 40 };
     if (d->n_hypotheses == 0)
         return;
-    (void)fprintf(out, "\n%-*s %9s %9s %10s %11s\n", WIDTH, "added and refitted", "fitted", "held out", "p",
-                  "evidence");
+    const bool cross = d->check_kind == CHECK_CROSS;
+    (void)fprintf(out, "\n%-*s %9s %9s %10s %11s\n", WIDTH, "added and refitted", "fitted",
+                  cross ? "left out" : "held out", "p", "evidence");
     (void)fprintf(out, "%-*s %9.3f %9.3f\n", WIDTH, "(the model as it is)", d->baseline.fitted.noise_ratio,
                   d->baseline.check.noise_ratio);
     for (size_t i = 0; i < d->n_hypotheses && i < MOST; i++) {
@@ -244,8 +269,12 @@ static void print_candidates(FILE *out, const struct diagnosis *d)
                       h->check.noise_ratio, h->p_value, h->evidence.bic_gain, h->rival ? "  rival" : "",
                       h->fit.converged ? "" : "  not converged");
     }
-    (void)fprintf(out, "Errors in units of the noise; p family-wise; evidence: fall of the whitened misfit less its "
-                       "price (BIC).\n");
+    (void)fprintf(out,
+                  "Errors in units of the noise; p family-wise; evidence: fall of the whitened misfit less its "
+                  "price (BIC).%s\n",
+                  cross ? " Left out: each record in turn, predicted by a fit to the others; only of what the verdict "
+                          "hangs on."
+                        : "");
 }
 
 /* "tip_mass+sensor_lag@accel_mps2", as discriminate takes it */

@@ -5,6 +5,7 @@
 
 #include "candidate.h"
 #include "diagnose.h"
+#include "fit.h"
 #include "score.h"
 #include "trial.h"
 
@@ -44,6 +45,8 @@ bool diagnose_computed(const struct diagnosis *d);
 
 /* diagnose_errors.c: residual -> errors against the noise; the held-out records. */
 enum bf_status hypothesis_measure(const struct diagnose_work *w, struct hypothesis *h, struct bf_error *err);
+/* channels: [n] of records that were not fitted; they become the held-out errors of the hypothesis. */
+void hypothesis_take_check(struct hypothesis *h, const struct fit_channel_error channels[], size_t n);
 struct misfit_channel *hypothesis_channels(const struct diagnosis *d, const struct hypothesis *h);
 void hypothesis_free(struct hypothesis *h);
 
@@ -61,6 +64,14 @@ enum bf_status diagnose_extend(struct diagnose_work *w, const struct hypothesis 
 
 /* diagnose_settle.c: the explanation that is about to be named, once more, when its refit has not converged. */
 enum bf_status diagnose_settle(struct diagnose_work *w, double span, struct bf_error *err);
+
+/*
+ * diagnose_cross.c: held-out errors where no record is held out: each record (or group) is left out in turn, everything is
+ * fitted to the others from its fitted values, and the record is predicted. Of the baseline and of what the verdict hangs on;
+ * decides again. Nothing to do with one record, or when records are held out.
+ */
+void diagnose_cross(struct diagnose_work *w, double span);
+bool diagnose_can_cross(const struct diagnosis *d);
 
 /* diagnose_decide.c */
 /* Evidence against the baseline and Holm over all that were tried; best first. */

@@ -80,6 +80,7 @@ static enum bf_status work_new(struct refit_work *w, const struct model *model, 
                                         .first_effect = options->first_new,
                                         .fitted = true,
                                         .quick = options->quick,
+                                        .near = options->near,
                                         .predict = predict,
                                         .theta0 = w->theta0,
                                         .n_starts = options->n_starts,
@@ -88,6 +89,33 @@ static enum bf_status work_new(struct refit_work *w, const struct model *model, 
     w->tournament.stairs.iterations = options->quick ? 5 : 15;
     w->tournament.stairs.rounds = options->quick ? 1 : 4;
     return BF_OK;
+}
+
+/* What the records tell too badly keeps its value, unless that is everything. */
+static enum bf_status hold_weak(struct refit_work *w, struct bf_error *err)
+{
+    struct fit_problem *p = &w->problem;
+    struct fit_result statistics = {0};
+    bool *weak = bf_alloc(p->n_unknowns, sizeof *weak);
+    size_t n_weak = 0;
+    double square;
+    starts_to_x(p, w->theta0, w->x);
+    enum bf_status status = fit_problem_stage(p, 0.0, 0.0, w->x, err);
+    if (!status)
+        status = fit_problem_evaluate(p, w->x, true, &square, err);
+    if (!status)
+        status = fit_statistics(p, &w->model, w->x, &statistics, err);
+    for (size_t i = 0; i < p->n_unknowns && !status; i++) {
+        const size_t r = p->unknowns[i].ref;
+        const double here = statistics.parameters[r].sd;
+        weak[i] = isnan(here) || here > REFIT_WEAK * w->options->known_sd[r];
+        n_weak += weak[i];
+    }
+    for (size_t i = 0; i < p->n_unknowns && !status && n_weak < p->n_unknowns; i++)
+        fit_problem_hold(p, i, weak[i]);
+    fit_free(&statistics);
+    free(weak);
+    return status == BF_NUMERIC ? BF_OK : status; /* derivatives without sense say nothing about errors */
 }
 
 /* ---- The answer ---- */
@@ -180,8 +208,9 @@ static enum bf_status fill_errors(const struct refit_work *w, struct refit_resul
 static enum bf_status finish(struct refit_work *w, struct refit_result *out, struct bf_error *err)
 {
     struct fit_problem *p = &w->problem;
+    const bool values_only = w->options->quick || w->options->near;
     double square;
-    const enum bf_status status = fit_problem_evaluate(p, w->x, !w->options->quick, &square, err);
+    const enum bf_status status = fit_problem_evaluate(p, w->x, !values_only, &square, err);
     if (status)
         return status;
     fill_channels(w, out);
@@ -194,7 +223,7 @@ static enum bf_status finish(struct refit_work *w, struct refit_result *out, str
     out->converged = !out->interrupted && w->found.end == OPTIMISE_CONVERGED && out->distance < at_optimum;
     /* where no step goes down although the gradient promises one, the derivatives say nothing about errors */
     const bool senseless = w->found.end == OPTIMISE_STALLED && out->chi2_per_row > 10.0;
-    return w->options->quick || senseless ? BF_OK : fill_errors(w, out, err);
+    return values_only || senseless ? BF_OK : fill_errors(w, out, err);
 }
 
 enum bf_status refit_run(const struct model *model, const struct record records[], size_t n_records,
@@ -205,6 +234,8 @@ enum bf_status refit_run(const struct model *model, const struct record records[
     *out = (struct refit_result){0};
     clock_gettime(CLOCK_MONOTONIC, &begin);
     enum bf_status status = work_new(&w, model, records, n_records, options, err);
+    if (!status && options->near && options->known_sd)
+        status = hold_weak(&w, err);
     if (!status)
         status = tournament_run(&w.tournament, w.x, &w.found, err);
     if (!status)

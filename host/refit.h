@@ -16,11 +16,23 @@
 
 #include "predict.h"
 
+/*
+ * A value whose standard error grows k times when n rows are left out adds (k² − 1)/n to the power of the noise where those rows are
+ * predicted: with 5 and 4096 rows 0.3 % of the rms. Far above, the rows left out are missed by what nobody can know of them.
+ */
+#define REFIT_WEAK 5.0
+
 struct refit_options {
     const double *sigma;  /* noise rms per channel in the order of predictor_channels(), > 0; unit of the channel */
     int threads;          /* for records of nonlinear models; 0: 1 */
     double abandon_above; /* χ²/n: stop when ten more steps like the next would not get below it; 0: never */
     bool quick;           /* best start, few steps: good enough to rank, not for values; sd is NaN */
+    bool near; /* the values are a fit to more of such records: whole records at once, from there alone; sd is NaN */
+    /*
+     * [n_parameters] with near: standard errors of those values. What these records tell more than REFIT_WEAK times worse keeps
+     * its value; NULL: all are estimated.
+     */
+    const double *known_sd;
     size_t first_new; /* effects of the model before this index hold fitted values and have no starts of their own */
     size_t n_starts;  /* further starts, from elsewhere */
     const double *starts;               /* [n_starts][n_parameters], order of model_parameters() */

@@ -293,8 +293,27 @@ static bool is_cut(const struct tournament *t, const struct champion *best)
     return false;
 }
 
+/* The values are nearly right: no window, no other start. Rows that no values near them can predict do not count. */
+static enum bf_status stay_near(struct tournament *t, double x[], struct optimise_result *found, struct bf_error *err)
+{
+    struct fit_problem *p = t->p;
+    bool cut;
+    enum bf_status status = law_in_model(p->model) ? horizon_find(p, &t->predict, t->theta0, &cut, err) : BF_OK;
+    starts_to_x(p, t->theta0, x);
+    t->tried = 1;
+    if (!status)
+        status = staircase_last(p, &t->stairs, x, found, err);
+    if (!status && p->n_used == 0)
+        status = bf_fail(err, BF_NUMERIC, "no row of the records can be predicted");
+    if (!status)
+        phases_wrap(p, x);
+    return status;
+}
+
 enum bf_status tournament_run(struct tournament *t, double x[], struct optimise_result *found, struct bf_error *err)
 {
+    if (t->near)
+        return stay_near(t, x, found, err);
     struct fit_problem *p = t->p;
     const bool law = law_is_new(p, t->first_effect);
     struct champion best = {.theta = bf_alloc(p->n_refs, sizeof *best.theta),

@@ -14,6 +14,7 @@ struct tournament {
     size_t first_effect;  /* effects from here on are new */
     bool fitted;          /* theta0 is a fit of the model without the new effects */
     bool quick;           /* half the starts, and only the best goes down */
+    bool near;            /* from theta0 alone, whole records at once */
     double *theta0;       /* [n_refs] where the rest begins */
     size_t n_starts;      /* further starts */
     const double *starts; /* [n_starts][n_refs] */
@@ -25,7 +26,7 @@ struct tournament {
 /*
  * Linear effects: a grid of thresholds, time constants and places, the amount by the linearised problem, a few steps in a
  * short window; the best again in one ten times as long; the best two down the staircase until one explains the records.
- * Nonlinear ones: law_trial() first; then the starts of law_starts(), windows in steps of three. x[n_unknowns]: the best, with the scales of p then;
+ * Near: the last step of the staircase alone. Nonlinear ones: law_trial() first; then the starts of law_starts(), windows in steps of three. x[n_unknowns]: the best, with the scales of p then;
  * p is in the stage of whole records there (up to the horizons, refit_horizon.h); BF_NUMERIC when no start has a value.
  */
 enum bf_status tournament_run(struct tournament *t, double x[], struct optimise_result *found, struct bf_error *err);
