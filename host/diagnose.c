@@ -181,6 +181,20 @@ static int processors(void)
     return n > 0 ? (int)n : 1;
 }
 
+/* A local minimum is not physics: what is named must be better than the best that the baseline can do. */
+static enum bf_status restart(struct diagnose_work *w, struct bf_error *err)
+{
+    bool lower;
+    enum bf_status status = diagnose_restart(w, &lower, err);
+    if (status || !lower)
+        return status;
+    localise_free(&w->d->where);
+    status = localise(w, err);
+    diagnose_rank(w->d, w->n_tried);
+    diagnose_decide(w->d);
+    return status;
+}
+
 static enum bf_status stages(struct diagnose_work *w, struct bf_error *err)
 {
     struct diagnosis *d = w->d;
@@ -207,9 +221,11 @@ static enum bf_status stages(struct diagnose_work *w, struct bf_error *err)
             return status;
         diagnose_decide(d);
     }
-    if (!d->interrupted && diagnose_computed(d))
+    if ((d->n_named > 0 || (d->unconfirmed && diagnose_can_cross(d))) && !d->interrupted)
+        status = restart(w, err);
+    if (!status && !d->interrupted && diagnose_computed(d))
         diagnose_cross(w, fmax(1.0 - w->done, 0.0));
-    if (d->verdict == VERDICT_UNKNOWN && !d->interrupted && diagnose_computed(d))
+    if (!status && d->verdict == VERDICT_UNKNOWN && !d->interrupted && diagnose_computed(d))
         status = reconstruct(w, err);
     if (!status)
         d->text = diagnose_words(d);

@@ -10,6 +10,8 @@
 #include "residual.h"
 
 static const double guess = 1e-3; /* of the signal: stands for a noise that cannot be seen, as in a fit */
+/* Of the baseline's χ²: what a restart must fall below to be another minimum, and not the last steps to the same one. */
+static const double lower_minimum = 0.99;
 
 static enum bf_status noise_of(const struct model *model, const struct record records[], size_t n_records,
                                const struct predict_options *predict, struct noise_estimate **noise, double **sigma,
@@ -82,4 +84,54 @@ enum bf_status diagnose_baseline(struct diagnose_work *w, struct bf_error *err)
     d->converged = d->converged || h->fit.converged;
     d->evaluations += h->fit.evaluations;
     return hypothesis_measure(w, h, err);
+}
+
+static void put_values(const struct diagnosis *d, const double value[], const double sd[], struct model *model)
+{
+    const char **names = bf_alloc(d->n_records, sizeof *names);
+    struct parameter_ref *refs;
+    for (size_t r = 0; r < d->n_records; r++)
+        names[r] = record_base_name(&d->records[r]);
+    const size_t n = model_parameters(model, names, d->n_records, &refs);
+    model_set_parameters(model, refs, n, value, sd, names);
+    free(refs), free(names);
+}
+
+/* The parameters of the baseline come first in every hypothesis: new effects are appended. */
+static enum bf_status without_its_effects(const struct diagnosis *d, const struct hypothesis *best, struct model *out,
+                                          struct bf_error *err)
+{
+    const enum bf_status status = model_copy(&d->baseline.model, out, err);
+    if (!status)
+        put_values(d, best->fit.value, NULL, out);
+    return status;
+}
+
+enum bf_status diagnose_restart(struct diagnose_work *w, bool *lower, struct bf_error *err)
+{
+    struct diagnosis *d = w->d;
+    struct hypothesis *h = &d->baseline, again = {.n_base = h->n_base, .refitted = true};
+    *lower = false;
+    if (d->converged)
+        return BF_OK;
+    enum bf_status status = without_its_effects(d, &d->hypotheses[0], &again.model, err);
+    const struct refit_options options = {
+        .sigma = w->sigma, .threads = w->threads, .first_new = h->model.n_effects, .predict = w->options->predict};
+    if (!status)
+        status = refit_run(&again.model, d->records, d->n_records, &options, &again.fit, err);
+    d->evaluations += again.fit.evaluations;
+    *lower = !status && again.fit.chi2_per_row < lower_minimum * h->fit.chi2_per_row;
+    if (!status && !*lower) /* the same minimum, found twice */
+        d->converged = again.fit.converged && lower_minimum * again.fit.chi2_per_row < h->fit.chi2_per_row;
+    if (*lower) {
+        put_values(d, again.fit.value, again.fit.sd, &again.model);
+        status = hypothesis_measure(w, &again, err);
+    }
+    if (*lower && !status) {
+        const struct hypothesis trapped = *h;
+        *h = again, again = trapped;
+        d->converged = h->fit.converged;
+    }
+    hypothesis_free(&again);
+    return status == BF_NUMERIC ? BF_OK : status; /* no value without the effect: the baseline stays */
 }

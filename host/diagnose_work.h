@@ -38,6 +38,12 @@ struct refit_job {
 enum bf_status diagnose_noise(struct diagnose_work *w, struct bf_error *err);
 enum bf_status diagnose_baseline(struct diagnose_work *w, struct bf_error *err);
 
+/*
+ * A baseline that has not converged is fitted again from the values that the best explanation has found, without its
+ * effects; where that ends lower (*lower) it becomes the baseline. Cost: a refit of the baseline; nothing when it has converged.
+ */
+enum bf_status diagnose_restart(struct diagnose_work *w, bool *lower, struct bf_error *err);
+
 /* diagnose_numerics.c: the baseline computed twice as finely; cost: two predictors and one prediction. */
 enum bf_status diagnose_numerics(struct diagnose_work *w, struct bf_error *err);
 /* What the baseline leaves cannot be the error of its computation, so that physics may be blamed. */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* A computation that is too coarse is found out, and no physics is blamed for it. */
+/* A computation that is too coarse, a baseline in a local minimum: found out, and no physics is blamed for it. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -7,7 +7,7 @@
 #include <cmocka.h>
 
 #include "beam_effect.h"
-#include "diagnose.h"
+#include "diagnose_work.h"
 #include "fit_rig.h"
 
 enum { MOST_EFFECTS = 64 };
@@ -122,6 +122,52 @@ static void the_step_of_a_law_is_looked_at_too(void **state)
     record_free(&record);
 }
 
+/* The true values are known to an explanation; the baseline's own fit is said to have stopped at this χ²/n. */
+static bool restarts_lower(double stopped_at, double *after)
+{
+    struct record record;
+    struct bf_error err;
+    struct model model;
+    double sigma[2];
+    bool lower;
+    seed = 75;
+    make_record("hit.csv", 0.1, 2.0, &record, sigma);
+    make_model(&truth, &model);
+    const struct diagnose_options options = {.predict.quiet = true};
+    struct diagnosis d = {.model = &model, .records = &record, .n_records = 1};
+    struct diagnose_work w = {.d = &d, .options = &options, .threads = 1};
+    assert_int_equal(diagnose_noise(&w, &err), BF_OK);
+    assert_int_equal(diagnose_baseline(&w, &err), BF_OK);
+    assert_true(d.baseline.fit.chi2_per_row < 1.2);
+    const size_t n = d.baseline.fit.n_parameters;
+    double *value = bf_alloc(n + 1, sizeof *value); /* and the mass, 0 */
+    memcpy(value, d.baseline.fit.value, n * sizeof *value);
+    struct hypothesis best = {.n_effects = 1, .n_base = 0, .fit = {.value = value, .n_parameters = n + 1}};
+    d.hypotheses = &best, d.n_hypotheses = 1;
+    d.converged = !(stopped_at > 0.0);
+    if (stopped_at > 0.0)
+        d.baseline.fit.chi2_per_row = stopped_at;
+    assert_int_equal(diagnose_restart(&w, &lower, &err), BF_OK);
+    *after = d.baseline.fit.chi2_per_row;
+    assert_true(d.converged);
+    free(value), free(w.sigma), free(w.whiteners);
+    d.hypotheses = NULL, d.n_hypotheses = 0;
+    diagnose_free(&d);
+    model_free(&model);
+    record_free(&record);
+    return lower;
+}
+
+static void a_trapped_baseline_is_replaced(void **state)
+{
+    (void)state;
+    double own, after;
+    assert_false(restarts_lower(0.0, &own));
+    assert_true(restarts_lower(50.0, &after));
+    assert_true(after < 1.2);
+    assert_false(restarts_lower(own, &after)); /* it was the lowest after all */
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -129,6 +175,7 @@ int main(void)
         cmocka_unit_test(a_coarse_space_is_said_before_anything_else),
         cmocka_unit_test(a_free_decay_is_compared_at_its_own_states),
         cmocka_unit_test(the_step_of_a_law_is_looked_at_too),
+        cmocka_unit_test(a_trapped_baseline_is_replaced),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
