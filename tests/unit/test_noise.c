@@ -97,6 +97,30 @@ static void coloured_noise_of_a_resonator(void **state)
     check_bias(CHIRP, 0.0, 1.0, -0.7, 0.03, 0.08);
 }
 
+/*
+ * In a short record chance makes two of 16 bands unsteady now and then; the colour was given up then, and the noise came out at a
+ * third to a half of what it is, in 5 of these 150. One remains, with three such bands.
+ */
+static void short_records_keep_their_colour(void **state)
+{
+    (void)state;
+    enum { SETS = 150, SHORT = N / 2 };
+    static double u[N], z[N], e[N];
+    int halved = 0;
+    for (unsigned s = 0; s < SETS; s++) {
+        uint64_t seed = signal_seed(s + 500);
+        fill_drive(HAMMER, 100, &seed, u);
+        respond(u, 0.0, z);
+        signal_ar2(&seed, s % 2 ? 0.8 : 0.65, 0.0, 1.0, N, e);
+        const double truth = 0.004 * signal_rms(z, SHORT), scale = truth / signal_rms(e, SHORT);
+        for (size_t i = 0; i < SHORT; i++)
+            z[i] += scale * e[i];
+        halved += estimate(z, SHORT, u, 0) / truth < 0.7;
+    }
+    if (halved > 1)
+        fail_msg("the noise of %d of %d records came out below 0.7 of the truth", halved, SETS);
+}
+
 static void free_decay_needs_no_input(void **state)
 {
     (void)state;
@@ -360,19 +384,13 @@ static void open_cases(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(white_noise_of_a_resonator),
-        cmocka_unit_test(motion_before_the_record_is_no_noise),
-        cmocka_unit_test(coloured_noise_of_a_resonator),
-        cmocka_unit_test(free_decay_needs_no_input),
-        cmocka_unit_test(hum_is_not_noise),
-        cmocka_unit_test(distortion_is_not_noise),
-        cmocka_unit_test(quiet_samples_beat_a_rattle),
-        cmocka_unit_test(density_is_smooth_and_adds_up),
-        cmocka_unit_test(quantisation_is_found),
-        cmocka_unit_test(too_little_has_no_noise),
-        cmocka_unit_test(a_linear_response_leaves_nothing),
-        cmocka_unit_test(a_channel_of_a_model),
-        cmocka_unit_test(open_cases),
+        cmocka_unit_test(white_noise_of_a_resonator),    cmocka_unit_test(motion_before_the_record_is_no_noise),
+        cmocka_unit_test(coloured_noise_of_a_resonator), cmocka_unit_test(short_records_keep_their_colour),
+        cmocka_unit_test(free_decay_needs_no_input),     cmocka_unit_test(hum_is_not_noise),
+        cmocka_unit_test(distortion_is_not_noise),       cmocka_unit_test(quiet_samples_beat_a_rattle),
+        cmocka_unit_test(density_is_smooth_and_adds_up), cmocka_unit_test(quantisation_is_found),
+        cmocka_unit_test(too_little_has_no_noise),       cmocka_unit_test(a_linear_response_leaves_nothing),
+        cmocka_unit_test(a_channel_of_a_model),          cmocka_unit_test(open_cases),
     };
     return cmocka_run_group_tests_name("noise", tests, NULL, NULL);
 }
