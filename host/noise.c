@@ -134,6 +134,17 @@ static void take(const struct noise_floor *f, enum noise_method method, struct n
     out->used_share = f->used_share;
 }
 
+/* By how much fewer numbers a stretch of this noise tells its power than one of white noise: mean of S² over the square of its mean; 1: white. */
+static double colour_of(const struct noise_floor *f)
+{
+    double sum = 0.0, square = 0.0;
+    for (size_t i = 0; i < f->n_rows; i++) {
+        sum += f->variance[i];
+        square += f->variance[i] * f->variance[i];
+    }
+    return sum > 0.0 ? (double)f->n_rows * square / (sum * sum) : 1.0;
+}
+
 /*
  * The noise before the onset, hum and all, is an upper bound of the noise: when it is clearly below what the record itself
  * suggests, that holds something else (distortion everywhere and always), and the quiet samples are the estimate.
@@ -145,7 +156,7 @@ static bool quieter_before(const double *z, size_t n, const struct noise_floor *
         mean += z[i] / (double)n;
     for (size_t i = 0; i < n; i++)
         square += (z[i] - mean) * (z[i] - mean) / (double)(n - 1);
-    const double sd = hypot(quiet->relative_sd, own->relative_sd), floor = floor_rms(quiet);
+    const double sd = hypot(quiet->relative_sd * sqrt(colour_of(own)), own->relative_sd), floor = floor_rms(quiet);
     if (!(square > 0.0) || !(floor > 0.0))
         return false;
     for (size_t r = 0; r < quiet->n_rows; r++)
