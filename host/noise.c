@@ -134,20 +134,23 @@ static void take(const struct noise_floor *f, enum noise_method method, struct n
     out->used_share = f->used_share;
 }
 
-/* By how much fewer numbers a stretch of this noise tells its power than one of white noise: mean of S² over the square of its mean; 1: white. */
-static double colour_of(const struct noise_floor *f)
+/* First-order autoregression of a stretch, 0 … 0.95, from neighbouring samples (less the bias of few samples, Kendall 1954). */
+static double neighbours_alike(const double *z, size_t n, double mean)
 {
-    double sum = 0.0, square = 0.0;
-    for (size_t i = 0; i < f->n_rows; i++) {
-        sum += f->variance[i];
-        square += f->variance[i] * f->variance[i];
+    static const double most = 0.95;
+    double square = 0.0, product = 0.0;
+    for (size_t i = 0; i < n; i++) {
+        square += (z[i] - mean) * (z[i] - mean);
+        product += i > 0 ? (z[i] - mean) * (z[i - 1] - mean) : 0.0;
     }
-    return sum > 0.0 ? (double)f->n_rows * square / (sum * sum) : 1.0;
+    const double a = square > 0.0 ? product / square : 0.0;
+    return fmin(fmax(a + (1.0 + 3.0 * a) / (double)n, 0.0), most);
 }
 
 /*
  * The noise before the onset, hum and all, is an upper bound of the noise: when it is clearly below what the record itself
- * suggests, that holds something else (distortion everywhere and always), and the quiet samples are the estimate.
+ * suggests, that holds something else (distortion everywhere and always), and the quiet samples are the estimate. Few samples of
+ * coloured noise tell its power worse, by (1 + a²)/(1 − a²) in variance, and their mean takes more of it away.
  */
 static bool quieter_before(const double *z, size_t n, const struct noise_floor *own, struct noise_floor *quiet)
 {
@@ -155,8 +158,11 @@ static bool quieter_before(const double *z, size_t n, const struct noise_floor *
     for (size_t i = 0; i < n; i++)
         mean += z[i] / (double)n;
     for (size_t i = 0; i < n; i++)
-        square += (z[i] - mean) * (z[i] - mean) / (double)(n - 1);
-    const double sd = hypot(quiet->relative_sd * sqrt(colour_of(own)), own->relative_sd), floor = floor_rms(quiet);
+        square += (z[i] - mean) * (z[i] - mean) / (double)n;
+    const double a = neighbours_alike(z, n, mean), taken = (1.0 + a) / (1.0 - a) / (double)n;
+    square /= fmax(1.0 - taken, 0.5);
+    const double colour = (1.0 + a * a) / (1.0 - a * a), floor = floor_rms(quiet);
+    const double sd = hypot(quiet->relative_sd * sqrt(colour), own->relative_sd);
     if (!(square > 0.0) || !(floor > 0.0))
         return false;
     for (size_t r = 0; r < quiet->n_rows; r++)
