@@ -35,7 +35,7 @@ quotient() { awk -v a="$1" -v b="$2" 'BEGIN {printf "%.1f", a / b}'; }
 
 echo "Diagnosis: 4 records x 2048 samples, one hidden effect, explanations of one effect, $(nproc --all) processors"
 printf '  %-22s %-44s %8s %12s  %s\n' hidden answer seconds evaluations 'times ours'
-for effect in 'tip_mass mass_kg=0.0006' 'sensor_lag tau_s=2e-4'; do
+for effect in 'tip_mass mass_kg=0.0006' 'root_compliance compliance_radpNm=0.001 loss_s=3e-5'; do
     name=${effect%% *}
     records "$name" 2 "$effect"
     diagnose "$name"
