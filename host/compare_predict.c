@@ -129,9 +129,7 @@ static enum bf_status solve_record(const struct prediction *y, size_t record, bo
 enum bf_status solved_prediction_run(const struct model *model, const struct record records[], size_t n_records,
                                      const double noise[], struct solved_prediction *s, struct bf_error *err)
 {
-    const char **names = bf_alloc(n_records, sizeof *names);
-    for (size_t r = 0; r < n_records; r++)
-        names[r] = record_base_name(&records[r]);
+    const char **names = record_base_names(records, n_records);
     struct parameter_ref *refs = NULL;
     const size_t n = model_parameters(model, names, n_records, &refs);
     double *theta = bf_alloc(n + 1, sizeof *theta);

@@ -5,10 +5,10 @@
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
-#include <unistd.h>
 
 #include "modes.h"
 #include "progress.h"
+#include "workers.h"
 
 /* Refits per stage, at most. */
 static const size_t most_singles[] = {[KIND_LINEAR] = 6, [KIND_BENT] = 3, [KIND_LAW] = 4};
@@ -175,12 +175,6 @@ static void work_free(struct diagnose_work *w)
     free(w->check_noise), free(w->whiteners), free(w->sigma), free(w->check_sigma);
 }
 
-static int processors(void)
-{
-    const long n = sysconf(_SC_NPROCESSORS_ONLN);
-    return n > 0 ? (int)n : 1;
-}
-
 /* A local minimum is not physics: what is named must be better than the best that the baseline can do. */
 static enum bf_status restart(struct diagnose_work *w, struct bf_error *err)
 {
@@ -192,6 +186,29 @@ static enum bf_status restart(struct diagnose_work *w, struct bf_error *err)
     status = localise(w, err);
     diagnose_rank(w->d, w->n_tried);
     diagnose_decide(w->d);
+    return status;
+}
+
+/* An explanation is named, or would be if left-out records confirm it. */
+static bool about_to_name(const struct diagnosis *d)
+{
+    return !d->interrupted && (d->n_named > 0 || (d->unconfirmed && diagnose_can_cross(d)));
+}
+
+/* What the verdict hangs on, once more: its own optimum, the baseline's, records left out. */
+static enum bf_status confirm(struct diagnose_work *w, struct bf_error *err)
+{
+    struct diagnosis *d = w->d;
+    enum bf_status status = BF_OK;
+    if (about_to_name(d)) {
+        status = diagnose_settle(w, part_settle, err);
+        d->interrupted = progress_interrupted();
+        diagnose_decide(d);
+    }
+    if (!status && about_to_name(d))
+        status = restart(w, err);
+    if (!status && !d->interrupted && diagnose_computed(d))
+        diagnose_cross(w, fmax(1.0 - w->done, 0.0));
     return status;
 }
 
@@ -214,17 +231,7 @@ static enum bf_status stages(struct diagnose_work *w, struct bf_error *err)
     if (status)
         return status;
     diagnose_decide(d);
-    if ((d->n_named > 0 || (d->unconfirmed && diagnose_can_cross(d))) && !d->interrupted) {
-        status = diagnose_settle(w, part_settle, err);
-        d->interrupted = d->interrupted || progress_interrupted();
-        if (status)
-            return status;
-        diagnose_decide(d);
-    }
-    if ((d->n_named > 0 || (d->unconfirmed && diagnose_can_cross(d))) && !d->interrupted)
-        status = restart(w, err);
-    if (!status && !d->interrupted && diagnose_computed(d))
-        diagnose_cross(w, fmax(1.0 - w->done, 0.0));
+    status = confirm(w, err);
     if (!status && d->verdict == VERDICT_UNKNOWN && !d->interrupted && diagnose_computed(d))
         status = reconstruct(w, err);
     if (!status)
@@ -243,7 +250,7 @@ enum bf_status diagnose_run(const struct model *model, const struct record recor
     out->check_kind = n_checks > 0 ? CHECK_RECORDS : CHECK_NONE;
     clock_gettime(CLOCK_MONOTONIC, &begin);
     struct diagnose_work w = {.d = out, .options = options ? options : &defaults};
-    w.threads = w.options->threads > 0 ? w.options->threads : processors();
+    w.threads = workers_wanted(w.options->threads);
     w.bar = w.options->quiet ? NULL : progress_begin("diagnose");
     const enum bf_status status = stages(&w, err);
     if (w.bar)

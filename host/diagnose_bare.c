@@ -48,9 +48,7 @@ static enum bf_status take_laws_off(struct bare *bare, const struct diagnose_wor
 {
     struct predictor *predictor = NULL;
     struct prediction prediction;
-    const char **names = bf_alloc(bare->n_records, sizeof *names);
-    for (size_t r = 0; r < bare->n_records; r++)
-        names[r] = record_base_name(&bare->records[r]);
+    const char **names = record_base_names(bare->records, bare->n_records);
     struct parameter_ref *refs;
     const size_t n = model_parameters(&bare->model, names, bare->n_records, &refs);
     double *theta = bf_alloc(n + 1, sizeof *theta);

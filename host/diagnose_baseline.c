@@ -86,24 +86,13 @@ enum bf_status diagnose_baseline(struct diagnose_work *w, struct bf_error *err)
     return hypothesis_measure(w, h, err);
 }
 
-static void put_values(const struct diagnosis *d, const double value[], const double sd[], struct model *model)
-{
-    const char **names = bf_alloc(d->n_records, sizeof *names);
-    struct parameter_ref *refs;
-    for (size_t r = 0; r < d->n_records; r++)
-        names[r] = record_base_name(&d->records[r]);
-    const size_t n = model_parameters(model, names, d->n_records, &refs);
-    model_set_parameters(model, refs, n, value, sd, names);
-    free(refs), free(names);
-}
-
 /* The parameters of the baseline come first in every hypothesis: new effects are appended. */
 static enum bf_status without_its_effects(const struct diagnosis *d, const struct hypothesis *best, struct model *out,
                                           struct bf_error *err)
 {
     const enum bf_status status = model_copy(&d->baseline.model, out, err);
     if (!status)
-        put_values(d, best->fit.value, NULL, out);
+        refit_into_model(d->records, d->n_records, best->fit.value, NULL, out);
     return status;
 }
 
@@ -124,7 +113,7 @@ enum bf_status diagnose_restart(struct diagnose_work *w, bool *lower, struct bf_
     if (!status && !*lower) /* the same minimum, found twice */
         d->converged = again.fit.converged && lower_minimum * again.fit.chi2_per_row < h->fit.chi2_per_row;
     if (*lower) {
-        put_values(d, again.fit.value, again.fit.sd, &again.model);
+        refit_into_model(d->records, d->n_records, again.fit.value, again.fit.sd, &again.model);
         status = hypothesis_measure(w, &again, err);
     }
     if (*lower && !status) {

@@ -12,11 +12,11 @@
 
 #include "fit_own.h"
 #include "progress.h"
+#include "workers.h"
 
 enum {
     MOST_FOLDS = 6, /* more teach little about whole records, and each costs a refit */
-    MOST_CHECKED = 4,
-    MOST_WORKERS = 16
+    MOST_CHECKED = 4
 };
 
 /* Some of the records with their share of the noise. */
@@ -95,10 +95,8 @@ static struct record_set set_new(const struct diagnose_work *w, size_t fold, boo
 static double *free_estimated(const struct diagnosis *d, const struct hypothesis *h, const struct record_set *kept,
                               struct model *model)
 {
-    const char **names = bf_alloc(d->n_records, sizeof *names);
+    const char **names = record_base_names(d->records, d->n_records);
     struct parameter_ref *all, *some;
-    for (size_t r = 0; r < d->n_records; r++)
-        names[r] = record_base_name(&d->records[r]);
     const size_t n = model_parameters(&h->model, names, d->n_records, &all),
                  m = model_parameters(model, kept->names, kept->n, &some);
     double *sd = bf_alloc(m, sizeof *sd);
@@ -140,15 +138,12 @@ static enum bf_status refit_without(const struct diagnose_work *w, const struct 
                                           .first_new = model->n_effects,
                                           .predict = w->options->predict};
     struct refit_result fit;
-    struct parameter_ref *refs;
     const enum bf_status status = refit_run(model, kept->records, kept->n, &options, &fit, err);
     free(sd);
     if (status)
         return status;
-    const size_t n = model_parameters(model, kept->names, kept->n, &refs);
-    model_set_parameters(model, refs, n, fit.value, NULL, kept->names);
+    refit_into_model(kept->records, kept->n, fit.value, NULL, model);
     job->evaluations = fit.evaluations;
-    free(refs);
     refit_free(&fit);
     return BF_OK;
 }
@@ -212,16 +207,8 @@ static void *work(void *argument)
 static void run_jobs(struct diagnose_work *w, struct fold_job jobs[], size_t n, double span)
 {
     struct fold_queue queue = {.w = w, .jobs = jobs, .n = n, .begin = w->done, .span = span};
-    pthread_t threads[MOST_WORKERS] = {0};
-    size_t wanted = (size_t)w->threads, started = 0;
-    wanted = wanted < n ? wanted : n;
-    wanted = wanted < MOST_WORKERS ? wanted : MOST_WORKERS;
     (void)pthread_mutex_init(&queue.lock, NULL);
-    while (started + 1 < wanted && pthread_create(&threads[started], NULL, work, &queue) == 0)
-        started++;
-    (void)work(&queue);
-    for (size_t i = 0; i < started; i++)
-        (void)pthread_join(threads[i], NULL);
+    workers_run(w->threads, n, work, &queue);
     (void)pthread_mutex_destroy(&queue.lock);
     w->done += span;
 }

@@ -15,9 +15,7 @@ static void put_effects(struct json *object, const struct hypothesis *h)
 static void put_parameters(struct json *object, const struct diagnosis *d, const struct hypothesis *h)
 {
     struct json *list = json_put(object, "parameters", json_new_object());
-    const char **names = bf_alloc(d->n_records, sizeof *names);
-    for (size_t r = 0; r < d->n_records; r++)
-        names[r] = record_base_name(&d->records[r]);
+    const char **names = record_base_names(d->records, d->n_records);
     struct parameter_ref *refs;
     const size_t n = model_parameters(&h->model, names, d->n_records, &refs);
     for (size_t i = 0; i < n; i++) {

@@ -21,7 +21,6 @@ static const double far_above = 10.0;
 enum { USUAL_SPLINES = 160, USUAL_OVERSAMPLE = 8 };
 
 struct finer {
-    const struct diagnosis *d;
     const char **names;
     struct parameter_ref *refs;
     struct predictor *predictor;
@@ -41,9 +40,7 @@ static enum bf_status finer_new(const struct diagnose_work *w, struct finer *f, 
     const struct diagnosis *d = w->d;
     const struct model *model = &d->baseline.model;
     struct predict_options options = w->options->predict;
-    *f = (struct finer){.d = d, .names = bf_alloc(d->n_records, sizeof *f->names)};
-    for (size_t r = 0; r < d->n_records; r++)
-        f->names[r] = record_base_name(&d->records[r]);
+    *f = (struct finer){.names = record_base_names(d->records, d->n_records)};
     const size_t n = model_parameters(model, f->names, d->n_records, &f->refs);
     options.quiet = true;
     options.threads = w->threads;

@@ -7,8 +7,7 @@
 #include <stdlib.h>
 
 #include "progress.h"
-
-enum { MOST_WORKERS = 16 };
+#include "workers.h"
 
 struct refit_queue {
     struct diagnose_work *w;
@@ -36,13 +35,7 @@ static bool run_job(const struct diagnose_work *w, struct refit_job *job, int th
         h->effects[i] = h->model.effects[h->n_base + i].effect;
     if (refit_run(&h->model, d->records, d->n_records, &options, &h->fit, &err) != BF_OK)
         return false;
-    const char **names = bf_alloc(d->n_records, sizeof *names);
-    for (size_t r = 0; r < d->n_records; r++)
-        names[r] = record_base_name(&d->records[r]);
-    struct parameter_ref *refs;
-    const size_t n = model_parameters(&h->model, names, d->n_records, &refs);
-    model_set_parameters(&h->model, refs, n, h->fit.value, h->fit.sd, names);
-    free(refs), free(names);
+    refit_into_model(d->records, d->n_records, h->fit.value, h->fit.sd, &h->model);
     h->n_added = h->fit.n_unknowns > d->baseline.fit.n_unknowns ? h->fit.n_unknowns - d->baseline.fit.n_unknowns : 1;
     h->refitted = true;
     return hypothesis_measure(w, h, &err) == BF_OK;
@@ -95,16 +88,8 @@ static void *work(void *argument)
 void diagnose_refits(struct diagnose_work *w, struct refit_job jobs[], size_t n, double span)
 {
     struct refit_queue queue = {.w = w, .jobs = jobs, .n = n, .begin = w->done, .span = span};
-    pthread_t threads[MOST_WORKERS] = {0};
-    size_t wanted = (size_t)w->threads, started = 0;
-    wanted = wanted < n ? wanted : n;
-    wanted = wanted < MOST_WORKERS ? wanted : MOST_WORKERS;
     (void)pthread_mutex_init(&queue.lock, NULL);
-    while (started + 1 < wanted && pthread_create(&threads[started], NULL, work, &queue) == 0)
-        started++;
-    (void)work(&queue);
-    for (size_t i = 0; i < started; i++)
-        (void)pthread_join(threads[i], NULL);
+    workers_run(w->threads, n, work, &queue);
     (void)pthread_mutex_destroy(&queue.lock);
     for (size_t i = 0; i < n; i++)
         model_free(&jobs[i].model);

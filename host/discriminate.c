@@ -7,14 +7,13 @@
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
-#include <unistd.h>
 
 #include "fit.h"
 #include "progress.h"
+#include "workers.h"
 
 const double discriminate_decisive = 10.0;
 const double discriminate_sensor_worth = 1.5;
-enum { MOST_WORKERS = 16 };
 
 static double now_s(void)
 {
@@ -60,17 +59,8 @@ static void *work(void *argument)
 
 static void run_queue(struct drive_queue *queue)
 {
-    const long processors = sysconf(_SC_NPROCESSORS_ONLN);
-    const int asked = queue->w->options->threads;
-    size_t wanted = asked > 0 ? (size_t)asked : processors > 0 ? (size_t)processors : 1, started = 0;
-    pthread_t threads[MOST_WORKERS] = {0};
-    wanted = wanted < MOST_WORKERS ? wanted : MOST_WORKERS;
     (void)pthread_mutex_init(&queue->lock, NULL);
-    while (started + 1 < wanted && pthread_create(&threads[started], NULL, work, queue) == 0)
-        started++;
-    (void)work(queue);
-    for (size_t i = 0; i < started; i++)
-        (void)pthread_join(threads[i], NULL);
+    workers_run(queue->w->options->threads, queue->w->d->n_drives, work, queue);
     (void)pthread_mutex_destroy(&queue->lock);
 }
 

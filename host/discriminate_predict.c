@@ -227,9 +227,7 @@ enum bf_status present_information(const struct discriminate_work *w, const stru
     enum bf_status status = predictor_new(model, w->records, w->n_records, &how, &predictor, err);
     if (status)
         return status;
-    const char **names = bf_alloc(w->n_records, sizeof *names);
-    for (size_t r = 0; r < w->n_records; r++)
-        names[r] = record_base_name(&w->records[r]);
+    const char **names = record_base_names(w->records, w->n_records);
     const size_t n = model_parameters(model, names, w->n_records, &refs);
     const size_t n_channels = predictor_channels(predictor, &channels);
     double *theta = bf_alloc(n, sizeof *theta), *G = bf_alloc(n * n, sizeof *G);

@@ -142,15 +142,9 @@ struct refit_task {
 static void keep_fit(const struct discriminate_work *w, size_t rival, const struct refit_result *fit)
 {
     struct model *model = &w->d->models[rival];
-    struct parameter_ref *refs;
-    const char **names = bf_alloc(w->n_records, sizeof *names);
-    for (size_t r = 0; r < w->n_records; r++)
-        names[r] = record_base_name(&w->records[r]);
-    const size_t n = model_parameters(model, names, w->n_records, &refs);
-    model_set_parameters(model, refs, n, fit->value, fit->sd, names);
+    refit_into_model(w->records, w->n_records, fit->value, fit->sd, model);
     w->half_square[rival] = fit->half_square;
     w->d->noise_ratio[rival] = fit->noise_ratio;
-    free(refs), free(names);
 }
 
 static void *refit(void *argument)

@@ -74,9 +74,7 @@ static enum bf_status work_new(struct fit_work *w, const struct model *model, co
                                size_t n_records, const struct fit_options *options, struct bf_error *err)
 {
     *w = (struct fit_work){.model = model, .records = records, .n_records = n_records};
-    w->names = bf_alloc(n_records, sizeof *w->names);
-    for (size_t r = 0; r < n_records; r++)
-        w->names[r] = record_base_name(&records[r]);
+    w->names = record_base_names(records, n_records);
     w->n_refs = model_parameters(model, w->names, n_records, &w->refs);
     enum bf_status status = predictor_new(model, records, n_records, &options->predict, &w->predictor, err);
     if (!status)

@@ -35,7 +35,7 @@ struct import_file {
     enum import_format format;
     const char *path; /* the caller's */
     char sha256[65];
-    size_t n_bytes; /* of the file, where the reader asks for it */
+    size_t n_bytes; /* of a MATLAB file */
     size_t n_channels;
     struct import_channel *channels;
     bool has_names;  /* the file names its channels */

@@ -256,8 +256,8 @@ static size_t find_unsteady_rows(const struct noise_tiles *w, double *count)
 }
 
 /*
- * A tenth of the rows may be unsteady, and two of 16 or more: noise alone is so in one row of ninety, and two of 16 in one channel
- * of 70 (2048 samples, first order, 0.5 to 0.9: `make false-alarms`); its floor then came out at half the noise.
+ * A tenth of the rows may be unsteady, and two of 16 or more: noise alone has two such rows of 16 in 16 of 1200 channels
+ * (2048 samples, first order, 0.5 to 0.9: `make false-alarms`), whose floor then came out at half the noise or less.
  */
 static size_t most_unsteady(size_t n_rows)
 {

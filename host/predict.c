@@ -63,18 +63,9 @@ double output_gain(const struct run *run, size_t output, size_t *parameter)
     return patch ? run->theta[run->p->map.Ks] : 1.0;
 }
 
-/* Per-record values are kept under the base names of the files. Free with free(). */
-static const char **record_names(const struct record records[], size_t n)
-{
-    const char **names = bf_alloc(n, sizeof *names);
-    for (size_t r = 0; r < n; r++)
-        names[r] = record_base_name(&records[r]);
-    return names;
-}
-
 void predictor_use(struct predictor *p, const double theta[])
 {
-    const char **names = record_names(p->records, p->n_records);
+    const char **names = record_base_names(p->records, p->n_records);
     model_set_parameters(&p->model, p->refs, p->map.n, theta, NULL, names);
     free(names);
 }
@@ -112,7 +103,7 @@ enum bf_status predictor_new(const struct model *model, const struct record reco
     if (status == BF_OK)
         status = predictor_bind(p, err);
     if (status == BF_OK) {
-        const char **names = record_names(records, n_records);
+        const char **names = record_base_names(records, n_records);
         size_t n = model_parameters(&p->model, names, n_records, &p->refs);
         free(names);
         p->map = parameter_map_new(&p->model, p->refs, n, n_records);

@@ -45,6 +45,14 @@ const char *record_base_name(const struct record *record)
     return slash ? slash + 1 : record->path ? record->path : "";
 }
 
+const char **record_base_names(const struct record records[], size_t n)
+{
+    const char **names = bf_alloc(n, sizeof *names);
+    for (size_t r = 0; r < n; r++)
+        names[r] = record_base_name(&records[r]);
+    return names;
+}
+
 void record_free(struct record *record)
 {
     for (size_t i = 0; i < record->n_columns; i++) {

@@ -46,6 +46,7 @@ void record_add_column(struct record *record, const char *name, const double *x)
 void record_add_meta(struct record *record, const char *key, const char *value);
 /* The file's name without its directories, under which per-record values are kept; "" for a record in memory. */
 const char *record_base_name(const struct record *record);
+const char **record_base_names(const struct record records[], size_t n); /* [n], the records' own; free() the array */
 void record_free(struct record *record);
 
 #endif

@@ -58,9 +58,7 @@ static enum bf_status work_new(struct refit_work *w, const struct model *model, 
     struct predict_options predict = options->predict;
     predict.threads = options->threads > 0 ? options->threads : 1;
     predict.quiet = true;
-    w->names = bf_alloc(n_records, sizeof *w->names);
-    for (size_t r = 0; r < n_records; r++)
-        w->names[r] = record_base_name(&records[r]);
+    w->names = record_base_names(records, n_records);
     w->n_refs = model_parameters(&w->model, w->names, n_records, &w->refs);
     status = predictor_new(&w->model, records, n_records, &predict, &w->predictor, err);
     if (!status)
@@ -254,6 +252,16 @@ void refit_free(struct refit_result *result)
     free(result->value), free(result->sd), free(result->estimated), free(result->at_bound), free(result->level);
     free(result->residual), free(result->channels), free(result->horizon_s);
     *result = (struct refit_result){0};
+}
+
+void refit_into_model(const struct record records[], size_t n_records, const double value[], const double sd[],
+                      struct model *model)
+{
+    const char **names = record_base_names(records, n_records);
+    struct parameter_ref *refs;
+    const size_t n = model_parameters(model, names, n_records, &refs);
+    model_set_parameters(model, refs, n, value, sd, names);
+    free(refs), free(names);
 }
 
 enum bf_status refit_check(const struct model *model, const struct record records[], size_t n_records,

@@ -81,6 +81,9 @@ struct refit_result {
 enum bf_status refit_run(const struct model *model, const struct record records[], size_t n_records,
                          const struct refit_options *options, struct refit_result *out, struct bf_error *err);
 void refit_free(struct refit_result *result);
+/* Values and standard errors (sd may be NULL) in the order of a refit of this model to these records, into the model. */
+void refit_into_model(const struct record records[], size_t n_records, const double value[], const double sd[],
+                      struct model *model);
 
 /*
  * Errors on records that were not fitted: values that belong to one record alone (phases) are estimated from it, see fit_own.h.

@@ -7,12 +7,11 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 #include "dense.h"
 #include "progress.h"
 #include "score_work.h"
+#include "workers.h"
 
-enum { MOST_WORKERS = 16 };
 static const double far = 10.0; /* times the lowest χ²: a factor of 3 in rms, no rival any more */
 
 /* ---- From the best point to a score ---- */
@@ -215,16 +214,7 @@ static void run_queue(struct queue *queue)
 {
     pthread_mutex_init(&queue->lock, NULL);
     queue->lowest = INFINITY;
-    pthread_t threads[MOST_WORKERS] = {0};
-    const long cores = sysconf(_SC_NPROCESSORS_ONLN);
-    const int wanted = queue->base->options.threads;
-    size_t workers = wanted > 0 ? (size_t)wanted : cores > 0 ? (size_t)cores : 1, started = 0;
-    workers = workers < MOST_WORKERS ? workers : MOST_WORKERS;
-    while (started + 1 < workers && started + 1 < queue->n && pthread_create(&threads[started], NULL, work, queue) == 0)
-        started++;
-    (void)work(queue);
-    for (size_t i = 0; i < started; i++)
-        (void)pthread_join(threads[i], NULL);
+    workers_run(queue->base->options.threads, queue->n, work, queue);
     pthread_mutex_destroy(&queue->lock);
 }
 

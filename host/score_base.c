@@ -266,9 +266,7 @@ enum bf_status score_base_new(const struct model *model, const struct record rec
 {
     struct score_base *base = bf_alloc(1, sizeof *base);
     *base = (struct score_base){.model = model, .records = records, .n_records = n_records, .options = *options};
-    base->names = bf_alloc(n_records, sizeof *base->names);
-    for (size_t r = 0; r < n_records; r++)
-        base->names[r] = record_base_name(&records[r]);
+    base->names = record_base_names(records, n_records);
     base->n_refs = model_parameters(model, base->names, n_records, &base->refs);
     base->theta = bf_alloc(base->n_refs, sizeof *base->theta);
     for (size_t i = 0; i < base->n_refs; i++)

@@ -29,7 +29,7 @@ static int ascending(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* A pair of moments bends nothing but the span between them: inside an element a third of its compliance would be missing. */
+/* A pair of moments bends nothing but the span between them: inside an element the slope is a parabola and cannot do that. */
 static void add_span_of_crack(struct breaks *breaks, const struct truth_spec *spec, const struct truth_effect *effect,
                               double apart_m)
 {

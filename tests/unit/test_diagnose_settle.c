@@ -1,0 +1,82 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* An explanation that stopped in a minor minimum of its place. */
+#include "diagnose_rig.h"
+
+static const double damper_at_m = 0.15;
+
+static double place(const struct hypothesis *h)
+{
+    return h->model.effects[0].parameters[1].value;
+}
+
+/* The diagnosis so far: the baseline, and a damper refitted from 0.36 m alone. */
+static struct diagnose_work trapped(struct bench *b)
+{
+    struct bf_error err;
+    b->d = (struct diagnosis){.model = &b->given, .records = b->records, .n_records = b->n};
+    struct diagnose_work w = {.d = &b->d, .options = &b->options, .threads = 2};
+    assert_int_equal(diagnose_noise(&w, &err), BF_OK);
+    assert_int_equal(diagnose_baseline(&w, &err), BF_OK);
+    struct refit_job job = {.model = make("{kind: point_damper, damping_Nspm: 0.001, at_m: 0.36}"),
+                            .first_new = 1,
+                            .n_effects = 1,
+                            .to_the_end = true};
+    job.model.effects[0].parameters[1].fixed = false;
+    diagnose_refits(&w, &job, 1, 0.0);
+    diagnose_rank(&b->d, 1);
+    assert_int_equal(b->d.n_hypotheses, 1);
+    return w;
+}
+
+static void work_free(struct diagnose_work *w)
+{
+    for (size_t c = 0; c < w->n_check_channels; c++)
+        noise_free(&w->check_noise[c]);
+    free(w->sigma), free(w->check_sigma), free(w->whiteners), free(w->check_noise);
+}
+
+static struct bench *with_damper(void)
+{
+    static const char *const dampers[] = {"point_damper", NULL};
+    return bench_new("{kind: point_damper, damping_Nspm: 0.05, at_m: 0.15}", 2, LONG, 0.01, dampers);
+}
+
+static void another_place_is_found(void **state)
+{
+    (void)state;
+    struct bf_error err;
+    struct bench *b = with_damper();
+    struct diagnose_work w = trapped(b);
+    assert_true(fabs(place(&b->d.hypotheses[0]) - damper_at_m) > 0.05);
+    assert_true(b->d.hypotheses[0].fitted.noise_ratio > 1.02);
+    b->d.hypotheses[0].fit.converged = false;
+    assert_int_equal(diagnose_settle(&w, 0.0, &err), BF_OK);
+    assert_int_equal(b->d.n_hypotheses, 1); /* repeats of the same effects are gone */
+    assert_true(fabs(place(&b->d.hypotheses[0]) - damper_at_m) < 0.02);
+    assert_true(b->d.hypotheses[0].fitted.noise_ratio < 1.02);
+    work_free(&w);
+    bench_free(b);
+}
+
+static void what_has_converged_stays(void **state)
+{
+    (void)state;
+    struct bf_error err;
+    struct bench *b = with_damper();
+    struct diagnose_work w = trapped(b);
+    const size_t evaluations = b->d.evaluations;
+    b->d.hypotheses[0].fit.converged = true;
+    assert_int_equal(diagnose_settle(&w, 0.0, &err), BF_OK);
+    assert_int_equal(b->d.evaluations, evaluations);
+    work_free(&w);
+    bench_free(b);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(another_place_is_found),
+        cmocka_unit_test(what_has_converged_stays),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
