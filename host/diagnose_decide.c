@@ -18,9 +18,14 @@ static const double near_fitted = 1.10, near_check = 1.15, near_one_channel = 1.
 static const double weak_share = 0.15, within_floor = 1.03;
 /*
  * … or, for one effect alone, the excess over the noise (in power) that may remain of a misfit many times the noise: 7 % of its
- * rms. Two effects that together leave more than the noise have not explained anything: they bend until they fit.
+ * rms.
  */
 static const double left_share = 0.005;
+/*
+ * Two or three effects that together leave more than the noise have not explained anything: they bend until they fit. A channel's
+ * floor is known to this part, so over n channels what is left may be several / √n of that. A law's own error is larger.
+ */
+static const double floor_error = 0.012, several = 3.5;
 /* One more effect must lower the fitted rms by this much, or nobody would see the difference. */
 static const double least_gain = 0.02;
 /*
@@ -67,6 +72,22 @@ static bool near(const struct hypothesis_errors *e, const struct hypothesis_erro
     return at_noise(e, limit) || (n_effects == 1 && excess(e->noise_ratio) <= left_share * excess(before->noise_ratio));
 }
 
+static bool has_law(const struct hypothesis *h)
+{
+    for (size_t i = 0; i < h->n_effects; i++)
+        if (h->effects[i]->law != NULL)
+            return true;
+    return false;
+}
+
+/* Up to which ratio the fitted records are at the noise. */
+static double fitted_limit(const struct hypothesis *h)
+{
+    if (h->n_effects < 2 || has_law(h) || h->fitted.n_channels == 0)
+        return near_fitted;
+    return 1.0 + several * floor_error / sqrt((double)h->fitted.n_channels);
+}
+
 /* Whitened misfit with a price for parameters; comparable between hypotheses. */
 static double criterion(const struct hypothesis *h, double scale)
 {
@@ -98,7 +119,7 @@ void diagnose_rank(struct diagnosis *d, size_t n_tried)
         struct hypothesis *h = &d->hypotheses[i];
         evidence_compare(&d->baseline.fitted.misfit, &h->fitted.misfit, h->n_added, 0, n_tried, &h->evidence);
         h->explains = most_explained(&h->fitted, &d->baseline.fitted) &&
-                      near(&h->fitted, &d->baseline.fitted, near_fitted, h->n_effects) &&
+                      near(&h->fitted, &d->baseline.fitted, fitted_limit(h), h->n_effects) &&
                       near(&h->check, &d->baseline.check, near_check, h->n_effects);
         p[i] = fmin(h->evidence.p_value * (double)n_tried / (double)d->n_hypotheses, 1.0);
     }
@@ -193,11 +214,22 @@ static double margin_of(const struct hypothesis *h)
     return rival_fall + rival_share * (double)h->fitted.misfit.n;
 }
 
-/* A special case of the larger effects, with fewer parameters, that does as well: a damper for a spring without stiffness. */
+static int catalogue_parameters(const struct hypothesis *h)
+{
+    int n = 0;
+    for (size_t i = 0; i < h->n_effects; i++)
+        n += h->effects[i]->n_parameters;
+    return n;
+}
+
+/*
+ * A special case of the larger effects that does as well: a damper for a spring without stiffness. Parameters are counted as the
+ * catalogue has them: a place that the search has pushed to the free end is no longer an unknown of the fit.
+ */
 static bool simpler_case(const struct diagnosis *d, const struct hypothesis *large, const struct hypothesis *small)
 {
     const double scale = misfit_scale(d);
-    return small->explains && small->n_added < large->n_added && same_family(d, large, small) &&
+    return small->explains && catalogue_parameters(small) < catalogue_parameters(large) && same_family(d, large, small) &&
            criterion(small, scale) <= criterion(large, scale) + margin_of(large);
 }
 
@@ -250,11 +282,9 @@ bool diagnose_more_wanted(const struct diagnosis *d)
     const struct hypothesis *best = &d->hypotheses[0];
     if (d->n_hypotheses == 0)
         return false;
-    for (size_t i = 0; i < best->n_effects; i++)
-        if (best->effects[i]->law != NULL)
-            return !best->explains ||
-                   best->fitted.noise_ratio > near_fitted; /* a law's own error leaves a few per cent */
-    return best->fitted.noise_ratio > wanted_fitted || best->check.noise_ratio > wanted_check;
+    if (has_law(best))
+        return !best->explains || best->fitted.noise_ratio > near_fitted; /* a law's own error leaves a few per cent */
+    return best->fitted.noise_ratio > fmin(wanted_fitted, fitted_limit(best)) || best->check.noise_ratio > wanted_check;
 }
 
 void diagnose_decide(struct diagnosis *d)
