@@ -83,7 +83,7 @@ static enum bf_status extend_roots(struct diagnose_work *w, size_t n_effects, bo
 static enum bf_status one_more(struct diagnose_work *w, size_t n_effects, struct bf_error *err)
 {
     enum bf_status status = extend_roots(w, n_effects, false, PAIR_ROOTS, most_pairs, 0.5 * part_pairs, err);
-    const bool far = w->d->baseline.fitted.noise_ratio > diagnose_mimicry; /* a weak misfit does not show two effects */
+    const bool far = diagnose_is_far(&w->d->baseline); /* a weak misfit does not show two effects */
     if (!status && far && !progress_interrupted() && diagnose_more_wanted(w->d))
         status = extend_roots(w, n_effects, true, 1, most_on_law, 0.5 * part_pairs, err);
     return status;

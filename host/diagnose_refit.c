@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Refits on all threads: each worker takes the next job; answers are appended to the diagnosis under a lock. */
-#include "diagnose_work.h"
+#include "diagnose_shortlist.h"
 
 #include <math.h>
 #include <pthread.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 
 #include "progress.h"
@@ -15,24 +16,46 @@ struct refit_queue {
     size_t n, next, done;
     double begin, span; /* of the progress bar */
     pthread_mutex_t lock;
+    atomic_bool passed; /* an answer has come down to the noise from far above */
 };
 
+static bool is_beaten(void *queue)
+{
+    return atomic_load(&((struct refit_queue *)queue)->passed);
+}
+
+static bool passes(const struct diagnosis *d, const struct hypothesis *h)
+{
+    static const double check = 1.05;
+    return diagnose_is_far(&d->baseline) && h->fitted.noise_ratio <= diagnose_at_noise &&
+           (h->check.n_channels == 0 || h->check.noise_ratio <= check);
+}
+
+/* A law takes seconds to minutes: it need not end once another explanation has passed. */
+static bool takes_long(const struct hypothesis *h)
+{
+    return effect_kind(h->effects[h->n_effects - 1]) == KIND_LAW;
+}
+
 /* A hypothesis whose fit has no value is dropped: the others decide, and the diagnosis is no longer sure. */
-static bool run_job(const struct diagnose_work *w, struct refit_job *job, int threads, double abandon_above,
+static bool run_job(struct refit_queue *queue, struct refit_job *job, int threads, double abandon_above,
                     struct hypothesis *h)
 {
+    const struct diagnose_work *w = queue->w;
     const struct diagnosis *d = w->d;
     struct bf_error err;
-    const struct refit_options options = {.sigma = w->sigma,
-                                          .threads = threads,
-                                          .abandon_above = abandon_above,
-                                          .first_new = job->first_new,
-                                          .predict = w->options->predict};
+    struct refit_options options = {.sigma = w->sigma,
+                                    .threads = threads,
+                                    .abandon_above = abandon_above,
+                                    .first_new = job->first_new,
+                                    .predict = w->options->predict};
     *h = (struct hypothesis){.n_base = d->baseline.n_base, .n_effects = job->n_effects, .n_tried = job->n_tried};
     h->model = job->model;
     job->model = (struct model){0};
     for (size_t i = 0; i < h->n_effects; i++)
         h->effects[i] = h->model.effects[h->n_base + i].effect;
+    if (takes_long(h) && !w->options->everything)
+        options.interrupted = is_beaten, options.context = queue;
     if (refit_run(&h->model, d->records, d->n_records, &options, &h->fit, &err) != BF_OK)
         return false;
     refit_into_model(d->records, d->n_records, h->fit.value, h->fit.sd, &h->model);
@@ -65,21 +88,24 @@ static void *work(void *argument)
         const double abandon_above = w->options->everything || job->to_the_end ? 0.0 : hopeless(w->d, job->n_effects);
         (void)pthread_mutex_unlock(&queue->lock);
         struct hypothesis h;
-        const bool usable = run_job(w, job, threads, abandon_above, &h);
+        const bool usable = run_job(queue, job, threads, abandon_above, &h);
+        const bool beaten = h.fit.interrupted && !progress_interrupted();
         (void)pthread_mutex_lock(&queue->lock);
         struct diagnosis *d = w->d;
         d->evaluations += h.fit.evaluations;
-        if (usable) {
+        if (usable && !beaten) {
+            if (passes(d, &h))
+                atomic_store(&queue->passed, true);
             d->hypotheses = bf_grow(d->hypotheses, d->n_hypotheses + 1, sizeof *d->hypotheses);
             d->hypotheses[d->n_hypotheses++] = h;
         } else {
-            d->n_failed++;
+            d->n_failed += !beaten;
             hypothesis_free(&h);
         }
         queue->done++;
         if (w->bar)
             progress_update(w->bar, queue->begin + queue->span * (double)queue->done / (double)queue->n,
-                            usable ? d->hypotheses[d->n_hypotheses - 1].effects[h.n_effects - 1]->id : NULL);
+                            usable && !beaten ? h.effects[h.n_effects - 1]->id : NULL);
     }
     (void)pthread_mutex_unlock(&queue->lock);
     return NULL;

@@ -13,11 +13,9 @@
  * docs/diagnose.md, 'Short list', and the best or second law in 9 of 10: three leaves room for what was not tried.
  */
 const double diagnose_worth = 3.0;
-/*
- * Below this misfit (× noise) an effect of one kind may pass for one of the other down to the noise (a breathing crack at 1.4 × was
- * taken for a point mass), so both kinds are tried; far above it the noise is a test that only the true kind passes.
- */
-const double diagnose_mimicry = 3.0;
+/* Below this misfit (× noise) an effect of one kind may pass for one of the other: a breathing crack at 1.4 × was taken for a point mass. */
+static const double mimicry = 3.0;
+const double diagnose_at_noise = 1.025;
 /* … and takes away at least this part of the excess over the noise that the best takes: near the noise 3 × means nothing. */
 static const double worth_share = 0.5;
 /*
@@ -29,6 +27,11 @@ static const double hopeless_p = 0.05;
 static const double first_order_ratio = 1.5;
 /* Best first-order scores that are refined, and renewals of a trial's motion. */
 enum { REFINED = 14, TRIAL_ROUNDS = 3 };
+
+bool diagnose_is_far(const struct hypothesis *h)
+{
+    return h->fitted.noise_ratio > mimicry;
+}
 
 enum effect_kind effect_kind(const struct beam_effect *effect)
 {
@@ -106,7 +109,10 @@ enum bf_status shortlist_score(struct shortlist *s, enum effect_kind kind, struc
     if (s->order[kind] != NULL)
         return BF_OK;
     if (s->base == NULL) {
-        const struct score_options options = {.sigma = w->sigma, .threads = w->threads, .predict = w->options->predict};
+        const struct score_options options = {.sigma = w->sigma,
+                                              .threads = w->threads,
+                                              .race = diagnose_is_far(&w->d->baseline),
+                                              .predict = w->options->predict};
         enum bf_status status = BF_OK;
         s->has_law = reaches(&s->from->model, KIND_LAW);
         if (s->has_law)
@@ -256,33 +262,46 @@ static bool of_degree_one(const struct beam_effect *effect)
 
 /*
  * The refit of a law that leaves much takes a minute and names nothing, so a trial must leave at most law_left of the excess
- * over the noise; only the best one of a beam that is not linear is refitted whatever it leaves.
+ * over the noise.
  */
-static bool trial_promises(const struct shortlist *s, size_t i)
+static bool trial_promises(const struct trial *trial)
 {
     static const double law_left = 0.2;
-    const struct trial *trial = &s->trials[i];
     const double left = trial->unexplained * trial->unexplained;
     const double before = left * trial->chi_square_baseline / trial->chi_square;
-    return left - 1.0 <= law_left * (before - 1.0) ||
-           (i == 0 && s->w->d->linearity.verdict == LINEARITY_NONLINEAR && s->from->n_effects == 0);
+    return left - 1.0 <= law_left * (before - 1.0);
+}
+
+static bool law_is_likely(const struct shortlist *s, const struct trial *trial, double best)
+{
+    return worth_refit(s, trial->unexplained, best) && trial->p_value <= hopeless_p &&
+           !(s->linear && !of_degree_one(trial->effect));
+}
+
+static bool push_law(const struct shortlist *s, const struct trial *trial, struct refit_job **jobs, size_t *n)
+{
+    struct bf_error err;
+    struct refit_job job;
+    const struct candidate *candidate = candidate_of(s, trial->effect);
+    if (candidate == NULL || job_of_candidate(s, candidate, trial->p, &job, &err) != BF_OK)
+        return false;
+    push(jobs, n, &job);
+    return true;
 }
 
 static void choose_laws(struct shortlist *s, size_t most, double best, struct refit_job **jobs, size_t *n)
 {
-    struct bf_error err;
-    struct refit_job job;
     for (; s->refitted_laws < s->n_trials && most > 0; s->refitted_laws++) {
         const struct trial *trial = &s->trials[s->refitted_laws];
-        if (!worth_refit(s, trial->unexplained, best) || trial->p_value > hopeless_p ||
-            (s->linear && !of_degree_one(trial->effect)) || !trial_promises(s, s->refitted_laws))
-            continue;
-        const struct candidate *candidate = candidate_of(s, trial->effect);
-        if (candidate == NULL || job_of_candidate(s, candidate, trial->p, &job, &err) != BF_OK)
-            continue;
-        push(jobs, n, &job);
-        most--;
+        if (law_is_likely(s, trial, best) && trial_promises(trial) && push_law(s, trial, jobs, n))
+            most--;
     }
+}
+
+void shortlist_choose_last(const struct shortlist *s, double best, struct refit_job **jobs, size_t *n)
+{
+    if (s->n_trials > 0 && law_is_likely(s, &s->trials[0], best) && !trial_promises(&s->trials[0]))
+        (void)push_law(s, &s->trials[0], jobs, n);
 }
 
 /* Every candidate of a kind from the catalogue's start, in its own time. */
@@ -340,8 +359,7 @@ enum bf_status shortlist_new(struct diagnose_work *w, const struct hypothesis *f
                                               .each_channel = true};
     *out = (struct shortlist){.w = w, .from = from, .n_effects = from->n_effects + 1};
     const enum linearity_verdict verdict = w->d->linearity.verdict;
-    out->linear =
-        from->fitted.noise_ratio > diagnose_mimicry && (verdict == LINEARITY_LINEAR || verdict == LINEARITY_ADDITIVE);
+    out->linear = diagnose_is_far(from) && (verdict == LINEARITY_LINEAR || verdict == LINEARITY_ADDITIVE);
     return candidate_list_new(&from->model, w->d->records, w->d->n_records, &options, &out->list, err);
 }
 

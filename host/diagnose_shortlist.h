@@ -17,8 +17,6 @@ enum effect_kind {
 };
 enum effect_kind effect_kind(const struct beam_effect *effect);
 
-extern const double diagnose_mimicry;
-
 /* diagnose_bare.c: a hypothesis with laws as a linear model, and records without the laws' share. */
 struct bare {
     struct model model;
@@ -57,5 +55,7 @@ double shortlist_left(const struct shortlist *s, size_t candidate);
 /* Refits of a kind, at most so many, that may come near `best` (rms in units of the noise), start values included. */
 void shortlist_choose(struct shortlist *s, enum effect_kind kind, size_t most, double best, struct refit_job **jobs,
                       size_t *n);
+/* The law with the best trial, although that promised too little to be chosen: for a beam that is not linear and not explained. */
+void shortlist_choose_last(const struct shortlist *s, double best, struct refit_job **jobs, size_t *n);
 
 #endif

@@ -59,7 +59,11 @@ void hypothesis_free(struct hypothesis *h);
 /* diagnose_refit.c: jobs on all threads; each job that has a value becomes a hypothesis of the diagnosis. */
 void diagnose_refits(struct diagnose_work *w, struct refit_job jobs[], size_t n, double span);
 
+/* diagnose_shortlist.c */
 extern const double diagnose_worth; /* a candidate that will leave more than this times the best is given up */
+/* The misfit is so far above the noise that the noise is a test which only the true kind of effect passes. */
+bool diagnose_is_far(const struct hypothesis *h);
+extern const double diagnose_at_noise; /* fitted noise ratio that passes it; the floor's own error is about 1 % */
 
 /*
  * diagnose_extend.c: one more effect on this hypothesis (the baseline, or a best one so far): short list, refits, ranking.

@@ -12,8 +12,6 @@
 #include "score_work.h"
 #include "workers.h"
 
-static const double far = 10.0; /* times the lowest χ²: a factor of 3 in rms, no rival any more */
-
 /* ---- From the best point to a score ---- */
 
 static void sinusoid_start(const struct score_base *base, const struct candidate *c, const struct answer *a,
@@ -162,8 +160,7 @@ struct queue {
     int steps;           /* of the refinement; −1: score */
     size_t n;
     atomic_size_t next;
-    pthread_mutex_t lock;
-    double lowest; /* χ² of the refinements so far; under the lock */
+    struct race race;
 };
 
 static bool interrupted(const struct score_base *base)
@@ -171,28 +168,14 @@ static bool interrupted(const struct score_base *base)
     return progress_interrupted() || (base->options.interrupted && base->options.interrupted(base->options.context));
 }
 
-/* What is far from the best so far need not be walked to its end. */
-static void refine_one(struct queue *queue, size_t i)
-{
-    struct bf_error err;
-    struct score *score = &queue->scores[i];
-    pthread_mutex_lock(&queue->lock);
-    const double limit = isfinite(queue->lowest) ? far * queue->lowest : 0.0;
-    pthread_mutex_unlock(&queue->lock);
-    if (refine_below(queue->base, &queue->candidates[i], queue->steps, limit, score, &err) != BF_OK)
-        return; /* without a value there is nothing to refine: `refined` stays false */
-    pthread_mutex_lock(&queue->lock);
-    queue->lowest = fmin(queue->lowest, score->chi_square);
-    pthread_mutex_unlock(&queue->lock);
-}
-
 static void work_on(struct queue *queue, size_t i)
 {
     struct score *score = &queue->scores[i];
     const bool stop = interrupted(queue->base);
     if (queue->steps >= 0) {
-        if (!stop && score->possible)
-            refine_one(queue, i);
+        struct bf_error err;
+        if (!stop) /* without a value there is nothing to refine: `refined` stays false */
+            (void)refine_walks(queue->base, &queue->candidates[i], queue->steps, &queue->race, score, &err);
     } else if (stop) {
         *score = (struct score){.chi_square = (double)NAN, .estimate_sd = (double)NAN};
         refuse(score, "interrupted");
@@ -212,10 +195,9 @@ static void *work(void *argument)
 
 static void run_queue(struct queue *queue)
 {
-    pthread_mutex_init(&queue->lock, NULL);
-    queue->lowest = INFINITY;
+    race_begin(&queue->race);
     workers_run(queue->base->options.threads, queue->n, work, queue);
-    pthread_mutex_destroy(&queue->lock);
+    race_end(&queue->race);
 }
 
 void score_run(const struct score_base *base, const struct candidate candidates[], size_t n, struct score scores[])

@@ -24,6 +24,8 @@ struct score_options {
     const double *sigma;           /* [n_channels] noise rms in the order of predictor_channels(), > 0 */
     const struct ar_model *colour; /* [n_channels] of the noise in units of sigma; NULL: white */
     int threads;                   /* 0: one a processor */
+    bool
+        race; /* of refinements: one that comes down to the noise ends the search of the others after their first walk */
     bool laws; /* also candidates with a law (each stepped through time: slow); else they are skipped */
     bool (*interrupted)(void *context); /* asked between candidates; NULL: Ctrl-C only */
     void *context;
@@ -75,17 +77,12 @@ void score_free(struct score *score);
 size_t score_rank(const struct candidate candidates[], const struct score scores[], size_t n, size_t order[]);
 
 /*
- * Baseline and effect together from the score's start: at most `steps` trust-region steps in each of two short windows
- * e^(−s t), then twice as many over whole records; once with small and once with large steps, and when both end above the
- * baseline's misfit, over whole records from near the baseline. The lowest end counts. Fills the refined part and replaces
- * p. 0 steps: 8. BF_NUMERIC: no value there. About 50 evaluations of the prediction.
- */
-enum bf_status score_refine(const struct score_base *base, const struct candidate *candidate, int steps,
-                            struct score *score, struct bf_error *err);
-
-/*
- * The same for scores[order[0 … n − 1]], best first, on the threads of the options. What cannot come within ten times the lowest χ²
- * so far is not walked to its end; what failed or was interrupted is not `refined`.
+ * Refines scores[order[0 … n − 1]], best first, on the threads of the options: baseline and effect together from the score's start,
+ * at most `steps` trust-region steps (0: 8) in each of two short windows e^(−s t), then twice as many over whole records; once
+ * with small and once with large steps, and when both end above the baseline's misfit, over whole records from near the
+ * baseline. The lowest end counts. Fills the refined part and replaces p. About 50 evaluations of the prediction each.
+ * What cannot come within ten times the lowest χ² so far is not walked to its end; options.race: nor does anything walk again once one
+ * candidate leaves no more than the noise. What failed, was interrupted or has no score is not `refined`.
  */
 void score_refine_all(const struct score_base *base, const struct candidate candidates[], struct score scores[],
                       const size_t order[], size_t n, int steps);

@@ -12,7 +12,9 @@ static const double window_floor = 0.02;
 static const double home = 1.2; /* χ²/n below which no second walk is needed */
 static const double near =
     9.0; /* χ²/n of a baseline to which a minor minimum of an effect is not far above the major one */
-static const double settled = 3e-3; /* a window ends when the misfit would fall by less than this share */
+static const double far = 10.0;      /* times the lowest χ²: a factor of 3 in rms, no rival any more */
+static const double at_noise = 1.05; /* χ²/n of a winner of the race: 2.5 % of the noise's rms */
+static const double settled = 3e-3;  /* a window ends when the misfit would fall by less than this share */
 enum bf_status score_model(const struct score_base *base, const struct candidate *candidate, const struct score *score,
                            struct model *out, struct bf_error *err)
 {
@@ -144,10 +146,10 @@ static enum bf_status walk_from(struct mover *m, const struct score_base *base, 
     return status;
 }
 
-static void keep(const struct mover *m, const double theta[], double half_square, struct score *score)
+static void keep(const struct mover *m, const double theta[], double chi_square, struct score *score)
 {
     score->refined = true;
-    score->chi_square = 2.0 * half_square;
+    score->chi_square = chi_square;
     score->n_theta = m->n_refs;
     score->theta = bf_grow(score->theta, m->n_refs, sizeof *score->theta);
     memcpy(score->theta, theta, m->n_refs * sizeof *theta);
@@ -162,36 +164,59 @@ static void keep(const struct mover *m, const double theta[], double half_square
     }
 }
 
-enum bf_status score_refine(const struct score_base *base, const struct candidate *candidate, int steps,
-                            struct score *score, struct bf_error *err)
+/* ---- The race ---- */
+
+void race_begin(struct race *race)
 {
-    return refine_below(base, candidate, steps, 0.0, score, err);
+    pthread_mutex_init(&race->lock, NULL);
+    race->lowest = INFINITY;
 }
 
-enum bf_status refine_below(const struct score_base *base, const struct candidate *candidate, int steps,
-                            double chi_square, struct score *score, struct bf_error *err)
+void race_end(struct race *race)
+{
+    pthread_mutex_destroy(&race->lock);
+}
+
+/* Tells an end of a walk (INFINITY: none yet) and returns the lowest so far. */
+static double race_tell(struct race *race, double chi_square)
+{
+    pthread_mutex_lock(&race->lock);
+    const double lowest = race->lowest = fmin(race->lowest, chi_square);
+    pthread_mutex_unlock(&race->lock);
+    return lowest;
+}
+
+static bool wants_walk(const struct score_base *base, size_t k, double own, double lowest)
+{
+    const bool over = base->options.race && lowest < at_noise * (double)base->n_rows;
+    return k == 0 || (!over && own >= enough_before(base, &walks[k]));
+}
+
+enum bf_status refine_walks(const struct score_base *base, const struct candidate *candidate, int steps,
+                            struct race *race, struct score *score, struct bf_error *err)
 {
     if (!score->possible)
         return bf_fail(err, BF_USAGE, "effect %s has no score to refine: %s", candidate->effect->id, score->reason);
     struct mover m;
     enum bf_status status = mover_new(base, candidate, score, &m, err);
     double *theta = bf_alloc(m.n_refs + 1, sizeof *theta), *best = bf_alloc(m.n_refs + 1, sizeof *best);
-    double lowest = HUGE_VAL;
+    double own = INFINITY, lowest = race_tell(race, own);
     bool ready = status == BF_OK;
     for (size_t k = 0; k < sizeof walks / sizeof *walks && ready && (!status || status == BF_NUMERIC); k++) {
         double half_square;
-        if (2.0 * lowest < enough_before(base, &walks[k]))
+        if (!wants_walk(base, k, own, lowest))
             continue;
-        status = walk_from(&m, base, candidate, &walks[k], steps > 0 ? steps : STEPS, 0.5 * chi_square, theta,
-                           &half_square, err);
-        if (!status && half_square < lowest) {
-            lowest = half_square;
+        status = walk_from(&m, base, candidate, &walks[k], steps > 0 ? steps : STEPS,
+                           isfinite(lowest) ? 0.5 * far * lowest : 0.0, theta, &half_square, err);
+        if (!status && 2.0 * half_square < own) {
+            own = 2.0 * half_square;
             memcpy(best, theta, m.n_refs * sizeof *best);
         }
+        lowest = race_tell(race, own);
     }
-    if (isfinite(lowest)) {
+    if (isfinite(own)) {
         status = BF_OK;
-        keep(&m, best, lowest, score);
+        keep(&m, best, own, score);
     }
     free(theta), free(best);
     mover_free(&m);

@@ -3,6 +3,8 @@
 #ifndef BEAMFIT_SCORE_WORK_H
 #define BEAMFIT_SCORE_WORK_H
 
+#include <pthread.h>
+
 #include "score.h"
 
 struct score_base {
@@ -102,8 +104,16 @@ enum bf_status probe_scan(struct probe *probe, struct answer *now, struct answer
 
 /* ---- score_refine.c ---- */
 
-/* score_refine() that gives up over whole records when ten more steps would not get below chi_square; 0: never. */
-enum bf_status refine_below(const struct score_base *base, const struct candidate *candidate, int steps,
-                            double chi_square, struct score *score, struct bf_error *err);
+/* The lowest χ² of all refinements so far: what is far above it is given up. */
+struct race {
+    pthread_mutex_t lock;
+    double lowest;
+};
+void race_begin(struct race *race);
+void race_end(struct race *race);
+
+/* The walks of one candidate; BF_USAGE: it has no score, BF_NUMERIC: no walk has a value at its start. */
+enum bf_status refine_walks(const struct score_base *base, const struct candidate *candidate, int steps,
+                            struct race *race, struct score *score, struct bf_error *err);
 
 #endif
