@@ -186,10 +186,22 @@ static double race_tell(struct race *race, double chi_square)
     return lowest;
 }
 
-static bool wants_walk(const struct score_base *base, size_t k, double own, double lowest)
+/* Near the noise one amount alone is nearly a linear problem: its walks end where the first does. */
+static bool has_one_minimum(const struct score_base *base, const struct candidate *candidate)
 {
-    const bool over = base->options.race && lowest < at_noise * (double)base->n_rows;
-    return k == 0 || (!over && own >= enough_before(base, &walks[k]));
+    return base->white_misfit < near * (double)base->n_rows && candidate->effect->n_parameters == 1;
+}
+
+static bool wants_walk(const struct score_base *base, const struct candidate *candidate, size_t k, double own,
+                       double lowest)
+{
+    if (k == 0)
+        return true;
+    if (base->options.race && lowest < at_noise * (double)base->n_rows)
+        return false;
+    if (walks[k].windows && has_one_minimum(base, candidate) && isfinite(own))
+        return false;
+    return own >= enough_before(base, &walks[k]);
 }
 
 enum bf_status refine_walks(const struct score_base *base, const struct candidate *candidate, int steps,
@@ -204,7 +216,7 @@ enum bf_status refine_walks(const struct score_base *base, const struct candidat
     bool ready = status == BF_OK;
     for (size_t k = 0; k < sizeof walks / sizeof *walks && ready && (!status || status == BF_NUMERIC); k++) {
         double half_square;
-        if (!wants_walk(base, k, own, lowest))
+        if (!wants_walk(base, candidate, k, own, lowest))
             continue;
         status = walk_from(&m, base, candidate, &walks[k], steps > 0 ? steps : STEPS,
                            isfinite(lowest) ? 0.5 * far * lowest : 0.0, theta, &half_square, err);
