@@ -15,6 +15,16 @@ static const size_t most_singles[] = {[KIND_LINEAR] = 6, [KIND_BENT] = 3, [KIND_
 static const size_t most_pairs[] = {[KIND_LINEAR] = 4, [KIND_BENT] = 2, [KIND_LAW] = 3};
 static const size_t most_on_law[] = {[KIND_LINEAR] = 2, [KIND_BENT] = 0, [KIND_LAW] = 0}; /* seconds each */
 enum { PAIR_ROOTS = 2 };
+/*
+ * One more effect is sought when the last one has left at most this part of the excess over the noise (in power). Of effects that act
+ * alike strongly and apart from each other the first of three leaves 2/3, the first of two (or second of three) 1/2.
+ */
+static const double least_progress = 0.75;
+/*
+ * Stepping through time for every candidate is worth it on a law that leaves at most this many times (rms) what the best with as many
+ * effects leaves: beside a stronger linear effect a law is found from that one's side.
+ */
+static const double law_root = 1.5;
 /* Bands of the misfit: one a mode. */
 enum { MOST_MODES = 16, SPLINES = 100 };
 /* Parts of the progress bar. */
@@ -57,6 +67,22 @@ static bool steps_through_time(const struct hypothesis *h)
     return false;
 }
 
+/* Rms in units of the noise of the best with so many effects. */
+static double best_left(const struct diagnosis *d, size_t n_effects)
+{
+    double best = d->baseline.fitted.noise_ratio;
+    for (size_t i = 0; i < d->n_hypotheses; i++)
+        if (d->hypotheses[i].n_effects == n_effects)
+            best = fmin(best, d->hypotheses[i].fitted.noise_ratio);
+    return best;
+}
+
+static bool is_root(const struct diagnosis *d, const struct hypothesis *h, size_t n_effects, bool stepping)
+{
+    return h->n_effects == n_effects && steps_through_time(h) == stepping &&
+           (!stepping || h->fitted.noise_ratio <= law_root * best_left(d, n_effects));
+}
+
 /* One more effect on the best hypotheses with n_effects of them, those that step through time or those that do not. */
 static enum bf_status extend_roots(struct diagnose_work *w, size_t n_effects, bool stepping, size_t most_roots,
                                    const size_t most[], double span, struct bf_error *err)
@@ -66,7 +92,7 @@ static enum bf_status extend_roots(struct diagnose_work *w, size_t n_effects, bo
     size_t n = 0;
     enum bf_status status = BF_OK;
     for (size_t i = 0; i < d->n_hypotheses && n < most_roots && !status; i++)
-        if (d->hypotheses[i].n_effects == n_effects && steps_through_time(&d->hypotheses[i]) == stepping)
+        if (is_root(d, &d->hypotheses[i], n_effects, stepping))
             status = copy_root(&d->hypotheses[i], &roots[n++], err);
     for (size_t i = 0; i < n; i++) {
         if (!status && !progress_interrupted())
@@ -116,13 +142,20 @@ static enum bf_status without_one(struct diagnose_work *w, struct bf_error *err)
     return status;
 }
 
+/* What was added last took its share, so that one more may take the rest. */
+static bool gets_somewhere(const struct diagnosis *d, size_t n_effects)
+{
+    const double now = best_left(d, n_effects), before = best_left(d, n_effects - 1);
+    return now * now - 1.0 <= least_progress * fmax(before * before - 1.0, 0.0);
+}
+
 static enum bf_status search(struct diagnose_work *w, struct bf_error *err)
 {
     const size_t most = w->options->most_effects > 0 ? w->options->most_effects : DIAGNOSE_EFFECTS;
     tell(w, part_baseline, "short list");
     enum bf_status status = diagnose_extend(w, &w->d->baseline, most_singles, part_singles, err);
     for (size_t n = 1; n < most && !status && !progress_interrupted(); n++) {
-        if (w->d->n_hypotheses == 0 || !diagnose_more_wanted(w->d))
+        if (w->d->n_hypotheses == 0 || !diagnose_more_wanted(w->d) || !gets_somewhere(w->d, n))
             break;
         status = one_more(w, n, err);
     }
