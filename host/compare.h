@@ -75,6 +75,11 @@ enum bf_status compare_run(const struct model *model, const struct record record
                            struct bf_error *err);
 void compare_free(struct comparison *comparison);
 
+/* Residuals within this factor of the noise hold nothing that could be told from it; NAN (not known) is not within. */
+bool compare_is_noise(double noise_ratio);
+/* The band with the largest share of the misfit; NULL when there is none. */
+const struct comparison_band *compare_worst_band(const struct comparison_channel *channel);
+
 /* For a person. */
 void compare_print(FILE *out, const struct comparison *comparison);
 /* What it means, in sentences (at most `size` bytes). */
@@ -82,6 +87,10 @@ void compare_summary(const struct comparison *comparison, const struct compariso
                      size_t size);
 /* The answer for programs; its keys stand in `beamfit compare --help`. */
 struct json *compare_json(const struct comparison *comparison);
+/* One channel's: DIR/STEM.png and DIR/STEM-residual.png (and PDF). BF_NUMERIC when it has fewer than COMPARE_PLOT samples. */
+enum { COMPARE_PLOT = 16 };
+enum bf_status compare_plot_channel(const struct comparison *comparison, size_t channel, const char *directory,
+                                    const char *stem, struct bf_error *err);
 /* Four panels and a residual page per channel: DIR/RECORD-CHANNEL.png and DIR/RECORD-CHANNEL-residual.png (and PDF). */
 enum bf_status compare_plot(const struct comparison *comparison, const char *directory, struct bf_error *err);
 

@@ -89,32 +89,42 @@ static enum bf_status draw_residual(const struct comparison_channel *c, const ch
     return plot_residual(&page, err);
 }
 
+enum bf_status compare_plot_channel(const struct comparison *all, size_t channel, const char *directory,
+                                    const char *stem, struct bf_error *err)
+{
+    const struct comparison_channel *c = &all->channels[channel];
+    char residual[180], title[240];
+    if (c->n < COMPARE_PLOT)
+        return bf_fail(err, BF_NUMERIC, "a picture of '%s' needs at least %d samples; it has %zu", c->name,
+                       COMPARE_PLOT, c->n);
+    name_title(all, c, title, sizeof title);
+    const struct plot_panels panels = {.directory = directory,
+                                       .stem = stem,
+                                       .title = title,
+                                       .quantity = c->name,
+                                       .n = c->n,
+                                       .t0_s = c->t0_s,
+                                       .dt_s = c->dt_s,
+                                       .to_Hz = worth_showing_Hz(c),
+                                       .measured = c->measured,
+                                       .model = c->predicted,
+                                       .noise_psd = c->noise.psd,
+                                       .n_noise = c->noise.n_bins};
+    if (plot_panels(&panels, err) != BF_OK)
+        return err->status;
+    (void)snprintf(residual, sizeof residual, "%s-residual", stem);
+    return draw_residual(c, directory, residual, title, err);
+}
+
 enum bf_status compare_plot(const struct comparison *all, const char *directory, struct bf_error *err)
 {
     enum bf_status status = BF_OK;
     for (size_t i = 0; i < all->n_channels && status == BF_OK; i++) {
-        const struct comparison_channel *c = &all->channels[i];
-        char stem[160], residual[180], title[240];
-        if (c->n < 16)
+        char stem[160];
+        if (all->channels[i].n < COMPARE_PLOT)
             continue;
-        name_picture(all, c, stem, sizeof stem);
-        name_title(all, c, title, sizeof title);
-        const struct plot_panels panels = {.directory = directory,
-                                           .stem = stem,
-                                           .title = title,
-                                           .quantity = c->name,
-                                           .n = c->n,
-                                           .t0_s = c->t0_s,
-                                           .dt_s = c->dt_s,
-                                           .to_Hz = worth_showing_Hz(c),
-                                           .measured = c->measured,
-                                           .model = c->predicted,
-                                           .noise_psd = c->noise.psd,
-                                           .n_noise = c->noise.n_bins};
-        status = plot_panels(&panels, err);
-        (void)snprintf(residual, sizeof residual, "%s-residual", stem);
-        if (status == BF_OK)
-            status = draw_residual(c, directory, residual, title, err);
+        name_picture(all, &all->channels[i], stem, sizeof stem);
+        status = compare_plot_channel(all, i, directory, stem, err);
     }
     return status;
 }

@@ -7,8 +7,10 @@
 #include <stdarg.h>
 #include <string.h>
 
-/* Residuals within this factor of the noise hold nothing that could be told from it. */
-static const double at_noise = 1.05;
+bool compare_is_noise(double noise_ratio)
+{
+    return noise_ratio <= 1.05;
+}
 
 static const char *base_name(const char *path)
 {
@@ -30,7 +32,7 @@ static void say(char *text, size_t size, const char *format, ...)
 
 /* ---- Sentences about one channel ---- */
 
-static const struct comparison_band *worst_band(const struct comparison_channel *c)
+const struct comparison_band *compare_worst_band(const struct comparison_channel *c)
 {
     const struct comparison_band *worst = NULL;
     for (size_t b = 0; b < c->n_bands; b++)
@@ -41,7 +43,7 @@ static const struct comparison_band *worst_band(const struct comparison_channel 
 
 static void say_where(const struct comparison_channel *c, char *text, size_t size)
 {
-    const struct comparison_band *band = worst_band(c);
+    const struct comparison_band *band = compare_worst_band(c);
     if (band != NULL && band->share > 0.3) {
         say(text, size, " %.0f %% of the misfit lies between %.3g and %.3g Hz", 100.0 * band->share, band->from_Hz,
             band->to_Hz);
@@ -91,13 +93,13 @@ void compare_summary(const struct comparison *all, const struct comparison_chann
     say(text, size, "the model misses %.3g %% of the signal", 100.0 * c->nrmse);
     if (!isfinite(c->noise_ratio))
         say(text, size, "; the noise could not be told from the record.");
-    else if (c->noise_ratio <= at_noise)
+    else if (compare_is_noise(c->noise_ratio))
         say(text, size, ", which is the noise of the channel (%.3g %%): nothing is left to explain.",
             100.0 * c->noise.rms / c->rms);
     else
         say(text, size, ", %.3g times the noise of the channel (%.3g %%).", c->noise_ratio,
             100.0 * c->noise.rms / c->rms);
-    if (isfinite(c->noise_ratio) && c->noise_ratio <= at_noise) {
+    if (compare_is_noise(c->noise_ratio)) {
         if (c->whiteness.p_value < 0.01)
             say(text, size,
                 " The residual is not white (p = %.2g), so the noise is coloured or a trace of misfit remains.",

@@ -10,10 +10,10 @@
 #include "text.h"
 
 static const struct command *const commands[] = {
-    &command_init,    &command_modes,  &command_simulate, &command_fit,      &command_compare, &command_diagnose,
-    &command_effects, &command_add,    &command_drop,     &command_history,  &command_import,  &command_discriminate,
-    &command_info,    &command_record, &command_upload,   &command_download, &command_monitor, &command_export,
-    &command_sign,    &command_verify, &command_replay,
+    &command_init,         &command_modes, &command_simulate, &command_fit,     &command_compare,  &command_diagnose,
+    &command_effects,      &command_add,   &command_drop,     &command_history, &command_report,   &command_import,
+    &command_discriminate, &command_info,  &command_record,   &command_upload,  &command_download, &command_monitor,
+    &command_export,       &command_sign,  &command_verify,   &command_replay,
 };
 enum { COMMANDS = sizeof commands / sizeof *commands };
 

@@ -148,4 +148,7 @@ struct plot_live {
 };
 enum bf_status plot_live(const struct plot_live *live, struct bf_error *err);
 
+/* "piezo_V" -> "piezo (V)", "accel_mps2" -> "accel (m/s²)". suffix is put behind the unit: "²/Hz"; out: [size]. */
+void plot_quantity(const char *name, const char *suffix, char *out, size_t size);
+
 #endif

@@ -51,8 +51,6 @@ void plot_axes(FILE *script, const char *x_label, const char *y_label);
 void plot_sheet(FILE *script, const char *layout, const char *title);
 /* 1, 2 or 5 times a power of ten: about four of them in the range (> 0). */
 double plot_tick_step(double range);
-/* "piezo_V" -> "piezo (V)", "accel_mps2" -> "accel (m/s²)". suffix is put behind the unit: "²/Hz"; out: [size]. */
-void plot_quantity(const char *name, const char *suffix, char *out, size_t size);
 /* Columns time and any number of series, thinned to what the eye can see: extremes of each bucket are kept. */
 void plot_write_series(FILE *f, double t0_s, double dt_s, const double *const y[], size_t n_series, size_t from,
                        size_t to);

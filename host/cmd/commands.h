@@ -18,7 +18,7 @@ struct command {
 
 extern const struct command command_init, command_modes, command_simulate, command_fit, command_compare,
     command_effects, command_add, command_diagnose, command_discriminate, command_drop, command_history, command_import,
-    command_export, command_sign, command_verify, command_replay;
+    command_export, command_sign, command_verify, command_replay, command_report;
 extern const struct command command_info, command_record, command_monitor, command_download, command_upload;
 
 #endif

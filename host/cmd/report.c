@@ -1,0 +1,291 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "atomic_file.h"
+#include "commands.h"
+#include "progress.h"
+#include "record_sets.h"
+#include "report.h"
+
+static const char help[] =
+    "Usage: beamfit report MODEL RECORD... [--check RECORD...] -o FILE.html [options]\n"
+    "\n"
+    "Writes the state of a model as one page for a browser: to send to a colleague, or to print for the lab book. The\n"
+    "page is a single file with its pictures inside; it loads nothing from anywhere.\n"
+    "\n"
+    "It says how many times the noise the model leaves; then the beam, parameters with standard errors, effects,\n"
+    "natural frequencies and damping, the records, the error of each channel, the pictures of `beamfit compare "
+    "--plot`\n"
+    "with their numbers, and the chain of models of `beamfit history`. The model is taken as it is: nothing is fitted\n"
+    "(as in compare) and nothing is diagnosed (`beamfit diagnose` does).\n"
+    "\n"
+    "  -o, --output FILE    the page; written whole or not at all; - is standard output\n"
+    "  --check RECORD...    records that were held out of the fit\n"
+    "  --title TEXT         heading of the page (default: the model's file)\n"
+    "  --pictures N         pictures of at most N channels (default 12), the furthest from their noise first; a "
+    "channel\n"
+    "                       takes about 0.8 MB. The others are listed. 0: no pictures, and gnuplot is not needed\n"
+    "  --ancestor MODEL     an ancestor of the model for the chain; may be given again. Those in the model's "
+    "directory\n"
+    "                       are found by themselves\n"
+    "  --intersample HOW    what inputs do between samples: bl (band-limited, default), foh (linear), zoh (held)\n"
+    "  --json               {\"file\", \"bytes\", \"pictures\" (a number), \"left_out\": [{\"file\", \"channel\"}], "
+    "\"models\" "
+    "(of the\n"
+    "                       chain), \"text\", \"nrmse\", \"noise_ratio\", \"check_nrmse\", \"check_noise_ratio\"}\n"
+    "\n"
+    "The environment variable SOURCE_DATE_EPOCH sets the date on the page. Pictures are drawn below TMPDIR and "
+    "removed.\n"
+    "\n"
+    "Example:\n"
+    "  beamfit report fitted.yaml tap1.csv tap2.csv --check tap3.csv --title 'Beam B1, run 4' -o report.html\n"
+    "\n"
+    "Exit status: 0 done; 2 usage, or gnuplot is missing; 3 bad model or record, or FILE not writable; 4 the model "
+    "cannot\n"
+    "be evaluated.\n";
+
+enum { USUAL_CHANNELS = 12, MOST_CHANNELS = 1000, FEWEST_MODES = 3, MOST_MODES = 10 };
+
+struct arguments {
+    struct record_sets sets;
+    struct record_list ancestors; /* names only */
+    const char *output, *title;
+    long channels;
+    bool json;
+    struct predict_options predict;
+};
+
+static enum bf_status take_option(struct arguments *a, int code, struct bf_error *err)
+{
+    switch (code) {
+    case 'o':
+        a->output = optarg;
+        return BF_OK;
+    case 't':
+        a->title = optarg;
+        return BF_OK;
+    case 'a':
+        record_list_add(&a->ancestors, optarg);
+        return BF_OK;
+    case 'p':
+        return options_count("--pictures", optarg, 0, MOST_CHANNELS, &a->channels, err);
+    case 'i':
+        return intersample_from_text(optarg, &a->predict.intersample, err);
+    case 'j':
+        a->json = true;
+        return BF_OK;
+    default:
+        return BF_USAGE;
+    }
+}
+
+static bool same_file(const char *a, const char *b)
+{
+    struct stat s, t;
+    return stat(a, &s) == 0 && stat(b, &t) == 0 && s.st_dev == t.st_dev && s.st_ino == t.st_ino;
+}
+
+static enum bf_status check_names(const struct arguments *a, struct bf_error *err)
+{
+    const struct record_list *const lists[] = {&a->sets.fitted, &a->sets.held_out, &a->ancestors};
+    bool same = same_file(a->output, a->sets.model);
+    for (size_t k = 0; k < sizeof lists / sizeof *lists; k++)
+        for (size_t i = 0; i < lists[k]->n_names; i++)
+            same = same || same_file(a->output, lists[k]->names[i]);
+    if (same)
+        return bf_fail(err, BF_USAGE, "-o %s would overwrite a file that the report is about; choose another name",
+                       a->output);
+    return BF_OK;
+}
+
+static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
+{
+    static const struct option options[] = {
+        RECORD_SETS_CHECK,
+        {"output", required_argument, NULL, 'o'},
+        {"title", required_argument, NULL, 't'},
+        {"pictures", required_argument, NULL, 'p'},
+        {"ancestor", required_argument, NULL, 'a'},
+        {"intersample", required_argument, NULL, 'i'},
+        {"json", no_argument, NULL, 'j'},
+        {0},
+    };
+    int code;
+    while ((code = record_sets_next(&a->sets, argc, argv, "-:o:", options, err)) != -1)
+        if (take_option(a, code, err) != BF_OK)
+            return BF_USAGE;
+    if (a->sets.model == NULL || a->sets.fitted.n_names + a->sets.held_out.n_names == 0)
+        return bf_fail(err, BF_USAGE,
+                       "give a model and at least one record: beamfit report MODEL RECORD... -o FILE.html");
+    if (a->output == NULL)
+        return bf_fail(err, BF_USAGE, "say where to write the page: -o FILE.html");
+    if (a->json && strcmp(a->output, "-") == 0)
+        return bf_fail(err, BF_USAGE, "--json and -o - both want standard output; give a file to -o");
+    return check_names(a, err);
+}
+
+/* Before the long work: may the page be written where it is wanted? */
+static enum bf_status check_output(const char *output, struct bf_error *err)
+{
+    struct atomic_file out;
+    if (strcmp(output, "-") == 0)
+        return BF_OK;
+    const enum bf_status status = atomic_open(output, &out, err);
+    if (status == BF_OK)
+        atomic_abort(&out);
+    return status;
+}
+
+/* What the command owns while it runs. */
+struct work {
+    struct model model;
+    struct comparison comparison;
+    struct modes modes;
+    struct history history;
+    struct report_pictures pictures;
+    size_t bytes;
+};
+
+static void work_free(struct work *w)
+{
+    report_pictures_free(&w->pictures);
+    history_free(&w->history);
+    modes_free(&w->modes);
+    compare_free(&w->comparison);
+    model_free(&w->model);
+}
+
+/* Modes up to the highest Nyquist frequency of the records, within reason. */
+static size_t modes_to_show(const struct comparison *all)
+{
+    return all->n_modes < FEWEST_MODES ? FEWEST_MODES : all->n_modes > MOST_MODES ? MOST_MODES : all->n_modes;
+}
+
+static enum bf_status compute(const struct arguments *a, struct work *w, struct bf_error *err)
+{
+    const struct record_list *all = &a->sets.fitted; /* the held-out ones are its last */
+    enum bf_status status =
+        compare_run(&w->model, all->records, all->n, a->sets.held_out.n_names, &a->predict, &w->comparison, err);
+    if (status == BF_OK)
+        status = modes_compute(&w->model, modes_to_show(&w->comparison), 0.0, 2, &w->modes, err);
+    if (status == BF_OK)
+        status = history_of(a->sets.model, a->ancestors.names, a->ancestors.n_names, &w->history, err);
+    return status;
+}
+
+/* The page in memory, so that its size is known, and then at once to its place. */
+static enum bf_status write_page(const struct arguments *a, const struct report *report, struct work *w,
+                                 struct bf_error *err)
+{
+    char *text = NULL;
+    FILE *f = open_memstream(&text, &w->bytes);
+    if (f == NULL)
+        return bf_fail(err, BF_NUMERIC, "no memory for the page (%s)", strerror(errno));
+    enum bf_status status = report_write(report, &w->pictures, f, err);
+    const bool whole = ferror(f) == 0;
+    if ((fclose(f) != 0 || !whole) && status == BF_OK)
+        status = bf_fail(err, BF_NUMERIC, "no memory for the page; choose fewer pictures (--pictures N)");
+    struct atomic_file out;
+    if (status == BF_OK && strcmp(a->output, "-") == 0) {
+        (void)fwrite(text, 1, w->bytes, stdout);
+    } else if (status == BF_OK && (status = atomic_open(a->output, &out, err)) == BF_OK) {
+        (void)fwrite(text, 1, w->bytes, out.f);
+        status = atomic_commit(&out, err);
+    }
+    free(text);
+    return status;
+}
+
+static enum bf_status draw(const struct report *report, struct work *w, struct bf_error *err)
+{
+    progress_catch_interrupts();
+    const enum bf_status status = report_draw(report, &w->pictures, err);
+    if (status == BF_USAGE) /* the plots' own advice names a directory that is gone by then */
+        return bf_fail(
+            err, BF_USAGE,
+            "gnuplot is not installed, and the pictures need it: apt-get install gnuplot-nox; or write the page "
+            "without pictures: --pictures 0");
+    return status;
+}
+
+static void put_left_out(struct json *root, const struct work *w)
+{
+    const struct comparison *all = &w->comparison;
+    struct json *list = json_put(root, "left_out", json_new_array());
+    for (size_t i = 0; i < all->n_channels; i++) {
+        if (w->pictures.drawn[i])
+            continue;
+        struct json *one = json_push(list, json_new_object());
+        json_put_text(one, "file", all->records[all->channels[i].record].path);
+        json_put_text(one, "channel", all->channels[i].name);
+    }
+}
+
+static enum bf_status answer(const struct arguments *a, const struct report *report, const struct work *w,
+                             struct bf_error *err)
+{
+    char verdict[REPORT_TEXT];
+    report_verdict(report, verdict);
+    if (!a->json) {
+        if (strcmp(a->output, "-") != 0)
+            (void)fprintf(stdout, "%s: %.1f MB, %zu pictures\n%s\n", a->output, 1e-6 * (double)w->bytes, w->pictures.n,
+                          verdict);
+        return BF_OK;
+    }
+    struct json *root = json_new_object();
+    json_put_text(root, "file", a->output);
+    json_put_number(root, "bytes", (double)w->bytes);
+    json_put_number(root, "pictures", (double)w->pictures.n);
+    put_left_out(root, w);
+    json_put_number(root, "models", (double)w->history.n);
+    json_put_text(root, "text", verdict);
+    json_put_number(root, "nrmse", w->comparison.nrmse);
+    json_put_number(root, "noise_ratio", w->comparison.noise_ratio);
+    json_put_number(root, "check_nrmse", w->comparison.check_nrmse);
+    json_put_number(root, "check_noise_ratio", w->comparison.check_noise_ratio);
+    return json_print_and_free(root, stdout, err);
+}
+
+static enum bf_status run(int argc, char **argv, struct bf_error *err)
+{
+    struct arguments a = {.channels = USUAL_CHANNELS};
+    struct record_list *const all = &a.sets.fitted; /* and then the held-out ones */
+    struct work w = {0};
+    enum bf_status status = parse(argc, argv, &a, err);
+    for (size_t i = 0; i < a.sets.held_out.n_names; i++)
+        record_list_add(all, a.sets.held_out.names[i]);
+    if (status == BF_OK)
+        status = model_read(a.sets.model, &w.model, err);
+    if (status == BF_OK)
+        status = record_list_read(all, err);
+    if (status == BF_OK)
+        status = check_output(a.output, err);
+    if (status == BF_OK)
+        status = compute(&a, &w, err);
+    const struct report report = {.title = a.title,
+                                  .model = &w.model,
+                                  .comparison = &w.comparison,
+                                  .modes = &w.modes,
+                                  .history = &w.history,
+                                  .most_channels = (size_t)a.channels};
+    if (status == BF_OK)
+        status = draw(&report, &w, err);
+    if (status == BF_OK)
+        status = write_page(&a, &report, &w, err);
+    if (status == BF_OK)
+        status = answer(&a, &report, &w, err);
+    work_free(&w);
+    record_list_free(&a.ancestors);
+    record_sets_free(&a.sets);
+    return status;
+}
+
+const struct command command_report = {
+    .name = "report",
+    .summary = "one page with tables and pictures, to send or to print",
+    .help = help,
+    .run = run,
+};
