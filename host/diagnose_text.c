@@ -181,6 +181,7 @@ static void not_crossed(FILE *out, const struct diagnosis *d)
 
 static void unknown(FILE *out, const struct diagnosis *d)
 {
+    static const double describes = 1.5; /* × noise */
     if (!diagnose_computed(d)) {
         uncomputed(out, d);
         return;
@@ -199,6 +200,8 @@ static void unknown(FILE *out, const struct diagnosis *d)
         ratios(out, d, &d->hypotheses[0]);
         if (crossed)
             (void)fprintf(out, ": it fits, but a record that was left out is not predicted from the others");
+        else if (d->hypotheses[0].fitted.noise_ratio <= describes)
+            (void)fprintf(out, ": it describes these records, but their cause would leave no more than the noise");
         if (!d->hypotheses[0].fit.converged)
             (void)fprintf(out, " (its search did not converge, so it may not have been given its best chance)");
     }
