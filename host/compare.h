@@ -82,7 +82,10 @@ const struct comparison_band *compare_worst_band(const struct comparison_channel
 
 /* For a person. */
 void compare_print(FILE *out, const struct comparison *comparison);
-/* What it means, in sentences (at most `size` bytes). */
+/* How large the misfit is and where, in sentences of numbers (at most `size` bytes), without what may be behind it. */
+void compare_finding(const struct comparison *comparison, const struct comparison_channel *channel, char *text,
+                     size_t size);
+/* The same and what it means. */
 void compare_summary(const struct comparison *comparison, const struct comparison_channel *channel, char *text,
                      size_t size);
 /* The answer for programs; its keys stand in `beamfit compare --help`. */

@@ -82,11 +82,16 @@ static void say_input(const struct comparison_channel *c, char *text, size_t siz
     }
 }
 
-void compare_summary(const struct comparison *all, const struct comparison_channel *c, char *text, size_t size)
+static bool can_judge(const struct comparison_channel *c)
+{
+    return c->n >= 20 && c->rms > 0.0;
+}
+
+void compare_finding(const struct comparison *all, const struct comparison_channel *c, char *text, size_t size)
 {
     text[0] = '\0';
     say(text, size, "%s %s: ", base_name(all->records[c->record].path), c->name);
-    if (c->n < 20 || !(c->rms > 0.0)) {
+    if (!can_judge(c)) {
         say(text, size, "too little motion to judge.");
         return;
     }
@@ -99,6 +104,15 @@ void compare_summary(const struct comparison *all, const struct comparison_chann
     else
         say(text, size, ", %.3g times the noise of the channel (%.3g %%).", c->noise_ratio,
             100.0 * c->noise.rms / c->rms);
+    if (!compare_is_noise(c->noise_ratio))
+        say_where(c, text, size);
+}
+
+void compare_summary(const struct comparison *all, const struct comparison_channel *c, char *text, size_t size)
+{
+    compare_finding(all, c, text, size);
+    if (!can_judge(c))
+        return;
     if (compare_is_noise(c->noise_ratio)) {
         if (c->whiteness.p_value < 0.01)
             say(text, size,
@@ -106,7 +120,6 @@ void compare_summary(const struct comparison *all, const struct comparison_chann
                 c->whiteness.p_value);
         return;
     }
-    say_where(c, text, size);
     say_input(c, text, size);
     if (c->noise.rms > 0.0 && c->noise.used_share < 0.5)
         say(text, size,

@@ -9,6 +9,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "text.h"
+
 /* ---- Text ---- */
 
 /* One character of UTF-8 at *text, which moves behind it; a byte that begins none is U+FFFD. */
@@ -32,9 +34,12 @@ static bool unprintable(uint32_t c)
            (c >= 0x2066 && c <= 0x2069) || (c & 0xFFFE) == 0xFFFE;
 }
 
-void html_text(FILE *out, const char *text)
+static void write_text(FILE *out, const char *text, bool breaks)
 {
+    enum { LONG_WORD = 24 };
+    breaks = breaks && text_width(text) > LONG_WORD;
     const unsigned char *s = (const unsigned char *)text;
+    int since_break = 0;
     while (*s != '\0') {
         const unsigned char *start = s;
         const uint32_t c = next_character(&s);
@@ -54,7 +59,22 @@ void html_text(FILE *out, const char *text)
             (void)fputs("\xEF\xBF\xBD", out);
         else
             (void)fwrite(start, 1, (size_t)(s - start), out);
+        since_break++;
+        if (breaks && *s != '\0' && (c == '/' || c == '_' || c == '-' || since_break == LONG_WORD)) {
+            (void)fputs("<wbr>", out);
+            since_break = 0;
+        }
     }
+}
+
+void html_text(FILE *out, const char *text)
+{
+    write_text(out, text, false);
+}
+
+void html_name(FILE *out, const char *name)
+{
+    write_text(out, name, true);
 }
 
 static void text_of(FILE *out, const char *format, va_list args)
@@ -101,7 +121,7 @@ static const char *const style[] = {
     "th{border-bottom:1.5px solid var(--ink);font-weight:600;vertical-align:bottom}",
     "th.n,td.n{text-align:right;white-space:nowrap}",
     "tr.total td{border-top:1.5px solid var(--ink);font-weight:600}",
-    "td{overflow-wrap:anywhere;min-width:3.5em}",
+    ".side{display:flex;flex-wrap:wrap;gap:0 3.5rem;align-items:flex-start}",
     "code,.hash{font-family:'DejaVu Sans Mono',Consolas,monospace;font-size:.88em}",
     "sup{font-size:.72em;line-height:0}",
     "figure{margin:1.2rem 0;break-inside:avoid}",
@@ -112,10 +132,24 @@ static const char *const style[] = {
     "ul{margin:.4rem 0;padding-left:1.3rem;max-width:52rem}",
     "footer{margin-top:2.5rem;padding-top:.6rem;border-top:1px solid var(--line);color:var(--quiet);font-size:.85rem}",
     "@page{margin:16mm 15mm}",
-    "@media print{body{font-size:10pt;max-width:none;padding:0}h1{font-size:16pt}h2{font-size:12.5pt;margin-top:14pt}"
-    "table{font-size:8.5pt}.scroll{overflow:visible}thead{display:table-header-group}tr,.verdict,.warning{break-inside:"
-    "avoid}"
-    "figure img{max-width:16.5cm}.verdict{border:1px solid var(--line);border-left:4px solid var(--mark)}}",
+    /* paper: a channel's two pictures on one page; tables break with at least three rows on either side */
+    "@media print{",
+    "body{font-size:10pt;max-width:none;padding:0}",
+    "h1{font-size:16pt}",
+    "h2{font-size:12.5pt;margin-top:14pt}",
+    "table{font-size:8.5pt}",
+    ".scroll{overflow:visible}",
+    "tr,.verdict,.warning{break-inside:avoid}",
+    "thead,tbody tr:nth-child(-n+3){break-after:avoid}",
+    "tbody tr:nth-last-child(-n+3){break-before:avoid}",
+    "h3.channel{break-before:page}",
+    "h2+h3.channel{break-before:auto}",
+    "h2:has(+h3.channel){break-before:page}",
+    "figure{margin:6pt 0}",
+    "figure img{max-width:11.2cm}",
+    "figcaption,.note{font-size:8.5pt}",
+    ".verdict{border:1px solid var(--line);border-left:4px solid var(--mark)}",
+    "}",
 };
 
 void html_begin(FILE *out, const char *title, const char *program)
@@ -159,6 +193,13 @@ void html_table_begin(FILE *out, const char *id, const char *headings)
 void html_table_end(FILE *out)
 {
     (void)fputs("</tbody></table></div>\n", out);
+}
+
+void html_name_cell(FILE *out, const char *name)
+{
+    (void)fputs("<td>", out);
+    html_name(out, name);
+    (void)fputs("</td>", out);
 }
 
 void html_cell(FILE *out, const char *format, ...)

@@ -18,6 +18,9 @@ void html_text(FILE *out, const char *text);
 /* The same of a formatted text, of any length. */
 void html_textf(FILE *out, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
+/* A name or a path: as html_text(), and of more than 24 characters it may be broken behind / _ - and within long words. */
+void html_name(FILE *out, const char *name);
+
 /* RFC 4648, with padding, without line breaks. */
 void html_base64(FILE *out, const void *bytes, size_t n);
 
@@ -31,6 +34,8 @@ void html_end(FILE *out);
  */
 void html_table_begin(FILE *out, const char *id, const char *headings);
 void html_table_end(FILE *out);
+/* <td>name</td>, as html_name() */
+void html_name_cell(FILE *out, const char *name);
 /* <td>text</td> */
 void html_cell(FILE *out, const char *format, ...) __attribute__((format(printf, 2, 3)));
 /*

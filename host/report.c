@@ -16,6 +16,32 @@ const char *report_base_name(const char *path)
     return slash != NULL ? slash + 1 : path != NULL ? path : "record";
 }
 
+double report_prefix(double x, const char *unit, char format[40])
+{
+    static const char *const taking[] = {"V", "N", "m", "m/s", "m/s²", "rad", "rad/s", "Pa", "A", "N·m"};
+    static const struct {
+        const char *prefix;
+        double size;
+    } prefixes[] = {{"n", 1e-9}, {"µ", 1e-6}, {"m", 1e-3}, {"", 1.0}, {"k", 1e3}};
+    enum { PREFIXES = sizeof prefixes / sizeof *prefixes, PLAIN = 3 };
+    size_t k = 0;
+    bool takes = false;
+    for (size_t i = 0; i < sizeof taking / sizeof *taking; i++)
+        takes = takes || strcmp(unit, taking[i]) == 0;
+    while (k + 1 < PREFIXES && fabs(x) >= 0.9995 * prefixes[k + 1].size)
+        k++;
+    if (!takes || !(fabs(x) >= 1e-9 && fabs(x) < 1e6))
+        k = PLAIN;
+    (void)snprintf(format, 40, "%%.3g%s%s%s", unit[0] ? " " : "", prefixes[k].prefix, unit);
+    return 1.0 / prefixes[k].size;
+}
+
+void report_error_cells(FILE *out, double nrmse, double noise_ratio)
+{
+    html_number_cell(out, nrmse, 100.0, 100.0 * nrmse < 999.95 ? "%#.4g %%" : "%.4g %%");
+    html_number_cell(out, noise_ratio, 1.0, noise_ratio < 999.95 ? "%#.4g ×" : "%.4g ×");
+}
+
 const struct fit_record *report_fit_record(const struct report *r, size_t record)
 {
     const struct fit_info *fit = &r->model->fit;
@@ -38,6 +64,17 @@ const char *report_group(const struct report *r)
     return n > 0 && fitted == n ? "fitted" : "compared";
 }
 
+void page_text(struct page *page, const char *text)
+{
+    for (bool code = false; *text != '\0'; code = !code) {
+        const size_t n = strcspn(text, "`");
+        (void)fputs(code ? "<code>" : "", page->out);
+        html_textf(page->out, "%.*s", (int)n, text);
+        (void)fputs(code ? "</code>" : "", page->out);
+        text += text[n] == '`' ? n + 1 : n;
+    }
+}
+
 void page_heading(struct page *page, const char *heading)
 {
     (void)fputs("<h2>", page->out);
@@ -53,7 +90,7 @@ void page_note(struct page *page, const char *format, ...)
     (void)vsnprintf(text, sizeof text, format, args);
     va_end(args);
     (void)fputs("<p class=\"note\">", page->out);
-    html_text(page->out, text);
+    page_text(page, text);
     (void)fputs("</p>\n", page->out);
 }
 
@@ -108,6 +145,13 @@ static const struct comparison_channel *worst_channel(const struct comparison *a
     return worst;
 }
 
+bool report_leaves_more(const struct report *r)
+{
+    size_t unknown;
+    const struct comparison_channel *worst = worst_channel(r->comparison, &unknown);
+    return worst != NULL && !compare_is_noise(worst->noise_ratio);
+}
+
 void report_verdict(const struct report *r, char text[REPORT_TEXT])
 {
     const struct comparison *all = r->comparison;
@@ -156,7 +200,7 @@ static void write_title(struct page *page, const char *title)
     (void)fputs("<header>\n<h1>", out);
     html_text(out, title);
     (void)fputs("</h1>\n<p class=\"meta\">Model file ", out);
-    html_textf(out, "%s", m->path != NULL ? m->path : "");
+    html_name(out, m->path != NULL ? m->path : "");
     (void)fputs(" · ", out);
     print_time(out);
     (void)fputs(" · beamfit " BEAMFIT_VERSION "</p>\n<p class=\"meta\">SHA-256 <span class=\"hash\">", out);
@@ -164,7 +208,7 @@ static void write_title(struct page *page, const char *title)
     (void)fputs("</span></p>\n", out);
     report_verdict(page->report, verdict);
     (void)fputs("<p class=\"verdict\">", out);
-    html_text(out, verdict);
+    page_text(page, verdict);
     (void)fputs("</p>\n", out);
     if (!m->fit.present)
         page_note(

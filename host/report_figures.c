@@ -110,19 +110,24 @@ void report_pictures_free(struct report_pictures *pictures)
 static void residual_caption(const struct page *page, const struct comparison_channel *c, char *text, size_t size)
 {
     const struct comparison_band *band = compare_worst_band(c);
-    char unit[24], noise[80] = "", share[120] = "";
+    char unit[24], format[40], rms[64], noise[64] = "not known", share[120] = "", white[24];
     report_unit(c->name, unit);
+    double factor = report_prefix(c->residual_rms, unit, format);
+    (void)snprintf(rms, sizeof rms, format, factor * c->residual_rms);
+    factor = report_prefix(c->noise.rms, unit, format);
     if (c->noise.rms > 0.0)
-        (void)snprintf(noise, sizeof noise, ", of the noise %.3g %s (its ±2σ is shaded)", c->noise.rms, unit);
+        (void)snprintf(noise, sizeof noise, format, factor * c->noise.rms);
     if (band != NULL)
-        (void)snprintf(share, sizeof share, " The largest share of it, %.0f %%, lies between %.3g and %.3g Hz.",
+        (void)snprintf(share, sizeof share, " The largest share, %.0f %%, lies between %.3g and %.3g Hz.",
                        100.0 * band->share, band->from_Hz, band->to_Hz);
+    (void)snprintf(white, sizeof white, c->whiteness.p_value < 1e-4 ? "below %.4f" : "%.2g",
+                   fmax(c->whiteness.p_value, 1e-4));
     (void)snprintf(
         text, size,
-        "%.120s %s, measured minus predicted: in time, its spectrum, its correlation with itself and with the "
-        "input, its share per band. Rms %.3g %s%s.%s A white residual would look like this with probability %.2g.",
-        report_base_name(page->report->comparison->records[c->record].path), c->name, c->residual_rms, unit, noise,
-        share, c->whiteness.p_value);
+        "%.120s %s, measured minus predicted: rms %s, of the noise %s.%s Probability that white noise looks like "
+        "this: %s. In time, its spectral density, its correlation with itself and with the input, its share per "
+        "band.",
+        report_base_name(page->report->comparison->records[c->record].path), c->name, rms, noise, share, white);
 }
 
 static enum bf_status channel_figures(struct page *page, size_t i, struct bf_error *err)
@@ -130,12 +135,12 @@ static enum bf_status channel_figures(struct page *page, size_t i, struct bf_err
     const struct comparison *all = page->report->comparison;
     const struct comparison_channel *c = &all->channels[i];
     char stem[32], file[64], summary[1200], caption[1600];
-    (void)fputs("<h3>", page->out);
+    (void)fputs("<h3 class=\"channel\">", page->out);
     html_textf(page->out, "%s, %s%s", report_base_name(all->records[c->record].path), c->name,
                c->held_out ? " (held out)" : "");
     (void)fputs("</h3>\n", page->out);
     stem_of(i, stem);
-    compare_summary(all, c, summary, sizeof summary);
+    compare_finding(all, c, summary, sizeof summary);
     (void)snprintf(
         caption, sizeof caption,
         "%s (a) measured, (b) predicted, (c) amplitude spectra of both with the noise, (d) both in a short interval.",
@@ -157,17 +162,17 @@ static void list_left_out(struct page *page)
         left += !page->pictures->drawn[i];
     if (left == 0)
         return;
-    page_note(page,
-              "Without pictures, because a page has those of %zu channels at most (--pictures N; the furthest from "
-              "their noise "
-              "come first) and a channel needs %d samples:",
-              page->report->most_channels, COMPARE_PLOT);
+    page_note(
+        page,
+        "Without pictures, because the page has those of at most %zu channel%s (--pictures N; the furthest from their "
+        "noise come first) and a channel needs %d samples:",
+        page->report->most_channels, page->report->most_channels == 1 ? "" : "s", COMPARE_PLOT);
     (void)fputs("<ul class=\"note\">\n", page->out);
     for (size_t i = 0; i < all->n_channels; i++) {
         char summary[1200];
         if (page->pictures->drawn[i])
             continue;
-        compare_summary(all, &all->channels[i], summary, sizeof summary);
+        compare_finding(all, &all->channels[i], summary, sizeof summary);
         (void)fputs("<li>", page->out);
         html_text(page->out, summary);
         (void)fputs("</li>\n", page->out);
@@ -187,29 +192,27 @@ enum bf_status report_figures(struct page *page, struct bf_error *err)
 
 /* ---- The chain of models ---- */
 
-static void chain_number(FILE *out, double x, double factor, const char *format)
+/* 0 in the file: none. */
+static double or_none(double x)
 {
-    html_number_cell(out, x > 0.0 ? x : (double)NAN, factor, format); /* 0: none */
+    return x > 0.0 ? x : (double)NAN;
 }
 
 static void chain_table(struct page *page)
 {
     const struct history *h = page->report->history;
-    html_table_begin(
-        page->out, "history",
-        "Model|>Error, fitted|>Times the noise|>Error, held out|>Times the noise|Step|SHA-256, first 12 digits");
+    html_table_begin(page->out, "history",
+                     "Model|>Error, fitted|>Times the noise|>Error, held out|>Times the noise|Step|SHA-256 …");
     for (int k = 0; k < h->n; k++) {
         const struct history_entry *e = &h->entries[h->order[k]];
         const struct fit_info *fit = &e->model.fit;
         char step[1024];
         history_step(h, h->order[k], step, sizeof step);
         (void)fprintf(page->out, "<tr><td style=\"padding-left:%.1fem\">", 1.2 * e->depth);
-        html_text(page->out, report_base_name(e->file));
+        html_name(page->out, report_base_name(e->file));
         (void)fputs("</td>", page->out);
-        chain_number(page->out, fit->nrmse, 100.0, "%.4g %%");
-        chain_number(page->out, fit->noise_ratio, 1.0, "%.4g ×");
-        chain_number(page->out, fit->check_nrmse, 100.0, "%.4g %%");
-        chain_number(page->out, fit->check_noise_ratio, 1.0, "%.4g ×");
+        report_error_cells(page->out, or_none(fit->nrmse), or_none(fit->noise_ratio));
+        report_error_cells(page->out, or_none(fit->check_nrmse), or_none(fit->check_noise_ratio));
         html_cell(page->out, "%s", step);
         (void)fputs("<td class=\"hash\">", page->out);
         html_textf(page->out, "%.12s", e->model.sha256);
@@ -217,6 +220,25 @@ static void chain_table(struct page *page)
     }
     html_table_end(page->out);
     page_note(page, "As each fit stated it then; nothing is computed again.");
+}
+
+/* From the first fit of the chain to the last. */
+static void chain_caption(const struct history *h, char *text, size_t size)
+{
+    const struct fit_info *first = NULL, *last = NULL;
+    for (int k = 0; k < h->n; k++) {
+        const struct fit_info *fit = &h->entries[h->order[k]].model.fit;
+        first = first == NULL && fit->present ? fit : first;
+        last = fit->present ? fit : last;
+    }
+    int n = snprintf(text, size,
+                     "Error of each fitted model of the chain and of noise alone: from %.3g %% to %.3g %% on fitted "
+                     "records",
+                     100.0 * first->nrmse, 100.0 * last->nrmse);
+    if (first->check_nrmse > 0.0 && last->check_nrmse > 0.0)
+        n += snprintf(text + n, size - (size_t)n, ", from %.3g %% to %.3g %% on held-out ones",
+                      100.0 * first->check_nrmse, 100.0 * last->check_nrmse);
+    (void)snprintf(text + n, size - (size_t)n, ".");
 }
 
 enum bf_status report_chain(struct page *page, struct bf_error *err)
@@ -228,8 +250,7 @@ enum bf_status report_chain(struct page *page, struct bf_error *err)
     chain_table(page);
     if (!page->pictures->history)
         return BF_OK;
-    return page_figure(page, "history.png",
-                       "Error of each fitted model of the chain, on the records it was fitted to and on "
-                       "those held out, and the error that noise alone would leave.",
-                       err);
+    char caption[500];
+    chain_caption(h, caption, sizeof caption);
+    return page_figure(page, "history.png", caption, err);
 }

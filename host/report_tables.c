@@ -24,13 +24,15 @@ void report_modes(struct page *page)
         (void)fputs("</tr>\n", page->out);
     }
     html_table_end(page->out);
-    page_note(
-        page,
+    (void)fputs("<p class=\"note\">", page->out);
+    html_textf(
+        page->out,
         "Undamped frequencies with the linear effects. The last column: what %zu dimensions (%zu modes and %zu static "
         "responses), which is what beamfit export puts on a controller, make of the same frequency; a dash is a mode "
-        "beyond them. Doubling the splines of the computation moves these frequencies by %.1g %% at most.",
-        modes->deployed_modes + modes->deployed_statics, modes->deployed_modes, modes->deployed_statics,
-        100.0 * modes->convergence);
+        "beyond them. Doubling the splines of the computation moves these frequencies by at most ",
+        modes->deployed_modes + modes->deployed_statics, modes->deployed_modes, modes->deployed_statics);
+    html_number(page->out, modes->convergence, 100.0, "%.1g %%");
+    (void)fputs(".</p>\n", page->out);
 }
 
 /* ---- Records ---- */
@@ -40,7 +42,7 @@ static bool moves(const double *u, size_t n)
     return u != NULL && root_mean_square(u, n) > 0.0;
 }
 
-/* "hammer_N (recorded)", "free decay from 1.175 s". */
+/* "hammer_N", "free decay from 1.175 s, initial state solved for". */
 static void excitation_cell(struct page *page, const struct record *record, double level)
 {
     const struct model *m = page->report->model;
@@ -55,9 +57,10 @@ static void excitation_cell(struct page *page, const struct record *record, doub
         for (size_t i = 0; i < m->n_inputs; i++)
             if (moves(record_column(record, m->inputs[i].name), record->n))
                 html_textf(page->out, "%s%s", n++ > 0 ? ", " : "", m->inputs[i].name);
-        html_text(page->out, n > 0 ? " as recorded" : "none");
+        if (n == 0)
+            html_text(page->out, "none");
         if (level > 1.0 || level < 1.0)
-            html_textf(page->out, ", times %.5g (solved for)", level);
+            html_textf(page->out, " times %.5g (solved for)", level);
     }
     (void)fputs("</td>", page->out);
 }
@@ -68,7 +71,7 @@ static void record_row(struct page *page, size_t r)
     const struct record *record = &all->records[r];
     size_t n = 0;
     (void)fputs("<tr>", page->out);
-    html_cell(page->out, "%s", record->path != NULL ? record->path : "");
+    html_name_cell(page->out, record->path != NULL ? record->path : "");
     html_cell(page->out, "%s", r >= all->n_records - all->n_held_out ? "held out" : report_group(page->report));
     (void)fputs("<td>", page->out);
     for (size_t i = 0; i < all->n_channels; i++)
@@ -110,8 +113,7 @@ void report_records(struct page *page)
 {
     const struct comparison *all = page->report->comparison;
     page_heading(page, "Records");
-    html_table_begin(page->out, "records",
-                     "File|Use|Measured|Excitation|>Samples|>Rate (Hz)|>Duration (s)|SHA-256, first 12 digits");
+    html_table_begin(page->out, "records", "File|Use|Measured|Excitation|>Samples|>Rate (Hz)|>Duration (s)|SHA-256 …");
     for (size_t r = 0; r < all->n_records; r++)
         record_row(page, r);
     html_table_end(page->out);
@@ -138,11 +140,11 @@ static void band_cell(FILE *out, const struct comparison_channel *c)
         return;
     }
     (void)fputs("<td>", out);
-    html_textf(out, "%.0f %% in %.3g … %.3g Hz", 100.0 * band->share, band->from_Hz, band->to_Hz);
+    html_textf(out, "%.0f %% in %.3g–%.3g Hz", 100.0 * band->share, band->from_Hz, band->to_Hz);
     if (band->mode > 0)
         html_textf(out, " (mode %zu)", band->mode);
     if (isfinite(band->noise_ratio))
-        html_textf(out, ", %.3g × the noise there", band->noise_ratio);
+        html_textf(out, ", %.3g × noise", band->noise_ratio);
     (void)fputs("</td>", out);
 }
 
@@ -150,13 +152,12 @@ static void error_row(FILE *out, const struct comparison *all, const struct comp
 {
     char unit[24], format[40];
     report_unit(c->name, unit);
-    (void)snprintf(format, sizeof format, "%%.3g%s%s", unit[0] ? " " : "", unit);
+    const double factor = report_prefix(c->noise.rms, unit, format);
     (void)fputs("<tr>", out);
-    html_cell(out, "%s", report_base_name(all->records[c->record].path));
-    html_cell(out, "%s", c->name);
-    html_number_cell(out, c->nrmse, 100.0, "%.4g %%");
-    html_number_cell(out, c->noise_ratio, 1.0, "%.4g ×");
-    html_number_cell(out, c->noise.rms > 0.0 ? c->noise.rms : (double)NAN, 1.0, format);
+    html_name_cell(out, report_base_name(all->records[c->record].path));
+    html_name_cell(out, c->name);
+    report_error_cells(out, c->nrmse, c->noise_ratio);
+    html_number_cell(out, c->noise.rms > 0.0 ? c->noise.rms : (double)NAN, factor, format);
     band_cell(out, c);
     (void)fputs("</tr>\n", out);
 }
@@ -166,8 +167,7 @@ static void total_row(FILE *out, const char *group, double nrmse, double noise_r
     (void)fputs("<tr class=\"total\"><td colspan=\"2\">", out);
     html_textf(out, "all %s records", group);
     (void)fputs("</td>", out);
-    html_number_cell(out, nrmse, 100.0, "%.4g %%");
-    html_number_cell(out, noise_ratio, 1.0, "%.4g ×");
+    report_error_cells(out, nrmse, noise_ratio);
     (void)fputs("<td></td><td></td></tr>\n", out);
 }
 

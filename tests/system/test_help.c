@@ -12,7 +12,7 @@
 
 static const char *const commands[] = {"init", "modes",   "simulate", "fit",      "compare", "effects", "add",
                                        "drop", "history", "import",   "export",   "sign",    "verify",  "replay",
-                                       "info", "record",  "monitor",  "download", "upload"};
+                                       "info", "record",  "monitor",  "download", "upload",  "report"};
 enum { COMMANDS = sizeof commands / sizeof *commands };
 
 /* Whether text holds word, capitals aside. */
@@ -77,8 +77,8 @@ static void an_unknown_option(void **state)
 
 static void nothing_to_work_on(void **state)
 {
-    static const char *const needy[] = {"info", "record",  "monitor", "download", "upload",  "modes", "simulate",
-                                        "fit",  "compare", "add",     "drop",     "history", "import"};
+    static const char *const needy[] = {"info", "record",  "monitor", "download", "upload",  "modes",  "simulate",
+                                        "fit",  "compare", "add",     "drop",     "history", "import", "report"};
     for (size_t i = 0; i < sizeof needy / sizeof *needy; i++)
         assert_usage(*state, (const char *[]){needy[i], NULL}, "");
 }

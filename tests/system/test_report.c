@@ -1,0 +1,269 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* `beamfit report` on simulated records: the page as a browser reads it, beside what the other commands say. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <cmocka.h>
+#include <jansson.h>
+#include "rig.h"
+
+static const char model_text[] = "format: beamfit-model/1\n"
+                                 "beam: {length_m: 0.4573, patch_m: [0.02535, 0.08905]}\n"
+                                 "parameters:\n"
+                                 "  EI_beam_Nm2: {value: 0.5, prior: 0.1}\n"
+                                 "  EI_patch_Nm2: {value: 0.8}\n"
+                                 "  rho_beam_kgpm: {value: 0.093, fixed: true}\n"
+                                 "  rho_patch_kgpm: {value: 0.433, fixed: true}\n"
+                                 "  cDI_beam_sNm2: {value: 2e-5}\n"
+                                 "  cDI_patch_sNm2: {value: 2e-5, fixed: true}\n"
+                                 "  gamma_sNpm2: {value: 0.05}\n"
+                                 "  Ks_V: {value: 40}\n"
+                                 "inputs: {hammer_N: {kind: point_force, at_m: 0.0254}}\n"
+                                 "outputs: {piezo_V: {kind: patch_strain}, tip_mps: {kind: velocity, at_m: 0.44}}\n"
+                                 "effects: []\n";
+
+/* Hits of different strength and length on a beam with 0.6 g at its tip. */
+static const char spec_text[] =
+    "length_m 0.4573\npatch_m 0.02535 0.08905\nEI_beam_Nm2 0.491\nEI_patch_Nm2 0.793\n"
+    "rho_beam_kgpm 0.093\nrho_patch_kgpm 0.433\ncDI_beam_sNm2 2e-5\ncDI_patch_sNm2 2e-5\n"
+    "gamma_sNpm2 0.05\nKs_V 40\neffect tip_mass mass_kg=0.0006\n"
+    "input hammer_N point_force at_m=0.0254\noutput piezo_V patch_strain\n"
+    "output tip_mps velocity at_m=0.44\nsample_rate_Hz 512\nduration_s 3\nnoise 0.004\nmodes 16\ntolerance 3e-7\n"
+    "signal hammer_N raised_cosine start_s=0.15 width_s=%g level=%g\nseed %d\n";
+
+static const char *ran(struct rig *rig, int status, const char *const arguments[])
+{
+    run_beamfit(rig->dir, arguments, &rig->outcome);
+    if (rig->outcome.status != status)
+        fail_msg("%s: wanted status %d, got %d: %s", arguments[0], status, rig->outcome.status, rig->outcome.err);
+    return status == 0 ? rig->outcome.out : rig->outcome.err;
+}
+
+#define RAN(rig, status, ...) ran(rig, status, (const char *[]){__VA_ARGS__, NULL})
+
+static void says(const char *text, const char *part)
+{
+    if (!strstr(text, part))
+        fail_msg("'%s' is not in:\n%s", part, text);
+}
+
+static int shell(struct rig *rig, const char *script)
+{
+    run_program(rig->dir, (const char *[]){"sh", "-c", script, NULL}, &rig->outcome);
+    return rig->outcome.status;
+}
+
+static void must(struct rig *rig, const char *script)
+{
+    if (shell(rig, script) != 0)
+        fail_msg("%s\n%s%s", script, rig->outcome.out, rig->outcome.err);
+}
+
+/* One directory for all tests: soft.csv, hard.csv, check.csv; fitted.yaml lacks the mass, heavy_fitted.yaml has it. */
+static int make_all(void **state)
+{
+    static const char *const names[] = {"soft.txt", "hard.txt", "check.txt"};
+    static const double widths_s[] = {0.008, 0.008, 0.012}, levels_N[] = {2.0, 20.0, 8.0};
+    char text[1200];
+    if (rig_setup(state) != 0)
+        return -1;
+    struct rig *rig = *state;
+    write_text(rig->dir, "model.yaml", model_text);
+    for (int r = 0; r < 3; r++) {
+        (void)snprintf(text, sizeof text, spec_text, widths_s[r], levels_N[r], 70 + r);
+        write_text(rig->dir, names[r], text);
+    }
+    return shell(
+        rig, "set -e\n"
+             "\"$(dirname \"$BEAMFIT\")/beam_truth\" soft.txt hard.txt check.txt\n"
+             "\"$BEAMFIT\" fit model.yaml soft.csv hard.csv --check check.csv -o fitted.yaml\n"
+             "\"$BEAMFIT\" add fitted.yaml tip_mass -o heavy.yaml\n"
+             "\"$BEAMFIT\" fit heavy.yaml soft.csv hard.csv --check check.csv -o heavy_fitted.yaml --json >fit.json");
+}
+
+/* ---- The page ---- */
+
+static void a_good_model_with_its_chain(void **state)
+{
+    struct rig *rig = *state;
+    const char *said = RAN(rig, 0, "report", "heavy_fitted.yaml", "soft.csv", "hard.csv", "--check", "check.csv", "-o",
+                           "good.html", "--title", "Beam <B1> & its mass");
+    says(said, "good.html: ");
+    says(said, " MB, 13 pictures\n"); /* 3 records, 2 channels, 2 pictures, and the chain */
+    says(said, "nothing that could be told from the noise is left");
+    assert_string_equal(rig->outcome.err, "");
+    must(rig, "set -e\n"
+              "\"$BEAMFIT\" compare heavy_fitted.yaml soft.csv hard.csv --check check.csv --json >compare.json\n"
+              "\"$BEAMFIT\" modes heavy_fitted.yaml -n 4 --json >modes.json\n"
+              "python3 -B \"$TOP/tests/system/report_page.py\" good.html --compare compare.json --modes modes.json "
+              "--fit fit.json --figures 13 --title 'Beam <B1> & its mass'\n");
+    must(rig, "grep -q 'a point mass at the free end' good.html && grep -q '+tip_mass' good.html && "
+              "grep -q '@media print' good.html && ! grep -q 'class=\"warning\"' good.html");
+}
+
+static void a_bad_model_in_json(void **state)
+{
+    struct rig *rig = *state;
+    json_t *root = json_loads(RAN(rig, 0, "report", "fitted.yaml", "soft.csv", "hard.csv", "--check", "check.csv", "-o",
+                                  "bad.html", "--pictures", "1", "--json"),
+                              0, NULL);
+    assert_non_null(root);
+    assert_string_equal(json_string_value(json_object_get(root, "file")), "bad.html");
+    assert_int_equal(json_integer_value(json_object_get(root, "pictures")), 2); /* one fit: no chain to draw */
+    assert_int_equal(json_array_size(json_object_get(root, "left_out")), 5);
+    assert_int_equal(json_integer_value(json_object_get(root, "models")), 2);
+    assert_true(json_number_value(json_object_get(root, "noise_ratio")) > 3.0);
+    assert_true(json_number_value(json_object_get(root, "check_noise_ratio")) > 3.0);
+    says(json_string_value(json_object_get(root, "text")), "beamfit diagnose");
+    char script[400];
+    (void)snprintf(script, sizeof script, "test $(wc -c <bad.html) -eq %lld",
+                   (long long)json_integer_value(json_object_get(root, "bytes")));
+    json_decref(root);
+    must(rig, script);
+    must(rig, "set -e\n"
+              "\"$BEAMFIT\" compare fitted.yaml soft.csv hard.csv --check check.csv --json >compare.json\n"
+              "python3 -B \"$TOP/tests/system/report_page.py\" bad.html --compare compare.json --figures 2 "
+              "--title 'Model of a beam: fitted.yaml'\n"
+              "grep -q 'those of at most 1 channel (--pictures N' bad.html\n");
+}
+
+/* The checker itself must see what it is there to see. */
+static void the_checker_sees_faults(void **state)
+{
+    struct rig *rig = *state;
+    RAN(rig, 0, "report", "fitted.yaml", "soft.csv", "--pictures", "1", "-o", "page.html");
+    static const char *const edits[] = {
+        "s/<h1>/<script src=x><h1>/",
+        "s/<h1>/<h1 onclick=x>/",
+        "s/<h1>/<h1>http:\\/\\/x.org/",
+        "s/<\\/h1>//",
+        "s/src=\"data:image/src=\"picture.png#/",
+        "s/base64,iVBORw0KGgo/base64,AAAA/",
+        "s/\\(base64,.\\{4000\\}\\)..../\\1AAAA/",                    /* in the pixels */
+        "/<td>soft/s/<data value=\"0\\.0/<data value=\"0.1/",         /* an error */
+        "/<td class=\"n\">2</s/<data value=\"[0-9]/<data value=\"9/", /* a frequency */
+        "s/ Hz (mode/9 Hz (mode/",                                    /* a band */
+    };
+    must(rig,
+         "\"$BEAMFIT\" compare fitted.yaml soft.csv --json >compare.json && \"$BEAMFIT\" modes fitted.yaml -n 4 --json "
+         ">modes.json && python3 -B \"$TOP/tests/system/report_page.py\" page.html --compare compare.json --modes "
+         "modes.json");
+    for (size_t i = 0; i < sizeof edits / sizeof *edits; i++) {
+        char script[500];
+        (void)snprintf(
+            script, sizeof script,
+            "sed '%s' page.html >edited.html; cmp -s page.html edited.html && exit 3\n"
+            "exec python3 -B \"$TOP/tests/system/report_page.py\" edited.html --compare compare.json --modes "
+            "modes.json",
+            edits[i]);
+        if (shell(rig, script) != 1)
+            fail_msg("%s: status %d, %s%s", edits[i], rig->outcome.status, rig->outcome.out, rig->outcome.err);
+    }
+}
+
+static void hostile_names_stay_text(void **state)
+{
+    struct rig *rig = *state;
+    static const char name[] = "a\"><script>alert('1')<img src=x onerror=y>&amp;.csv";
+    must(rig, "cp soft.csv 'a\"><script>alert('\"'1'\"')<img src=x onerror=y>&amp;.csv' && "
+              "sed 's/tip_mps/tip<b>_mps/' check.csv >odd.csv && "
+              "sed 's/tip_mps/\"tip<b>_mps\"/' fitted.yaml >'<i>.yaml'");
+    RAN(rig, 0, "report", "<i>.yaml", name, "--check", "odd.csv", "-o", "hostile.html", "--pictures", "2", "--title",
+        "</title><script>x()</script>http://example.org/");
+    must(rig, "python3 -B \"$TOP/tests/system/report_page.py\" hostile.html --hostile --figures 4 --title "
+              "'</title><script>x()</script>http://example.org/'");
+}
+
+static void to_standard_output(void **state)
+{
+    struct rig *rig = *state;
+    RAN(rig, 0, "report", "fitted.yaml", "soft.csv", "--pictures", "0", "-o", "-");
+    assert_memory_equal(rig->outcome.out, "<!doctype html>", 15);
+    says(rig->outcome.out, "</html>\n");
+    says(RAN(rig, 2, "report", "fitted.yaml", "soft.csv", "-o", "-", "--json"), "--json and -o -");
+}
+
+/* ---- What is refused, and what is left behind ---- */
+
+static void what_is_refused(void **state)
+{
+    struct rig *rig = *state;
+    write_text(rig->dir, "old.html", rig_old_output);
+    write_text(rig->dir, "broken.csv", "time_s,hammer_N,piezo_V\n0,0,0\n0.004,0,zero\n");
+    const int files = count_files(rig->dir);
+    says(RAN(rig, 2, "report", "fitted.yaml", "soft.csv"), "-o FILE.html");
+    says(RAN(rig, 2, "report", "fitted.yaml", "-o", "old.html"), "at least one record");
+    says(RAN(rig, 2, "report", "fitted.yaml", "soft.csv", "-o", "fitted.yaml"), "would overwrite");
+    says(RAN(rig, 2, "report", "fitted.yaml", "soft.csv", "-o", "./soft.csv"), "would overwrite");
+    says(RAN(rig, 2, "report", "fitted.yaml", "soft.csv", "-o", "old.html", "--pictures", "-1"), "--pictures");
+    says(RAN(rig, 2, "report", "fitted.yaml", "soft.csv", "-o", "old.html", "--intersample", "x"), "x");
+    says(RAN(rig, 2, "report", "fitted.yaml", "soft.csv", "-o", "old.html", "--ancestor", "heavy.yaml"), "no ancestor");
+    says(RAN(rig, 3, "report", "fitted.yaml", "soft.csv", "-o", "nowhere/x.html"), "nowhere/x.html: cannot be written");
+    says(RAN(rig, 3, "report", "fitted.yaml", "soft.csv", "broken.csv", "-o", "old.html"), "broken.csv:3: ");
+    says(RAN(rig, 3, "report", "nowhere.yaml", "soft.csv", "-o", "old.html"), "nowhere.yaml");
+    says(RAN(rig, 3, "report", "fitted.yaml", "nowhere.csv", "-o", "old.html"), "nowhere.csv");
+    run_beamfit_on_small_disk(
+        rig->dir, 4096,
+        (const char *[]){"report", "fitted.yaml", "soft.csv", "--pictures", "0", "-o", "old.html", NULL},
+        &rig->outcome);
+    assert_refused(&rig->outcome, "old.html", "cannot be written");
+    assert_true(file_is(rig->dir, "old.html", rig_old_output));
+    assert_int_equal(count_files(rig->dir), files);
+}
+
+/* Runs with this script as gnuplot ("": none), and looks at what is left beside old.html and below TMPDIR. */
+static void with_gnuplot(struct rig *rig, const char *script, int status, const char *said)
+{
+    write_text(rig->dir, "old.html", rig_old_output);
+    must(rig, "rm -rf bin tmp && mkdir bin tmp");
+    if (script[0] != '\0') {
+        write_text(rig->dir, "bin/gnuplot", script);
+        must(rig, "chmod +x bin/gnuplot");
+    }
+    const int files = count_files(rig->dir);
+    (void)shell(rig,
+                "export REAL=\"$(command -v gnuplot)\" SENT=\"$PWD/bin/sent\" TMPDIR=\"$PWD/tmp\"\nPATH=\"$PWD/bin\"\n"
+                "exec \"$BEAMFIT\" report fitted.yaml soft.csv -o old.html");
+    if (rig->outcome.status != status || strstr(rig->outcome.err, said) == NULL || rig->outcome.out[0] != '\0')
+        fail_msg("wanted status %d and '%s', got %d: %s%s", status, said, rig->outcome.status, rig->outcome.err,
+                 rig->outcome.out);
+    assert_true(file_is(rig->dir, "old.html", rig_old_output));
+    assert_int_equal(count_files(rig->dir), files);
+    must(rig, "rmdir tmp");
+}
+
+static void without_gnuplot(void **state)
+{
+    with_gnuplot(*state, "", 2, "apt-get install gnuplot-nox; or write the page without pictures: --pictures 0");
+}
+
+static void gnuplot_fails(void **state)
+{
+    with_gnuplot(*state, "#!/bin/sh\necho 'no terminal' >&2\nexit 1\n", 3, "no terminal");
+}
+
+static void ctrl_c_while_drawing(void **state)
+{
+    with_gnuplot(*state, "#!/bin/sh\ntest -e \"$SENT\" || kill -INT $PPID\n: >\"$SENT\"\nexec \"$REAL\" \"$@\"\n", 4,
+                 "interrupted; no report was written");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_good_model_with_its_chain),
+        cmocka_unit_test(a_bad_model_in_json),
+        cmocka_unit_test(the_checker_sees_faults),
+        cmocka_unit_test(hostile_names_stay_text),
+        cmocka_unit_test(to_standard_output),
+        cmocka_unit_test(what_is_refused),
+        cmocka_unit_test(without_gnuplot),
+        cmocka_unit_test(gnuplot_fails),
+        cmocka_unit_test(ctrl_c_while_drawing),
+    };
+    return cmocka_run_group_tests_name("report", tests, make_all, rig_teardown);
+}
