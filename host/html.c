@@ -103,15 +103,15 @@ void html_textf(FILE *out, const char *format, ...)
 static const char *const style[] = {
     ":root{--ink:#1b1f23;--quiet:#5b6570;--line:#d5dae0;--wash:#f5f7f9;--mark:#0072b2}",
     "*{box-sizing:border-box}",
-    "body{font:16px/1.5 'DejaVu Sans','Segoe UI',Helvetica,Arial,sans-serif;color:var(--ink);background:#fff;"
-    "max-width:64rem;margin:0 auto;padding:1.5rem}",
+    "body{font:16px/1.5 'DejaVu Sans','Segoe UI',Helvetica,Arial,sans-serif;color:var(--ink);background:#fff;",
+    "max-width:64rem;margin:0 auto;padding:1.5rem;overflow-wrap:break-word}",
     "h1{font-size:1.6rem;line-height:1.25;margin:0 0 .3rem}",
     "h2{font-size:1.2rem;margin:2.2rem 0 .6rem;padding-top:.4rem;border-top:2px solid var(--ink)}",
     "h3{font-size:1rem;margin:1.4rem 0 .4rem}",
     "h1,h2,h3{break-after:avoid}",
     "p{margin:.5rem 0;max-width:52rem}",
-    ".verdict{font-size:1.05rem;background:var(--wash);border-left:4px solid var(--mark);padding:.7rem "
-    "1rem;margin:1rem 0}",
+    ".verdict{font-size:1.05rem;background:var(--wash);border-left:4px solid var(--mark);",
+    "padding:.7rem 1rem;margin:1rem 0}",
     ".warning{border-left:4px solid #d55e00;background:#fff6ef;padding:.4rem .8rem}",
     ".note,caption,.meta{color:var(--quiet);font-size:.88rem}",
     ".meta{overflow-wrap:anywhere;margin:.15rem 0}",
@@ -127,6 +127,7 @@ static const char *const style[] = {
     "figure{margin:1.2rem 0;break-inside:avoid}",
     "figure img{display:block;width:100%;max-width:52rem;height:auto}",
     "figure svg{display:block;width:100%;max-width:46rem;height:auto}",
+    ".label{paint-order:stroke;stroke:#fff;stroke-width:4px}", /* a line behind it stays behind */
     "figcaption{font-size:.88rem;max-width:52rem;margin-top:.3rem}",
     "figcaption b{margin-right:.3em}",
     "ul{margin:.4rem 0;padding-left:1.3rem;max-width:52rem}",

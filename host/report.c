@@ -173,7 +173,7 @@ void report_verdict(const struct report *r, char text[REPORT_TEXT])
             unknown > 0 ? ", in the channels whose noise is known" : "");
     else
         say(text,
-            "; at most %.3g times, in %s of %.80s. More than the noise is left: `beamfit diagnose` with the same "
+            "; at most %.3g times, in %s of %.200s. More than the noise is left: `beamfit diagnose` with the same "
             "records is "
             "the next step.",
             worst->noise_ratio, worst->name, report_base_name(all->records[worst->record].path));

@@ -117,7 +117,7 @@ static void source_cell(FILE *out, const struct model *m, const struct parameter
     else
         html_text(out, m->fit.present ? "not determined by the fitted records" : "free, not fitted yet");
     if (p->prior > 0.0 && !p->fixed)
-        html_textf(out, "; prior %.4g %s%s± %.3g %%", p->prior_value, p->unit, p->unit[0] ? " " : "", 100.0 * p->prior);
+        html_textf(out, "; prior %.4g %s%s± %.3g %%", p->prior_value, p->unit, p->unit[0] ? " " : "", 100.0 * p->prior);
     if (!p->fixed && (value <= p->min || value >= p->max))
         html_text(out, "; at its bound");
     (void)fputs("</td>", out);
@@ -135,10 +135,10 @@ static void parameter_row(FILE *out, const struct model *m, const struct paramet
     (void)fputs("</tr>\n", out);
 }
 
-/* A parameter that the file lacks: held at 0. */
+/* At 0, and nobody estimated it: a parameter that the file lacks. */
 static bool is_absent(const struct parameter *p)
 {
-    return p->fixed && !(p->value > 0.0) && !(p->value < 0.0);
+    return !(p->value > 0.0) && !(p->value < 0.0) && !(p->sd > 0.0);
 }
 
 static void what_it_is(const struct model *m, const struct parameter_ref *ref, char text[200])
@@ -161,7 +161,7 @@ static void what_it_is(const struct model *m, const struct parameter_ref *ref, c
 static void write_parameters(struct page *page)
 {
     const struct model *m = page->report->model;
-    char absent[512] = "", what[200];
+    char absent[1500] = "", what[200];
     struct parameter_ref *refs;
     const size_t n = model_parameters(m, NULL, 0, &refs);
     html_table_begin(page->out, "parameters",
@@ -179,7 +179,7 @@ static void write_parameters(struct page *page)
     }
     html_table_end(page->out);
     if (absent[0] != '\0')
-        page_note(page, "Held at 0: %s.", absent);
+        page_note(page, "At 0: %s.", absent);
     free(refs);
 }
 

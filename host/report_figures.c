@@ -222,7 +222,7 @@ static void chain_table(struct page *page)
     page_note(page, "As each fit stated it then; nothing is computed again.");
 }
 
-/* From the first fit of the chain to the last. */
+/* From the first fit of the chain to the last; "" when there is none. */
 static void chain_caption(const struct history *h, char *text, size_t size)
 {
     const struct fit_info *first = NULL, *last = NULL;
@@ -231,6 +231,9 @@ static void chain_caption(const struct history *h, char *text, size_t size)
         first = first == NULL && fit->present ? fit : first;
         last = fit->present ? fit : last;
     }
+    text[0] = '\0';
+    if (first == NULL || last == NULL)
+        return;
     int n = snprintf(text, size,
                      "Error of each fitted model of the chain and of noise alone: from %.3g %% to %.3g %% on fitted "
                      "records",

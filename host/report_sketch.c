@@ -5,8 +5,11 @@
  */
 #include "report_work.h"
 
+#include <math.h>
+#include <stdint.h>
 #include <stdlib.h>
-#include <string.h>
+
+#include "text.h"
 
 enum { WIDTH = 720, LEFT = 70, RIGHT = 650, ROW = 17, HALF = 6, MOST_ITEMS = 24, LONGEST = 30 };
 
@@ -14,6 +17,7 @@ struct item {
     const char *name;
     double x_m;
     bool patch; /* the place is the patch's middle */
+    size_t row; /* of its label, away from the beam */
 };
 
 struct items {
@@ -24,7 +28,7 @@ struct items {
 static void add_item(struct items *items, const char *name, double x_m, bool patch)
 {
     if (items->n < MOST_ITEMS)
-        items->item[items->n++] = (struct item){name, x_m, patch};
+        items->item[items->n++] = (struct item){.name = name, .x_m = x_m, .patch = patch};
 }
 
 static double place(const struct model *m, double x_m)
@@ -60,47 +64,79 @@ static struct items outputs_of(const struct model *m)
     return items;
 }
 
-/* Rows away from the beam: labels of the left half run to the right, so the one furthest right is nearest; and mirrored. */
-static size_t row_of(const struct model *m, const struct items *items, size_t i)
+/* Labels of the left half run to the right of their line, those of the right half to the left. */
+static bool runs_right(const struct model *m, const struct item *item)
 {
-    const double middle = 0.5 * m->length_m, x = items->item[i].x_m;
-    size_t row = 0;
-    for (size_t k = 0; k < items->n; k++) {
-        const double other = items->item[k].x_m;
-        const bool between = x < middle ? other < middle && (other > x || (k < i && !(other < x)))
-                                        : other >= middle && (other < x || (k < i && !(other > x)));
-        row += k != i && between;
-    }
-    return row;
+    return item->x_m < 0.5 * m->length_m;
 }
 
-static size_t rows(const struct model *m, const struct items *items)
+/* From where to where a label goes, in the units of the picture. */
+static void extent(const struct model *m, const struct item *item, double *from, double *to)
+{
+    const size_t length = text_width(item->name);
+    const double x = place(m, item->x_m), width = 7.6 * (double)(length < LONGEST ? length : LONGEST) + 12.0;
+    *from = runs_right(m, item) ? x - 4.0 : x - width;
+    *to = runs_right(m, item) ? x + width : x + 4.0;
+}
+
+/* Nearest the beam: what is nearest to its middle, so that the lines of the others pass beside it. */
+static int compare_items(const void *a, const void *b, void *model)
+{
+    const struct model *m = model;
+    const double middle = 0.5 * m->length_m;
+    const double p = fabs(((const struct item *)a)->x_m - middle), q = fabs(((const struct item *)b)->x_m - middle);
+    return (p > q) - (p < q);
+}
+
+/* Each label in the first row where it meets none that is there; behind those of its half. Returns the number of rows. */
+static size_t arrange(const struct model *m, struct items *items)
 {
     size_t most = 0;
-    for (size_t i = 0; i < items->n; i++)
-        most = row_of(m, items, i) + 1 > most ? row_of(m, items, i) + 1 : most;
+    qsort_r(items->item, items->n, sizeof *items->item, compare_items, (void *)(uintptr_t)m);
+    for (size_t i = 0; i < items->n; i++) {
+        struct item *item = &items->item[i];
+        double from, to, other_from, other_to;
+        extent(m, item, &from, &to);
+        for (size_t k = 0; k < i; k++) { /* nearer ones are placed: their rows only grow along each half */
+            extent(m, &items->item[k], &other_from, &other_to);
+            const bool same_half = runs_right(m, item) == runs_right(m, &items->item[k]);
+            if ((same_half || (from < other_to && other_from < to)) && item->row <= items->item[k].row)
+                item->row = items->item[k].row + 1;
+        }
+        most = item->row + 1 > most ? item->row + 1 : most;
+    }
     return most;
 }
 
-/* A line from the beam to its label; `direction` −1 above, +1 below; an arrow head at the beam for what drives it. */
+static double label_y(const struct item *item, double y_beam, int direction)
+{
+    return y_beam + direction * (2.0 * ROW + (double)ROW * (double)item->row);
+}
+
+/* Lines from the beam to the labels, then the labels; `direction` −1 above (inputs: arrows), +1 below (dots). */
 static void draw_items(struct page *page, const struct items *items, double y_beam, int direction)
 {
     const struct model *m = page->report->model;
+    const char *colour = direction < 0 ? "#d55e00" : "#0072b2";
     for (size_t i = 0; i < items->n; i++) {
-        const double x = place(m, items->item[i].x_m),
-                     edge = y_beam + direction * (HALF + (items->item[i].patch ? 4.0 : 0.0));
-        const double y = y_beam + direction * (2.0 * ROW + (double)ROW * (double)row_of(m, items, i));
-        const bool left = items->item[i].x_m < 0.5 * m->length_m;
+        const struct item *item = &items->item[i];
+        const double x = place(m, item->x_m), edge = y_beam + direction * (HALF + (item->patch ? 4.0 : 0.0));
         (void)fprintf(page->out,
                       "<line x1=\"%.1f\" y1=\"%.1f\" x2=\"%.1f\" y2=\"%.1f\" stroke=\"%s\" stroke-width=\"1.2\"/>\n", x,
-                      edge, x, y, direction < 0 ? "#d55e00" : "#0072b2");
+                      edge, x, label_y(item, y_beam, direction), colour);
         if (direction < 0)
-            (void)fprintf(page->out, "<path d=\"M%.1f %.1fl-3.5 -8h7z\" fill=\"#d55e00\"/>\n", x, edge);
+            (void)fprintf(page->out, "<path d=\"M%.1f %.1fl-3.5 -8h7z\" fill=\"%s\"/>\n", x, edge, colour);
         else
-            (void)fprintf(page->out, "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"3\" fill=\"#0072b2\"/>\n", x, edge + 1.0);
-        (void)fprintf(page->out, "<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"%s\">", left ? x + 5.0 : x - 5.0,
-                      y + (direction < 0 ? 8.0 : 2.0), left ? "start" : "end");
-        html_textf(page->out, "%.*s", LONGEST, items->item[i].name);
+            (void)fprintf(page->out, "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"3\" fill=\"%s\"/>\n", x, edge + 1.0, colour);
+    }
+    for (size_t i = 0; i < items->n; i++) {
+        const struct item *item = &items->item[i];
+        const bool right = runs_right(m, item);
+        const size_t length = text_width(item->name);
+        (void)fprintf(page->out, "<text class=\"label\" x=\"%.1f\" y=\"%.1f\" text-anchor=\"%s\">",
+                      place(m, item->x_m) + (right ? 5.0 : -5.0),
+                      label_y(item, y_beam, direction) + (direction < 0 ? 8.0 : 2.0), right ? "start" : "end");
+        html_textf(page->out, "%.*s%s", LONGEST, item->name, length > LONGEST ? "…" : "");
         (void)fputs("</text>\n", page->out);
     }
 }
@@ -151,9 +187,9 @@ static void draw_beam(struct page *page, double y)
 void report_sketch(struct page *page)
 {
     const struct model *m = page->report->model;
-    const struct items inputs = inputs_of(m), outputs = outputs_of(m);
-    const double y = 26.0 + (double)ROW * (1.0 + (double)rows(m, &inputs));
-    const double height = y + 44.0 + (double)ROW * (double)rows(m, &outputs);
+    struct items inputs = inputs_of(m), outputs = outputs_of(m);
+    const double y = 26.0 + (double)ROW * (1.0 + (double)arrange(m, &inputs));
+    const double height = y + 44.0 + (double)ROW * (double)arrange(m, &outputs);
     (void)fprintf(
         page->out,
         "<figure><svg viewBox=\"0 0 %d %.0f\" role=\"img\" aria-label=\"the beam from the side\" font-size=\"13\" "

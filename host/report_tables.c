@@ -20,7 +20,7 @@ void report_modes(struct page *page)
         (void)fprintf(page->out, "<tr><td class=\"n\">%zu</td>", k + 1);
         html_number_cell(page->out, mode->undamped_Hz, 1.0, "%.3f");
         html_number_cell(page->out, mode->damping_ratio, 100.0, "%.3g");
-        html_number_cell(page->out, mode->deployed_error, 100.0, "%+.1g");
+        html_number_cell(page->out, k < modes->in_band ? mode->deployed_error : (double)NAN, 100.0, "%+.2g");
         (void)fputs("</tr>\n", page->out);
     }
     html_table_end(page->out);

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # demo.sh BUILD DIR — the seed paper's two experiments, from the 'given' values to fitted models: fit, table beside the
 # paper's Table 3 (docs/paper_table3.csv), agreement of the two experiments, pictures, convergence in N; then a beam that hides
-# an effect: compare, diagnose, add, fit, history. Into DIR.
+# an effect: compare, diagnose, add, fit, history, report. Into DIR.
 set -eu
 cd "$(dirname "$0")/.."
 build=$(realpath "$1")
@@ -120,6 +120,9 @@ echo
 "$beamfit" compare "$hidden/added_fitted.yaml" "${check_records[@]}" --plot "$hidden/compare_added" >"$hidden/compare_added.txt"
 echo
 "$beamfit" history "$hidden"/{model,fitted,added,added_fitted}.yaml --plot "$hidden/history" | tee "$hidden/history.txt"
+echo
+"$beamfit" report "$hidden/added_fitted.yaml" "${fitted_records[@]}" --check "${check_records[@]}" -o "$out/report.html" \
+    --title 'A beam that hid an effect'
 
 total() { sed -n 's/^all channels (root mean square): //p' "$out/$1.txt"; }
 frequencies=$(awk '$1 == 1 {a = $2} $1 == 2 {b = $2; exit} END {print a, "and", b, "Hz"}' "$out/convergence.txt")
@@ -135,6 +138,7 @@ Summary
     added and fitted:  $(total hidden/compare_added)
     the number found: $(awk '/^mass_kg / {print $1, "=", $3, $4, $5, "kg"}' "$hidden/added_fit.txt")
     what was hidden (read after the diagnosis): $(sed -n '/^h08 /{n; s/^ *effect //p}' data/hidden/answers.txt)
+  All of the last one on a page, to send or to print: $out/report.html
   Pictures and fitted models: $out/
 EOT
 find "$out" -name '*.png' | sort | sed 's/^/    /'

@@ -231,8 +231,8 @@ static enum bf_status answer(const struct arguments *a, const struct report *rep
     report_verdict(report, verdict);
     if (!a->json) {
         if (strcmp(a->output, "-") != 0)
-            (void)fprintf(stdout, "%s: %.1f MB, %zu pictures\n%s\n", a->output, 1e-6 * (double)w->bytes, w->pictures.n,
-                          verdict);
+            (void)fprintf(stdout, "%s: %.*f MB, %zu picture%s\n%s\n", a->output, w->bytes < 1000000 ? 3 : 1,
+                          1e-6 * (double)w->bytes, w->pictures.n, w->pictures.n == 1 ? "" : "s", verdict);
         return BF_OK;
     }
     struct json *root = json_new_object();

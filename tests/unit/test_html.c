@@ -61,10 +61,9 @@ static void what_is_no_text_is_marked(void **state)
     text_is("\xF4\x90\x80\x80", BAD BAD BAD BAD);     /* beyond U+10FFFF */
     text_is("\xC3<", BAD "&lt;");                     /* cut short: what follows stays markup-free */
     text_is("\xE2\x82", BAD BAD);                     /* cut by the end */
-    text_is("gpj.\xE2\x80\xAE"
-            "exe",
-            "gpj." BAD "exe"); /* right-to-left override */
-    text_is("\xC2\x85", BAD);  /* a control character of two bytes */
+    const char override[] = {'g', 'p', 'j', '.', '\xE2', '\x80', '\xAE', 'e', 'x', 'e', '\0'}; /* right to left */
+    text_is(override, "gpj." BAD "exe");
+    text_is("\xC2\x85", BAD); /* a control character of two bytes */
     text_is("\x7F", BAD);
 }
 
@@ -219,7 +218,8 @@ static void a_large_picture_is_whole(void **state)
     static char bytes[LARGE];
     struct bf_error err;
     struct sink s;
-    memcpy(bytes, "\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\0\1\0\0\0\1", 24);
+    static const char head[] = "\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\0\1\0\0\0\1";
+    memcpy(bytes, head, sizeof head);
     char *path = temporary_file("large.png", bytes, LARGE);
     sink_open(&s);
     assert_int_equal(html_png(s.f, path, "", &err), BF_OK);

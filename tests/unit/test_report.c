@@ -203,12 +203,12 @@ static void parameters_say_how_they_are_known(void **state)
     rig.model.materials[0].cDI.sd = 2.5e-7;
     char *page = page_of(&rig);
     assert_contains(page, "0.491</data></td><td class=\"n\"><data value=\"0.021299999999999999\">± 0.021</data>");
-    assert_contains(page, "fitted; prior 0.485 N·m² ± 3 %");
+    assert_contains(page, "fitted; prior 0.485 N·m² ± 3 %");
     assert_contains(page, "<td>kg/m</td><td>held</td>");
     assert_contains(page, "6.49 × 10<sup>−6</sup></data></td><td class=\"n\"><data");
     assert_contains(page, "± 2.5 × 10<sup>−7</sup>");
     assert_contains(page, "not determined by the fitted records");
-    assert_contains(page, "Held at 0: KB_NmpV.");
+    assert_contains(page, "At 0: KB_NmpV, residual_piezo_V_hammer_N.");
     free(page);
     rig_end(&rig);
 }
