@@ -171,12 +171,11 @@ void report_verdict(const struct report *r, char text[REPORT_TEXT])
     else if (compare_is_noise(worst->noise_ratio))
         say(text, ": nothing that could be told from the noise is left to explain%s.",
             unknown > 0 ? ", in the channels whose noise is known" : "");
-    else
-        say(text,
-            "; at most %.3g times, in %s of %.200s. More than the noise is left: `beamfit diagnose` with the same "
-            "records is "
-            "the next step.",
-            worst->noise_ratio, worst->name, report_base_name(all->records[worst->record].path));
+    else if (all->n_channels > 1)
+        say(text, "; at most %.3g times, in %s of %.200s", worst->noise_ratio, worst->name,
+            report_base_name(all->records[worst->record].path));
+    if (report_leaves_more(r))
+        say(text, ". More than the noise is left: `beamfit diagnose` with the same records is the next step.");
 }
 
 /* ---- Title ---- */
