@@ -17,8 +17,9 @@ static const double near_fitted = 1.10, near_check = 1.15, near_one_channel = 1.
 /* … and of a weak misfit at most this part of the excess (in power) may remain, unless what remains is within the floor's own error. */
 static const double weak_share = 0.15, within_floor = 1.03;
 /*
- * … or, for one effect alone, the excess over the noise (in power) that may remain of a misfit many times the noise: 7 % of its
- * rms. Not for a linear one with a free place: a spring anywhere leaves 1.39 × of the 43 × that an axial load makes.
+ * … or, for a law or a damping alone, whose forms are idealisations, the excess over the noise (in power) that may remain of a misfit
+ * many times the noise: 7 % of its rms. Masses, springs, loads, filters are what they are: a point spring leaves 1.39 × of the 43 ×
+ * that an axial load makes, a sensor's delay 1.38 × of the 35 × of a lag.
  */
 static const double left_share = 0.005;
 /*
@@ -66,9 +67,10 @@ static bool most_explained(const struct hypothesis_errors *e, const struct hypot
     return e->noise_ratio <= within_floor || excess(e->noise_ratio) <= weak_share * excess(before->noise_ratio);
 }
 
-static bool near(const struct hypothesis_errors *e, const struct hypothesis_errors *before, double limit, bool rigid)
+static bool near(const struct hypothesis_errors *e, const struct hypothesis_errors *before, double limit,
+                 bool idealised)
 {
-    return at_noise(e, limit) || (rigid && excess(e->noise_ratio) <= left_share * excess(before->noise_ratio));
+    return at_noise(e, limit) || (idealised && excess(e->noise_ratio) <= left_share * excess(before->noise_ratio));
 }
 
 static bool has_law(const struct hypothesis *h)
@@ -79,13 +81,10 @@ static bool has_law(const struct hypothesis *h)
     return false;
 }
 
-/* One effect that cannot bend until it fits. */
-static bool is_rigid(const struct hypothesis *h)
+/* One effect whose form is an idealisation. */
+static bool is_idealised(const struct hypothesis *h)
 {
-    for (int i = 0; i < h->effects[0]->n_parameters; i++)
-        if (h->effects[0]->parameters[i].flags & BEAM_PARAMETER_POSITION && !has_law(h))
-            return false;
-    return h->n_effects == 1;
+    return h->n_effects == 1 && (has_law(h) || h->effects[0]->family == BEAM_FAMILY_DAMPING);
 }
 
 /* Up to which ratio the fitted records are at the noise. */
@@ -127,8 +126,8 @@ void diagnose_rank(struct diagnosis *d, size_t n_tried)
         struct hypothesis *h = &d->hypotheses[i];
         evidence_compare(&d->baseline.fitted.misfit, &h->fitted.misfit, h->n_added, 0, n_tried, &h->evidence);
         h->explains = most_explained(&h->fitted, &d->baseline.fitted) &&
-                      near(&h->fitted, &d->baseline.fitted, fitted_limit(h), is_rigid(h)) &&
-                      near(&h->check, &d->baseline.check, near_check, is_rigid(h));
+                      near(&h->fitted, &d->baseline.fitted, fitted_limit(h), is_idealised(h)) &&
+                      near(&h->check, &d->baseline.check, near_check, is_idealised(h));
         p[i] = fmin(h->evidence.p_value * (double)n_tried / (double)d->n_hypotheses, 1.0);
     }
     holm_adjust(p, d->n_hypotheses, p);
