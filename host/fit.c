@@ -251,14 +251,20 @@ static enum bf_status first_descent(struct fit_work *w, const struct fit_options
     struct fit_problem *p = &w->problem;
     if (options->start == FIT_NEAR)
         return staircase_last(p, stairs, w->x, found, err);
-    if (!law_is_new(p, 0))
-        return staircase_run(p, stairs, bar, w->x, found, err);
     double *theta = bf_alloc(w->n_refs, sizeof *theta);
     for (size_t i = 0; i < w->n_refs; i++)
         theta[i] = w->refs[i].value;
-    struct tournament tournament = {
-        .p = p, .stairs = *stairs, .theta0 = theta, .predict = options->predict, .bar = bar};
-    const enum bf_status status = tournament_run(&tournament, w->x, found, err);
+    enum bf_status status = BF_OK;
+    if (law_is_new(p, 0)) {
+        struct tournament tournament = {
+            .p = p, .stairs = *stairs, .theta0 = theta, .predict = options->predict, .bar = bar};
+        status = tournament_run(&tournament, w->x, found, err);
+    } else {
+        status = starts_lift_sunken(p, theta, err);
+        starts_to_x(p, theta, w->x);
+        if (!status)
+            status = staircase_run(p, stairs, bar, w->x, found, err);
+    }
     free(theta);
     return status;
 }

@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include "dense.h"
 
 /* ---- The list ---- */
 
@@ -79,6 +80,27 @@ void starts_to_x(struct fit_problem *p, const double theta[], double x[])
 {
     fit_problem_to_x(p, theta, x);
     fit_problem_rescale(p, x);
+}
+
+enum bf_status starts_lift_sunken(struct fit_problem *p, double theta[], struct bf_error *err)
+{
+    static const double floor = 0.02, sunken = 0.1, lifted = 0.5, most = 1e6; /* sunken, lifted: in floors */
+    double square, *x = bf_alloc(p->n_unknowns + 1, sizeof *x);
+    starts_to_x(p, theta, x);
+    enum bf_status status = fit_problem_stage(p, 0.0, floor, x, err);
+    if (!status)
+        status = fit_problem_evaluate(p, x, true, &square, err);
+    for (size_t i = 0; i < p->n_unknowns && !status; i++) {
+        const struct unknown *u = &p->unknowns[i];
+        const enum parameter_role role = p->refs[u->ref].role;
+        const double size = dense_norm(p->n_rows, p->jacobian + i * p->n_rows) / sqrt((double)p->n_rows);
+        if (!u->logarithmic || role == ROLE_EFFECT || size > sunken)
+            continue;
+        const double factor = fmin(lifted / size, most);
+        theta[u->ref] *= role == ROLE_EI ? 1.0 / factor : factor;
+    }
+    free(x);
+    return status;
 }
 
 /* ---- Grids ---- */

@@ -4,7 +4,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include "dense.h"
 #include "fit_starts.h"
 #include "refit_horizon.h"
 #include "refit_law.h"
@@ -17,32 +16,6 @@ static bool is_new(const struct tournament *t, size_t unknown)
 {
     const struct parameter_ref *ref = &t->p->refs[t->p->unknowns[unknown].ref];
     return ref->role == ROLE_EFFECT && ref->owner >= t->first_effect;
-}
-
-/*
- * A baseline that lacks something may have driven a positive parameter to where it does nothing; its logarithm has no gradient
- * there and would stay. It begins where it changes the signals by about half the floor.
- */
-static enum bf_status lift_sunken(struct tournament *t, struct bf_error *err)
-{
-    static const double floor = 0.02, sunken = 0.1, lifted = 0.5, most = 1e6;
-    struct fit_problem *p = t->p;
-    double square, *x = bf_alloc(p->n_unknowns, sizeof *x);
-    starts_to_x(p, t->theta0, x);
-    enum bf_status status = fit_problem_stage(p, 0.0, floor, x, err);
-    if (!status)
-        status = fit_problem_evaluate(p, x, true, &square, err);
-    for (size_t i = 0; i < p->n_unknowns && !status; i++) {
-        const struct unknown *u = &p->unknowns[i];
-        const enum parameter_role role = p->refs[u->ref].role;
-        const double size = dense_norm(p->n_rows, p->jacobian + i * p->n_rows) / sqrt((double)p->n_rows);
-        if (!u->logarithmic || role == ROLE_EFFECT || size > sunken)
-            continue;
-        const double factor = fmin(lifted / size, most);
-        t->theta0[u->ref] *= role == ROLE_EI ? 1.0 / factor : factor;
-    }
-    free(x);
-    return status;
 }
 
 /* What the linearised problem says about the amount of the new effects, before small steps creep there. */
@@ -253,7 +226,7 @@ static enum bf_status compete(struct tournament *t, bool law, struct champion *b
 {
     struct fit_problem *p = t->p;
     struct starts starts = starts_new(t->quick ? 3 : 6, p->n_refs, p->refs, t->first_effect);
-    enum bf_status status = law ? BF_OK : lift_sunken(t, err);
+    enum bf_status status = law ? BF_OK : starts_lift_sunken(p, t->theta0, err);
     if (!status)
         status = law ? rank_laws(t, &starts, err) : rank_starts(t, &starts, err);
     if (!status && law)
