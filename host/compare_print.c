@@ -69,7 +69,9 @@ static void say_input(const struct comparison_channel *c, char *text, size_t siz
         const struct input_correlation *r = &c->inputs[i].correlation;
         if (!(r->p_value < 0.01))
             continue;
-        if (r->largest_lag < 0)
+        if (r->largest_lag < 0 && r->largest_lag >= -r->alike)
+            say(text, size, " It goes with %s: part of the response to it is missing.", c->inputs[i].name);
+        else if (r->largest_lag < 0)
             say(text, size, " The residual runs ahead of %s by %.3g ms: a clock or a channel is out of step.",
                 c->inputs[i].name, -1e3 * (double)r->largest_lag * c->dt_s);
         else if (r->largest_lag <= 1)

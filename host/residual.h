@@ -80,6 +80,11 @@ struct input_correlation {
     double bound_all; /* any lag exceeds it with probability 1 % */
     double largest;   /* largest |ρ| */
     long largest_lag; /* in samples */
+    /*
+     * Lags (samples) over which the filtered input resembles itself: a response to what went before shows at a lag of as much less, so
+     * that only a lag below −alike says that the residual runs ahead.
+     */
+    long alike;
     double p_value;   /* of the largest, all lags considered */
 };
 

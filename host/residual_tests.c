@@ -121,6 +121,20 @@ enum bf_status residual_whiteness(const double *r, size_t n, struct whiteness *o
     return BF_OK;
 }
 
+/* Largest lag at which the input is still correlated with itself. */
+static enum bf_status input_alike(const double *u, size_t n, size_t n_lags, long *alike, struct bf_error *err)
+{
+    static const double correlated = 0.1;
+    double *rho = bf_alloc(n_lags + 1, sizeof *rho);
+    const enum bf_status status = residual_autocorrelation(u, n, n_lags + 1, rho, err);
+    *alike = 0;
+    for (size_t k = 1; k <= n_lags && status == BF_OK; k++)
+        if (fabs(rho[k]) > correlated)
+            *alike = (long)k;
+    free(rho);
+    return status;
+}
+
 enum bf_status residual_input_correlation(const double *u, const double *r, size_t n, size_t n_lags,
                                           struct input_correlation *out, struct bf_error *err)
 {
@@ -149,6 +163,8 @@ enum bf_status residual_input_correlation(const double *u, const double *r, size
             out->largest = fabs(out->rho[i]);
             out->largest_lag = (long)i - (long)n_lags;
         }
+    if (size > 0.0 && status == BF_OK)
+        status = input_alike(wu, n, n_lags, &out->alike, err);
     const double one = erfc(out->largest * sqrt(0.5 * (double)n));
     out->p_value = one < 1.0 ? -expm1(lags * log1p(-one)) : 1.0;
     free(wu);

@@ -243,6 +243,47 @@ static void input_correlation_finds_the_lag(void **state)
     assert_null(c.rho);
 }
 
+/* r = response of an oscillator to u, moved by `later` samples; noise of 1e-3. */
+static void respond(const double u[], size_t n, long later, uint64_t *seed, double r[])
+{
+    double w = 0.0, w1 = 0.0, w2 = 0.0;
+    for (size_t i = 0; i < n; i++)
+        r[i] = 1e-3 * signal_normal(seed);
+    for (size_t i = 0; i < n; i++) {
+        w = u[i] + 1.6 * w1 - 0.95 * w2;
+        w2 = w1;
+        w1 = w;
+        if ((long)i + later >= 0 && (long)i + later < (long)n)
+            r[(long)i + later] += w;
+    }
+}
+
+/* A hit is no white input: the residual after it must not be said to run ahead; one that does must. */
+static void only_a_residual_that_runs_ahead_is_said_to(void **state)
+{
+    (void)state;
+    enum { N = 2000, LAGS = 100 };
+    double hit[N] = {0}, white[N], r[N];
+    struct input_correlation c;
+    struct bf_error err;
+    uint64_t seed = signal_seed(31);
+    for (size_t i = 0; i < N; i++) {
+        white[i] = signal_normal(&seed);
+        hit[i] = i >= 100 && i < 105 ? sin(M_PI * (double)(i - 100) / 5.0) : 0.0;
+    }
+    for (long later = 0; later < 3; later++) {
+        const double *u = later == 0 ? white : hit;
+        respond(u, N, later, &seed, r);
+        assert_int_equal(residual_input_correlation(u, r, N, LAGS, &c, &err), BF_OK);
+        assert_true(c.p_value < 1e-6 && c.largest_lag >= -c.alike);
+        input_correlation_free(&c);
+        respond(u, N, -40, &seed, r);
+        assert_int_equal(residual_input_correlation(u, r, N, LAGS, &c, &err), BF_OK);
+        assert_true(c.p_value < 1e-6 && c.largest_lag < -c.alike);
+        input_correlation_free(&c);
+    }
+}
+
 static void band_shares_add_up(void **state)
 {
     (void)state;
@@ -315,6 +356,7 @@ int main(void)
         cmocka_unit_test(whiteness_of_too_little),
         cmocka_unit_test(input_correlation_false_alarms),
         cmocka_unit_test(input_correlation_finds_the_lag),
+        cmocka_unit_test(only_a_residual_that_runs_ahead_is_said_to),
         cmocka_unit_test(band_shares_add_up),
         cmocka_unit_test(band_edges_lie_between_modes),
         cmocka_unit_test(shares_by_time_and_amplitude),
