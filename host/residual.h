@@ -85,7 +85,7 @@ struct input_correlation {
      * that only a lag below −alike says that the residual runs ahead.
      */
     long alike;
-    double p_value;   /* of the largest, all lags considered */
+    double p_value; /* of the largest, all lags considered */
 };
 
 /* n_lags < n/2. A zero input or residual gives ρ = 0 and p = 1. Free with input_correlation_free(). */
