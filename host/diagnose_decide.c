@@ -23,8 +23,9 @@ static const double weak_share = 0.15, within_floor = 1.03;
  */
 static const double left_share = 0.005;
 /*
- * Two or three effects that together leave more than the noise have not explained anything: they bend until they fit. A channel's
- * floor is known to this part, so over n channels what is left may be several / √n of that. A law's own error is larger.
+ * Two or three effects that together leave more than the noise have not explained anything, nor has one that leaves more of a weak
+ * misfit: they bend until they fit. A channel's floor is known to this part, so over n channels what is left may be several / √n of
+ * that. A law's own error is larger.
  */
 static const double floor_error = 0.012, several = 3.5;
 /* One more effect must lower the fitted rms by this much, or nobody would see the difference. */
@@ -87,10 +88,13 @@ static bool is_idealised(const struct hypothesis *h)
     return h->n_effects == 1 && (has_law(h) || h->effects[0]->family == BEAM_FAMILY_DAMPING);
 }
 
-/* Up to which ratio the fitted records are at the noise. */
-static double fitted_limit(const struct hypothesis *h)
+/*
+ * Up to which ratio the fitted records are at the noise. Several effects bend until they nearly fit, and near the noise even one that is
+ * not the cause does.
+ */
+static double fitted_limit(const struct diagnosis *d, const struct hypothesis *h)
 {
-    if (h->n_effects < 2 || has_law(h) || h->fitted.n_channels == 0)
+    if (has_law(h) || h->fitted.n_channels == 0 || (h->n_effects < 2 && diagnose_is_far(&d->baseline)))
         return near_fitted;
     return 1.0 + several * floor_error / sqrt((double)h->fitted.n_channels);
 }
@@ -126,7 +130,7 @@ void diagnose_rank(struct diagnosis *d, size_t n_tried)
         struct hypothesis *h = &d->hypotheses[i];
         evidence_compare(&d->baseline.fitted.misfit, &h->fitted.misfit, h->n_added, 0, n_tried, &h->evidence);
         h->explains = most_explained(&h->fitted, &d->baseline.fitted) &&
-                      near(&h->fitted, &d->baseline.fitted, fitted_limit(h), is_idealised(h)) &&
+                      near(&h->fitted, &d->baseline.fitted, fitted_limit(d, h), is_idealised(h)) &&
                       near(&h->check, &d->baseline.check, near_check, is_idealised(h));
         p[i] = fmin(h->evidence.p_value * (double)n_tried / (double)d->n_hypotheses, 1.0);
     }
@@ -291,7 +295,8 @@ bool diagnose_more_wanted(const struct diagnosis *d)
         return false;
     if (has_law(best))
         return !best->explains || best->fitted.noise_ratio > near_fitted; /* a law's own error leaves a few per cent */
-    return best->fitted.noise_ratio > fmin(wanted_fitted, fitted_limit(best)) || best->check.noise_ratio > wanted_check;
+    return best->fitted.noise_ratio > fmin(wanted_fitted, fitted_limit(d, best)) ||
+           best->check.noise_ratio > wanted_check;
 }
 
 void diagnose_decide(struct diagnosis *d)
