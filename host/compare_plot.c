@@ -7,18 +7,16 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "text.h"
+
 /* "train1-piezo_V": the record's name without directory and ".csv", and the channel. */
 static void name_picture(const struct comparison *all, const struct comparison_channel *c, char *stem, size_t size)
 {
-    const char *path = all->records[c->record].path != NULL ? all->records[c->record].path : "record";
-    const char *slash = strrchr(path, '/'), *name = slash != NULL ? slash + 1 : path, *dot = strrchr(name, '.');
+    const char *name = text_base_name(all->records[c->record].path), *dot = strrchr(name, '.');
     const int length = dot != NULL && dot != name ? (int)(dot - name) : (int)strlen(name);
     int copies = 0; /* records of one name from different directories get a number */
-    for (size_t r = 0; r < c->record; r++) {
-        const char *other = all->records[r].path != NULL ? all->records[r].path : "record";
-        const char *cut = strrchr(other, '/');
-        copies += strcmp(cut != NULL ? cut + 1 : other, name) == 0;
-    }
+    for (size_t r = 0; r < c->record; r++)
+        copies += strcmp(text_base_name(all->records[r].path), name) == 0;
     if (copies > 0)
         (void)snprintf(stem, size, "%.60s_%d-%s", name, copies + 1, c->name);
     else
@@ -27,9 +25,7 @@ static void name_picture(const struct comparison *all, const struct comparison_c
 
 static void name_title(const struct comparison *all, const struct comparison_channel *c, char *title, size_t size)
 {
-    const char *path = all->records[c->record].path != NULL ? all->records[c->record].path : "record";
-    const char *slash = strrchr(path, '/');
-    (void)snprintf(title, size, "%.80s, %s: error %.3g %%", slash != NULL ? slash + 1 : path, c->name,
+    (void)snprintf(title, size, "%.80s, %s: error %.3g %%", text_base_name(all->records[c->record].path), c->name,
                    100.0 * c->nrmse);
     const size_t n = strlen(title);
     if (c->noise.rms > 0.0 && n < size)

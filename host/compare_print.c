@@ -12,12 +12,6 @@ bool compare_is_noise(double noise_ratio)
     return noise_ratio <= 1.05;
 }
 
-static const char *base_name(const char *path)
-{
-    const char *slash = path != NULL ? strrchr(path, '/') : NULL;
-    return slash != NULL ? slash + 1 : path != NULL ? path : "record";
-}
-
 /* Appends to text, never beyond size. */
 static void say(char *text, size_t size, const char *format, ...) __attribute__((format(printf, 3, 4)));
 static void say(char *text, size_t size, const char *format, ...)
@@ -92,7 +86,7 @@ static bool can_judge(const struct comparison_channel *c)
 void compare_finding(const struct comparison *all, const struct comparison_channel *c, char *text, size_t size)
 {
     text[0] = '\0';
-    say(text, size, "%s %s: ", base_name(all->records[c->record].path), c->name);
+    say(text, size, "%s %s: ", text_base_name(all->records[c->record].path), c->name);
     if (!can_judge(c)) {
         say(text, size, "too little motion to judge.");
         return;
@@ -135,7 +129,7 @@ static void print_header(FILE *out, const struct comparison *all)
 {
     size_t width = 6;
     for (size_t i = 0; i < all->n_channels; i++) {
-        const size_t w = text_width(base_name(all->records[all->channels[i].record].path));
+        const size_t w = text_width(text_base_name(all->records[all->channels[i].record].path));
         width = w > width ? w : width;
     }
     (void)fprintf(out, "%-*s  %-14s %9s %8s %9s  %-22s %9s %9s\n", (int)width, "record", "channel", "error %",
@@ -147,7 +141,7 @@ static void print_header(FILE *out, const struct comparison *all)
             input_p = fmin(input_p, c->inputs[j].correlation.p_value);
         if (c->held_out && (i == 0 || !all->channels[i - 1].held_out))
             (void)fprintf(out, "held out:\n");
-        text_print_padded(out, base_name(all->records[c->record].path), width);
+        text_print_padded(out, text_base_name(all->records[c->record].path), width);
         (void)fprintf(out, "  %-14s %9.4g ", c->name, 100.0 * c->nrmse);
         if (isfinite(c->noise_ratio))
             (void)fprintf(out, "%8.4g %9.3g  %-22s", c->noise_ratio, 100.0 * c->noise.rms / c->rms,
@@ -175,8 +169,8 @@ static void print_totals(FILE *out, const struct comparison *all)
     (void)fputc('\n', out);
     for (size_t r = 0; r < all->n_records; r++)
         if (all->level[r] < 1.0 || all->level[r] > 1.0)
-            (void)fprintf(out, "level of the excitation of %s: %.6g (solved for)\n", base_name(all->records[r].path),
-                          all->level[r]);
+            (void)fprintf(out, "level of the excitation of %s: %.6g (solved for)\n",
+                          text_base_name(all->records[r].path), all->level[r]);
 }
 
 /* Bands of one sampling rate belong to one table; every channel has its own rates in general, so one line each. */
@@ -185,7 +179,7 @@ static void print_bands(FILE *out, const struct comparison *all)
     (void)fprintf(out, "\nWhere the misfit is (share of it in %%; m: the mode in the band):\n");
     for (size_t i = 0; i < all->n_channels; i++) {
         const struct comparison_channel *c = &all->channels[i];
-        (void)fprintf(out, "  %s %s:", base_name(all->records[c->record].path), c->name);
+        (void)fprintf(out, "  %s %s:", text_base_name(all->records[c->record].path), c->name);
         for (size_t b = 0; b < c->n_bands; b++) {
             if (c->bands[b].share < 0.005)
                 continue;

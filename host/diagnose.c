@@ -59,28 +59,10 @@ static void free_root(struct hypothesis *root)
     model_free(&root->model);
 }
 
-static bool steps_through_time(const struct hypothesis *h)
-{
-    for (size_t i = 0; i < h->n_effects; i++)
-        if (effect_kind(h->effects[i]) == KIND_LAW)
-            return true;
-    return false;
-}
-
-/* Rms in units of the noise of the best with so many effects. */
-static double best_left(const struct diagnosis *d, size_t n_effects)
-{
-    double best = d->baseline.fitted.noise_ratio;
-    for (size_t i = 0; i < d->n_hypotheses; i++)
-        if (d->hypotheses[i].n_effects == n_effects)
-            best = fmin(best, d->hypotheses[i].fitted.noise_ratio);
-    return best;
-}
-
 static bool is_root(const struct diagnosis *d, const struct hypothesis *h, size_t n_effects, bool stepping)
 {
-    return h->n_effects == n_effects && steps_through_time(h) == stepping &&
-           (!stepping || h->fitted.noise_ratio <= law_root * best_left(d, n_effects));
+    return h->n_effects == n_effects && hypothesis_has_law(h) == stepping &&
+           (!stepping || h->fitted.noise_ratio <= law_root * diagnose_best_left(d, n_effects));
 }
 
 /* One more effect on the best hypotheses with n_effects of them, those that step through time or those that do not. */
@@ -122,7 +104,7 @@ static enum bf_status without_one(struct diagnose_work *w, struct bf_error *err)
     struct refit_job jobs[DIAGNOSE_EFFECTS];
     size_t n = 0;
     enum bf_status status = BF_OK;
-    if (w->d->n_hypotheses == 0 || best->n_effects < 3 || steps_through_time(best))
+    if (w->d->n_hypotheses == 0 || best->n_effects < 3 || hypothesis_has_law(best))
         return BF_OK;
     for (size_t e = 0; e + 1 < best->n_effects && !status; e++) { /* without the last it is known */
         struct refit_job *job = &jobs[n];
@@ -145,7 +127,7 @@ static enum bf_status without_one(struct diagnose_work *w, struct bf_error *err)
 /* What was added last took its share, so that one more may take the rest. */
 static bool gets_somewhere(const struct diagnosis *d, size_t n_effects)
 {
-    const double now = best_left(d, n_effects), before = best_left(d, n_effects - 1);
+    const double now = diagnose_best_left(d, n_effects), before = diagnose_best_left(d, n_effects - 1);
     return now * now - 1.0 <= least_progress * fmax(before * before - 1.0, 0.0);
 }
 

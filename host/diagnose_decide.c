@@ -74,18 +74,10 @@ static bool near(const struct hypothesis_errors *e, const struct hypothesis_erro
     return at_noise(e, limit) || (idealised && excess(e->noise_ratio) <= left_share * excess(before->noise_ratio));
 }
 
-static bool has_law(const struct hypothesis *h)
-{
-    for (size_t i = 0; i < h->n_effects; i++)
-        if (h->effects[i]->law != NULL)
-            return true;
-    return false;
-}
-
 /* One effect whose form is an idealisation. */
 static bool is_idealised(const struct hypothesis *h)
 {
-    return h->n_effects == 1 && (has_law(h) || h->effects[0]->family == BEAM_FAMILY_DAMPING);
+    return h->n_effects == 1 && (hypothesis_has_law(h) || h->effects[0]->family == BEAM_FAMILY_DAMPING);
 }
 
 /*
@@ -94,7 +86,7 @@ static bool is_idealised(const struct hypothesis *h)
  */
 static double fitted_limit(const struct diagnosis *d, const struct hypothesis *h)
 {
-    if (has_law(h) || h->fitted.n_channels == 0 || (h->n_effects < 2 && diagnose_is_far(&d->baseline)))
+    if (hypothesis_has_law(h) || h->fitted.n_channels == 0 || (h->n_effects < 2 && diagnose_is_far(&d->baseline)))
         return near_fitted;
     return 1.0 + several * floor_error / sqrt((double)h->fitted.n_channels);
 }
@@ -293,7 +285,7 @@ bool diagnose_more_wanted(const struct diagnosis *d)
     const struct hypothesis *best = &d->hypotheses[0];
     if (d->n_hypotheses == 0)
         return false;
-    if (has_law(best))
+    if (hypothesis_has_law(best))
         return !best->explains || best->fitted.noise_ratio > near_fitted; /* a law's own error leaves a few per cent */
     return best->fitted.noise_ratio > fmin(wanted_fitted, fitted_limit(d, best)) ||
            best->check.noise_ratio > wanted_check;

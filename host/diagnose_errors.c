@@ -100,6 +100,23 @@ enum bf_status hypothesis_measure(const struct diagnose_work *w, struct hypothes
     return measure_check(w, h, err);
 }
 
+bool hypothesis_has_law(const struct hypothesis *h)
+{
+    for (size_t i = 0; i < h->n_effects; i++)
+        if (h->effects[i]->law != NULL)
+            return true;
+    return false;
+}
+
+double diagnose_best_left(const struct diagnosis *d, size_t n_effects)
+{
+    double best = d->baseline.fitted.noise_ratio;
+    for (size_t i = 0; i < d->n_hypotheses; i++)
+        if (d->hypotheses[i].n_effects == n_effects)
+            best = fmin(best, d->hypotheses[i].fitted.noise_ratio);
+    return best;
+}
+
 void hypothesis_free(struct hypothesis *h)
 {
     model_free(&h->model);

@@ -23,16 +23,12 @@ static bool explained(const struct shortlist *s)
 /* Rms in units of the noise of the best that is known for this number of effects. */
 static double best_left(const struct shortlist *s)
 {
-    const struct diagnosis *d = s->w->d;
-    double best = s->from->fitted.noise_ratio;
+    double best = fmin(s->from->fitted.noise_ratio, diagnose_best_left(s->w->d, s->n_effects));
     for (int kind = 0; kind < KIND_LAW; kind++)
         if (s->n_order[kind] > 0)
             best = fmin(best, shortlist_left(s, s->order[kind][0]));
     if (s->n_trials > 0)
         best = fmin(best, s->trials[0].unexplained);
-    for (size_t i = 0; i < d->n_hypotheses; i++)
-        if (d->hypotheses[i].n_effects == s->n_effects)
-            best = fmin(best, d->hypotheses[i].fitted.noise_ratio);
     return fmax(best, 1.0);
 }
 

@@ -31,7 +31,10 @@ static bool passes(const struct diagnosis *d, const struct hypothesis *h)
            (h->check.n_channels == 0 || h->check.noise_ratio <= check);
 }
 
-/* A law takes seconds to minutes: it need not end once another explanation has passed. */
+/*
+ * A law takes seconds to minutes: it need not end once another explanation has passed. Not so a linear effect on a root with a law: it
+ * may be the simpler case of the one that passed.
+ */
 static bool takes_long(const struct hypothesis *h)
 {
     return effect_kind(h->effects[h->n_effects - 1]) == KIND_LAW;

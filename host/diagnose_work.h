@@ -55,6 +55,10 @@ enum bf_status hypothesis_measure(const struct diagnose_work *w, struct hypothes
 void hypothesis_take_check(struct hypothesis *h, const struct fit_channel_error channels[], size_t n);
 struct misfit_channel *hypothesis_channels(const struct diagnosis *d, const struct hypothesis *h);
 void hypothesis_free(struct hypothesis *h);
+/* One of its added effects is a law, so that its prediction steps through time. */
+bool hypothesis_has_law(const struct hypothesis *h);
+/* Rms in units of the noise of the best with so many added effects; the baseline's when there is none below it. */
+double diagnose_best_left(const struct diagnosis *d, size_t n_effects);
 
 /* diagnose_refit.c: jobs on all threads; each job that has a value becomes a hypothesis of the diagnosis. */
 void diagnose_refits(struct diagnose_work *w, struct refit_job jobs[], size_t n, double span);

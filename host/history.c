@@ -99,7 +99,7 @@ static void push_id(void *context, const char *id, bool gained)
     json_push_text(context, id);
 }
 
-static double or_none(double x)
+double history_error(double x)
 {
     return x > 0.0 ? x : (double)NAN;
 }
@@ -125,10 +125,10 @@ static void put_entry(struct json *object, const struct history *h, int i)
         each_surplus(parent, &e->model, push_id, lost, false);
     }
     json_put_bool(object, "fitted", fit->present);
-    json_put_number(object, "nrmse", or_none(fit->nrmse));
-    json_put_number(object, "noise_ratio", or_none(fit->noise_ratio));
-    json_put_number(object, "check_nrmse", or_none(fit->check_nrmse));
-    json_put_number(object, "check_noise_ratio", or_none(fit->check_noise_ratio));
+    json_put_number(object, "nrmse", history_error(fit->nrmse));
+    json_put_number(object, "noise_ratio", history_error(fit->noise_ratio));
+    json_put_number(object, "check_nrmse", history_error(fit->check_nrmse));
+    json_put_number(object, "check_noise_ratio", history_error(fit->check_noise_ratio));
     json_put_bool(object, "converged", fit->present && fit->converged);
 }
 
@@ -252,10 +252,9 @@ enum bf_status history_plot(const struct history *h, const char *directory, stru
         const struct fit_info *fit = &e->model.fit;
         if (!fit->present)
             continue;
-        const char *slash = strrchr(e->file, '/');
-        label[n] = slash ? slash + 1 : e->file;
-        fitted[n] = or_none(fit->nrmse);
-        held_out[n++] = or_none(fit->check_nrmse);
+        label[n] = text_base_name(e->file);
+        fitted[n] = history_error(fit->nrmse);
+        held_out[n++] = history_error(fit->check_nrmse);
         floor = noise_floor(fit, false) > 0.0 ? noise_floor(fit, false) : floor;
         held_out_floor = noise_floor(fit, true) > 0.0 ? noise_floor(fit, true) : held_out_floor;
     }

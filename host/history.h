@@ -40,6 +40,8 @@ void history_free(struct history *history);
 
 /* What entry i has and its parent has not, as in the table: "+tip_mass −hum; fitted". */
 void history_step(const struct history *history, int i, char *text, size_t size);
+/* An error or noise ratio of a fit_info, where 0 stands for none: NaN then. */
+double history_error(double x);
 /* Models that were fitted. */
 int history_fits(const struct history *history);
 

@@ -6,15 +6,11 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "text.h"
+
 static const double little = 0.02;    /* excess over the noise below which nothing is said to be left */
 static const double mostly = 0.5;     /* share that deserves the first sentence alone */
 static const double late_part = 0.75; /* of the misfit in the second half of the motion */
-
-static const char *base_name(const char *path)
-{
-    const char *slash = path != NULL ? strrchr(path, '/') : NULL;
-    return slash != NULL ? slash + 1 : path != NULL ? path : "";
-}
 
 static void add(char *text, size_t size, const char *sentence)
 {
@@ -31,7 +27,7 @@ static void say_single(const struct misfit_channel channels[], const struct loca
     const char *first = NULL;
     for (size_t i = 0; i < l->n; i++) {
         const struct misfit_channel *c = &channels[l->parts[i].channel];
-        const char *name = by_channel ? c->channel : base_name(c->file);
+        const char *name = by_channel ? c->channel : text_base_name(c->file);
         if (first == NULL)
             first = name;
         all += l->parts[i].share;
@@ -54,7 +50,7 @@ static void say_part(const struct misfit_channel channels[], const struct locali
         (void)snprintf(where, sizeof where, " (mode %zu)", p->mode);
     (void)snprintf(sentence, sizeof sentence,
                    "%.0f %% %s in %s of %s between %.3g and %.3g Hz%s, %.*f %% of the motion there%s%s.",
-                   100.0 * p->share, first ? "of what is unexplained is" : "is", c->channel, base_name(c->file),
+                   100.0 * p->share, first ? "of what is unexplained is" : "is", c->channel, text_base_name(c->file),
                    p->from_Hz, p->to_Hz, where, p->relative < 0.1 ? 1 : 0, 100.0 * p->relative,
                    p->amplitude == AMPLITUDE_LARGE   ? ", a share that grows with amplitude"
                    : p->amplitude == AMPLITUDE_SMALL ? ", a share that falls with amplitude"

@@ -5,6 +5,7 @@
 #include <string.h>
 #include "atomic_file.h"
 #include "record.h"
+#include "text.h"
 
 const double *record_column(const struct record *record, const char *name)
 {
@@ -41,8 +42,7 @@ void record_add_meta(struct record *record, const char *key, const char *value)
 
 const char *record_base_name(const struct record *record)
 {
-    const char *slash = record->path ? strrchr(record->path, '/') : NULL;
-    return slash ? slash + 1 : record->path ? record->path : "";
+    return text_base_name(record->path);
 }
 
 const char **record_base_names(const struct record records[], size_t n)

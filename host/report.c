@@ -8,13 +8,9 @@
 #include <string.h>
 #include <time.h>
 
-/* ---- What the parts share ---- */
+#include "text.h"
 
-const char *report_base_name(const char *path)
-{
-    const char *slash = path != NULL ? strrchr(path, '/') : NULL;
-    return slash != NULL ? slash + 1 : path != NULL ? path : "record";
-}
+/* ---- What the parts share ---- */
 
 double report_prefix(double x, const char *unit, char format[40])
 {
@@ -173,7 +169,7 @@ void report_verdict(const struct report *r, char text[REPORT_TEXT])
             unknown > 0 ? ", in the channels whose noise is known" : "");
     else if (all->n_channels > 1)
         say(text, "; at most %.3g times, in %s of %.200s", worst->noise_ratio, worst->name,
-            report_base_name(all->records[worst->record].path));
+            text_base_name(all->records[worst->record].path));
     if (report_leaves_more(r))
         say(text, ". More than the noise is left: `beamfit diagnose` with the same records is the next step.");
 }
@@ -236,7 +232,7 @@ enum bf_status report_write(const struct report *r, const struct report_pictures
 {
     struct page page = {.out = out, .report = r, .pictures = pictures};
     char title[512];
-    (void)snprintf(title, sizeof title, "Model of a beam: %.400s", report_base_name(r->model->path));
+    (void)snprintf(title, sizeof title, "Model of a beam: %.400s", text_base_name(r->model->path));
     html_begin(out, r->title != NULL ? r->title : title, "beamfit " BEAMFIT_VERSION);
     write_title(&page, r->title != NULL ? r->title : title);
     report_beam(&page);

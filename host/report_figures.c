@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "progress.h"
+#include "text.h"
 
 /* ---- Drawing ---- */
 
@@ -127,7 +128,7 @@ static void residual_caption(const struct page *page, const struct comparison_ch
         "%.120s %s, measured minus predicted: rms %s, of the noise %s.%s Probability that white noise looks like "
         "this: %s. In time, its spectral density, its correlation with itself and with the input, its share per "
         "band.",
-        report_base_name(page->report->comparison->records[c->record].path), c->name, rms, noise, share, white);
+        text_base_name(page->report->comparison->records[c->record].path), c->name, rms, noise, share, white);
 }
 
 static enum bf_status channel_figures(struct page *page, size_t i, struct bf_error *err)
@@ -136,7 +137,7 @@ static enum bf_status channel_figures(struct page *page, size_t i, struct bf_err
     const struct comparison_channel *c = &all->channels[i];
     char stem[32], file[64], summary[1200], caption[1600];
     (void)fputs("<h3 class=\"channel\">", page->out);
-    html_textf(page->out, "%s, %s%s", report_base_name(all->records[c->record].path), c->name,
+    html_textf(page->out, "%s, %s%s", text_base_name(all->records[c->record].path), c->name,
                c->held_out ? " (held out)" : "");
     (void)fputs("</h3>\n", page->out);
     stem_of(i, stem);
@@ -192,12 +193,6 @@ enum bf_status report_figures(struct page *page, struct bf_error *err)
 
 /* ---- The chain of models ---- */
 
-/* 0 in the file: none. */
-static double or_none(double x)
-{
-    return x > 0.0 ? x : (double)NAN;
-}
-
 static void chain_table(struct page *page)
 {
     const struct history *h = page->report->history;
@@ -209,10 +204,10 @@ static void chain_table(struct page *page)
         char step[1024];
         history_step(h, h->order[k], step, sizeof step);
         (void)fprintf(page->out, "<tr><td style=\"padding-left:%.1fem\">", 1.2 * e->depth);
-        html_name(page->out, report_base_name(e->file));
+        html_name(page->out, text_base_name(e->file));
         (void)fputs("</td>", page->out);
-        report_error_cells(page->out, or_none(fit->nrmse), or_none(fit->noise_ratio));
-        report_error_cells(page->out, or_none(fit->check_nrmse), or_none(fit->check_noise_ratio));
+        report_error_cells(page->out, history_error(fit->nrmse), history_error(fit->noise_ratio));
+        report_error_cells(page->out, history_error(fit->check_nrmse), history_error(fit->check_noise_ratio));
         html_cell(page->out, "%s", step);
         (void)fputs("<td class=\"hash\">", page->out);
         html_textf(page->out, "%.12s", e->model.sha256);

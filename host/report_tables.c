@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "plot.h"
+#include "text.h"
 
 /* ---- Modes ---- */
 
@@ -95,7 +96,7 @@ static void record_warnings(struct page *page)
     for (size_t r = 0; fit->present && r < all->n_records; r++) {
         const bool held_out = r >= all->n_records - all->n_held_out;
         const struct fit_record *known = report_fit_record(page->report, r);
-        const char *file = report_base_name(all->records[r].path);
+        const char *file = text_base_name(all->records[r].path);
         const bool was_fitted = known != NULL && !known->held_out;
         if (was_fitted != held_out)
             continue;
@@ -154,7 +155,7 @@ static void error_row(FILE *out, const struct comparison *all, const struct comp
     report_unit(c->name, unit);
     const double factor = report_prefix(c->noise.rms, unit, format);
     (void)fputs("<tr>", out);
-    html_name_cell(out, report_base_name(all->records[c->record].path));
+    html_name_cell(out, text_base_name(all->records[c->record].path));
     html_name_cell(out, c->name);
     report_error_cells(out, c->nrmse, c->noise_ratio);
     html_number_cell(out, c->noise.rms > 0.0 ? c->noise.rms : (double)NAN, factor, format);
@@ -192,7 +193,7 @@ void report_errors(struct page *page)
     for (size_t i = 0; i < all->n_channels; i++)
         if (all->channels[i].warning[0] != '\0') {
             (void)fputs("<p class=\"warning\">", page->out);
-            html_textf(page->out, "%s: %s", report_base_name(all->records[all->channels[i].record].path),
+            html_textf(page->out, "%s: %s", text_base_name(all->records[all->channels[i].record].path),
                        all->channels[i].warning);
             (void)fputs("</p>\n", page->out);
         }

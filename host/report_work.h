@@ -13,8 +13,6 @@ struct page {
     size_t n_figures; /* so far */
 };
 
-/* The last part of a path. */
-const char *report_base_name(const char *path);
 /* "V" of "piezo_V"; "" when the name has no known unit. */
 void report_unit(const char *name, char unit[24]);
 /*

@@ -77,6 +77,12 @@ size_t text_columns(void)
     return columns < 40 ? 40 : columns > 120 ? 120 : (size_t)columns;
 }
 
+const char *text_base_name(const char *path)
+{
+    const char *slash = path != NULL ? strrchr(path, '/') : NULL;
+    return slash != NULL ? slash + 1 : path != NULL ? path : "";
+}
+
 size_t text_width(const char *text)
 {
     size_t n = 0;

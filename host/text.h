@@ -12,6 +12,9 @@ const char *text_closest(const char *word, const char *const known[], size_t n);
 /* Columns of the terminal on standard output, or of COLUMNS; 80 when neither is known; within 40 … 120. */
 size_t text_columns(void);
 
+/* The last part of a path, in the path itself; "" for NULL. */
+const char *text_base_name(const char *path);
+
 /* Characters (code points) of UTF-8 text. */
 size_t text_width(const char *text);
 
