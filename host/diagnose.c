@@ -137,8 +137,9 @@ static enum bf_status search(struct diagnose_work *w, struct bf_error *err)
     tell(w, part_baseline, "short list");
     enum bf_status status = diagnose_extend(w, &w->d->baseline, most_singles, part_singles, err);
     for (size_t n = 1; n < most && !status && !progress_interrupted(); n++) {
-        if (w->d->n_hypotheses == 0 || !diagnose_more_wanted(w->d) || !gets_somewhere(w->d, n))
-            break;
+        const bool far = diagnose_is_far(&w->d->baseline);
+        if (w->d->n_hypotheses == 0 || !diagnose_more_wanted(w->d) || !gets_somewhere(w->d, n) || (n > 1 && !far))
+            break; /* two that fit a weak misfit are told, not named; three would be neither */
         status = one_more(w, n, err);
     }
     if (!status && !progress_interrupted())
@@ -210,7 +211,21 @@ static bool about_to_name(const struct diagnosis *d)
     return !d->interrupted && (d->n_named > 0 || (d->unconfirmed && diagnose_can_cross(d)));
 }
 
-/* What the verdict hangs on, once more: its own optimum, the baseline's, records left out. */
+/* Of the best, and of what becomes the best when that one leaves too much. */
+static enum bf_status look_for_remains(struct diagnose_work *w, struct bf_error *err)
+{
+    struct diagnosis *d = w->d;
+    enum bf_status status = BF_OK;
+    while (!status && about_to_name(d) && diagnose_may_stand_in(d, &d->hypotheses[0]) && !d->hypotheses[0].looked) {
+        d->hypotheses[0].looked = true;
+        status = diagnose_remains(w, err);
+        d->interrupted = progress_interrupted();
+        diagnose_decide(d);
+    }
+    return status;
+}
+
+/* What the verdict hangs on, once more: its own optimum, the baseline's, what it leaves, records left out. */
 static enum bf_status confirm(struct diagnose_work *w, struct bf_error *err)
 {
     struct diagnosis *d = w->d;
@@ -222,6 +237,8 @@ static enum bf_status confirm(struct diagnose_work *w, struct bf_error *err)
     }
     if (!status && about_to_name(d))
         status = restart(w, err);
+    if (!status)
+        status = look_for_remains(w, err);
     if (!status && !d->interrupted && diagnose_computed(d))
         diagnose_cross(w, fmax(1.0 - w->done, 0.0));
     return status;

@@ -54,6 +54,8 @@ struct hypothesis {
     size_t n_tried;           /* models that were compared to choose this one, scan points included */
     struct evidence evidence; /* against the baseline */
     double p_value;           /* of the evidence, family-wise (Holm) over all that were tried */
+    double remains;           /* fall of its misfit that one more effect promises, by score */
+    bool looked;              /* … and that was asked */
     bool refitted;            /* false: only scored; fit, model and errors are empty */
     bool explains;            /* nothing that matters is left in fitted and held-out records */
     bool rival;               /* the records cannot tell it from the best */

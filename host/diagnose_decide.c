@@ -35,6 +35,11 @@ static const double least_gain = 0.02;
  * what the models themselves may be wrong by (0.1 % of the noise's rms).
  */
 static const double rival_fall = 20.0, rival_share = 0.002;
+/*
+ * What is near the noise because it is the cause leaves one more effect at most 0.1 % of the whitened misfit to take (0.2 % on the open cases),
+ * what stands in for it 0.3 % and more, beside what a search finds in noise.
+ */
+static const double remainder_share = 0.003;
 /* Below this ratio a baseline that no effect improves is complete. */
 static const double complete_ratio = 1.05;
 
@@ -91,6 +96,21 @@ static double fitted_limit(const struct diagnosis *d, const struct hypothesis *h
     return 1.0 + several * floor_error / sqrt((double)h->fitted.n_channels);
 }
 
+bool diagnose_too_many(const struct diagnosis *d, const struct hypothesis *h)
+{
+    return h->n_effects > 1 && !diagnose_is_far(&d->baseline);
+}
+
+bool diagnose_may_stand_in(const struct diagnosis *d, const struct hypothesis *h)
+{
+    return h->n_effects > 1 || !diagnose_is_far(&d->baseline);
+}
+
+bool diagnose_leaves_more(const struct diagnosis *d, const struct hypothesis *h)
+{
+    return diagnose_may_stand_in(d, h) && h->remains > rival_fall + remainder_share * (double)h->fitted.misfit.n;
+}
+
 /* Whitened misfit with a price for parameters; comparable between hypotheses. */
 static double criterion(const struct hypothesis *h, double scale)
 {
@@ -121,7 +141,8 @@ void diagnose_rank(struct diagnosis *d, size_t n_tried)
     for (size_t i = 0; i < d->n_hypotheses; i++) {
         struct hypothesis *h = &d->hypotheses[i];
         evidence_compare(&d->baseline.fitted.misfit, &h->fitted.misfit, h->n_added, 0, n_tried, &h->evidence);
-        h->explains = most_explained(&h->fitted, &d->baseline.fitted) &&
+        h->explains = !diagnose_too_many(d, h) && !diagnose_leaves_more(d, h) &&
+                      most_explained(&h->fitted, &d->baseline.fitted) &&
                       near(&h->fitted, &d->baseline.fitted, fitted_limit(d, h), is_idealised(h)) &&
                       near(&h->check, &d->baseline.check, near_check, is_idealised(h));
         p[i] = fmin(h->evidence.p_value * (double)n_tried / (double)d->n_hypotheses, 1.0);

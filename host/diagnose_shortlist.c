@@ -81,7 +81,7 @@ static void score_kind(struct shortlist *s, enum effect_kind kind)
     size_t ranked = score_rank(some, scores, n, order);
     if (s->from->fitted.noise_ratio < first_order_ratio)
         ranked = keep_likely(scores, order, ranked);
-    const size_t refined = ranked < REFINED ? ranked : REFINED;
+    const size_t refined = s->first_order ? 0 : ranked < REFINED ? ranked : REFINED;
     score_refine_all(s->base, some, scores, order, refined, 0);
     for (size_t i = 0; i < n; i++) {
         s->scores[at[i]] = scores[i];
@@ -110,6 +110,7 @@ enum bf_status shortlist_score(struct shortlist *s, enum effect_kind kind, struc
         return BF_OK;
     if (s->base == NULL) {
         const struct score_options options = {.sigma = w->sigma,
+                                              .colour = s->colour,
                                               .threads = w->threads,
                                               .race = diagnose_is_far(&w->d->baseline),
                                               .predict = w->options->predict};
@@ -128,6 +129,11 @@ enum bf_status shortlist_score(struct shortlist *s, enum effect_kind kind, struc
     s->order[kind] = bf_alloc(s->list.n, sizeof(size_t));
     score_kind(s, kind);
     return BF_OK;
+}
+
+double shortlist_fall(const struct shortlist *s, enum effect_kind kind)
+{
+    return s->n_order[kind] > 0 ? s->scores[s->order[kind][0]].LM : 0.0;
 }
 
 static bool excluded(const struct diagnose_work *w, const char *id)

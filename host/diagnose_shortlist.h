@@ -32,7 +32,9 @@ struct shortlist {
     const struct hypothesis *from;
     bool has_law; /* of `from`: its scores are those of `bare` */
     struct bare bare;
-    size_t n_effects; /* of the new hypotheses */
+    size_t n_effects;              /* of the new hypotheses */
+    bool first_order;              /* scores are not refined: they only tell whether anything is left */
+    const struct ar_model *colour; /* [channels] of the noise in units of sigma; NULL: white */
     struct candidate_list list;
     struct score_base *base;                 /* NULL: not needed yet */
     struct score *scores;                    /* [list.n] */
@@ -48,6 +50,8 @@ enum bf_status shortlist_new(struct diagnose_work *w, const struct hypothesis *f
 void shortlist_free(struct shortlist *s);
 /* Scores of KIND_LINEAR or KIND_BENT; nothing when they are there already. */
 enum bf_status shortlist_score(struct shortlist *s, enum effect_kind kind, struct bf_error *err);
+/* Fall of the misfit (in units of the noise) that the best score of a kind promises by one step; 0 when none is likely. */
+double shortlist_fall(const struct shortlist *s, enum effect_kind kind);
 /* Trials of the laws; nothing when they are there already, or when the hypothesis itself has a law (no motion then). */
 enum bf_status shortlist_try_laws(struct shortlist *s, struct bf_error *err);
 /* Rms in units of the noise that a candidate leaves after its few steps. */

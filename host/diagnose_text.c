@@ -190,9 +190,27 @@ static void not_crossed(FILE *out, const struct diagnosis *d)
         (void)fprintf(out, ".");
 }
 
-static void unknown(FILE *out, const struct diagnosis *d)
+/* Why what leaves so little is not named. */
+static void not_the_cause(FILE *out, const struct diagnosis *d, const struct hypothesis *best)
 {
     static const double describes = 1.5; /* × noise */
+    if (best->fitted.noise_ratio > describes)
+        return;
+    if (diagnose_too_many(d, best))
+        (void)fprintf(out,
+                      ": they describe these records, but so weak a misfit does not tell which effects act together; "
+                      "add the one that you have reason to expect and ask again, or record a misfit of several "
+                      "times the noise");
+    else if (diagnose_leaves_more(d, best))
+        (void)fprintf(out,
+                      ": it describes these records, but one more effect still takes a part of what it leaves, and "
+                      "their cause would leave nothing to take");
+    else
+        (void)fprintf(out, ": it describes these records, but their cause would leave no more than the noise");
+}
+
+static void unknown(FILE *out, const struct diagnosis *d)
+{
     if (!diagnose_computed(d)) {
         uncomputed(out, d);
         return;
@@ -211,8 +229,8 @@ static void unknown(FILE *out, const struct diagnosis *d)
         ratios(out, d, &d->hypotheses[0]);
         if (crossed)
             (void)fprintf(out, ": it fits, but a record that was left out is not predicted from the others");
-        else if (d->hypotheses[0].fitted.noise_ratio <= describes)
-            (void)fprintf(out, ": it describes these records, but their cause would leave no more than the noise");
+        else
+            not_the_cause(out, d, &d->hypotheses[0]);
         if (!d->hypotheses[0].fit.converged)
             (void)fprintf(out, " (its search did not converge, so it may not have been given its best chance)");
     }

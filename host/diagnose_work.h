@@ -79,6 +79,9 @@ enum bf_status diagnose_extend(struct diagnose_work *w, const struct hypothesis 
 /* diagnose_settle.c: the explanation that is about to be named, once more, when its refit has not converged. */
 enum bf_status diagnose_settle(struct diagnose_work *w, double span, struct bf_error *err);
 
+/* diagnose_remains.c: scores of one more effect on the best hypothesis, into its `remains`; ranks again. About a second. */
+enum bf_status diagnose_remains(struct diagnose_work *w, struct bf_error *err);
+
 /*
  * diagnose_cross.c: held-out errors where no record is held out: each record (or group) is left out in turn, everything is
  * fitted to the others from its fitted values, and the record is predicted. Of the baseline and of what the verdict hangs on;
@@ -93,6 +96,15 @@ void diagnose_rank(struct diagnosis *d, size_t n_tried);
 void diagnose_decide(struct diagnosis *d);
 /* Something significant is left by the best hypothesis (or the baseline), so that one more effect is worth a search. */
 bool diagnose_more_wanted(const struct diagnosis *d);
+/*
+ * Two or three effects on a weak misfit: it has too little to tell them by, and others, as many, describe the records as well.
+ * They are not named; who has reason to expect one of them adds it and asks again.
+ */
+bool diagnose_too_many(const struct diagnosis *d, const struct hypothesis *h);
+/* It is near the noise, or of several effects, so that what is not the cause may bend until it fits: `remains` is wanted. */
+bool diagnose_may_stand_in(const struct diagnosis *d, const struct hypothesis *h);
+/* … and one more effect would take what the cause would not have left. */
+bool diagnose_leaves_more(const struct diagnosis *d, const struct hypothesis *h);
 
 /* diagnose_text.c */
 char *diagnose_words(const struct diagnosis *d);
