@@ -65,13 +65,19 @@ void law_transfers_fill(const struct run *run, struct law_transfers *transfers, 
     if (run->want == NULL)
         return;
     pair->dH = bf_alloc(p->map.n, sizeof *pair->dH);
+    struct response_change *changes = bf_alloc(p->map.n + 1, sizeof *changes);
+    size_t n = 0;
     for (size_t j = 0; j < p->map.n; j++) {
         if (!run_structural(run, j))
             continue;
         pair->dH[j] = bf_grow(NULL, m, sizeof **pair->dH);
-        response_derivative(kernel, pair->order, a->alpha, b->alpha, a->d_alpha + j * n_poles, b->d_alpha + j * n_poles,
-                            p->system->derivative[j].p, pair->dH[j]);
+        changes[n++] = (struct response_change){.d_alpha = a->d_alpha + j * n_poles,
+                                                .d_beta = b->d_alpha + j * n_poles,
+                                                .d_p = p->system->derivative[j].p,
+                                                .H = pair->dH[j]};
     }
+    response_derivatives(kernel, pair->order, a->alpha, b->alpha, changes, n);
+    free(changes);
 }
 
 void law_transfers_free(const struct run *run, struct law_transfers *transfers)

@@ -54,10 +54,16 @@ static void fill_pair(const struct run *run, size_t grid, size_t output, size_t 
     if (run->want == NULL)
         return;
     pair->dH = bf_grow(NULL, m * p->map.n, sizeof *pair->dH);
+    struct response_change *changes = bf_alloc(p->map.n + 1, sizeof *changes);
+    size_t n = 0;
     for (size_t j = 0; j < p->map.n; j++)
         if (pair_depends(run, output, source, j))
-            response_derivative(p->kernels[grid], order, c->alpha, b->alpha, c->d_alpha + j * n_poles,
-                                b->d_alpha + j * n_poles, p->system->derivative[j].p, pair->dH + j * m);
+            changes[n++] = (struct response_change){.d_alpha = c->d_alpha + j * n_poles,
+                                                    .d_beta = b->d_alpha + j * n_poles,
+                                                    .d_p = p->system->derivative[j].p,
+                                                    .H = pair->dH + j * m};
+    response_derivatives(p->kernels[grid], order, c->alpha, b->alpha, changes, n);
+    free(changes);
 }
 
 /* sum = Σ_i gain_i H_i U_i over the record's inputs; `derivative`: dH of that parameter instead of H. */
@@ -227,7 +233,8 @@ static enum bf_status clock_change(const struct run *run, const struct grid_work
         if (plan->input[i] == NULL)
             continue;
         double gain = Ks * input_gain(run, i, &parameter);
-        response_derivative(p->kernels[w->grid], order, c->alpha, p->inputs[plan->source[i]].alpha, da, zero, dp, H);
+        const struct response_change clock_runs = {.d_alpha = da, .d_beta = zero, .d_p = dp, .H = H};
+        response_derivatives(p->kernels[w->grid], order, c->alpha, p->inputs[plan->source[i]].alpha, &clock_runs, 1);
         for (size_t k = 0; k < w->m; k++)
             sum[k] += gain * (H[k] * plan->U[i][k]);
     }

@@ -149,8 +149,9 @@ void response_kernel_free(struct response_kernel *kernel)
 /* Coefficients of every term: H += r X + q dX/dp, and a power series c of the far poles. */
 struct expansion {
     double complex *r, *q; /* [n_terms] */
-    double c[FAR_TERMS];
-    double constant; /* held inputs: what multiplies u directly */
+    double complex *H;     /* [m] the sum */
+    double c[FAR_TERMS];   /* in powers of s, then of s − σ = iω */
+    double constant;       /* held inputs: what multiplies u directly */
     bool derivative;
 };
 
@@ -198,10 +199,9 @@ static void held_order(int order, double complex p, double multiplicity, double 
         x->constant += multiplicity * creal(dr * p + value * dp);
 }
 
-/* Residues r_k = α_k β_k and q_k = r_k δp_k of pole k, or their derivative, into the expansion. */
+/* Residues r_k = α_k β_k and q_k = r_k δp_k of pole k, or their derivative (`change`), into the expansion. */
 static void expand(const struct response_kernel *kernel, int order, const double complex alpha[],
-                   const double complex beta[], const double complex d_alpha[], const double complex d_beta[],
-                   const double complex d_p[], struct expansion *x)
+                   const double complex beta[], const struct response_change *change, struct expansion *x)
 {
     const struct system *s = kernel->system;
     const bool held = kernel->grid->intersample != INTERSAMPLE_BAND_LIMITED, derivative = x->derivative;
@@ -210,8 +210,8 @@ static void expand(const struct response_kernel *kernel, int order, const double
         double multiplicity = k < s->n_pairs ? 2.0 : 1.0;
         double complex value = alpha[k] * beta[k], r = value, q = 0.0, dr = 0.0, dp = 0.0;
         if (derivative) {
-            dr = d_alpha[k] * beta[k] + alpha[k] * d_beta[k];
-            dp = d_p != NULL ? d_p[k] : 0.0;
+            dr = change->d_alpha[k] * beta[k] + alpha[k] * change->d_beta[k];
+            dp = change->d_p != NULL ? change->d_p[k] : 0.0;
             r = held ? value : dr;
             q = value * dp;
         }
@@ -252,18 +252,26 @@ VECTOR_CLONES static void sum_chunk(const struct response_kernel *kernel, const 
     }
 }
 
-VECTOR_CLONES static void add_series(const struct expansion *x, const double complex s[], size_t count, double re[],
+/* Σ c_j s^j = Σ d_j (s − σ)^j: synthetic division, again and again. */
+static void shift_series(double c[FAR_TERMS], double sigma)
+{
+    for (int first = 0; first < FAR_TERMS; first++)
+        for (int j = FAR_TERMS - 2; j >= first; j--)
+            c[j] += sigma * c[j + 1];
+}
+
+/* On the line s = σ + iω the even powers of s − σ are real and the odd ones imaginary. */
+VECTOR_CLONES static void add_series(const double c[FAR_TERMS], const double complex s[], size_t count, double re[],
                                      double im[])
 {
     for (size_t i = 0; i < count; i++) {
-        double a = 0.0, b = 0.0, sr = creal(s[i]), si = cimag(s[i]);
-        for (int j = FAR_TERMS - 1; j >= 0; j--) {
-            double next = a * sr - b * si + x->c[j];
-            b = a * si + b * sr;
-            a = next;
+        double omega = cimag(s[i]), square = -omega * omega, even = 0.0, odd = 0.0;
+        for (int j = FAR_TERMS - 2; j >= 0; j -= 2) {
+            even = even * square + c[j];
+            odd = odd * square + c[j + 1];
         }
-        re[i] += a;
-        im[i] += b;
+        re[i] += even;
+        im[i] += odd * omega;
     }
 }
 
@@ -279,52 +287,55 @@ static void times_power(int order, const double complex s[], size_t count, doubl
 }
 
 /* The last chunk is taken from the end of the grid and overlaps the one before: always CHUNK points. */
-static void sum_all(const struct response_kernel *kernel, int order, const struct expansion *x, double complex H[])
+static void sum_points(const struct response_kernel *kernel, int order, const struct expansion *x, size_t first)
 {
     const struct response_grid *grid = kernel->grid;
-    bool band_limited = grid->intersample == INTERSAMPLE_BAND_LIMITED;
-    size_t m = grid->m;
-    for (size_t first = 0; first < m; first += CHUNK) {
-        double re[CHUNK] = {0}, im[CHUNK] = {0};
-        size_t count = m - first < CHUNK ? m - first : CHUNK;
-        if (count == CHUNK) {
-            sum_chunk(kernel, x, first, re, im);
-        } else {
-            double back_re[CHUNK] = {0}, back_im[CHUNK] = {0};
-            sum_chunk(kernel, x, m - CHUNK, back_re, back_im);
-            memcpy(re, back_re + CHUNK - count, count * sizeof *re);
-            memcpy(im, back_im + CHUNK - count, count * sizeof *im);
-        }
-        if (kernel->n_far > 0)
-            add_series(x, grid->s + first, count, re, im);
-        if (band_limited)
-            times_power(order, grid->s + first, count, re, im);
-        for (size_t i = 0; i < count; i++)
-            H[first + i] = CMPLX(re[i] + x->constant, im[i]);
-    }
+    const size_t m = grid->m, count = m - first < CHUNK ? m - first : CHUNK;
+    double re[CHUNK] = {0}, im[CHUNK] = {0};
+    sum_chunk(kernel, x, first + count - CHUNK, re, im);
+    memmove(re, re + CHUNK - count, count * sizeof *re);
+    memmove(im, im + CHUNK - count, count * sizeof *im);
+    if (kernel->n_far > 0)
+        add_series(x->c, grid->s + first, count, re, im);
+    if (grid->intersample == INTERSAMPLE_BAND_LIMITED)
+        times_power(order, grid->s + first, count, re, im);
+    for (size_t i = 0; i < count; i++)
+        x->H[first + i] = CMPLX(re[i] + x->constant, im[i]);
 }
 
-static void run(const struct response_kernel *kernel, int order, const double complex alpha[],
-                const double complex beta[], const double complex d_alpha[], const double complex d_beta[],
-                const double complex d_p[], bool derivative, double complex H[])
+/* Chunk by chunk for all sums, so that a chunk of X is read from memory once. */
+static void sum_all(const struct response_kernel *kernel, int order, struct expansion sums[], size_t n)
 {
-    struct expansion x = {.derivative = derivative};
-    x.r = bf_alloc(2 * kernel->n_terms, sizeof *x.r);
-    x.q = x.r + kernel->n_terms;
-    expand(kernel, order, alpha, beta, d_alpha, d_beta, d_p, &x);
-    sum_all(kernel, order, &x, H);
-    free(x.r);
+    for (size_t i = 0; i < n && kernel->n_far > 0; i++)
+        shift_series(sums[i].c, kernel->grid->sigma);
+    for (size_t first = 0; first < kernel->grid->m; first += CHUNK)
+        for (size_t i = 0; i < n; i++)
+            sum_points(kernel, order, &sums[i], first);
 }
 
 void response_value(const struct response_kernel *kernel, int order, const double complex alpha[],
                     const double complex beta[], double complex H[])
 {
-    run(kernel, order, alpha, beta, NULL, NULL, NULL, false, H);
+    struct expansion x = {.H = H};
+    x.r = bf_alloc(2 * kernel->n_terms, sizeof *x.r);
+    x.q = x.r + kernel->n_terms;
+    expand(kernel, order, alpha, beta, NULL, &x);
+    sum_all(kernel, order, &x, 1);
+    free(x.r);
 }
 
-void response_derivative(const struct response_kernel *kernel, int order, const double complex alpha[],
-                         const double complex beta[], const double complex d_alpha[], const double complex d_beta[],
-                         const double complex d_p[], double complex H[])
+void response_derivatives(const struct response_kernel *kernel, int order, const double complex alpha[],
+                          const double complex beta[], const struct response_change changes[], size_t n)
 {
-    run(kernel, order, alpha, beta, d_alpha, d_beta, d_p, true, H);
+    const size_t terms = kernel->n_terms;
+    struct expansion *sums = bf_alloc(n + 1, sizeof *sums);
+    double complex *residues = bf_alloc(2 * terms * n + 1, sizeof *residues);
+    for (size_t i = 0; i < n; i++) {
+        sums[i] = (struct expansion){
+            .r = residues + 2 * i * terms, .q = residues + (2 * i + 1) * terms, .H = changes[i].H, .derivative = true};
+        expand(kernel, order, alpha, beta, &changes[i], &sums[i]);
+    }
+    sum_all(kernel, order, sums, n);
+    free(residues);
+    free(sums);
 }

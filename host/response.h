@@ -51,13 +51,20 @@ void response_kernel_free(struct response_kernel *kernel);
 
 /*
  * H[m] = s^order Σ α_k β_k/(s − p_k) over all poles (α, β one of each conjugate pair: [n_poles]).
- * With d_alpha, d_beta, d_p not NULL: its derivative instead. Cost: about 40 flops a pole and point.
+ * Cost: about 20 flops a pole and point.
  */
 void response_value(const struct response_kernel *kernel, int order, const double complex alpha[],
                     const double complex beta[], double complex H[]);
-void response_derivative(const struct response_kernel *kernel, int order, const double complex alpha[],
-                         const double complex beta[], const double complex d_alpha[], const double complex d_beta[],
-                         const double complex d_p[], double complex H[]);
+
+/* One direction in which α, β and the poles move, and the derivative of H along it. */
+struct response_change {
+    const double complex *d_alpha, *d_beta; /* [n_poles] */
+    const double complex *d_p;              /* [n_poles]; NULL: the poles stay */
+    double complex *H;                      /* [m] out */
+};
+/* All n at once: they share what is read of the kernel. Cost: about 40 flops a pole, point and direction. */
+void response_derivatives(const struct response_kernel *kernel, int order, const double complex alpha[],
+                          const double complex beta[], const struct response_change changes[], size_t n);
 
 /*
  * Exact step of one pole over dt with the input held to first order: q' = p q + u gives

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
- * vector.h — inner loops compiled twice, for processors with and without 256-bit vectors, chosen when the program
- * starts. Off under the address sanitizer, which must be running before any choice of that kind.
+ * vector.h — inner loops compiled three times, for processors with vectors of 512 bits, of 256 bits and others, chosen when the
+ * program starts. Off under the address sanitizer, which must be running before any choice of that kind.
  */
 #ifndef BEAMFIT_VECTOR_H
 #define BEAMFIT_VECTOR_H
@@ -10,7 +10,7 @@
 #include <string.h>
 
 #if defined __x86_64__ && defined __gnu_linux__ && !defined __SANITIZE_ADDRESS__ && !defined __clang__
-#define VECTOR_CLONES __attribute__((target_clones("arch=x86-64-v3", "default")))
+#define VECTOR_CLONES __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
 #else
 #define VECTOR_CLONES
 #endif
