@@ -5,12 +5,15 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "dense.h"
 #include "vector.h"
 
 /* Poles beyond this multiple of the largest |s| enter as a power series in s/p ... */
 static const double far_ratio = 3.0;
 /* ... of this many terms: (1/3)^18 = 2.6e-9 of an already small contribution. */
-enum { FAR_TERMS = 18, CHUNK = RESPONSE_CHUNK };
+enum { FAR_TERMS = 18 };
+/* Points finished at a time, so that a pass finds them in the cache. */
+enum { CHUNK = 128 };
 
 /* ---- One pole, one step ---- */
 
@@ -68,10 +71,10 @@ struct response_kernel {
     size_t n_terms, n_far;
     struct term *terms;
     size_t *far;
-    double *X; /* [n_terms][4][m]: Re X, Im X, Re dX/dp, Im dX/dp */
+    double *X; /* [2][n_terms][2][m]: Re X, Im X of every term, then Re dX/dp, Im dX/dp of every term */
 };
 
-static void fill_band_limited(const struct response_grid *grid, double complex p, double X[])
+static void fill_band_limited(const struct response_grid *grid, double complex p, double X[], double dX[])
 {
     size_t m = grid->m;
     for (size_t k = 0; k < m; k++) {
@@ -80,13 +83,13 @@ static void fill_band_limited(const struct response_grid *grid, double complex p
         double x = re / size, y = -im / size;
         X[k] = x;
         X[m + k] = y;
-        X[2 * m + k] = x * x - y * y;
-        X[3 * m + k] = 2.0 * x * y;
+        dX[k] = x * x - y * y;
+        dX[m + k] = 2.0 * x * y;
     }
 }
 
 /* q_{k+1} = e q_k + g0 u_k + g1 u_{k+1}: X(z) = (g0 + g1 z)/(z − e), z = e^(s dt). */
-static void fill_held(const struct response_grid *grid, double complex p, double X[])
+static void fill_held(const struct response_grid *grid, double complex p, double X[], double dX[])
 {
     size_t m = grid->m;
     struct pole_step step = pole_step(p, grid->dt_s);
@@ -101,8 +104,8 @@ static void fill_held(const struct response_grid *grid, double complex p, double
         double complex dx = (step.d_g0 + step.d_g1 * z + step.d_e * x) * d;
         X[k] = creal(x);
         X[m + k] = cimag(x);
-        X[2 * m + k] = creal(dx);
-        X[3 * m + k] = cimag(dx);
+        dX[k] = creal(dx);
+        dX[m + k] = cimag(dx);
     }
 }
 
@@ -125,11 +128,11 @@ struct response_kernel *response_kernel_new(const struct system *system, const s
     kernel->X = bf_alloc(kernel->n_terms * 4 * grid->m, sizeof *kernel->X);
     for (size_t t = 0; t < kernel->n_terms; t++) {
         double complex p = system->p[kernel->terms[t].pole];
-        double *X = kernel->X + t * 4 * grid->m;
+        double *X = kernel->X + t * 2 * grid->m, *dX = X + kernel->n_terms * 2 * grid->m;
         if (grid->intersample == INTERSAMPLE_BAND_LIMITED)
-            fill_band_limited(grid, kernel->terms[t].conjugate ? conj(p) : p, X);
+            fill_band_limited(grid, kernel->terms[t].conjugate ? conj(p) : p, X, dX);
         else
-            fill_held(grid, kernel->terms[t].conjugate ? conj(p) : p, X);
+            fill_held(grid, kernel->terms[t].conjugate ? conj(p) : p, X, dX);
     }
     return kernel;
 }
@@ -228,30 +231,6 @@ static void expand(const struct response_kernel *kernel, int order, const double
     }
 }
 
-/* One chunk of the grid: constant trip counts, so that the compiler uses vectors. */
-VECTOR_CLONES static void sum_chunk(const struct response_kernel *kernel, const struct expansion *x, size_t first,
-                                    double re[CHUNK], double im[CHUNK])
-{
-    size_t m = kernel->grid->m;
-    for (size_t t = 0; t < kernel->n_terms; t++) {
-        const double *X = kernel->X + t * 4 * m + first;
-        const double *Y = X + m;
-        double rr = creal(x->r[t]), ri = cimag(x->r[t]);
-        for (size_t i = 0; i < CHUNK; i++) {
-            re[i] += rr * X[i] - ri * Y[i];
-            im[i] += rr * Y[i] + ri * X[i];
-        }
-        if (!x->derivative)
-            continue;
-        const double *dX = X + 2 * m, *dY = X + 3 * m;
-        double qr = creal(x->q[t]), qi = cimag(x->q[t]);
-        for (size_t i = 0; i < CHUNK; i++) {
-            re[i] += qr * dX[i] - qi * dY[i];
-            im[i] += qr * dY[i] + qi * dX[i];
-        }
-    }
-}
-
 /* Σ c_j s^j = Σ d_j (s − σ)^j: synthetic division, again and again. */
 static void shift_series(double c[FAR_TERMS], double sigma)
 {
@@ -286,31 +265,57 @@ static void times_power(int order, const double complex s[], size_t count, doubl
     }
 }
 
-/* The last chunk is taken from the end of the grid and overlaps the one before: always CHUNK points. */
-static void sum_points(const struct response_kernel *kernel, int order, const struct expansion *x, size_t first)
+/* The sum over near poles at hand, a chunk of the grid at a time: far poles, s^order, the constant. */
+static void finish_sum(const struct response_kernel *kernel, int order, const struct expansion *x, double re[],
+                       double im[])
 {
     const struct response_grid *grid = kernel->grid;
-    const size_t m = grid->m, count = m - first < CHUNK ? m - first : CHUNK;
-    double re[CHUNK] = {0}, im[CHUNK] = {0};
-    sum_chunk(kernel, x, first + count - CHUNK, re, im);
-    memmove(re, re + CHUNK - count, count * sizeof *re);
-    memmove(im, im + CHUNK - count, count * sizeof *im);
-    if (kernel->n_far > 0)
-        add_series(x->c, grid->s + first, count, re, im);
-    if (grid->intersample == INTERSAMPLE_BAND_LIMITED)
-        times_power(order, grid->s + first, count, re, im);
-    for (size_t i = 0; i < count; i++)
-        x->H[first + i] = CMPLX(re[i] + x->constant, im[i]);
+    for (size_t first = 0; first < grid->m; first += CHUNK) {
+        const size_t count = grid->m - first < CHUNK ? grid->m - first : CHUNK;
+        if (kernel->n_far > 0)
+            add_series(x->c, grid->s + first, count, re + first, im + first);
+        if (grid->intersample == INTERSAMPLE_BAND_LIMITED)
+            times_power(order, grid->s + first, count, re + first, im + first);
+        for (size_t i = first; i < first + count; i++)
+            x->H[i] = CMPLX(re[i] + x->constant, im[i]);
+    }
 }
 
-/* Chunk by chunk for all sums, so that a chunk of X is read from memory once. */
+/*
+ * Column by column what multiplies Re X, Im X (and Re dX/dp, Im dX/dp): of the real part of sum i in column 2i, of its
+ * imaginary part in column 2i + 1.
+ */
+static void fill_weights(const struct response_kernel *kernel, const struct expansion *x, size_t rows, double weights[])
+{
+    double *re = weights, *im = weights + rows;
+    for (size_t t = 0; t < kernel->n_terms; t++, re += 2, im += 2) {
+        re[0] = im[1] = creal(x->r[t]);
+        im[0] = cimag(x->r[t]);
+        re[1] = -im[0];
+    }
+    for (size_t t = 0; t < kernel->n_terms && x->derivative; t++, re += 2, im += 2) {
+        re[0] = im[1] = creal(x->q[t]);
+        im[0] = cimag(x->q[t]);
+        re[1] = -im[0];
+    }
+}
+
+/* All sums are derivatives, or none is. */
 static void sum_all(const struct response_kernel *kernel, int order, struct expansion sums[], size_t n)
 {
-    for (size_t i = 0; i < n && kernel->n_far > 0; i++)
-        shift_series(sums[i].c, kernel->grid->sigma);
-    for (size_t first = 0; first < kernel->grid->m; first += CHUNK)
-        for (size_t i = 0; i < n; i++)
-            sum_points(kernel, order, &sums[i], first);
+    const size_t m = kernel->grid->m, rows = (n > 0 && sums[0].derivative ? 4 : 2) * kernel->n_terms;
+    double *weights = bf_alloc(2 * n * rows + 1, sizeof *weights);
+    double *parts = bf_grow(NULL, 2 * n * m + 1, sizeof *parts); /* [2 n][m] */
+    for (size_t i = 0; i < n; i++)
+        fill_weights(kernel, &sums[i], rows, weights + 2 * i * rows);
+    dense_gemm(false, false, m, 2 * n, rows, 1.0, kernel->X, weights, 0.0, parts);
+    for (size_t i = 0; i < n; i++) {
+        if (kernel->n_far > 0)
+            shift_series(sums[i].c, kernel->grid->sigma);
+        finish_sum(kernel, order, &sums[i], parts + 2 * i * m, parts + (2 * i + 1) * m);
+    }
+    free(weights);
+    free(parts);
 }
 
 void response_value(const struct response_kernel *kernel, int order, const double complex alpha[],

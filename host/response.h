@@ -14,8 +14,6 @@
 #include "predict.h"
 #include "system.h"
 
-enum { RESPONSE_CHUNK = 128 }; /* points summed at a time; a grid has more */
-
 struct response_grid {
     size_t n;           /* samples of a record */
     size_t n_tail;      /* input samples after the record that an input may be continued by, see response_tail() */

@@ -12,7 +12,6 @@
 static const double wrap = 1e-9;
 /* This part of the band, next to the Nyquist frequency, is faded out of the inputs. */
 static const double faded_band = 0.05;
-enum { SHORTEST = 2 * RESPONSE_CHUNK }; /* m > RESPONSE_CHUNK */
 /* An input fades out over this many samples after the record; its continuation is learnt from twelve times as many. */
 enum { TAIL = 64, LEARN = 12 * TAIL };
 
@@ -23,7 +22,7 @@ enum bf_status response_grid_new(size_t n, double dt_s, enum intersample intersa
         return bf_fail(err, BF_NUMERIC, "a prediction needs at least two samples and a positive sample interval");
     size_t n_tail = intersample == INTERSAMPLE_BAND_LIMITED ? TAIL : 0;
     size_t room = n > 2 * n_tail ? 2 * n : n + 2 * n_tail;
-    size_t n_fft = fft_good_size(room > SHORTEST ? room : SHORTEST);
+    size_t n_fft = fft_good_size(room);
     double sigma = -log(wrap) / ((double)n_fft * dt_s);
     *out = (struct response_grid){.n = n,
                                   .n_tail = n_tail,
