@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "law_axial.h"
 #include "vector.h"
 
 /* Gauss–Legendre with three points on each of about this many elements of the span. */
@@ -138,6 +139,7 @@ static void new_span_law(struct law *law, const struct model *model, const struc
            reduced->frequency_rad[law->d] < span_band * top_rad)
         law->d++;
     size_t most = GAUSS * (SPAN_ELEMENTS + model->n_regions);
+    double *x_m = bf_alloc(most, sizeof *x_m);
     law->g = bf_alloc(law->d * reduced->n, sizeof(double));
     for (size_t j = 0; j < law->d; j++)
         law->g[j * reduced->n + j] = 1.0; /* amplitude of basis vector j */
@@ -150,11 +152,17 @@ static void new_span_law(struct law *law, const struct model *model, const struc
         size_t elements = (size_t)ceil(span / model->length_m * SPAN_ELEMENTS), material = region_material(model, r);
         double h = span / (double)elements;
         for (size_t e = 0; e < elements; e++)
-            for (int i = 0; i < GAUSS; i++)
-                add_span_point(law, reduced, derivative, from + h * ((double)e + 0.5 + 0.5 * gauss_x[i]),
-                               0.5 * h * gauss_w[i], material);
+            for (int i = 0; i < GAUSS; i++) {
+                double x = x_m[law->n_points] = from + h * ((double)e + 0.5 + 0.5 * gauss_x[i]);
+                add_span_point(law, reduced, derivative, x, 0.5 * h * gauss_w[i], material);
+            }
         depend_on(law, law_weight_parameter(map, law->weight, material));
+        if (law->effect->axial_inertia != NULL)
+            depend_on(law, law_weight_parameter(map, BEAM_WEIGHT_RHO, material));
     }
+    if (law->effect->axial_inertia != NULL)
+        law_axial_new(law, reduced, x_m);
+    free(x_m);
 }
 
 /*
@@ -251,5 +259,6 @@ void law_free(struct law *law)
     free(law->psi);
     free(law->quadrature);
     free(law->material);
+    free(law->shortening);
     *law = (struct law){0};
 }
