@@ -13,6 +13,11 @@
 enum { SPAN_ELEMENTS = 10, GAUSS = 3 };
 /* A law over the span sees the modes below this part of the Nyquist frequency: above it recorders filter. */
 static const double span_band = 0.8;
+/*
+ * Large rotation sees those up to the sampling frequency, within what the steps follow: its force is made of slopes and
+ * curvatures, which a few modes do not show near the patch.
+ */
+static const double axial_band = 2.0;
 static const double gauss_x[GAUSS] = {-0.77459666924148337704, 0.0, 0.77459666924148337704};
 static const double gauss_w[GAUSS] = {0.55555555555555555556, 0.88888888888888888889, 0.55555555555555555556};
 
@@ -135,8 +140,8 @@ static void new_span_law(struct law *law, const struct model *model, const struc
 {
     int derivative = points == BEAM_LAW_OVER_DEFLECTION ? 0 : points == BEAM_LAW_OVER_CURVATURE ? 2 : 1;
     law->width = points == BEAM_LAW_OVER_SLOPE_AND_CURVATURE ? 2 : 1;
-    while (law->d < reduced->n_modes && law->d < LAW_COORDINATES &&
-           reduced->frequency_rad[law->d] < span_band * top_rad)
+    double band_rad = (law->effect->axial_inertia != NULL ? axial_band : span_band) * top_rad;
+    while (law->d < reduced->n_modes && law->d < LAW_COORDINATES && reduced->frequency_rad[law->d] < band_rad)
         law->d++;
     size_t most = GAUSS * (SPAN_ELEMENTS + model->n_regions);
     double *x_m = bf_alloc(most, sizeof *x_m);

@@ -15,7 +15,7 @@ static const double dt_s = 1.0 / 1024.0;
 
 static void open_case(struct predict_case *c, const char *effects, double level_N, int oversample)
 {
-    struct predict_options options = {.fine_splines = 40, .modes = 6, .oversample = oversample, .threads = 1};
+    struct predict_options options = {.fine_splines = 160, .modes = 6, .oversample = oversample, .threads = 1};
     struct bf_error err;
     *c = (struct predict_case){.record = case_record("case.csv", SAMPLES, dt_s, level_N, true)};
     fixture_model(&c->model, effects);
@@ -45,7 +45,7 @@ static struct instant motion_at(double t)
 {
     struct instant at;
     for (size_t j = 0; j < LAW_COORDINATES; j++) {
-        double size = 1e-2 / (1.0 + (double)(j * j)), omega = 3.0 + 5.0 * (double)j, phase = 1.0 + (double)j;
+        double size = 1e-2 / (1.0 + (double)(j * j * j * j)), omega = 3.0 + 5.0 * (double)j, phase = 1.0 + (double)j;
         at.w[j] = size * sin(omega * t + phase);
         at.v[j] = size * omega * cos(omega * t + phase);
         at.a[j] = -size * omega * omega * sin(omega * t + phase);
@@ -176,7 +176,7 @@ static void the_force_is_that_of_the_kinetic_energy(void **state)
         size = fmax(size, fabs(expected));
     }
     print_message("  force and energy differ by %.1e\n", worst / size);
-    assert_true(worst < 1e-4 * size);
+    assert_true(worst < 5e-4 * size); /* ten elements of three points for the fourth power of six modes */
     case_close(&c);
 }
 
@@ -222,7 +222,7 @@ static void the_stiffness_is_that_of_the_curvature(void **state)
         size = fmax(size, fabs(expected));
     }
     print_message("  force and energy differ by %.1e\n", worst / size);
-    assert_true(worst < 5e-3 * size); /* ten elements of three points for the fourth power of five modes */
+    assert_true(worst < 1e-3 * size); /* as above */
     case_close(&c);
 }
 
