@@ -6,12 +6,18 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "law_axial.h"
 #include "vector.h"
 
 /* Gauss–Legendre with three points on each of about this many elements of the span. */
 enum { SPAN_ELEMENTS = 10, GAUSS = 3 };
 /* A law over the span sees the modes below this part of the Nyquist frequency: above it recorders filter. */
 static const double span_band = 0.8;
+/*
+ * Large rotation sees those up to the sampling frequency, within what the steps follow: its force is made of slopes and
+ * curvatures, which a few modes do not show near the patch.
+ */
+static const double axial_band = 2.0;
 static const double gauss_x[GAUSS] = {-0.77459666924148337704, 0.0, 0.77459666924148337704};
 static const double gauss_w[GAUSS] = {0.55555555555555555556, 0.88888888888888888889, 0.55555555555555555556};
 
@@ -134,10 +140,11 @@ static void new_span_law(struct law *law, const struct model *model, const struc
 {
     int derivative = points == BEAM_LAW_OVER_DEFLECTION ? 0 : points == BEAM_LAW_OVER_CURVATURE ? 2 : 1;
     law->width = points == BEAM_LAW_OVER_SLOPE_AND_CURVATURE ? 2 : 1;
-    while (law->d < reduced->n_modes && law->d < LAW_COORDINATES &&
-           reduced->frequency_rad[law->d] < span_band * top_rad)
+    double band_rad = (law->effect->axial_inertia != NULL ? axial_band : span_band) * top_rad;
+    while (law->d < reduced->n_modes && law->d < LAW_COORDINATES && reduced->frequency_rad[law->d] < band_rad)
         law->d++;
     size_t most = GAUSS * (SPAN_ELEMENTS + model->n_regions);
+    double *x_m = bf_alloc(most, sizeof *x_m);
     law->g = bf_alloc(law->d * reduced->n, sizeof(double));
     for (size_t j = 0; j < law->d; j++)
         law->g[j * reduced->n + j] = 1.0; /* amplitude of basis vector j */
@@ -150,11 +157,17 @@ static void new_span_law(struct law *law, const struct model *model, const struc
         size_t elements = (size_t)ceil(span / model->length_m * SPAN_ELEMENTS), material = region_material(model, r);
         double h = span / (double)elements;
         for (size_t e = 0; e < elements; e++)
-            for (int i = 0; i < GAUSS; i++)
-                add_span_point(law, reduced, derivative, from + h * ((double)e + 0.5 + 0.5 * gauss_x[i]),
-                               0.5 * h * gauss_w[i], material);
+            for (int i = 0; i < GAUSS; i++) {
+                double x = x_m[law->n_points] = from + h * ((double)e + 0.5 + 0.5 * gauss_x[i]);
+                add_span_point(law, reduced, derivative, x, 0.5 * h * gauss_w[i], material);
+            }
         depend_on(law, law_weight_parameter(map, law->weight, material));
+        if (law->effect->axial_inertia != NULL)
+            depend_on(law, law_weight_parameter(map, BEAM_WEIGHT_RHO, material));
     }
+    if (law->effect->axial_inertia != NULL)
+        law_axial_new(law, reduced, x_m);
+    free(x_m);
 }
 
 /*
@@ -251,5 +264,6 @@ void law_free(struct law *law)
     free(law->psi);
     free(law->quadrature);
     free(law->material);
+    free(law->shortening);
     *law = (struct law){0};
 }

@@ -14,7 +14,7 @@
 
 enum {
     LAW_COORDINATES = 8,                          /* of one law, at most */
-    LAW_DEPENDENCIES = BEAM_EFFECT_PARAMETERS + 4 /* own parameters, and weights EI/ρ of up to 4 materials */
+    LAW_DEPENDENCIES = BEAM_EFFECT_PARAMETERS + 8 /* own parameters, and weights EI and ρ of up to 4 materials */
 };
 
 struct law {
@@ -31,6 +31,8 @@ struct law {
     double *psi;        /* [width][d][stride], zero beyond n_points */
     double *quadrature; /* [n_points] */
     size_t *material;   /* [n_points] */
+    double *
+        shortening; /* [d][d][stride] ∫₀ˣ φ_i' φ_j' ds at the points, see law_axial.h; NULL: no inertia along the beam */
     enum beam_weight weight;
     size_t n_dependencies; /* parameters the force depends on at given coordinates */
     size_t dependency[LAW_DEPENDENCIES];
@@ -41,6 +43,7 @@ struct law_force {
     double f[LAW_COORDINATES];
     double by_w[LAW_COORDINATES * LAW_COORDINATES], by_v[LAW_COORDINATES * LAW_COORDINATES];
     double by_w_old[LAW_COORDINATES * LAW_COORDINATES];
+    double by_a[LAW_COORDINATES * LAW_COORDINATES]; /* where the law has `shortening` */
     double by_parameter[LAW_DEPENDENCIES][LAW_COORDINATES];
     /* internal states: point laws only */
     double by_z[BEAM_LAW_STATES], z[BEAM_LAW_STATES];
@@ -50,6 +53,7 @@ struct law_force {
 
 struct law_motion {
     const double *w, *v, *w_old; /* [d] */
+    const double *a;             /* [d] acceleration, read where the law has `shortening` */
     const double *z;             /* [BEAM_LAW_STATES] at the beginning of the step */
     double t_s, dt_s;
 };
@@ -72,6 +76,8 @@ struct law_prepared {
     double zero[4];                      /* 0: what an effect's answer is cleared with */
     double *weight;                      /* [n_points] quadrature times the weight's material value */
     size_t *by_weight;                   /* [n_points] index of that value into by_parameter; SIZE_MAX: none */
+    double *mass;                        /* [stride], [n_points] the same of ρ, where the law has `shortening` */
+    size_t *by_mass;
 };
 
 void law_prepare(const struct law *law, const struct parameter_map *map, const double theta[],
@@ -82,7 +88,7 @@ void law_prepared_free(struct law_prepared *prepared);
 int law_force(const struct law_prepared *prepared, const struct law_motion *motion, bool tangents, bool derivatives,
               struct law_force *out);
 
-/* tangents: also by_w, by_v, by_w_old; derivatives: also by_parameter and the z_* members. 0, or −1 out of range. */
+/* tangents: also by_w, by_v, by_w_old, by_a; derivatives: also by_parameter and the z_* members. 0, or −1 out of range. */
 int law_evaluate(const struct law *law, const struct parameter_map *map, const double theta[],
                  const struct law_motion *motion, bool tangents, bool derivatives, struct law_force *out);
 

@@ -17,8 +17,8 @@ static void lanes_new(struct lanes *a, const struct law_run *l)
 {
     size_t P = l->P, D = l->D, effects = l->run->p->model.n_effects;
     *a = (struct lanes){.l = l};
-    size_t rows = (4 + 2 * HOLD_CUBIC) * P + 2 * D * P + D * D + effects * BEAM_LAW_STATES;
-    a->storage = bf_alloc(LANES * rows + 3 * LANES * D * l->N, sizeof(double));
+    size_t rows = (4 + 2 * HOLD_CUBIC) * P + 2 * D * P + 2 * D * D + effects * BEAM_LAW_STATES;
+    a->storage = bf_alloc(LANES * rows + (l->uses_a ? 4u : 3u) * LANES * D * l->N, sizeof(double));
     double *next = a->storage;
     a->q_re = take(&next, P), a->q_im = take(&next, P);
     a->p_re = take(&next, P), a->p_im = take(&next, P);
@@ -27,11 +27,14 @@ static void lanes_new(struct lanes *a, const struct law_run *l)
     a->a_re = take(&next, D * P), a->a_im = take(&next, D * P);
     a->far = next;
     next += D * D * LANES;
+    a->jump = next;
+    next += D * D * LANES;
     a->z = (double(*)[BEAM_LAW_STATES][LANES])next;
     next += effects * BEAM_LAW_STATES * LANES;
     a->w_lin = next;
     a->v_lin = a->w_lin + LANES * D * l->N;
     a->f = a->v_lin + LANES * D * l->N;
+    a->a_lin = l->uses_a ? a->f + LANES * D * l->N : NULL;
 }
 
 /* ---- What the parameters change ---- */
@@ -59,6 +62,24 @@ static void fill_far(struct lanes *a, size_t lane, size_t k, double complex dp)
     }
 }
 
+/* What a force does to the accelerations at once, by a pole that is stepped. */
+static void fill_jump(struct lanes *a, size_t lane, size_t k, double complex dp)
+{
+    const struct law_run *l = a->l;
+    const struct predictor *p = l->run->p;
+    size_t at = a->parameter[lane] * p->system->n_poles + k;
+    double complex pole = p->system->p[k];
+    double multiplicity = k < p->system->n_pairs ? 2.0 : 1.0;
+    for (size_t x = 0; x < l->D; x++) {
+        for (size_t y = 0; y < l->D; y++) {
+            const struct functional *f = &p->coordinates[x], *g = &p->coordinates[y];
+            double complex change =
+                (f->d_alpha[at] * g->alpha[k] + f->alpha[k] * g->d_alpha[at]) * pole + f->alpha[k] * g->alpha[k] * dp;
+            a->jump[(x * l->D + y) * LANES + lane] += multiplicity * creal(change);
+        }
+    }
+}
+
 static void fill_structure(struct lanes *a, size_t lane)
 {
     const struct law_run *l = a->l;
@@ -75,6 +96,8 @@ static void fill_structure(struct lanes *a, size_t lane)
             continue;
         }
         set_complex(a->p_re, a->p_im, next, lane, dp);
+        if (l->uses_a)
+            fill_jump(a, lane, k, dp);
         for (size_t c = 0; c < l->D; c++)
             set_complex(a->a_re, a->a_im, c * l->P + next, lane, p->coordinates[c].d_alpha[j * s->n_poles + k]);
         next++;
@@ -126,6 +149,10 @@ static enum bf_status fill_linear(struct lanes *a, size_t lane, size_t c, double
         W[k] *= l->grid->s[k];
     if (status == BF_OK && l->has_T_v)
         status = fill_lane(a, lane, c, 1, any ? W : NULL, scratch, a->v_lin, err);
+    for (size_t k = 0; any && l->uses_a && k < l->grid->m; k++)
+        W[k] *= l->grid->s[k];
+    if (status == BF_OK && l->uses_a)
+        status = fill_lane(a, lane, c, 2, any ? W : NULL, scratch, a->a_lin, err);
     return status;
 }
 

@@ -168,7 +168,47 @@ VECTOR_INLINE void add_motion(const struct lanes *a, size_t k, size_t D, double 
     }
 }
 
-/* Right side of A δf⁺ = T_w δw_free + T_v δv_free + T_old δw_old + f_z δz + f_p. */
+VECTOR_INLINE void start_acceleration(struct lanes *a, size_t step, size_t D, const double f[])
+{
+    for (size_t c = 0; c < D; c++) {
+        vector_real sum, jump;
+        vector_load(&sum, a->a_lin + (step * D + c) * LANES);
+        for (size_t b = 0; a->structural && b < D; b++) {
+            vector_load(&jump, a->jump + (c * D + b) * LANES);
+            sum -= f[b] * jump;
+        }
+        vector_store(a->acceleration[c], &sum);
+    }
+}
+
+/* δa = Re(α p (p δq + 2 q δp) + p² q δα), for a pair twice. */
+VECTOR_INLINE void add_acceleration(struct lanes *a, size_t k, size_t D, double q_re, double q_im,
+                                    const struct complex_lanes *dq)
+{
+    const struct law_run *l = a->l;
+    struct complex_lanes rate = {{0.0}, {0.0}}, x;
+    double p_re = l->p.re[k], p_im = l->p.im[k], twice = l->multiplicity[k];
+    double pq_re = p_re * q_re - p_im * q_im, pq_im = p_re * q_im + p_im * q_re;
+    double ppq_re = twice * (p_re * pq_re - p_im * pq_im), ppq_im = twice * (p_re * pq_im + p_im * pq_re);
+    add_product(&rate, p_re, p_im, dq);
+    if (a->structural) {
+        load(&x, a->p_re, a->p_im, k);
+        add_product(&rate, 2.0 * q_re, 2.0 * q_im, &x);
+    }
+    for (size_t c = 0; c < D; c++) {
+        size_t row = c * l->P + k;
+        vector_real sum;
+        vector_load(&sum, a->acceleration[c]);
+        sum += l->to_v.re[row] * rate.re - l->to_v.im[row] * rate.im;
+        if (a->structural) {
+            load(&x, a->a_re, a->a_im, row);
+            sum += ppq_re * x.re - ppq_im * x.im;
+        }
+        vector_store(a->acceleration[c], &sum);
+    }
+}
+
+/* Right side of A δf⁺ = T_w δw_free + T_v δv_free + T_a δa_free + T_old δw_old + f_z δz + f_p. */
 VECTOR_INLINE void right_side(const struct lanes *a, size_t step, size_t D, double b[MOST_COORDINATES][LANES])
 {
     const struct law_run *l = a->l;
@@ -183,6 +223,10 @@ VECTOR_INLINE void right_side(const struct lanes *a, size_t step, size_t D, doub
             sum += T_v[r * D + c] * x;
             vector_load(&x, a->w_old[c]);
             sum += T_old[r * D + c] * x;
+        }
+        for (size_t c = 0; l->uses_a && c < D; c++) {
+            vector_load(&x, a->acceleration[c]);
+            sum += l->T_a[(step * D + r) * D + c] * x;
         }
         vector_store(b[r], &sum);
     }
@@ -286,11 +330,15 @@ VECTOR_INLINE void march(struct lanes *a, const struct law_row *R, size_t held, 
         const double *f = l->f + step * D;
         vector_real w[MOST_COORDINATES], v[MOST_COORDINATES];
         start_motion(a, step, D, f, w, v);
+        if (l->uses_a)
+            start_acceleration(a, step, D, f);
         for (size_t k = 0; k < l->n_dynamic; k++) {
             size_t i = step * P + k;
             struct complex_lanes dq;
             free_state(a, k, held, D, f, R->re[i], R->im[i], &dq);
             add_motion(a, k, D, l->q.re[i], l->q.im[i], &dq, w, v);
+            if (l->uses_a)
+                add_acceleration(a, k, D, l->q.re[i], l->q.im[i], &dq);
         }
         for (size_t c = 0; c < D; c++) {
             vector_store(a->w[c], &w[c]);

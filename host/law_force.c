@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "law_axial.h"
 #include "vector.h"
 
 /* Points evaluated together. */
@@ -19,6 +20,17 @@ static size_t dependency_index(const struct law *law, size_t parameter)
     return SIZE_MAX;
 }
 
+/* Quadrature times the material's value of a weight at every point, and where that value stands. */
+static void weigh(const struct law *law, const struct parameter_map *map, enum beam_weight weight, const double theta[],
+                  double out[], size_t by[])
+{
+    for (size_t q = 0; q < law->n_points; q++) {
+        size_t parameter = law_weight_parameter(map, weight, law->material[q]);
+        out[q] = law->quadrature[q] * (parameter == SIZE_MAX ? 1.0 : theta[parameter]);
+        by[q] = parameter == SIZE_MAX ? SIZE_MAX : dependency_index(law, parameter);
+    }
+}
+
 void law_prepare(const struct law *law, const struct parameter_map *map, const double theta[], struct law_prepared *out)
 {
     *out = (struct law_prepared){.law = law};
@@ -29,17 +41,20 @@ void law_prepare(const struct law *law, const struct parameter_map *map, const d
     }
     out->weight = bf_alloc(law->n_points, sizeof *out->weight);
     out->by_weight = bf_alloc(law->n_points, sizeof *out->by_weight);
-    for (size_t q = 0; q < law->n_points; q++) {
-        size_t parameter = law_weight_parameter(map, law->weight, law->material[q]);
-        out->weight[q] = law->quadrature[q] * (parameter == SIZE_MAX ? 1.0 : theta[parameter]);
-        out->by_weight[q] = parameter == SIZE_MAX ? SIZE_MAX : dependency_index(law, parameter);
-    }
+    weigh(law, map, law->weight, theta, out->weight, out->by_weight);
+    if (law->shortening == NULL)
+        return;
+    out->mass = bf_alloc(law->stride, sizeof *out->mass);
+    out->by_mass = bf_alloc(law->n_points, sizeof *out->by_mass);
+    weigh(law, map, BEAM_WEIGHT_RHO, theta, out->mass, out->by_mass);
 }
 
 void law_prepared_free(struct law_prepared *prepared)
 {
     free(prepared->weight);
     free(prepared->by_weight);
+    free(prepared->mass);
+    free(prepared->by_mass);
     *prepared = (struct law_prepared){0};
 }
 
@@ -235,6 +250,8 @@ static void clear_force(const struct law *law, bool tangents, bool derivatives, 
         out->f[j] = 0.0;
     for (size_t j = 0; tangents && j < d * d; j++)
         out->by_w[j] = out->by_v[j] = out->by_w_old[j] = 0.0;
+    for (size_t j = 0; tangents && law->shortening != NULL && j < d * d; j++)
+        out->by_a[j] = 0.0;
     for (size_t i = 0; derivatives && i < law->n_dependencies; i++)
         for (size_t j = 0; j < d; j++)
             out->by_parameter[i][j] = 0.0;
@@ -292,7 +309,7 @@ VECTOR_CLONES static int span_force(const struct law_prepared *prepared, const s
         clear_padding(law, &b);
         add_block(law, &b, tangents, out);
     }
-    return 0;
+    return law->shortening != NULL ? law_axial_add(prepared, motion, tangents, derivatives, out) : 0;
 }
 
 int law_force(const struct law_prepared *prepared, const struct law_motion *motion, bool tangents, bool derivatives,

@@ -29,11 +29,14 @@ struct lanes {
     double (*a_re)[LANES], (*a_im)[LANES];                         /* [D · P] δα */
     double (*F_re[HOLD_CUBIC])[LANES], (*F_im[HOLD_CUBIC])[LANES]; /* [P] δ(Σ_c α_c f_c), so many steps ago */
     double *far;                                                   /* [D × D][LANES] */
+    double *jump;                                                  /* [D × D][LANES] δ Σ_k Re(α_k p_k α_k') */
     double *w_lin, *v_lin;                                         /* [N][D][LANES] */
-    double *f;                                                     /* [N][D][LANES] δf, the result */
+    double *a_lin; /* [N][D][LANES] where the record uses accelerations */
+    double *f;     /* [N][D][LANES] δf, the result */
     double w[MOST_COORDINATES][LANES], v[MOST_COORDINATES][LANES];
     double w_old[MOST_COORDINATES][LANES], df[MOST_COORDINATES][LANES];
-    double (*z)[BEAM_LAW_STATES][LANES]; /* [n_effects] δz */
+    double acceleration[MOST_COORDINATES][LANES]; /* without what depends on δf⁺ */
+    double (*z)[BEAM_LAW_STATES][LANES];          /* [n_effects] δz */
     double *storage;
 };
 

@@ -61,10 +61,16 @@ static enum bf_status coordinate_motion(struct law_run *l, size_t c, double comp
         W[k] *= l->grid->s[k];
     if (status == BF_OK && l->uses_v)
         status = law_upsample(l, W, l->v_lin + c * l->N, err);
+    for (size_t k = 0; l->uses_a && k < l->grid->m; k++)
+        W[k] *= l->grid->s[k];
+    if (status == BF_OK && l->uses_a)
+        status = law_upsample(l, W, l->a_lin + c * l->N, err);
     if (l->uses_w)
         base_response_add(l->run, l->record, f, 0, l->h_s, l->N, l->w_lin + c * l->N);
     if (l->uses_v)
         base_response_add(l->run, l->record, f, 1, l->h_s, l->N, l->v_lin + c * l->N);
+    if (l->uses_a)
+        base_response_add(l->run, l->record, f, 2, l->h_s, l->N, l->a_lin + c * l->N);
     return status;
 }
 
@@ -72,8 +78,9 @@ enum bf_status law_linear_motion(struct law_run *l, struct bf_error *err)
 {
     double complex *W = bf_grow(NULL, l->grid->m, sizeof *W);
     enum bf_status status = BF_OK;
-    l->w_lin = bf_alloc(2 * l->D * l->N, sizeof(double));
+    l->w_lin = bf_alloc((l->uses_a ? 3u : 2u) * l->D * l->N, sizeof(double));
     l->v_lin = l->w_lin + l->D * l->N;
+    l->a_lin = l->uses_a ? l->v_lin + l->D * l->N : NULL;
     for (size_t c = 0; status == BF_OK && c < l->D; c++)
         status = coordinate_motion(l, c, W, err);
     free(W);

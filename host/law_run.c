@@ -59,7 +59,7 @@ static void fill_rows(struct law_run *l)
 {
     const struct system *s = l->run->p->system;
     size_t D = l->D, P = l->P = vector_round(l->n_dynamic);
-    l->rows = bf_alloc(2 * P * (2 + HOLD_CUBIC + 3 * D), sizeof *l->rows);
+    l->rows = bf_alloc(2 * P * (2 + HOLD_CUBIC + (l->uses_a ? 4u : 3u) * D), sizeof *l->rows);
     double *next = l->rows;
     l->p = take_row(&next, P);
     l->e = take_row(&next, P);
@@ -68,6 +68,8 @@ static void fill_rows(struct law_run *l)
     l->alpha = take_row(&next, D * P);
     l->to_w = take_row(&next, D * P);
     l->to_v = take_row(&next, D * P);
+    if (l->uses_a)
+        l->to_a = take_row(&next, D * P);
     for (size_t k = 0; k < l->n_dynamic; k++) {
         double complex p = s->p[l->pole[k]];
         set(&l->p, k, p);
@@ -79,6 +81,8 @@ static void fill_rows(struct law_run *l)
             set(&l->alpha, c * P + k, alpha);
             set(&l->to_w, c * P + k, l->multiplicity[k] * alpha);
             set(&l->to_v, c * P + k, l->multiplicity[k] * alpha * p);
+            if (l->uses_a)
+                set(&l->to_a, c * P + k, l->multiplicity[k] * alpha * p * p);
         }
     }
 }
@@ -99,6 +103,25 @@ static void fill_compliance(struct law_run *l)
             }
             l->S_w[a * D + b] = w;
             l->S_v[a * D + b] = v;
+        }
+    }
+}
+
+/* The same of the accelerations: through q, and at once, as a force does on a mass. */
+static void fill_accelerance(struct law_run *l)
+{
+    size_t D = l->D, P = l->P;
+    for (size_t a = 0; l->uses_a && a < D; a++) {
+        for (size_t b = 0; b < D; b++) {
+            double sum = 0.0;
+            for (size_t k = 0; k < l->n_dynamic; k++) {
+                size_t i = a * P + k;
+                double complex alpha = l->run->p->coordinates[b].alpha[l->pole[k]];
+                double complex q = l->hold[k].g[0] * alpha;
+                sum -= l->to_a.re[i] * creal(q) - l->to_a.im[i] * cimag(q);
+                sum -= l->to_v.re[i] * creal(alpha) - l->to_v.im[i] * cimag(alpha);
+            }
+            l->S_a[a * D + b] = sum;
         }
     }
 }
@@ -127,8 +150,9 @@ static void ask_laws(struct law_run *l)
         if (law->d == 0)
             continue;
         law_prepare(law, &p->map, l->run->theta, &l->laws[e]);
-        l->uses_w = l->uses_w || law->uses_w || law->uses_w_old;
-        l->uses_v = l->uses_v || law->uses_v;
+        l->uses_w = l->uses_w || law->uses_w || law->uses_w_old || law->shortening != NULL;
+        l->uses_v = l->uses_v || law->uses_v || law->shortening != NULL;
+        l->uses_a = l->uses_a || law->shortening != NULL;
     }
 }
 
@@ -148,10 +172,11 @@ static void make_history(struct law_run *l)
     l->n_dependencies = law_first_dependency(p, p->model.n_effects);
     l->q.re = bf_grow(NULL, 2 * l->N * l->P, sizeof(double));
     l->q.im = l->q.re + l->N * l->P;
-    l->T_w = bf_alloc(4 * squares, sizeof(double)); /* zero between the blocks of two laws */
+    l->T_w = bf_alloc((l->uses_a ? 5u : 4u) * squares, sizeof(double)); /* zero between the blocks of two laws */
     l->T_v = l->T_w + squares;
     l->T_old = l->T_v + squares;
     l->inverse = l->T_old + squares;
+    l->T_a = l->uses_a ? l->inverse + squares : NULL;
     l->f_p = bf_grow(NULL, l->N * l->n_dependencies * LAW_COORDINATES, sizeof(double));
     l->state = has_states(p) ? bf_alloc(l->N * p->model.n_effects, sizeof *l->state) : NULL;
 }
@@ -169,6 +194,7 @@ enum bf_status law_run_new(struct law_run *l, struct bf_error *err)
     split_poles(l);
     fill_rows(l);
     fill_compliance(l);
+    fill_accelerance(l);
     fill_growth(l);
     l->f = bf_grow(NULL, l->N * l->D, sizeof(double));
     if (l->run->want != NULL)

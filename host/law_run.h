@@ -5,10 +5,11 @@
  * to the outputs), law_derivative*.c (their derivatives), predict_law.c (all records) and nobody else.
  *
  * Unknowns are the forces f on the contact coordinates w = Gᵀx, on a grid of `oversample` steps a sample:
- *     w = w_lin + Σ_k Re(α_k q_k) + far,   q_k' = p_k q_k − Σ_c α_kc f_c,   f = law(w, w')
+ *     w = w_lin + Σ_k Re(α_k q_k) + far,   q_k' = p_k q_k − Σ_c α_kc f_c,   f = law(w, w', w″)
  * w_lin is the band-limited linear response to the inputs; q_k is stepped exactly with f a polynomial through its last
  * samples (law_hold.h); poles far above the grid act through their static compliance. Each step solves
- * f = law(w_free + S_w f, v_free + S_v f).
+ * f = law(w_free + S_w f, v_free + S_v f, a_free + S_a f). Accelerations a = w″ = a_lin + Σ_k Re(α_k p_k (p_k q_k − Σ_c α_kc f_c))
+ * are followed where a law has inertia of its own (law_axial.h), else every member of theirs is NULL or 0.
  */
 #ifndef BEAMFIT_LAW_RUN_H
 #define BEAMFIT_LAW_RUN_H
@@ -40,6 +41,7 @@ struct law_run {
     const struct law_transfers *transfers;
     bool uses_w; /* some force depends on a coordinate itself, now or a step ago */
     bool uses_v; /* on its rate */
+    bool uses_a; /* on its acceleration */
     size_t D, N; /* coordinates; steps */
     int oversample;
     size_t held; /* samples of f that a step uses: HOLD_LINE or HOLD_CUBIC */
@@ -53,16 +55,19 @@ struct law_run {
     struct law_row g[HOLD_CUBIC]; /* [P] */
     struct law_row alpha;         /* [D][P] */
     struct law_row to_w, to_v;    /* [D][P] w = Re(to_w q): α twice for a pair; v = Re(to_v q): the same times p */
+    struct law_row to_a;          /* [D][P] the same times p² */
     double *rows;                 /* owns the above */
     double far[MOST_COORDINATES * MOST_COORDINATES];
     double S_w[MOST_COORDINATES * MOST_COORDINATES], S_v[MOST_COORDINATES * MOST_COORDINATES];
-    double *w_lin, *v_lin; /* [D][N] */
-    double *f;             /* [N][D] */
+    double S_a[MOST_COORDINATES * MOST_COORDINATES];
+    double *w_lin, *v_lin, *a_lin; /* [D][N] */
+    double *f;                     /* [N][D] */
     size_t failed_steps;
     struct law_prepared *laws; /* [n_effects] at the run's parameters */
     /* kept for derivatives, when asked: */
     struct law_row q;                    /* [N][P] */
     double *T_w, *T_v, *T_old, *inverse; /* [N][D × D] */
+    double *T_a;                         /* [N][D × D] */
     bool has_T_w, has_T_v;               /* forces depend on w, now or a step ago; on v */
     double *f_p;                         /* [N][dependencies of all laws][LAW_COORDINATES] */
     struct law_memory *state;            /* [N][n_effects] when a law has internal states, else NULL */
@@ -85,7 +90,7 @@ enum bf_status law_run_march(struct law_run *l, struct bf_error *err);
 /* Adds what the forces do to the record's rows of y and of the Jacobian. */
 enum bf_status law_run_outputs(const struct law_run *l, struct bf_error *err);
 
-/* w_lin and v_lin of every coordinate. */
+/* w_lin, v_lin and a_lin of every coordinate. */
 enum bf_status law_linear_motion(struct law_run *l, struct bf_error *err);
 /* Bins 0 … m−1 of a spectrum to N samples at the oversampled rate, and back. */
 enum bf_status law_upsample(const struct law_run *l, const double complex W[], double out[], struct bf_error *err);

@@ -31,6 +31,11 @@ static void move(const struct law_run *l, struct stepper *s)
             s->v[c] += l->S_v[c * D + b] * s->f[b];
         }
     }
+    for (size_t c = 0; l->uses_a && c < D; c++) {
+        s->a[c] = s->a_free[c];
+        for (size_t b = 0; b < D; b++)
+            s->a[c] += l->S_a[c * D + b] * s->f[b];
+    }
 }
 
 static void keep_memory(struct law_memory *out, const struct law_force *force)
@@ -68,6 +73,7 @@ int step_evaluate(struct law_run *l, struct stepper *s, size_t step, bool tangen
         struct law_motion motion = {.w = s->w + first,
                                     .v = s->v + first,
                                     .w_old = s->w_old + first,
+                                    .a = s->a + first,
                                     .z = s->z + e * BEAM_LAW_STATES,
                                     .t_s = (double)step * l->h_s,
                                     .dt_s = l->h_s};
@@ -80,6 +86,8 @@ int step_evaluate(struct law_run *l, struct stepper *s, size_t step, bool tangen
         for (size_t i = 0; tangents && i < law->d; i++) {
             memcpy(s->T_w + (first + i) * D + first, force.by_w + i * law->d, law->d * sizeof(double));
             memcpy(s->T_v + (first + i) * D + first, force.by_v + i * law->d, law->d * sizeof(double));
+            if (law->shortening != NULL)
+                memcpy(s->T_a + (first + i) * D + first, force.by_a + i * law->d, law->d * sizeof(double));
         }
         if (store)
             keep(l, step, law, first, dependency, &force);
@@ -129,7 +137,8 @@ static enum bf_status solve_scalar(struct law_run *l, struct stepper *s, size_t 
             high = s->f[0] < high ? s->f[0] : high;
         else
             low = s->f[0] > low ? s->f[0] : low;
-        double slope = 1.0 - s->T_w[0] * l->S_w[0] - s->T_v[0] * l->S_v[0], next = s->f[0] - g / slope;
+        double slope = 1.0 - s->T_w[0] * l->S_w[0] - s->T_v[0] * l->S_v[0] - s->T_a[0] * l->S_a[0];
+        double next = s->f[0] - g / slope;
         bool creeps = i > 1 && size > 0.5 * previous;
         if ((creeps || !(next > low && next < high)) && isfinite(low) && isfinite(high))
             next = 0.5 * (low + high);
@@ -240,6 +249,9 @@ VECTOR_INLINE void free_motion(const struct law_run *l, struct stepper *s, size_
         if (l->uses_v)
             s->v_free[c] = l->v_lin[c * l->N + step] + vector_dot(P, l->to_v.re + c * P, s->free_q.re) -
                            vector_dot(P, l->to_v.im + c * P, s->free_q.im);
+        if (l->uses_a)
+            s->a_free[c] = l->a_lin[c * l->N + step] + vector_dot(P, l->to_a.re + c * P, s->free_q.re) -
+                           vector_dot(P, l->to_a.im + c * P, s->free_q.im);
     }
 }
 

@@ -10,11 +10,13 @@ struct stepper {
     struct law_row F[HOLD_CUBIC]; /* [P] Σ_c α_c f_c, i steps ago; the first is scratch */
     double w[MOST_COORDINATES], v[MOST_COORDINATES], w_old[MOST_COORDINATES];
     double w_free[MOST_COORDINATES], v_free[MOST_COORDINATES];
+    double a[MOST_COORDINATES], a_free[MOST_COORDINATES]; /* where the record uses accelerations */
     double f[MOST_COORDINATES], past[HOLD_CUBIC][MOST_COORDINATES], law[MOST_COORDINATES];
     double scale;       /* largest force so far */
     double rate;        /* by which a correction shrank the residual, lately and at worst */
     double *z, *z_next; /* [n_effects][BEAM_LAW_STATES] */
     double T_w[MOST_COORDINATES * MOST_COORDINATES], T_v[MOST_COORDINATES * MOST_COORDINATES];
+    double T_a[MOST_COORDINATES * MOST_COORDINATES];
     bool newton; /* the inverse has been made */
     double inverse[MOST_COORDINATES * MOST_COORDINATES];
 };
@@ -22,7 +24,7 @@ struct stepper {
 /* Motion, forces and tangents at the trial f; store: into the record's arrays too. −1: out of range. */
 int step_evaluate(struct law_run *l, struct stepper *s, size_t step, bool tangents, bool store);
 
-/* (I − T_w S_w − T_v S_v)⁻¹, row by column, at the tangents of the last evaluation. */
+/* (I − T_w S_w − T_v S_v − T_a S_a)⁻¹, row by column, at the tangents of the last evaluation. */
 enum bf_status step_inverse(const struct law_run *l, const struct stepper *s, double inverse[], struct bf_error *err);
 
 /* Tangents and derivatives at the accepted f, for the derivatives of the record. */

@@ -5,7 +5,7 @@
 #include <math.h>
 #include <string.h>
 
-/* A = I − T_w S_w − T_v S_v */
+/* A = I − T_w S_w − T_v S_v − T_a S_a */
 static void step_matrix(const struct law_run *l, const struct stepper *s, double A[])
 {
     size_t D = l->D;
@@ -17,6 +17,8 @@ static void step_matrix(const struct law_run *l, const struct stepper *s, double
             double w = s->T_w[i * D + b], v = s->T_v[i * D + b];
             for (size_t j = 0; j < D; j++)
                 row[j] -= w * l->S_w[b * D + j] + v * l->S_v[b * D + j];
+            for (size_t j = 0; l->uses_a && j < D; j++)
+                row[j] -= s->T_a[i * D + b] * l->S_a[b * D + j];
         }
     }
 }
@@ -77,5 +79,7 @@ enum bf_status step_store(struct law_run *l, struct stepper *s, size_t step, str
         return bf_fail(err, BF_NUMERIC, "a nonlinear effect is outside its physical range");
     memcpy(l->T_w + step * square, s->T_w, square * sizeof(double));
     memcpy(l->T_v + step * square, s->T_v, square * sizeof(double));
+    if (l->uses_a)
+        memcpy(l->T_a + step * square, s->T_a, square * sizeof(double));
     return step_inverse(l, s, l->inverse + step * square, err);
 }

@@ -61,12 +61,12 @@ enum bf_status motion_prepare(struct predictor *predictor, const double theta[],
 void motion_free(struct motion *motion);
 
 /*
- * w = gᵀx of a record and its rate, [n · oversample] each on a grid of `oversample` points a sample, the first at the
- * record's first sample. Either may be NULL.
+ * w = gᵀx of a record, its rate and its acceleration, [n · oversample] each on a grid of `oversample` points a sample, the
+ * first at the record's first sample. Each may be NULL.
  */
 enum bf_status motion_of(const struct motion *motion, size_t record, const double g[], int oversample, double w[],
-                         double v[], struct bf_error *err);
-/* The same for the deflection at a point (derivative 0), slope (1), curvature (2), and the patch's slope difference. */
+                         double v[], double a[], struct bf_error *err);
+/* Value and rate of the deflection at a point (derivative 0), slope (1), curvature (2), and the patch's slope difference. */
 enum bf_status motion_point(const struct motion *motion, size_t record, int derivative, double at_m, int oversample,
                             double w[], double v[], struct bf_error *err);
 enum bf_status motion_patch(const struct motion *motion, size_t record, int oversample, double w[], double v[],

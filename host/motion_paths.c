@@ -36,7 +36,7 @@ static enum bf_status to_time(const struct response_grid *grid, size_t factor, c
 }
 
 enum bf_status motion_of(const struct motion *motion, size_t record, const double g[], int oversample, double w[],
-                         double v[], struct bf_error *err)
+                         double v[], double a[], struct bf_error *err)
 {
     const struct transfer_record t = transfer_record(motion->predictor, record);
     size_t m = t.grid->m;
@@ -57,6 +57,10 @@ enum bf_status motion_of(const struct motion *motion, size_t record, const doubl
         W[i] *= t.grid->s[i];
     if (status == BF_OK && v != NULL)
         status = to_time(t.grid, (size_t)oversample, W, v, err);
+    for (size_t i = 0; i < m; i++)
+        W[i] *= t.grid->s[i];
+    if (status == BF_OK && a != NULL)
+        status = to_time(t.grid, (size_t)oversample, W, a, err);
     free(W);
     return status;
 }
@@ -67,7 +71,7 @@ enum bf_status motion_point(const struct motion *motion, size_t record, int deri
     const struct reduced *reduced = transfer_reduced(motion->predictor);
     double *g = bf_alloc(reduced->n, sizeof *g);
     reduced_point(reduced, derivative, at_m, g);
-    enum bf_status status = motion_of(motion, record, g, oversample, w, v, err);
+    enum bf_status status = motion_of(motion, record, g, oversample, w, v, NULL, err);
     free(g);
     return status;
 }
@@ -79,7 +83,7 @@ enum bf_status motion_patch(const struct motion *motion, size_t record, int over
     const struct beam_operator patch = {.kind = BEAM_AT_PATCH};
     double *g = bf_alloc(2 * reduced->n, sizeof *g);
     reduced_place(reduced, &patch, transfer_model(motion->predictor), g, g + reduced->n);
-    enum bf_status status = motion_of(motion, record, g, oversample, w, v, err);
+    enum bf_status status = motion_of(motion, record, g, oversample, w, v, NULL, err);
     free(g);
     return status;
 }

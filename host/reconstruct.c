@@ -300,7 +300,7 @@ static enum bf_status best_records(const struct site_force *force, struct recons
         record->v = record->w + grid->n;
         status = response_back(grid, force->F[r], record->f, err);
         if (status == BF_OK)
-            status = motion_of(motion, r, force->g, 1, record->w, record->v, err);
+            status = motion_of(motion, r, force->g, 1, record->w, record->v, NULL, err);
     }
     return status;
 }

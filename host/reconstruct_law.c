@@ -47,7 +47,7 @@ static enum bf_status motions(const struct site_force *force, double **w, double
             continue;
         w[r] = bf_alloc(2 * steps, sizeof *w[r]);
         v[r] = w[r] + steps;
-        status = motion_of(motion, r, force->g, OVERSAMPLE, w[r], v[r], err);
+        status = motion_of(motion, r, force->g, OVERSAMPLE, w[r], v[r], NULL, err);
         for (size_t k = 0; law != NULL && k < steps; k++) {
             law->w = fmax(law->w, fabs(w[r][k]));
             law->v = fmax(law->v, fabs(v[r][k]));

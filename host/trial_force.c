@@ -31,6 +31,7 @@ static void allocate(struct trial_force *force)
     size_t longest = 0;
     force->w = bf_alloc(motion->n_records, sizeof *force->w);
     force->v = bf_alloc(motion->n_records, sizeof *force->v);
+    force->a = bf_alloc(motion->n_records, sizeof *force->a);
     for (size_t r = 0; r < motion->n_records; r++) {
         size_t steps = motion->records[r].n * (size_t)force->oversample;
         if (!motion->records[r].valid)
@@ -38,6 +39,8 @@ static void allocate(struct trial_force *force)
         longest = steps > longest ? steps : longest;
         force->w[r] = bf_alloc(steps * force->law.d, sizeof(double));
         force->v[r] = bf_alloc(steps * force->law.d, sizeof(double));
+        if (force->law.shortening != NULL)
+            force->a[r] = bf_alloc(steps * force->law.d, sizeof(double));
     }
     force->F_work = bf_alloc(longest * force->law.d, sizeof(double));
 }
@@ -80,9 +83,11 @@ void trial_force_free(struct trial_force *force)
     for (size_t r = 0; force->w != NULL && r < force->motion->n_records; r++) {
         free(force->w[r]);
         free(force->v[r]);
+        free(force->a[r]);
     }
     free(force->w);
     free(force->v);
+    free(force->a);
     free(force->F_work);
     if (force->motion != NULL)
         motion_paths_free(force->motion, &force->paths);
@@ -100,13 +105,16 @@ static enum bf_status fill_motion(struct trial_force *force, size_t record, stru
 {
     const struct motion *motion = force->motion;
     size_t d = force->law.d, steps = motion->records[record].n * (size_t)force->oversample;
-    double *w = bf_alloc(2 * steps, sizeof *w), *v = w + steps;
+    double *w = bf_alloc(3 * steps, sizeof *w), *v = w + steps;
+    double *a = force->a[record] != NULL ? v + steps : NULL;
     enum bf_status status = BF_OK;
     for (size_t c = 0; status == BF_OK && c < d; c++) {
-        status = motion_of(motion, record, force->law.g + c * motion->modes.dimension, force->oversample, w, v, err);
+        status = motion_of(motion, record, force->law.g + c * motion->modes.dimension, force->oversample, w, v, a, err);
         for (size_t k = 0; k < steps; k++) {
             force->w[record][k * d + c] = w[k];
             force->v[record][k * d + c] = v[k];
+            if (a != NULL)
+                force->a[record][k * d + c] = a[k];
         }
     }
     free(w);
@@ -167,6 +175,8 @@ static enum bf_status march(struct trial_force *force, size_t record, struct bf_
     const double *w = force->w[record], *v = force->v[record], *w_old = still;
     for (size_t k = 0; k < steps; k++, w_old = w, w += d, v += d) {
         struct law_motion motion = {.w = w, .v = v, .w_old = w_old, .z = z, .t_s = h * (double)k, .dt_s = h};
+        if (law->shortening != NULL)
+            motion.a = force->a[record] + k * d;
         if (law_evaluate(law, &force->map, force->theta, &motion, false, false, &out) != 0)
             return bf_fail(err, BF_NUMERIC, "effect %s: a parameter is outside its physical range", law->effect->id);
         for (size_t c = 0; c < d; c++)

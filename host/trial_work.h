@@ -19,6 +19,7 @@ struct trial_force {
     struct law law;
     int oversample;
     double **w, **v; /* [n_records]: [n · oversample][d]; NULL for free decays and before the first place */
+    double **a;      /* the same of the acceleration; [record] NULL where the law does not ask for it */
     bool placed;
     struct motion_paths paths;
     double *F_work; /* [longest record · oversample][d] */

@@ -294,7 +294,8 @@ struct beam_effect {
     int (*geometry)(const beam_real p[], struct beam_geometry *out);
     /*
      * axial_inertia: y = κ of the kinetic energy ½ κ ∫ ρ u_t² dx with u(x) = −½ ∫₀ˣ y'² ds, the axial motion of an
-     * inextensible beam; in the weak form κ ⟨ρ u_tt, −∫₀ˣ y' φ' ds⟩. It is not local, so no law can carry it.
+     * inextensible beam; in the weak form κ ⟨ρ u_tt, −∫₀ˣ y' φ' ds⟩. It is not local, so no law can carry it; the host
+     * evaluates it on the coordinates of the effect's law, which is one over the span.
      */
     int (*axial_inertia)(const beam_real p[], struct beam_sample_output *out);
 };

@@ -175,7 +175,8 @@ static void test_channels_fit_the_slots(void **state)
         const int on_input = e->channels == BEAM_CHANNELS_PATCH_INPUT || e->channels == BEAM_CHANNELS_POINT_INPUT;
         if (output != on_output || input != on_input)
             fail_msg("%s: default channels and slots do not fit", e->id);
-        if ((e->law != NULL) != (e->law_place != NULL) || (e->terms != NULL) != (e->n_terms > 0))
+        if ((e->law != NULL) != (e->law_place != NULL) || (e->terms != NULL) != (e->n_terms > 0) ||
+            (e->axial_inertia != NULL && e->law == NULL))
             fail_msg("%s: half a slot", e->id);
         assert_in_range(e->n_terms, 0, BEAM_EFFECT_TERMS);
         assert_in_range(e->n_law_states, 0, BEAM_LAW_STATES);

@@ -28,14 +28,15 @@ static void open_case(struct predict_case *c, const char *effects, size_t n, dou
 /* ---- One law at one instant ---- */
 
 struct instant {
-    double w[LAW_COORDINATES], v[LAW_COORDINATES], w_old[LAW_COORDINATES];
+    double w[LAW_COORDINATES], v[LAW_COORDINATES], w_old[LAW_COORDINATES], a[LAW_COORDINATES];
 };
 
 static void evaluate(const struct predict_case *c, const struct instant *at, const double theta[],
                      struct law_force *out)
 {
     const double z[BEAM_LAW_STATES] = {0};
-    struct law_motion motion = {.w = at->w, .v = at->v, .w_old = at->w_old, .z = z, .t_s = 0.1, .dt_s = 1e-4};
+    struct law_motion motion = {
+        .w = at->w, .v = at->v, .w_old = at->w_old, .a = at->a, .z = z, .t_s = 0.1, .dt_s = 1e-4};
     memset(out, 0, sizeof *out);
     assert_int_equal(law_evaluate(&c->predictor->laws[0], &c->predictor->map, theta, &motion, true, true, out), 0);
 }
@@ -100,6 +101,7 @@ static void tangents_match_differences(void **state)
             at.w[j] = 1e-3 * cos(1.0 + (double)j) / (1.0 + (double)(j * j));
             at.v[j] = 1e-2 * sin(2.0 + 3.0 * (double)j) / (1.0 + (double)(j * j));
             at.w_old[j] = 0.9 * at.w[j];
+            at.a[j] = -1e2 * at.w[j];
         }
         assert_true(c.predictor->laws[0].d >= 1);
         check_tangents(&c, at, 1e-5);

@@ -134,7 +134,7 @@ static void an_assumed_force_explains_its_response(void **state)
     double complex *F = bf_alloc(m, sizeof *F);
     reduced_point(transfer_reduced(rig.predictor), 0, rig.model.length_m, g);
     motion_paths_new(&rig.motion, g, 1, &paths);
-    assert_int_equal(motion_of(&rig.motion, record, g, 4, w, NULL, &err), BF_OK);
+    assert_int_equal(motion_of(&rig.motion, record, g, 4, w, NULL, NULL, &err), BF_OK);
     for (size_t k = 0; k < n * 4; k++)
         w[k] = 20000.0 * w[k] * w[k] * w[k];
     assert_int_equal(motion_transform(&rig.motion, record, w, 1, 4, F, &err), BF_OK);
