@@ -74,17 +74,20 @@ static void two_records_predict_each_other(void **state)
     bench_free(b);
 }
 
-/* A mass elsewhere, short records, much noise: a wrong pair bends until both fit, and neither record foretells the other. */
-static void an_overfitting_pair_is_refuted(void **state)
+/*
+ * A mass elsewhere, short records, much noise: a wrong effect bends until both fit, and neither record foretells the other. (Two effects
+ * on so weak a misfit would not be named anyway.)
+ */
+static void an_overfitting_effect_is_refuted(void **state)
 {
     (void)state;
-    static const char *const wrong[] = {"point_spring", "rotary_inertia", NULL};
-    struct bench *b = bench_new("{kind: point_mass, mass_kg: 0.002, at_m: 0.3}", 2, SHORT, 0.09, wrong);
+    static const char *const wrong[] = {"rotary_inertia", NULL};
+    struct bench *b = bench_new("{kind: point_mass, mass_kg: 0.0003, at_m: 0.3}", 2, SHORT, 0.05, wrong);
     diagnose(b, 2, 0);
     const struct hypothesis *best = &b->d.hypotheses[0];
-    assert_int_equal(best->n_effects, 2);
+    assert_int_equal(best->n_effects, 1);
     assert_true(best->fitted.noise_ratio < 1.05);
-    assert_true(best->check.noise_ratio > 1.2);
+    assert_true(best->check.noise_ratio > 1.15);
     assert_int_equal(b->d.verdict, VERDICT_UNKNOWN);
     assert_false(b->d.unconfirmed);
     assert_non_null(strstr(b->d.text, "not predicted from the others"));
@@ -199,7 +202,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_true_effect_is_confirmed),
         cmocka_unit_test(two_records_predict_each_other),
-        cmocka_unit_test(an_overfitting_pair_is_refuted),
+        cmocka_unit_test(an_overfitting_effect_is_refuted),
         cmocka_unit_test(a_value_that_the_others_do_not_tell_is_kept),
         cmocka_unit_test(one_record_is_not_left_out),
         cmocka_unit_test(records_held_out_are_enough),
