@@ -175,7 +175,7 @@ static void what_nearly_explains_a_weak_misfit_is_not_named(void **state)
     assert_int_equal(d.verdict, VERDICT_MISSING);
 }
 
-/* With the truth taken away pairs came to the noise in six of nine subtle cases; far above it they do not. */
+/* With the truth taken away two or three others came to the noise in six subtle cases (docs/hidden.md). */
 static void a_weak_misfit_does_not_name_two(void **state)
 {
     struct diagnosis d;
