@@ -170,16 +170,19 @@ static void new_span_law(struct law *law, const struct model *model, const struc
     free(x_m);
 }
 
-/*
- * No jump of the tangents from one to the next of many points along a line, at several scales of the motion. Asked at
- * the catalogue's typical values, so that it does not change with the values of a model.
- */
+/* The catalogue's typical values: what a law is like does not change with the values of a model, 0 among them. */
+static void typical_values(const struct beam_effect *effect, double p[])
+{
+    for (int s = 0; s < effect->n_parameters; s++)
+        p[s] = effect->parameters[s].start;
+}
+
+/* No jump of the tangents from one to the next of many points along a line, at several scales of the motion. */
 static bool is_smooth(const struct law *law)
 {
     enum { STEPS = 64 };
     double p[BEAM_EFFECT_PARAMETERS] = {0};
-    for (int s = 0; s < law->effect->n_parameters; s++)
-        p[s] = law->effect->parameters[s].start;
+    typical_values(law->effect, p);
     static const double most_jump = 0.25; /* of the largest; a cubic law changes by 2/STEPS of it a step */
     for (int scale = 0; scale < 4; scale++) {
         double extent = pow(10.0, -scale), largest = 0.0, jump = 0.0, last[2 * BEAM_LAW_WIDTH * BEAM_LAW_WIDTH] = {0};
@@ -207,8 +210,10 @@ static bool is_smooth(const struct law *law)
 }
 
 /* Which arguments a law over the span has: asked of the law itself, at a few motions. Point laws are cheap: all. */
-static void find_uses(struct law *law, const double p[])
+static void find_uses(struct law *law)
 {
+    double p[BEAM_EFFECT_PARAMETERS] = {0};
+    typical_values(law->effect, p);
     law->uses_w = law->uses_v = law->uses_w_old = law->g_at != NULL || law->effect->n_law_states > 0;
     for (int i = 1; i <= 8; i++) {
         double x = (i % 2 ? 1.0 : -1.0) * pow(10.0, -0.5 * i);
@@ -246,7 +251,7 @@ enum bf_status law_new(const struct model *model, const struct reduced *reduced,
         new_span_law(out, model, reduced, map, where.points, top_rad);
     else
         new_point_law(out, model, reduced, map, &where);
-    find_uses(out, p);
+    find_uses(out);
     out->smooth = is_smooth(out);
     for (int s = 0; s < effect->n_parameters; s++) {
         size_t parameter = parameter_map_slot(map, 0, effect_index, s);

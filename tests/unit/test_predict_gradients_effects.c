@@ -90,10 +90,68 @@ static void every_effect(void **state)
     assert_int_equal(wrong, 0);
 }
 
+/* ---- Where a search starts: an effect that is not there yet ---- */
+
+/* d prediction/d strength at strength 0, of a predictor built at `built_at`; free(). */
+static double *slope_at_zero(const char *id, bool built_at_zero, size_t *rows)
+{
+    struct predict_options options = {.fine_splines = 24, .modes = 6, .threads = 1};
+    struct predict_case c = {.record = case_record("case.csv", SAMPLES, 1.0 / 1024.0, 2.0, true)};
+    struct bf_error err;
+    fixture_model(&c.model, "");
+    if (model_add_effect(&c.model, id, "", &err) != BF_OK)
+        fail_msg("%s", err.text);
+    struct parameter *strength = &c.model.effects[0].parameters[0];
+    if (built_at_zero)
+        strength->value = 0.0;
+    if (case_open(&c, &options, &err) != BF_OK)
+        fail_msg("%s", err.text);
+    size_t i = 0;
+    while (i + 1 < c.n && (c.refs[i].role != ROLE_EFFECT || c.refs[i].slot != 0))
+        i++;
+    c.theta[i] = 0.0;
+    bool *want = bf_alloc(c.n, sizeof *want);
+    want[i] = true;
+    case_run(&c, want);
+    *rows = c.out.n_rows;
+    double *slope = bf_alloc(*rows, sizeof *slope);
+    memcpy(slope, c.out.jacobian + i * *rows, *rows * sizeof *slope);
+    free(want);
+    case_close(&c);
+    return slope;
+}
+
+/* A fit that starts from no drag at all must feel which way to go: the same derivative as in a model built with drag. */
+static void strength_zero_has_a_derivative(void **state)
+{
+    (void)state;
+    size_t checked = 0;
+    for (int k = 0; k < beam_effects_count; k++) {
+        const struct beam_effect *effect = beam_effects[k];
+        size_t rows, same_rows;
+        if (effect->law == NULL || effect->parameters[0].neutral != 0.0 || effect->parameters[0].minimum > 0.0)
+            continue;
+        double *built = slope_at_zero(effect->id, true, &rows), *reference = slope_at_zero(effect->id, false, &same_rows);
+        assert_int_equal(rows, same_rows);
+        double size = 0.0, off = 0.0;
+        for (size_t i = 0; i < rows; i++) {
+            size += reference[i] * reference[i];
+            off += (built[i] - reference[i]) * (built[i] - reference[i]);
+        }
+        print_message("  %-22s |slope| %9.2e  off by %.1e of it\n", effect->id, sqrt(size), sqrt(off / size));
+        assert_true(size > 0.0);
+        assert_true(off <= 1e-12 * size);
+        free(built), free(reference);
+        checked++;
+    }
+    assert_true(checked >= 6);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_effect),
+        cmocka_unit_test(strength_zero_has_a_derivative),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
