@@ -182,9 +182,10 @@ static void add_cell(struct import_file *file, const char *name, matvar_t *v, in
         return;
     for (size_t i = 0; i < n && file->n_channels <= MOST_CHANNELS; i++) {
         char full[LONGEST_NAME];
+        if (cells[i] == NULL || cells[i]->data == NULL)
+            continue; /* empty; there may be a million of them */
         snprintf(full, sizeof full, "%.160s{%zu}", name, i + 1);
-        if (cells[i] != NULL)
-            add_variable(file, full, cells[i], depth + 1);
+        add_variable(file, full, cells[i], depth + 1);
     }
 }
 

@@ -11,8 +11,8 @@
 
 /* Gauss–Legendre with three points on each of about this many elements of the span. */
 enum { SPAN_ELEMENTS = 10, GAUSS = 3 };
-/* A law over the span sees the modes below this part of the Nyquist frequency: above it recorders filter. */
-static const double span_band = 0.8;
+/* A law over the span sees the modes below this part of the Nyquist frequency. */
+static const double span_band = 1.0;
 /*
  * Large rotation sees those up to the sampling frequency, within what the steps follow: its force is made of slopes and
  * curvatures, which a few modes do not show near the patch.

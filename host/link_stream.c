@@ -104,10 +104,10 @@ enum bf_status link_start_stream(struct link *link, unsigned prescale, struct li
     if (largest * MOST_ENTRIES < sizeof(struct beam_live))
         return bf_fail(err, BF_DEVICE, "%s: the board's tables are too small for a sample; update the firmware",
                        port_path(link->port));
-    stream->samples = stream->crc_failures = 0;
     link->xcp.context = stream;
     link->xcp.sample = take_sample;
     for (int i = 0; i < ATTEMPTS; i++) {
+        stream->samples = stream->crc_failures = 0; /* of an attempt whose last answer was lost nothing counts */
         if (attempt(link, prescale, largest, &done, &answer, err) != BF_OK)
             return err->status;
         if (done)

@@ -35,36 +35,37 @@ void system_to_modal(const struct system *s, const double B[], double work[], do
     dense_gemm(true, false, s->n, s->n, s->n, 1.0, s->modes, work, 0.0, out);
 }
 
-/* Σ E B of a term as Σ_r λ_r (Ωq_r)(Ωq_r)ᵀ in undamped modes: one memory state for each r. */
+/* Σ E B of all blocks with one τ as Σ_r λ_r (Ωq_r)(Ωq_r)ᵀ in undamped modes: one memory state for each r. */
 struct memory {
     size_t rank;
     double tau;
     double *lambda, *q; /* [rank], [rank][n] */
 };
 
-static bool same_term(const struct block *a, const struct block *b)
+/* Both have memory, and the same: apart, two effects with one τ would be poles that coincide. */
+static bool same_memory(const struct block_use *a, const struct block_use *b)
 {
-    return a->kind == b->kind && a->effect == b->effect && a->term == b->term;
+    return has_memory(a) && has_memory(b) && !(a->value[OF_RELAXATION] < b->value[OF_RELAXATION]) &&
+           !(a->value[OF_RELAXATION] > b->value[OF_RELAXATION]);
 }
 
-/* A form has one block a material, all with one τ: the first of them leads. */
+/* The first block with its τ leads: the materials of one form, and effects that happen to have one τ. */
 static bool leads_memory(const struct system *s, size_t block)
 {
-    const struct block *blocks = s->reduced->blocks;
     for (size_t b = 0; b < block; b++)
-        if (same_term(&blocks[b], &blocks[block]) && has_memory(&s->work->use[b]))
+        if (same_memory(&s->work->use[b], &s->work->use[block]))
             return false;
     return has_memory(&s->work->use[block]);
 }
 
-/* Ω⁻¹ Φᵀ(Σ E B)Φ Ω⁻¹ over the blocks of a term. */
+/* Ω⁻¹ Φᵀ(Σ E B)Φ Ω⁻¹ over the blocks with one τ. */
 static void memory_matrix(const struct system *s, size_t block, const double scale[], double out[])
 {
     size_t n = s->n, size = n * n;
     double *sum = bf_alloc(2 * size, sizeof *sum);
     for (size_t b = block; b < s->reduced->n_blocks; b++) {
         const struct block_use *use = &s->work->use[b];
-        if (same_term(&s->reduced->blocks[b], &s->reduced->blocks[block]) && has_memory(use))
+        if (same_memory(use, &s->work->use[block]))
             for (size_t i = 0; i < size; i++)
                 sum[i] += use->value[OF_MEMORY] * use->B[i];
     }
