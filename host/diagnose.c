@@ -97,6 +97,12 @@ static enum bf_status one_more(struct diagnose_work *w, size_t n_effects, struct
     return status;
 }
 
+/* Of three linear effects two may do; of a pair the law that came second may do alone: its own refit may have gone astray. */
+static bool may_be_fewer(const struct hypothesis *best)
+{
+    return best->n_effects >= 3 ? !hypothesis_has_law(best) : best->n_effects == 2 && best->effects[1]->law != NULL;
+}
+
 /* The best hypothesis again without one of its effects: what was added first may have stood in for what came later. */
 static enum bf_status without_one(struct diagnose_work *w, struct bf_error *err)
 {
@@ -104,7 +110,7 @@ static enum bf_status without_one(struct diagnose_work *w, struct bf_error *err)
     struct refit_job jobs[DIAGNOSE_EFFECTS];
     size_t n = 0;
     enum bf_status status = BF_OK;
-    if (w->d->n_hypotheses == 0 || best->n_effects < 3 || hypothesis_has_law(best))
+    if (w->d->n_hypotheses == 0 || !may_be_fewer(best))
         return BF_OK;
     for (size_t e = 0; e + 1 < best->n_effects && !status; e++) { /* without the last it is known */
         struct refit_job *job = &jobs[n];
@@ -144,6 +150,7 @@ static enum bf_status search(struct diagnose_work *w, struct bf_error *err)
     }
     if (!status && !progress_interrupted())
         status = without_one(w, err);
+    diagnose_drop_repeats(w->d);
     return status;
 }
 
@@ -211,7 +218,7 @@ static bool about_to_name(const struct diagnosis *d)
     return !d->interrupted && (d->n_named > 0 || (d->unconfirmed && diagnose_can_cross(d)));
 }
 
-/* Of the best, and of what becomes the best when that one leaves too much. */
+/* Of the best, and of what becomes the best when that one leaves too much, itself from another place first. */
 static enum bf_status look_for_remains(struct diagnose_work *w, struct bf_error *err)
 {
     struct diagnosis *d = w->d;
@@ -219,6 +226,8 @@ static enum bf_status look_for_remains(struct diagnose_work *w, struct bf_error 
     while (!status && about_to_name(d) && diagnose_may_stand_in(d, &d->hypotheses[0]) && !d->hypotheses[0].looked) {
         d->hypotheses[0].looked = true;
         status = diagnose_remains(w, err);
+        if (!status && !progress_interrupted() && diagnose_leaves_more(d, &d->hypotheses[0]))
+            status = diagnose_settle(w, 0.0, err);
         d->interrupted = progress_interrupted();
         diagnose_decide(d);
     }

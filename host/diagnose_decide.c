@@ -40,6 +40,11 @@ static const double rival_fall = 20.0, rival_share = 0.002;
  * in for it 0.3 % or more, beside what a search finds in noise. Chosen on the cases that judge it.
  */
 static const double remainder_share = 0.003;
+/*
+ * An explanation whose held-out records are this much (rms) worse predicted than by the best is no rival. Both are measured on the same
+ * noise, so its level cancels; class mates differ by 0.005 at most.
+ */
+static const double refuted_by_check = 1.015;
 /* Below this ratio a baseline that no effect improves is complete. */
 static const double complete_ratio = 1.05;
 
@@ -238,6 +243,12 @@ static double margin_of(const struct hypothesis *h)
     return rival_fall + rival_share * (double)h->fitted.misfit.n;
 }
 
+bool diagnose_as_good(const struct diagnosis *d, const struct hypothesis *h, const struct hypothesis *best)
+{
+    const double scale = misfit_scale(d);
+    return criterion(h, scale) <= criterion(best, scale) + rival_fall;
+}
+
 static int catalogue_parameters(const struct hypothesis *h)
 {
     int n = 0;
@@ -283,7 +294,7 @@ static void find_rivals(struct diagnosis *d)
         if (h->n_effects > best->n_effects || contains(h, best) || !significant(d, h) || same_family(d, h, best))
             continue;
         /* the held-out records may separate what the fitted ones do not */
-        const bool refuted = h->check.noise_ratio > 1.05 * best->check.noise_ratio;
+        const bool refuted = h->check.noise_ratio > refuted_by_check * best->check.noise_ratio;
         h->rival = criterion(h, scale) <= limit && !refuted;
     }
 }

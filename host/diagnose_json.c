@@ -49,6 +49,7 @@ static void put_candidate(struct json *list, const struct diagnosis *d, const st
     json_put_bool(one, "explains", h->explains);
     json_put_bool(one, "rival", h->rival);
     json_put_bool(one, "converged", h->fit.converged);
+    json_put_number(one, "other_at_m", h->has_other_place ? h->other_at_m : nan(""));
     json_put_number(one, "seconds", h->fit.seconds);
     put_parameters(one, d, h);
 }

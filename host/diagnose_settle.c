@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
- * A refit stops when it is good enough to be compared, and a place on the beam has minima besides the lowest. The explanation
- * that is about to be named is refitted from where it is and with each of its places elsewhere, when it has not converged
- * and does not step through time.
+ * A refit stops when it is good enough to be compared, and a place on the beam has minima besides the lowest. What is about
+ * to be named is refitted from where it is and with each of its places elsewhere, when it has not converged or leaves a part for
+ * one more effect to take; on a weak misfit so are single effects near the noise, among which any may be the lowest then.
  */
 #include "diagnose_work.h"
 
@@ -10,65 +10,123 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { PLACES = 6, MOST_JOBS = 1 + DIAGNOSE_EFFECTS * (PLACES - 1) };
+enum { PLACES = 6, MOST_JOBS = 1 + DIAGNOSE_EFFECTS * (PLACES - 1), MOST_NEAR = 3, ALL_JOBS = (1 + MOST_NEAR) * MOST_JOBS };
+/* Times the noise: on a weak misfit a single effect below it may be the cause at a wrong place. */
+static const double near_noise = 1.05;
+/* Part of the length: places closer than this are one. */
+static const double same_place = 0.05;
 
-static bool worth_settling(const struct hypothesis *h)
+struct settle_jobs {
+    size_t n;
+    struct refit_job job[ALL_JOBS];
+};
+
+/* ---- Places ---- */
+
+static bool is_free_place(const struct model_effect *own, int i)
 {
-    for (size_t i = 0; i < h->n_effects; i++)
-        if (h->effects[i]->law != NULL)
-            return false;
-    return !h->fit.converged && !h->fit.interrupted;
+    return (own->effect->parameters[i].flags & BEAM_PARAMETER_POSITION) != 0 && !own->parameters[i].fixed;
 }
 
-static enum bf_status push_copy(const struct hypothesis *h, struct refit_job jobs[], size_t *n, struct bf_error *err)
+/* The free place of its only effect; NaN: it has none. */
+static double only_place(const struct hypothesis *h)
 {
-    struct refit_job *job = &jobs[*n];
-    *job = (struct refit_job){.n_effects = h->n_effects, .n_tried = h->n_tried, .to_the_end = true};
+    const struct model_effect *own = h->n_effects == 1 ? &h->model.effects[h->n_base] : NULL;
+    for (int i = 0; own != NULL && i < own->effect->n_parameters; i++)
+        if (is_free_place(own, i))
+            return own->parameters[i].value;
+    return nan("");
+}
+
+/* ---- What is settled ---- */
+
+static bool can_settle(const struct hypothesis *h)
+{
+    return !h->settled && !hypothesis_has_law(h) && !h->fit.interrupted;
+}
+
+static bool is_wanted(const struct diagnosis *d, const struct hypothesis *h)
+{
+    const bool best = h == &d->hypotheses[0];
+    if (!can_settle(h))
+        return false;
+    if (best && (!h->fit.converged || diagnose_leaves_more(d, h)))
+        return true;
+    return !diagnose_is_far(&d->baseline) && !isnan(only_place(h)) && h->fitted.noise_ratio <= near_noise;
+}
+
+static enum bf_status push_copy(const struct hypothesis *h, struct settle_jobs *jobs, struct bf_error *err)
+{
+    struct refit_job *job = &jobs->job[jobs->n];
+    *job = (struct refit_job){
+        .n_effects = h->n_effects, .n_tried = h->n_tried, .to_the_end = true, .settled = true};
     const enum bf_status status = model_copy(&h->model, &job->model, err);
     job->first_new = h->model.n_effects; /* every value is a fitted one */
-    *n += status == BF_OK;
+    jobs->n += status == BF_OK;
     return status;
 }
 
 /* From where it is, and with one place at each sixth of the length but the one where it stands. */
-static enum bf_status push_jobs(const struct hypothesis *h, struct refit_job jobs[], size_t *n, struct bf_error *err)
+static enum bf_status push_jobs(const struct hypothesis *h, struct settle_jobs *jobs, struct bf_error *err)
 {
-    enum bf_status status = push_copy(h, jobs, n, err);
+    enum bf_status status = push_copy(h, jobs, err);
     for (size_t e = h->n_base; e < h->model.n_effects && !status; e++) {
         const struct model_effect *own = &h->model.effects[e];
         for (int i = 0; i < own->effect->n_parameters; i++) {
-            const struct parameter *at = &own->parameters[i];
-            if (!(own->effect->parameters[i].flags & BEAM_PARAMETER_POSITION) || at->fixed)
+            if (!is_free_place(own, i))
                 continue;
-            const int here = (int)lround(at->value / h->model.length_m * PLACES);
-            for (int k = 1; k <= PLACES && !status && *n < MOST_JOBS; k++)
-                if (k != here && (status = push_copy(h, jobs, n, err)) == BF_OK)
-                    jobs[*n - 1].model.effects[e].parameters[i].value = h->model.length_m * k / PLACES;
+            const int here = (int)lround(own->parameters[i].value / h->model.length_m * PLACES);
+            for (int k = 1; k <= PLACES && !status && jobs->n < ALL_JOBS; k++)
+                if (k != here && (status = push_copy(h, jobs, err)) == BF_OK)
+                    jobs->job[jobs->n - 1].model.effects[e].parameters[i].value = h->model.length_m * k / PLACES;
         }
     }
     return status;
 }
 
-static bool same_effects(const struct hypothesis *a, const struct hypothesis *b)
+/* ---- Repeats ---- */
+
+static bool has_effect(const struct hypothesis *h, const struct model_effect *effect)
 {
-    if (a->model.n_effects != b->model.n_effects)
-        return false;
-    for (size_t i = 0; i < a->model.n_effects; i++)
-        if (a->model.effects[i].effect != b->model.effects[i].effect ||
-            strcmp(a->model.effects[i].channel, b->model.effects[i].channel) != 0)
-            return false;
-    return true;
+    for (size_t i = h->n_base; i < h->model.n_effects; i++)
+        if (h->model.effects[i].effect == effect->effect && strcmp(h->model.effects[i].channel, effect->channel) == 0)
+            return true;
+    return false;
 }
 
-/* Of the same effects the best refit stays. */
-static void drop_repeats(struct diagnosis *d)
+static bool same_effects(const struct hypothesis *a, const struct hypothesis *b)
 {
-    size_t kept = 1;
-    for (size_t i = 1; i < d->n_hypotheses; i++) {
-        if (same_effects(&d->hypotheses[i], &d->hypotheses[0]))
-            hypothesis_free(&d->hypotheses[i]);
-        else
+    bool same = a->n_effects == b->n_effects;
+    for (size_t i = a->n_base; i < a->model.n_effects && same; i++)
+        same = has_effect(b, &a->model.effects[i]) && has_effect(a, &b->model.effects[i]);
+    return same;
+}
+
+/* A worse refit of the same effect tells another place that the records allow as well. */
+static void note_place(const struct diagnosis *d, struct hypothesis *best, const struct hypothesis *repeat)
+{
+    const double at = only_place(best), other = only_place(repeat);
+    if (isnan(at) || isnan(other) || best->has_other_place || !diagnose_as_good(d, repeat, best))
+        return;
+    if (fabs(at - other) <= same_place * d->model->length_m)
+        return;
+    best->has_other_place = true;
+    best->other_at_m = other;
+}
+
+void diagnose_drop_repeats(struct diagnosis *d)
+{
+    size_t kept = 0;
+    for (size_t i = 0; i < d->n_hypotheses; i++) {
+        size_t first = 0;
+        while (first < kept && !same_effects(&d->hypotheses[first], &d->hypotheses[i]))
+            first++;
+        if (first == kept) {
             d->hypotheses[kept++] = d->hypotheses[i];
+            continue;
+        }
+        note_place(d, &d->hypotheses[first], &d->hypotheses[i]);
+        hypothesis_free(&d->hypotheses[i]);
     }
     d->n_hypotheses = kept;
 }
@@ -76,17 +134,20 @@ static void drop_repeats(struct diagnosis *d)
 enum bf_status diagnose_settle(struct diagnose_work *w, double span, struct bf_error *err)
 {
     struct diagnosis *d = w->d;
-    struct refit_job jobs[MOST_JOBS];
-    size_t n = 0;
-    if (d->n_hypotheses == 0 || !worth_settling(&d->hypotheses[0]))
-        return BF_OK;
-    const enum bf_status status = push_jobs(&d->hypotheses[0], jobs, &n, err);
-    for (size_t i = 0; status && i < n; i++)
-        model_free(&jobs[i].model);
-    if (status)
+    struct settle_jobs jobs = {0};
+    enum bf_status status = BF_OK;
+    for (size_t i = 0, near = 0; i < d->n_hypotheses && near <= MOST_NEAR && !status; i++)
+        if (is_wanted(d, &d->hypotheses[i])) {
+            status = push_jobs(&d->hypotheses[i], &jobs, err);
+            d->hypotheses[i].settled = true;
+            near++;
+        }
+    for (size_t i = 0; status && i < jobs.n; i++)
+        model_free(&jobs.job[i].model);
+    if (status || jobs.n == 0)
         return status;
-    diagnose_refits(w, jobs, n, span);
+    diagnose_refits(w, jobs.job, jobs.n, span);
     diagnose_rank(d, w->n_tried);
-    drop_repeats(d);
+    diagnose_drop_repeats(d);
     return BF_OK;
 }

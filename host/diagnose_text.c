@@ -93,6 +93,8 @@ static void missing(FILE *out, const struct diagnosis *d)
     (void)fprintf(out, "; ");
     values(out, d, best);
     (void)fprintf(out, ".");
+    if (best->has_other_place)
+        (void)fprintf(out, " Its place is open: at %.3g m it explains the records as well.", best->other_at_m);
     if (best->fitted.noise_ratio > 1.2)
         (void)fprintf(out,
                       " What remains is no effect of the catalogue: the form of this one is not quite the beam's.");

@@ -32,6 +32,7 @@ struct refit_job {
     size_t n_effects; /* effects more than the baseline, the last ones of the model */
     size_t n_tried;   /* scan points that led here */
     bool to_the_end;  /* not given up, however much it leaves: a pair may grow from it */
+    bool settled;     /* from diagnose_settle() */
 };
 
 /* diagnose_baseline.c: noise of all channels; the model given, fitted; its predictor. */
@@ -76,8 +77,13 @@ extern const double diagnose_at_noise; /* fitted noise ratio that passes it; the
 enum bf_status diagnose_extend(struct diagnose_work *w, const struct hypothesis *from, const size_t most[], double span,
                                struct bf_error *err);
 
-/* diagnose_settle.c: the explanation that is about to be named, once more, when its refit has not converged. */
+/*
+ * diagnose_settle.c: what may be named, from other places on the beam: the best, when its refit has not converged or leaves a part
+ * for one more effect to take; on a weak misfit single effects near the noise. Nothing twice. Linear refits, some tenths of a second each.
+ */
 enum bf_status diagnose_settle(struct diagnose_work *w, double span, struct bf_error *err);
+/* Of refits of the same effects the best stays; it notes where another place is as good. After diagnose_rank(). */
+void diagnose_drop_repeats(struct diagnosis *d);
 
 /* diagnose_remains.c: scores of one more effect on the best hypothesis, into its `remains`; ranks again. About a second. */
 enum bf_status diagnose_remains(struct diagnose_work *w, struct bf_error *err);
@@ -103,6 +109,8 @@ bool diagnose_more_wanted(const struct diagnosis *d);
 bool diagnose_too_many(const struct diagnosis *d, const struct hypothesis *h);
 /* It is near the noise, or of several effects, so that what is not the cause may bend until it fits: `remains` is wanted. */
 bool diagnose_may_stand_in(const struct diagnosis *d, const struct hypothesis *h);
+/* The records cannot tell `h` from `best`: within the search's share of the whitened misfit. */
+bool diagnose_as_good(const struct diagnosis *d, const struct hypothesis *h, const struct hypothesis *best);
 /* … and one more effect would take what the cause would not have left. */
 bool diagnose_leaves_more(const struct diagnosis *d, const struct hypothesis *h);
 

@@ -58,6 +58,52 @@ static void another_place_is_found(void **state)
     bench_free(b);
 }
 
+/* Converged, but one more effect would take a part of what it leaves: only near the noise, where a stand-in may be at work. */
+static void what_leaves_a_part_is_settled(void **state)
+{
+    (void)state;
+    struct bf_error err;
+    for (int weak = 0; weak < 2; weak++) {
+        struct bench *b = with_damper();
+        struct diagnose_work w = trapped(b);
+        struct hypothesis *h = &b->d.hypotheses[0];
+        h->fit.converged = true;
+        h->remains = h->fitted.misfit.chi_square;
+        if (weak)
+            b->d.baseline.fitted.noise_ratio = 1.5; /* as if */
+        else
+            assert_true(diagnose_is_far(&b->d.baseline));
+        assert_int_equal(diagnose_settle(&w, 0.0, &err), BF_OK);
+        assert_true((fabs(place(&b->d.hypotheses[0]) - damper_at_m) < 0.02) == (weak == 1));
+        const size_t evaluations = b->d.evaluations;
+        assert_int_equal(diagnose_settle(&w, 0.0, &err), BF_OK); /* not twice */
+        assert_int_equal(b->d.evaluations, evaluations);
+        work_free(&w);
+        bench_free(b);
+    }
+}
+
+/* The same effect refitted twice, to places that the records cannot tell apart. */
+static void another_place_that_does_as_well_is_told(void **state)
+{
+    (void)state;
+    struct bench *b = with_damper();
+    struct diagnose_work w = trapped(b);
+    struct refit_job job = {.first_new = 1, .n_effects = 1, .to_the_end = true};
+    struct bf_error err;
+    assert_int_equal(model_copy(&b->d.hypotheses[0].model, &job.model, &err), BF_OK);
+    diagnose_refits(&w, &job, 1, 0.0);
+    diagnose_rank(&b->d, 2);
+    assert_int_equal(b->d.n_hypotheses, 2);
+    b->d.hypotheses[1].model.effects[0].parameters[1].value = 0.1;
+    diagnose_drop_repeats(&b->d);
+    assert_int_equal(b->d.n_hypotheses, 1);
+    assert_true(b->d.hypotheses[0].has_other_place);
+    assert_float_equal(b->d.hypotheses[0].other_at_m, 0.1, 0.0);
+    work_free(&w);
+    bench_free(b);
+}
+
 static void what_has_converged_stays(void **state)
 {
     (void)state;
@@ -76,6 +122,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(another_place_is_found),
+        cmocka_unit_test(what_leaves_a_part_is_settled),
+        cmocka_unit_test(another_place_that_does_as_well_is_told),
         cmocka_unit_test(what_has_converged_stays),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
