@@ -228,6 +228,12 @@ N      ?= 200
 hidden: $(B)/beamfit $(B)/beam_truth ## diagnose the hidden cases and judge it [CASES='h08 subtle tip_mass --open']
 	@tools/deps.sh build test
 	@python3 -B tests/hidden/run.py --build $(B) --work $(HIDDEN) --jobs $(JOBS) $(CASES)
+SEED ?= 1
+drawn: $(B)/beamfit $(B)/beam_truth ## draw subtle cases that nobody has seen and diagnose them, with and without the truth in the catalogue [SEED=1]
+	@tools/deps.sh build test
+	@python3 -B tests/hidden/draw.py --build $(B) --jobs $(JOBS) $(SEED) $(HIDDEN)/drawn$(SEED)
+	-@python3 -B tests/hidden/run.py --build $(B) --work $(HIDDEN)/drawn$(SEED) --drawn $(HIDDEN)/drawn$(SEED) --jobs $(JOBS)
+	@python3 -B tests/hidden/run.py --build $(B) --work $(HIDDEN)/drawn$(SEED) --drawn $(HIDDEN)/drawn$(SEED) --without-truth
 false-alarms: $(B)/beamfit $(B)/beam_truth ## diagnose N=200 sets that hide nothing under coloured noise
 	@python3 -B tests/hidden/false_alarms.py --build $(B) --work $(HIDDEN)/false_alarms --jobs $(JOBS) $(N)
 own-effect: $(B)/beamfit $(B)/libbeamf.a $(B)/beam_truth ## docs/own_effect.md: a user's effect in a copy of the tree, built and diagnosed
@@ -279,4 +285,4 @@ DEPFILES = $(FW_OBJ:.o=.d) $(BOARD_HOST_OBJ:.o=.d) $(SHADOWS:.o=.d) $(BEAM_SHADO
            $(UNIT_TESTS:%=%.d) $(SYSTEM_TESTS:%=%.d) $(SYSTEM_COMMON:.o=.d) $(TRUTH_OBJ:.o=.d)
 -include $(wildcard $(DEPFILES))
 .PHONY: live-demo conformance survival
-.PHONY: all tests unit test test-both demo deps lint layers size coverage bench hidden false-alarms own-effect experiments data fuzz install uninstall clean help
+.PHONY: all tests unit test test-both demo deps lint layers size coverage bench hidden drawn false-alarms own-effect experiments data fuzz install uninstall clean help

@@ -109,15 +109,15 @@ def read_answers(cases, path):
             case.hidden.append(([], " ".join(words)))
 
 
-def read_cases(wanted=None):
-    """All cases in the order of cases.txt, or those wanted (names, or words that stand in strength or truth)."""
-    rows = [line.split() for line in statements(os.path.join(DATA, "cases.txt"))]
+def read_cases(wanted=None, data=DATA):
+    """All cases in the order of data's cases.txt, or those wanted (names, or words that stand in strength or truth)."""
+    rows = [line.split() for line in statements(os.path.join(data, "cases.txt"))]
     rigs, cases = {}, {}
     for row in rows[1:]:
         rig = rigs.setdefault(row[1], Rig(row[1]))
         beam = {key: value for key, value in zip(rows[0][2:], row[2:]) if value != "-"}
         cases[row[0]] = Case(row[0], rig, beam)
-    read_answers(cases, os.path.join(DATA, "answers.txt"))
+    read_answers(cases, os.path.join(data, "answers.txt"))
     if not wanted:
         return list(cases.values())
     chosen = [c for c in cases.values() if {c.name, c.strength, c.rig.name, *c.truth} & set(wanted)]

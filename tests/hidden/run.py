@@ -65,8 +65,8 @@ def number(answer, key):
     return math.nan if value is None else float(value)
 
 
-def diagnose(program, case, directory, noise, without, limit_s):
-    """Runs diagnose on one case; the row of the result table as a dict."""
+def diagnose(program, case, directory, noise, without, limit_s, drawn=False):
+    """Runs diagnose on one case; the row of the result table as a dict. drawn: nobody has listed its class mates."""
     command = [program, "diagnose", os.path.join(directory, "model.yaml")] + hidden.record_files(directory, "train")
     command += ["--check"] + hidden.record_files(directory, "check") + ["--json"]
     strength, truth = case.strength, case.truth
@@ -85,6 +85,8 @@ def diagnose(program, case, directory, noise, without, limit_s):
     row["outcome"] = judge(strength, truth, case.mates, row["verdict"], row["named"], check_after)
     if without and len(row["named"]) > 0:
         found_mate(row, refit(program, case, directory, limit_s), answer["candidates"])
+    elif drawn and row["outcome"] in ("WRONG", "wide", "astray"):
+        measure_mates(row, refit(program, case, directory, limit_s), answer["candidates"])
     row["candidates"] = [[c["effects"], c.get("noise_ratio_after"), c.get("check_noise_ratio_after")]
                          for c in answer["candidates"]]
     best = answer["candidates"][0] if answer["candidates"] else {}
@@ -93,13 +95,23 @@ def diagnose(program, case, directory, noise, without, limit_s):
     return row
 
 
+def is_mate(candidate, truth):
+    """A single effect that does what the truth does (its row of refit()), in fitted and held-out records."""
+    return len(candidate["effects"]) == 1 and candidate["noise_ratio_after"] <= truth.get("after", math.nan) + MATE \
+        and candidate["check_noise_ratio_after"] <= truth.get("check_after", math.nan) + MATE
+
+
 def found_mate(row, truth, candidates):
     """Truth removed: the named are single effects, and the best does what the truth does: a class mate remained."""
-    best = candidates[0]
     row["truth_after"], row["truth_check_after"] = truth.get("after", math.nan), truth.get("check_after", math.nan)
-    if len(best["effects"]) == 1 and best["noise_ratio_after"] <= row["truth_after"] + MATE \
-            and best["check_noise_ratio_after"] <= row["truth_check_after"] + MATE:
+    if is_mate(candidates[0], truth):
         row["outcome"] = "mate"
+
+
+def measure_mates(row, truth, candidates):
+    """Judged again with the class mates that these very recordings have."""
+    row["mates"] = sorted({c["effects"][0] for c in candidates if is_mate(c, truth)} - set(row["truth"]))
+    row["outcome"] = judge(row["strength"], row["truth"], row["mates"], row["verdict"], row["named"], row["check_after"])
 
 
 def coverage(case, estimates):
@@ -230,6 +242,7 @@ def arguments():
     parser.add_argument("--limit", type=float, default=600, help="seconds for one diagnosis")
     parser.add_argument("--fast", action="store_true", help="the cheap cases of `make test`")
     parser.add_argument("--open", action="store_true", help="the open cases of ../shared instead")
+    parser.add_argument("--drawn", metavar="DIR", help="the cases that draw.py has written there instead")
     parser.add_argument("--without-truth", action="store_true", help="truth and class mates are taken from the catalogue")
     parser.add_argument("--with-truth", action="store_true", help="no diagnosis: add the truth, fit, compare estimates")
     parser.add_argument("--generate", action="store_true", help="only make the recordings")
@@ -241,7 +254,7 @@ def choose(options):
     if options.open:
         return [(case, directory, 0.004) for case, directory in open_cases()
                 if not options.cases or {case.name, case.strength, *case.truth} & set(options.cases)]
-    chosen = hidden.read_cases(FAST if options.fast else options.cases)
+    chosen = hidden.read_cases(FAST if options.fast else options.cases, options.drawn or hidden.DATA)
     begin = time.monotonic()
     made = hidden.make_all(chosen, os.path.join(options.build, "beam_truth"), options.work, options.jobs)
     if made:
@@ -276,7 +289,7 @@ def main():
               " ".join("%7s" % word for word in ("before", "after", "check<", "check>")), "s"))
         rows = []
         for case, directory, noise in chosen:
-            rows.append(diagnose(program, case, directory, noise, options.without_truth, options.limit))
+            rows.append(diagnose(program, case, directory, noise, options.without_truth, options.limit, options.drawn))
             show(rows[-1])
             save(rows, result)
         print()
