@@ -10,7 +10,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { PLACES = 6, MOST_JOBS = 1 + DIAGNOSE_EFFECTS * (PLACES - 1), MOST_NEAR = 3, ALL_JOBS = (1 + MOST_NEAR) * MOST_JOBS };
+enum {
+    PLACES = 6,
+    MOST_JOBS = 1 + DIAGNOSE_EFFECTS * (PLACES - 1),
+    MOST_NEAR = 3,
+    ALL_JOBS = (1 + MOST_NEAR) * MOST_JOBS
+};
 /* Times the noise: on a weak misfit a single effect below it may be the cause at a wrong place. */
 static const double near_noise = 1.05;
 /* Part of the length: places closer than this are one. */
@@ -58,8 +63,7 @@ static bool is_wanted(const struct diagnosis *d, const struct hypothesis *h)
 static enum bf_status push_copy(const struct hypothesis *h, struct settle_jobs *jobs, struct bf_error *err)
 {
     struct refit_job *job = &jobs->job[jobs->n];
-    *job = (struct refit_job){
-        .n_effects = h->n_effects, .n_tried = h->n_tried, .to_the_end = true, .settled = true};
+    *job = (struct refit_job){.n_effects = h->n_effects, .n_tried = h->n_tried, .to_the_end = true, .settled = true};
     const enum bf_status status = model_copy(&h->model, &job->model, err);
     job->first_new = h->model.n_effects; /* every value is a fitted one */
     jobs->n += status == BF_OK;

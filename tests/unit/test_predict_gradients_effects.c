@@ -131,7 +131,8 @@ static void strength_zero_has_a_derivative(void **state)
         size_t rows, same_rows;
         if (effect->law == NULL || effect->parameters[0].neutral != 0.0 || effect->parameters[0].minimum > 0.0)
             continue;
-        double *built = slope_at_zero(effect->id, true, &rows), *reference = slope_at_zero(effect->id, false, &same_rows);
+        double *built = slope_at_zero(effect->id, true, &rows),
+               *reference = slope_at_zero(effect->id, false, &same_rows);
         assert_int_equal(rows, same_rows);
         double size = 0.0, off = 0.0;
         for (size_t i = 0; i < rows; i++) {
