@@ -88,7 +88,9 @@ enum { UNITS = sizeof units / sizeof *units };
 
 bool import_unit(const char *text, struct import_unit *out)
 {
-    for (size_t i = 0; i < UNITS; i++) {
+    for (size_t i = 0; i < UNITS && text[0] != '\0'; i++) {
+        if (tolower((unsigned char)text[0]) != tolower((unsigned char)units[i].written[0]))
+            continue;
         bool word = strlen(units[i].written) > 4 || strcmp(units[i].written, "volt") == 0;
         if (word ? strcasecmp(units[i].written, text) == 0 : strcmp(units[i].written, text) == 0) {
             *out = units[i].unit;

@@ -47,13 +47,14 @@ static sf_count_t memory_tell(void *user)
 /* All samples of all channels; frames grow as they come, since a header may claim any number. */
 static size_t read_frames(SNDFILE *sound, size_t channels, double *x[])
 {
-    enum { BLOCK = 4096 };
+    enum { BLOCK_VALUES = 16384 };
+    const size_t block_frames = 1 + BLOCK_VALUES / channels;
     size_t n = 0, capacity = 0;
     sf_count_t got;
-    double *block = bf_alloc(BLOCK * channels, sizeof *block);
-    while ((got = sf_readf_double(sound, block, BLOCK)) > 0) {
+    double *block = bf_alloc(block_frames * channels, sizeof *block);
+    while ((got = sf_readf_double(sound, block, (sf_count_t)block_frames)) > 0) {
         if (n + (size_t)got > capacity) {
-            capacity = 2 * capacity + BLOCK;
+            capacity = 2 * capacity + (size_t)got;
             for (size_t i = 0; i < channels; i++)
                 x[i] = bf_grow(x[i], capacity, sizeof **x);
         }
