@@ -48,8 +48,8 @@ static inline void fuzz_import(const uint8_t *data, size_t n, import_reader *rea
          .picks = pick}};
     struct import_file file = {.n_channels = 0};
     struct bf_error err = {0};
-    char path[32], *text = malloc(n + 1);
-    int fd = fuzz_file(data, n, path);
+    char path[32] = "fuzz", *text = malloc(n + 1);
+    const int fd = reader == import_mat ? fuzz_file(data, n, path) : -1; /* matio opens the file itself */
     file.path = path;
     memcpy(text, data, n);
     text[n] = '\0';
@@ -59,7 +59,8 @@ static inline void fuzz_import(const uint8_t *data, size_t n, import_reader *rea
         fuzz_choose(&file, &choices[i]);
     import_free(&file);
     free(text);
-    close(fd);
+    if (fd >= 0)
+        close(fd);
 }
 
 #endif
