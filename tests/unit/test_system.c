@@ -85,8 +85,7 @@ static const char *const cases[] = {
     "  - {kind: viscoelastic, strength_Nm2: 0.035, relaxation_s: 0.006}\n",
     "  - {kind: viscoelastic, strength_Nm2: 0.02, relaxation_s: 0.002}\n  - {kind: tip_mass, mass_kg: 0.001}\n",
     /* two effects with one relaxation time: their poles would coincide if each had states of its own */
-    "  - {kind: viscoelastic, strength_Nm2: 0.02, relaxation_s: 1e-3}\n"
-    "  - {kind: electrical_coupling, stiffening_Nm2: 0.02, time_constant_s: 1e-3}\n",
+    "  - {kind: viscoelastic, relaxation_s: 1e-3}\n  - {kind: electrical_coupling, time_constant_s: 1e-3}\n",
     "  - {kind: electrical_coupling}\n", /* memory over a part of the span: fewer states than coordinates */
 };
 enum { CASES = sizeof cases / sizeof *cases };
