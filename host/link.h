@@ -70,7 +70,7 @@ enum bf_status link_start_drive(struct link *link, const struct beam_drive *driv
 struct link_stream {
     void (*live)(void *context, const struct beam_live *live); /* of samples whose CRC-32 is right */
     void *context;
-    uint64_t samples, crc_failures;
+    uint64_t samples, crc_failures; /* since the start that succeeded; live() may have seen some before it */
 };
 /* Samples a second that a line of this rate carries, one byte in ten kept for commands. */
 double link_rate_Hz(long baud);
