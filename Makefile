@@ -33,7 +33,7 @@ say = $(if $(V),,@echo "  $1";) # V=1 prints whole commands
 
 # ---- Sources: found, not listed ----
 LIB_SRC    := $(wildcard lib/*.c) $(wildcard lib/effects/*.c)
-HOST_SRC   := $(filter-out host/main.c,$(wildcard host/*.c)) $(wildcard host/cmd/*.c)
+HOST_SRC   := $(filter-out host/main.c,$(wildcard host/*.c host/*/*.c host/*/*/*.c))
 UNIT_SRC   := $(wildcard tests/unit/test_*.c)
 SYSTEM_SRC := $(wildcard tests/system/test_*.c)
 LIB_OBJ   = $(LIB_SRC:%.c=$(B)/double/%.o) $(B)/double/effects_table.o $(B)/double/galerkin_tables.o

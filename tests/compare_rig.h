@@ -3,7 +3,7 @@
 #ifndef COMPARE_RIG_H
 #define COMPARE_RIG_H
 
-#include "compare.h"
+#include "compare/compare.h"
 #include "signals.h"
 #include "test_files.h"
 

@@ -14,8 +14,8 @@
 #include <cmocka.h>
 
 #include "beam_effect.h"
-#include "dense.h"
-#include "diagnose_work.h"
+#include "maths/dense.h"
+#include "explain/diagnose_work.h"
 
 enum { LONG = 800, SHORT = 160, MOST_RECORDS = 8, MOST_EFFECTS = 64 };
 static const double dt_s = 1e-3;

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <unistd.h>
 
-#include "model.h"
+#include "model/model.h"
 
 static inline void fixture_model(struct model *out, const char *effects)
 {

@@ -4,7 +4,7 @@
 #define MODEL_TEXT_H
 
 #include <string.h>
-#include "model.h"
+#include "model/model.h"
 
 #define HEAD       "format: beamfit-model/1\n"                               /* line 1 */
 #define BEAM       "beam: {length_m: 0.4573, patch_m: [0.02535, 0.08905]}\n" /* line 2 */

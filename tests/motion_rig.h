@@ -11,8 +11,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "dense.h"
-#include "motion.h"
+#include "maths/dense.h"
+#include "estimate/motion.h"
 #include "truth/truth.h"
 
 enum { RIG_RECORDS = 3, RIG_CHANNELS = 5 };

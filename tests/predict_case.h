@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "model_fixture.h"
-#include "predict.h"
+#include "response/predict.h"
 
 struct predict_case {
     struct model model;

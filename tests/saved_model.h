@@ -8,8 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
-#include "hash.h"
-#include "model.h"
+#include "ground/hash.h"
+#include "model/model.h"
 #include "test_files.h"
 
 static const char pretty[] = "# a rig\n"

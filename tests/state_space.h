@@ -10,8 +10,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "dense.h"
-#include "error.h"
+#include "maths/dense.h"
+#include "ground/error.h"
 
 struct state_space {
     size_t n;        /* degrees of freedom */

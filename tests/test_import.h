@@ -5,7 +5,7 @@
 
 #include <math.h>
 #include <stdint.h>
-#include "import.h"
+#include "record/import/import.h"
 #include "test_files.h"
 
 /* Bytes being put together; the file's content in memory. */

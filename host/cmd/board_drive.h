@@ -6,7 +6,7 @@
 #include <stdbool.h>
 #include "beam_image.h"
 #include "beam_wire.h"
-#include "error.h"
+#include "ground/error.h"
 
 struct chirp {
     double from_Hz, to_Hz, sweep_s, amplitude; /* amplitude: the input's unit */

@@ -4,9 +4,9 @@
 #define BEAMFIT_CAPTURE_H
 
 #include "board_options.h"
-#include "model.h"
-#include "progress.h"
-#include "recording.h"
+#include "model/model.h"
+#include "ground/progress.h"
+#include "record/recording.h"
 
 struct capture {
     struct link link;

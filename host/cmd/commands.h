@@ -7,7 +7,7 @@
 #ifndef BEAMFIT_COMMANDS_H
 #define BEAMFIT_COMMANDS_H
 
-#include "error.h"
+#include "ground/error.h"
 
 struct command {
     const char *name;

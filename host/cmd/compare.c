@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "commands.h"
-#include "compare.h"
+#include "compare/compare.h"
 #include "record_sets.h"
 
 static const char help[] =

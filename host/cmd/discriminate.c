@@ -3,8 +3,8 @@
 #include <string.h>
 
 #include "commands.h"
-#include "discriminate.h"
-#include "progress.h"
+#include "explain/discriminate.h"
+#include "ground/progress.h"
 #include "record_sets.h"
 
 static const char help[] =

@@ -3,9 +3,9 @@
 #include <string.h>
 
 #include "commands.h"
-#include "json.h"
-#include "model.h"
-#include "options.h"
+#include "ground/json.h"
+#include "model/model.h"
+#include "ground/options.h"
 
 static const char help[] =
     "Usage: beamfit drop MODEL ID -o NEW\n"

@@ -5,11 +5,11 @@
 #include <string.h>
 
 #include "commands.h"
-#include "decimal.h"
-#include "json.h"
-#include "model.h"
-#include "options.h"
-#include "text.h"
+#include "ground/decimal.h"
+#include "ground/json.h"
+#include "model/model.h"
+#include "ground/options.h"
+#include "ground/text.h"
 
 static const char help[] =
     "Usage: beamfit effects [ID] [--json]\n"

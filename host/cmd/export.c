@@ -2,11 +2,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "a2l.h"
+#include "board/a2l.h"
 #include "commands.h"
-#include "options.h"
+#include "ground/options.h"
 #include "signing.h"
-#include "target_image.h"
+#include "board/target_image.h"
 
 static const char help[] =
     "Usage: beamfit export MODEL -o IMAGE [--key FILE --device HEX --counter N] [options]\n"

@@ -2,11 +2,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "atomic_file.h"
+#include "ground/atomic_file.h"
 #include "commands.h"
-#include "fit.h"
-#include "fit_own.h"
-#include "progress.h"
+#include "estimate/fit.h"
+#include "estimate/fit_own.h"
+#include "ground/progress.h"
 #include "record_sets.h"
 
 static const char help[] =

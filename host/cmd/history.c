@@ -2,8 +2,8 @@
 #include <stdio.h>
 
 #include "commands.h"
-#include "history.h"
-#include "options.h"
+#include "compare/history.h"
+#include "ground/options.h"
 
 static const char help[] =
     "Usage: beamfit history MODEL... [--json] [--plot DIR]\n"

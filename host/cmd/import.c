@@ -6,9 +6,9 @@
 #include <string.h>
 #include <sys/stat.h>
 #include "commands.h"
-#include "import.h"
-#include "json.h"
-#include "number.h"
+#include "record/import/import.h"
+#include "ground/json.h"
+#include "ground/number.h"
 
 static const char help[] =
     "Usage: beamfit import FILE -o OUT.csv [options]\n"

@@ -4,8 +4,8 @@
 #include "board_drive.h"
 #include "board_options.h"
 #include "commands.h"
-#include "json.h"
-#include "options.h"
+#include "ground/json.h"
+#include "ground/options.h"
 
 static const char help[] =
     "Usage: beamfit info --port PORT [--baud RATE] [--json]\n"

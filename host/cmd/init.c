@@ -4,14 +4,14 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "atomic_file.h"
+#include "ground/atomic_file.h"
 #include "commands.h"
-#include "decimal.h"
-#include "json.h"
-#include "model.h"
-#include "options.h"
-#include "starting_model.h"
-#include "text.h"
+#include "ground/decimal.h"
+#include "ground/json.h"
+#include "model/model.h"
+#include "ground/options.h"
+#include "model/starting_model.h"
+#include "ground/text.h"
 
 static const char help[] =
     "Usage: beamfit init [options] [-o MODEL]\n"

@@ -5,11 +5,11 @@
 #include <string.h>
 
 #include "commands.h"
-#include "json.h"
-#include "modes.h"
-#include "options.h"
-#include "plot.h"
-#include "record.h"
+#include "ground/json.h"
+#include "beam/modes.h"
+#include "ground/options.h"
+#include "show/plot.h"
+#include "record/record.h"
 
 static const char help[] =
     "Usage: beamfit modes MODEL [-n COUNT] [--band HZ] [--shapes FILE] [--convergence] [--plot DIR] [--json]\n"

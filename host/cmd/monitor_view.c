@@ -6,9 +6,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "json.h"
-#include "plot.h"
-#include "text.h"
+#include "ground/json.h"
+#include "show/plot.h"
+#include "ground/text.h"
 
 enum { PANEL_LINES = 6, MOST_COLUMNS = 120 };
 

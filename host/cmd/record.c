@@ -6,8 +6,8 @@
 #include "board_drive.h"
 #include "capture.h"
 #include "commands.h"
-#include "json.h"
-#include "options.h"
+#include "ground/json.h"
+#include "ground/options.h"
 
 static const char help[] =
     "Usage: beamfit record --port PORT -o OUT.csv [--seconds S | --samples N] [--chirp F0:F1:T:AMPL] [options]\n"

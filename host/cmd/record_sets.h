@@ -4,8 +4,8 @@
 #define BEAMFIT_RECORD_SETS_H
 
 #include <stdbool.h>
-#include "options.h"
-#include "record.h"
+#include "ground/options.h"
+#include "record/record.h"
 
 /* Starts empty ({0}); names are the command line's own, records belong to the list. */
 struct record_list {

@@ -2,8 +2,8 @@
 #include <stdio.h>
 
 #include "commands.h"
-#include "options.h"
-#include "replay.h"
+#include "ground/options.h"
+#include "board/replay.h"
 
 static const char help[] =
     "Usage: beamfit replay RECORDING --image IMAGE [--json]\n"

@@ -4,11 +4,11 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#include "atomic_file.h"
+#include "ground/atomic_file.h"
 #include "commands.h"
-#include "progress.h"
+#include "ground/progress.h"
 #include "record_sets.h"
-#include "report.h"
+#include "show/report.h"
 
 static const char help[] =
     "Usage: beamfit report MODEL RECORD... [--check RECORD...] -o FILE.html [options]\n"

@@ -2,7 +2,7 @@
 #include <stdio.h>
 
 #include "commands.h"
-#include "options.h"
+#include "ground/options.h"
 #include "signing.h"
 
 static const char help[] =

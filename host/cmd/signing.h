@@ -3,7 +3,7 @@
 #ifndef BEAMFIT_CMD_SIGNING_H
 #define BEAMFIT_CMD_SIGNING_H
 
-#include "target_image.h"
+#include "board/target_image.h"
 
 struct signing {
     const char *key_file; /* NULL: none */

@@ -5,9 +5,9 @@
 #include <string.h>
 
 #include "commands.h"
-#include "json.h"
-#include "options.h"
-#include "predict.h"
+#include "ground/json.h"
+#include "ground/options.h"
+#include "response/predict.h"
 
 static const char help[] =
     "Usage: beamfit simulate MODEL --input RECORD -o OUT [options]\n"

@@ -3,10 +3,10 @@
 
 #include "board_options.h"
 #include "commands.h"
-#include "json.h"
-#include "options.h"
-#include "progress.h"
-#include "target_image.h"
+#include "ground/json.h"
+#include "ground/options.h"
+#include "ground/progress.h"
+#include "board/target_image.h"
 
 static const char help[] =
     "Usage: beamfit upload --port PORT -o IMAGE [--staging] [--json]\n"

@@ -3,7 +3,7 @@
 #include <stdlib.h>
 
 #include "commands.h"
-#include "options.h"
+#include "ground/options.h"
 #include "signing.h"
 
 static const char help[] =

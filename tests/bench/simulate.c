@@ -7,9 +7,9 @@
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
-#include "model.h"
-#include "predict.h"
-#include "record.h"
+#include "model/model.h"
+#include "response/predict.h"
+#include "record/record.h"
 #include "reference_model.h"
 
 enum { RUNS = 9 };

@@ -7,7 +7,7 @@
 #include <math.h>
 #include <string.h>
 #include "fuzz_file.h"
-#include "import.h"
+#include "record/import/import.h"
 
 static inline void fuzz_check(enum bf_status status, const struct bf_error *err)
 {

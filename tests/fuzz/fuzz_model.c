@@ -7,8 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "model.h"
-#include "model_yaml.h"
+#include "model/model.h"
+#include "model/model_yaml.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t n);
 

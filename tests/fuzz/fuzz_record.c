@@ -3,7 +3,7 @@
 #include <math.h>
 #include <string.h>
 #include "fuzz_file.h"
-#include "record.h"
+#include "record/record.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t n)
 {

@@ -8,9 +8,9 @@
 #include <string.h>
 #include <time.h>
 #include "fuzz_file.h"
-#include "link.h"
-#include "port_driver.h"
-#include "target_image.h"
+#include "board/link.h"
+#include "board/port_driver.h"
+#include "board/target_image.h"
 
 static const uint8_t *next, *end;
 

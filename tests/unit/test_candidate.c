@@ -11,7 +11,7 @@
 
 #include <cmocka.h>
 
-#include "candidate.h"
+#include "explain/candidate.h"
 #include "fit_rig.h"
 
 static struct model model;

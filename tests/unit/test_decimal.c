@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include "comma_locale.h"
-#include "decimal.h"
+#include "ground/decimal.h"
 
 static void prints(double x, const char *wanted)
 {

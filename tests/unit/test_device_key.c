@@ -7,8 +7,8 @@
 #include <cmocka.h>
 #include <sys/stat.h>
 
-#include "device_key.h"
-#include "hash.h"
+#include "ground/device_key.h"
+#include "ground/hash.h"
 #include "test_files.h"
 
 static const char digits[] = "000102030405060708090a0b0c0d0e0f101112131415161718191A1B1C1D1E1F";

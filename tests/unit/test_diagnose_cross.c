@@ -3,7 +3,7 @@
 #include <signal.h>
 
 #include "diagnose_rig.h"
-#include "progress.h"
+#include "ground/progress.h"
 
 static void assert_json_kind(const struct diagnosis *d, const char *kind)
 {

@@ -7,7 +7,7 @@
 #include <cmocka.h>
 
 #include "beam_effect.h"
-#include "diagnose_work.h"
+#include "explain/diagnose_work.h"
 #include "fit_rig.h"
 
 enum { MOST_EFFECTS = 64 };

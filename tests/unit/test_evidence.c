@@ -6,7 +6,7 @@
 #include <cmocka.h>
 #include <stdio.h>
 #include <string.h>
-#include "evidence.h"
+#include "noise/evidence.h"
 #include "signals.h"
 
 enum { N = 4096, SETS = 1000 };

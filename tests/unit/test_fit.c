@@ -11,7 +11,7 @@
 
 #include <signal.h>
 #include "fit_rig.h"
-#include "progress.h"
+#include "ground/progress.h"
 
 static void assert_estimate(const struct fit_result *result, const char *label, double expected)
 {

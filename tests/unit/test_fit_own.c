@@ -6,8 +6,8 @@
 #include <stdint.h>
 #include <cmocka.h>
 
-#include "compare.h"
-#include "fit_own.h"
+#include "compare/compare.h"
+#include "estimate/fit_own.h"
 #include "fit_rig.h"
 
 /* 20 times the noise, at 50 Hz in the patch voltage. */

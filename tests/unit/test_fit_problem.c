@@ -6,7 +6,7 @@
 #include <stdint.h>
 #include <cmocka.h>
 
-#include "fit_problem.h"
+#include "estimate/fit_problem.h"
 #include "fit_rig.h"
 
 /* The gradient of the projected problem (level and free decay solved for) against central differences. */

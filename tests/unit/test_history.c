@@ -5,7 +5,7 @@
 #include <stddef.h>
 #include <stdint.h>
 #include <cmocka.h>
-#include "history.h"
+#include "compare/history.h"
 #include "saved_model.h"
 #include "test_files.h"
 

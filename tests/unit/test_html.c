@@ -5,7 +5,7 @@
 #include <stdint.h>
 #include <cmocka.h>
 #include <math.h>
-#include "html.h"
+#include "show/html.h"
 #include "test_files.h"
 
 /* What was written to `f` of open_memstream(). */

@@ -8,7 +8,7 @@
 
 #include <math.h>
 #include <string.h>
-#include "intervals.h"
+#include "estimate/intervals.h"
 
 #define assert_near(a, b, tolerance) assert_true(fabs((a) - (b)) <= (tolerance))
 

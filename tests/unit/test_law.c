@@ -6,9 +6,9 @@
 #include <stdint.h>
 #include <cmocka.h>
 
-#include "law.h"
+#include "response/law.h"
 #include "predict_case.h"
-#include "predict_work.h"
+#include "response/predict_work.h"
 #include "signals.h"
 #include "state_space.h"
 

@@ -6,9 +6,9 @@
 #include <stdint.h>
 #include <cmocka.h>
 
-#include "law.h"
+#include "response/law.h"
 #include "predict_case.h"
-#include "predict_work.h"
+#include "response/predict_work.h"
 
 enum { SAMPLES = 256, PIECES = 2000 };
 static const double dt_s = 1.0 / 1024.0;

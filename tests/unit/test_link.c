@@ -8,9 +8,9 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include "link.h"
+#include "board/link.h"
 #include "system/board.h"
-#include "target_image.h"
+#include "board/target_image.h"
 
 static const char key_text[32] = "beamfit test key, 32 bytes long";
 

@@ -6,7 +6,7 @@
 #include <cmocka.h>
 #include <stdio.h>
 #include <string.h>
-#include "model.h"
+#include "model/model.h"
 #include "test_files.h"
 
 enum { MOST = 8 };

@@ -8,7 +8,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include "model_yaml.h"
+#include "model/model_yaml.h"
 
 #define GOOD /* 9 lines */                                                                                             \
     "format: beamfit-model/1\nbeam: {length_m: 0.4573, patch_m: [0.02535, 0.08905]}\n"                                 \

@@ -7,7 +7,7 @@
 #include <cmocka.h>
 
 #include "motion_rig.h"
-#include "regression.h"
+#include "estimate/regression.h"
 
 static double distance(size_t n, const double a[], const double b[])
 {

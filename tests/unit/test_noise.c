@@ -6,8 +6,8 @@
 #include <cmocka.h>
 #include <stdio.h>
 #include <string.h>
-#include "local_rational.h"
-#include "noise.h"
+#include "maths/local_rational.h"
+#include "noise/noise.h"
 #include "signals.h"
 #include "test_files.h"
 

@@ -8,7 +8,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include "number.h"
+#include "ground/number.h"
 
 static uint64_t random_bits(void)
 {

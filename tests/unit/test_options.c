@@ -7,7 +7,7 @@
 #include <stdint.h>
 #include <string.h>
 #include <cmocka.h>
-#include "options.h"
+#include "ground/options.h"
 
 static struct bf_error err;
 

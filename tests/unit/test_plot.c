@@ -8,8 +8,8 @@
 #include <math.h>
 #include <stdbool.h>
 #include <sys/stat.h>
-#include "plot.h"
-#include "plot_gnuplot.h"
+#include "show/plot.h"
+#include "show/plot_gnuplot.h"
 #include "signals.h"
 #include "test_files.h"
 

@@ -7,7 +7,7 @@
 #include <cmocka.h>
 #include <dirent.h>
 #include <math.h>
-#include "plot.h"
+#include "show/plot.h"
 #include "test_files.h"
 
 static char directory[300];

@@ -10,7 +10,7 @@
 #include <string.h>
 #include <sys/wait.h>
 #include <unistd.h>
-#include "port.h"
+#include "board/port.h"
 #include "test_files.h"
 
 struct pair {

@@ -7,7 +7,7 @@
 #include <cmocka.h>
 
 #include "predict_case.h"
-#include "predict_work.h"
+#include "response/predict_work.h"
 #include "signals.h"
 #include "state_space.h"
 

@@ -5,9 +5,9 @@
  */
 #include "truth_rig.h"
 
-#include "dense.h"
+#include "maths/dense.h"
 #include "predict_case.h"
-#include "predict_work.h"
+#include "response/predict_work.h"
 
 static const char *const outputs[] = {"piezo_V", "accel_mps2", "tip_mps", "tip_m"};
 enum { OUTPUTS = 4, SETTLED = 24 }; /* samples until the recorder's filter has forgotten that shaking began */

@@ -7,7 +7,7 @@
 #include <cmocka.h>
 
 #include "motion_rig.h"
-#include "reconstruct.h"
+#include "estimate/reconstruct.h"
 
 static void reconstruct(const char *effect, double wrong, struct reconstruction *out)
 {

@@ -11,8 +11,8 @@
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
-#include "hash.h"
-#include "record.h"
+#include "ground/hash.h"
+#include "record/record.h"
 #include "test_files.h"
 
 /* Reads text as a record file. */

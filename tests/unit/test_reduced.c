@@ -9,11 +9,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "dense.h"
+#include "maths/dense.h"
 #include "model_fixture.h"
-#include "reduced.h"
-#include "sparse.h"
-#include "system.h"
+#include "beam/reduced.h"
+#include "maths/sparse.h"
+#include "beam/system.h"
 
 enum { SPLINES = 60 };
 

@@ -8,9 +8,9 @@
 
 #include <math.h>
 #include <pthread.h>
-#include "dense.h"
-#include "fit.h"
-#include "refit.h"
+#include "maths/dense.h"
+#include "estimate/fit.h"
+#include "estimate/refit.h"
 #include "test_files.h"
 #include "truth/truth.h"
 

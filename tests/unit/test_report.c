@@ -7,7 +7,7 @@
 #include <cmocka.h>
 #include <math.h>
 #include "compare_rig.h"
-#include "report_work.h"
+#include "show/report_work.h"
 
 /* A comparison of records with `noise` in their data, at a model that is `stiffer` than the truth. */
 struct rig {

@@ -5,7 +5,7 @@
 #include <setjmp.h>
 #include <cmocka.h>
 #include <string.h>
-#include "residual.h"
+#include "maths/residual.h"
 #include "signals.h"
 
 static void nrmse_of_known_signals(void **state)

@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "response.h"
+#include "response/response.h"
 
 enum { SAMPLES = 400, MOST_POLES = 4 };
 static const double dt_s = 1.0 / 1024.0;

@@ -7,7 +7,7 @@
 #include <pthread.h>
 #include <string.h>
 #include "signals.h"
-#include "spectrum.h"
+#include "maths/spectrum.h"
 
 static const struct fft *plan_for(size_t n)
 {

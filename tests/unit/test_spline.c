@@ -9,8 +9,8 @@
 #include <stdbool.h>
 #include <stdlib.h>
 
-#include "dense.h"
-#include "spline.h"
+#include "maths/dense.h"
+#include "maths/spline.h"
 
 static const double length_m = 0.4573, edges[] = {0.02535, 0.08905};
 enum { EDGES = 2, POINTS = 997 };

@@ -8,7 +8,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include "starting_model.h"
+#include "model/starting_model.h"
 #include "test_files.h"
 
 static const struct layer paper_beam = {73e9, 2700.0, 0.0203, 0.0016}, paper_patch = {63e9, 7650.0, 0.0203, 0.000254};

@@ -9,9 +9,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "dense.h"
+#include "maths/dense.h"
 #include "model_fixture.h"
-#include "system.h"
+#include "beam/system.h"
 
 struct fixture {
     struct model model;

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* data/: what is committed is what SHA256SUMS says, what its spec files make, and what the program reads. */
-#include "hash.h"
-#include "model.h"
-#include "record.h"
+#include "ground/hash.h"
+#include "model/model.h"
+#include "record/record.h"
 #include "truth/truth.h"
 
 #include <math.h>

@@ -1,0 +1,389 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "history.h"
+
+#include <dirent.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <sys/stat.h>
+
+#include "ground/hash.h"
+#include "show/plot.h"
+#include "ground/text.h"
+
+enum { MOST_FILES = 1000, MOST_BYTES = 1 << 22, HISTORY_STEP = 1024 };
+
+/* ---- Order ---- */
+
+static int find_sha256(const struct history *h, const char *sha256)
+{
+    for (int i = 0; i < h->n; i++)
+        if (sha256[0] && strcmp(h->entries[i].model.sha256, sha256) == 0)
+            return i;
+    return HISTORY_NONE;
+}
+
+/* Nearest ancestor among the files given. A file cannot contain its own hash, so there is no circle. */
+static int find_parent(const struct history *h, int i)
+{
+    const struct fit_info *fit = &h->entries[i].model.fit;
+    int found = find_sha256(h, fit->parent_sha256);
+    for (size_t k = 0; k < fit->n_ancestors && found == HISTORY_NONE; k++)
+        found = find_sha256(h, fit->ancestors[k]);
+    return found == i ? HISTORY_NONE : found;
+}
+
+/* Depth first from every root, in the order of the command line. */
+static void place(struct history *h, int i, int depth, int *n_placed)
+{
+    if (h->entries[i].placed)
+        return;
+    h->entries[i].placed = true;
+    h->entries[i].depth = depth;
+    h->order[(*n_placed)++] = i;
+    for (int k = 0; k < h->n; k++)
+        if (h->entries[k].parent == i)
+            place(h, k, depth + 1, n_placed);
+}
+
+static void sort_by_descent(struct history *h)
+{
+    int n_placed = 0;
+    free(h->order);
+    h->order = bf_alloc((size_t)h->n, sizeof *h->order);
+    for (int i = 0; i < h->n; i++) {
+        h->entries[i].placed = false;
+        h->entries[i].depth = 0;
+    }
+    for (int i = 0; i < h->n; i++)
+        h->entries[i].parent = find_parent(h, i);
+    for (int i = 0; i < h->n; i++)
+        if (h->entries[i].parent == HISTORY_NONE)
+            place(h, i, 0, &n_placed);
+    for (int i = 0; i < h->n; i++) /* claimed circles of forged hashes */
+        place(h, i, 0, &n_placed);
+}
+
+static size_t count_effect(const struct model *model, const struct beam_effect *effect)
+{
+    size_t n = 0;
+    for (size_t i = 0; i < model->n_effects; i++)
+        n += model->effects[i].effect == effect;
+    return n;
+}
+
+/* Calls back for every effect that `model` has more often than `than`, once per surplus. */
+static void each_surplus(const struct model *model, const struct model *than, void (*call)(void *, const char *, bool),
+                         void *context, bool gained)
+{
+    for (int i = 0; i < beam_effects_count; i++) {
+        size_t n = count_effect(model, beam_effects[i]), m = than ? count_effect(than, beam_effects[i]) : 0;
+        for (; n > m; n--)
+            call(context, beam_effects[i]->id, gained);
+    }
+}
+
+static const struct model *parent_of(const struct history *h, int i)
+{
+    int parent = h->entries[i].parent;
+    return parent == HISTORY_NONE ? NULL : &h->entries[parent].model;
+}
+
+/* ---- JSON ---- */
+
+static void push_id(void *context, const char *id, bool gained)
+{
+    (void)gained;
+    json_push_text(context, id);
+}
+
+double history_error(double x)
+{
+    return x > 0.0 ? x : (double)NAN;
+}
+
+static void put_entry(struct json *object, const struct history *h, int i)
+{
+    const struct history_entry *e = &h->entries[i];
+    const struct model *parent = parent_of(h, i);
+    const struct fit_info *fit = &e->model.fit;
+    json_put_text(object, "file", e->file);
+    json_put_text(object, "sha256", e->model.sha256);
+    if (parent)
+        json_put_text(object, "parent", h->entries[e->parent].file);
+    else
+        json_put_number(object, "parent", (double)NAN);
+    struct json *effects = json_put(object, "effects", json_new_array());
+    for (size_t k = 0; k < e->model.n_effects; k++)
+        json_push_text(effects, e->model.effects[k].effect->id);
+    struct json *gained = json_put(object, "gained", json_new_array());
+    struct json *lost = json_put(object, "lost", json_new_array());
+    if (parent) {
+        each_surplus(&e->model, parent, push_id, gained, true);
+        each_surplus(parent, &e->model, push_id, lost, false);
+    }
+    json_put_bool(object, "fitted", fit->present);
+    json_put_number(object, "nrmse", history_error(fit->nrmse));
+    json_put_number(object, "noise_ratio", history_error(fit->noise_ratio));
+    json_put_number(object, "check_nrmse", history_error(fit->check_nrmse));
+    json_put_number(object, "check_noise_ratio", history_error(fit->check_noise_ratio));
+    json_put_bool(object, "converged", fit->present && fit->converged);
+}
+
+struct json *history_json(const struct history *h)
+{
+    struct json *root = json_new_object(), *models = json_put(root, "models", json_new_array());
+    for (int i = 0; i < h->n; i++)
+        put_entry(json_push(models, json_new_object()), h, h->order[i]);
+    return root;
+}
+
+/* ---- Table ---- */
+
+/* A text that is being put together; it never grows beyond its size. */
+struct step_text {
+    char *text;
+    size_t size;
+};
+
+static void add_words(struct step_text *t, const char *before, const char *words)
+{
+    const size_t n = strlen(t->text);
+    (void)snprintf(t->text + n, t->size - n, "%s%s", before, words);
+}
+
+static void add_change(void *context, const char *id, bool gained)
+{
+    struct step_text *t = context;
+    add_words(t, t->text[0] ? " " : "", gained ? "+" : "−");
+    add_words(t, "", id);
+}
+
+void history_step(const struct history *h, int i, char *text, size_t size)
+{
+    const struct history_entry *e = &h->entries[i];
+    const struct model *parent = parent_of(h, i);
+    struct step_text t = {text, size};
+    text[0] = '\0';
+    each_surplus(&e->model, parent, add_change, &t, true);
+    if (parent)
+        each_surplus(parent, &e->model, add_change, &t, false);
+    if (e->model.fit.present)
+        add_words(&t, text[0] ? "; " : "", e->model.fit.converged ? "fitted" : "fit not converged");
+    else if (text[0] == '\0')
+        add_words(&t, "", "not fitted");
+}
+
+int history_fits(const struct history *h)
+{
+    int n = 0;
+    for (int i = 0; i < h->n; i++)
+        n += h->entries[i].model.fit.present;
+    return n;
+}
+
+static void print_number(FILE *out, double x, const char *format, int width)
+{
+    if (x > 0.0)
+        (void)fprintf(out, format, width, x);
+    else
+        (void)fprintf(out, "%*s", width, "-");
+}
+
+static void print_entry(FILE *out, const struct history *h, int i, size_t width)
+{
+    const struct history_entry *e = &h->entries[i];
+    const struct fit_info *fit = &e->model.fit;
+    char step[HISTORY_STEP];
+    (void)fprintf(out, "%*s", 2 * e->depth, "");
+    text_print_padded(out, e->file, width - 2 * (size_t)e->depth);
+    print_number(out, fit->nrmse, "%*.4g", 10);
+    print_number(out, fit->noise_ratio, "%*.3f", 10);
+    print_number(out, fit->check_nrmse, "%*.4g", 12);
+    print_number(out, fit->check_noise_ratio, "%*.3f", 10);
+    history_step(h, i, step, sizeof step);
+    (void)fprintf(out, "  %s\n", step);
+}
+
+void history_print(FILE *out, const struct history *h)
+{
+    size_t width = strlen("model");
+    for (int i = 0; i < h->n; i++) {
+        size_t w = text_width(h->entries[i].file) + 2 * (size_t)h->entries[i].depth;
+        width = w > width ? w : width;
+    }
+    text_print_padded(out, "model", width);
+    (void)fprintf(out, "%10s%10s%12s%10s  step\n", "nrmse", "/ noise", "held-out", "/ noise");
+    for (int i = 0; i < h->n; i++)
+        print_entry(out, h, h->order[i], width);
+    (void)fputs("nrmse: residual rms over signal rms, of the fitted and of the held-out records; / noise: over the "
+                "noise's rms.\n",
+                out);
+}
+
+/* ---- Picture ---- */
+
+/* Error that a perfect model would have: root mean square over channels, as nrmse is. 0: the noise is not known. */
+static double noise_floor(const struct fit_info *fit, bool held_out)
+{
+    double sum = 0.0;
+    size_t n = 0;
+    for (size_t r = 0; r < fit->n_records; r++)
+        for (size_t c = 0; c < fit->records[r].n_channels && fit->records[r].held_out == held_out; c++) {
+            const struct fit_channel *channel = &fit->records[r].channels[c];
+            if (!(channel->nrmse > 0.0 && channel->noise_ratio > 0.0))
+                continue;
+            sum += (channel->nrmse / channel->noise_ratio) * (channel->nrmse / channel->noise_ratio);
+            n++;
+        }
+    return n > 0 ? sqrt(sum / (double)n) : 0.0;
+}
+
+enum bf_status history_plot(const struct history *h, const char *directory, struct bf_error *err)
+{
+    const char **label = bf_alloc((size_t)h->n, sizeof *label);
+    double *fitted = bf_alloc((size_t)h->n, sizeof *fitted), *held_out = bf_alloc((size_t)h->n, sizeof *held_out);
+    double floor = 0.0, held_out_floor = 0.0; /* of the newest fit */
+    size_t n = 0;
+    for (int i = 0; i < h->n; i++) {
+        const struct history_entry *e = &h->entries[h->order[i]];
+        const struct fit_info *fit = &e->model.fit;
+        if (!fit->present)
+            continue;
+        label[n] = text_base_name(e->file);
+        fitted[n] = history_error(fit->nrmse);
+        held_out[n++] = history_error(fit->check_nrmse);
+        floor = noise_floor(fit, false) > 0.0 ? noise_floor(fit, false) : floor;
+        held_out_floor = noise_floor(fit, true) > 0.0 ? noise_floor(fit, true) : held_out_floor;
+    }
+    enum bf_status status = BF_OK;
+    if (n == 0) {
+        status = bf_fail(err, BF_USAGE, "none of the models was fitted, so there is no error to draw");
+    } else {
+        const struct plot_history plot = {.directory = directory,
+                                          .stem = "history",
+                                          .title = "Error against model",
+                                          .n = n,
+                                          .label = label,
+                                          .fitted = fitted,
+                                          .held_out = held_out,
+                                          .noise_floor = floor,
+                                          .held_out_floor = held_out_floor};
+        status = plot_history(&plot, err);
+    }
+    free(label);
+    free(fitted);
+    free(held_out);
+    return status;
+}
+
+/* ---- Reading ---- */
+
+static struct history_entry *add_entry(struct history *h, const char *path)
+{
+    h->entries = bf_grow(h->entries, (size_t)h->n + 1, sizeof *h->entries);
+    struct history_entry *e = &h->entries[h->n];
+    *e = (struct history_entry){.file = bf_strdup(path), .parent = HISTORY_NONE};
+    h->n++; /* from here on it is freed with the others */
+    return e;
+}
+
+enum bf_status history_read(const char *const paths[], size_t n, struct history *out, struct bf_error *err)
+{
+    *out = (struct history){0};
+    for (size_t i = 0; i < n; i++)
+        if (model_read(paths[i], &add_entry(out, paths[i])->model, err) != BF_OK)
+            return err->status;
+    sort_by_descent(out);
+    return BF_OK;
+}
+
+static bool is_ancestor(const struct fit_info *fit, const char *sha256)
+{
+    bool found = fit->parent_sha256[0] && strcmp(fit->parent_sha256, sha256) == 0;
+    for (size_t k = 0; k < fit->n_ancestors && !found; k++)
+        found = strcmp(fit->ancestors[k], sha256) == 0;
+    return found;
+}
+
+/* A model file of no doubtful size whose bytes are an ancestor's that is not there yet. */
+static void take_ancestor(struct history *h, const char *path)
+{
+    struct stat info;
+    struct bf_error ignored;
+    char sha256[65];
+    if (stat(path, &info) != 0 || !S_ISREG(info.st_mode) || info.st_size > MOST_BYTES ||
+        hash_file(path, sha256, &ignored) != BF_OK)
+        return;
+    if (!is_ancestor(&h->entries[0].model.fit, sha256) || find_sha256(h, sha256) != HISTORY_NONE)
+        return;
+    struct history_entry *e = add_entry(h, path);
+    if (model_read(path, &e->model, &ignored) == BF_OK)
+        return;
+    free(e->file); /* of another version, perhaps: no ancestor that could be shown */
+    h->n--;
+}
+
+static int is_model_name(const struct dirent *entry)
+{
+    const char *dot = strrchr(entry->d_name, '.');
+    return dot != NULL && (strcasecmp(dot, ".yaml") == 0 || strcasecmp(dot, ".yml") == 0);
+}
+
+static void search_directory(struct history *h, const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    const int length = slash ? (int)(slash - path) + 1 : 0;
+    char *directory = bf_alloc((size_t)length + 3, 1);
+    struct dirent **list = NULL;
+    (void)snprintf(directory, (size_t)length + 3, "%.*s.", length, path);
+    const int n = scandir(directory, &list, is_model_name, alphasort);
+    for (int i = 0; i < n; i++) {
+        const size_t size = (size_t)length + strlen(list[i]->d_name) + 1;
+        char *found = bf_alloc(size, 1);
+        (void)snprintf(found, size, "%.*s%s", length, path, list[i]->d_name);
+        if (i < MOST_FILES)
+            take_ancestor(h, found);
+        free(found);
+        free(list[i]);
+    }
+    free(list);
+    free(directory);
+}
+
+enum bf_status history_of(const char *path, const char *const others[], size_t n_others, struct history *out,
+                          struct bf_error *err)
+{
+    if (history_read(&path, 1, out, err) != BF_OK)
+        return err->status;
+    for (size_t i = 0; i < n_others; i++) {
+        struct model model;
+        if (model_read(others[i], &model, err) != BF_OK)
+            return err->status;
+        const bool ancestor = is_ancestor(&out->entries[0].model.fit, model.sha256);
+        if (ancestor && find_sha256(out, model.sha256) == HISTORY_NONE)
+            add_entry(out, others[i])->model = model;
+        else
+            model_free(&model);
+        if (!ancestor)
+            return bf_fail(err, BF_USAGE,
+                           "%s is no ancestor of %s: its SHA-256 is not among the parents that the file states",
+                           others[i], path);
+    }
+    search_directory(out, path);
+    sort_by_descent(out);
+    return BF_OK;
+}
+
+void history_free(struct history *h)
+{
+    for (int i = 0; i < h->n; i++) {
+        model_free(&h->entries[i].model);
+        free(h->entries[i].file);
+    }
+    free(h->entries);
+    free(h->order);
+    *h = (struct history){0};
+}

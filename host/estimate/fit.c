@@ -1,0 +1,325 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "fit.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include "maths/dense.h"
+#include "fit_own.h"
+#include "fit_result.h"
+#include "fit_stages.h"
+#include "fit_starts.h"
+#include "noise/noise.h"
+#include "ground/progress.h"
+#include "refit_horizon.h"
+#include "refit_law.h"
+#include "refit_search.h"
+
+static const double reached = 1.1;    /* noise_ratio up to which nothing else is searched */
+static const double at_optimum = 0.1; /* distance from the optimum, in standard errors, that counts as there */
+static const double guess = 1e-3;     /* of the signal: stands for a noise that cannot be seen */
+
+/* Everything one fit owns while it runs. */
+struct fit_work {
+    const struct model *model;
+    const struct record *records;
+    size_t n_records;
+    const char **names;
+    struct parameter_ref *refs;
+    size_t n_refs;
+    struct predictor *predictor;
+    double *sigma; /* [n_channels] weights */
+    double *noise; /* [n_channels] 0: unknown */
+    struct fit_problem problem;
+    double *x;
+};
+
+static void work_free(struct fit_work *w)
+{
+    fit_problem_free(&w->problem);
+    predictor_free(w->predictor);
+    free(w->names), free(w->refs), free(w->sigma), free(w->noise), free(w->x);
+}
+
+static double rms_of(const double x[], size_t n)
+{
+    return n ? dense_norm(n, x) / sqrt((double)n) : 0.0;
+}
+
+static enum bf_status find_noise(struct fit_work *w, const struct fit_options *options, struct bf_error *err)
+{
+    const struct predict_channel *channels;
+    const size_t n = predictor_channels(w->predictor, &channels);
+    w->sigma = bf_alloc(n, sizeof *w->sigma), w->noise = bf_alloc(n, sizeof *w->noise);
+    for (size_t c = 0; c < n; c++) {
+        if (options->sigma) {
+            w->noise[c] = options->sigma[c];
+        } else {
+            struct noise_estimate estimate;
+            const char *name = w->model->outputs[channels[c].output].name;
+            const enum bf_status status =
+                noise_of_channel(w->model, &w->records[channels[c].record], name, &estimate, err);
+            if (status)
+                return status;
+            w->noise[c] = estimate.rms;
+            noise_free(&estimate);
+        }
+        w->sigma[c] = w->noise[c] > 0.0 ? w->noise[c] : guess * rms_of(channels[c].measured, channels[c].n);
+    }
+    return BF_OK;
+}
+
+static enum bf_status work_new(struct fit_work *w, const struct model *model, const struct record records[],
+                               size_t n_records, const struct fit_options *options, struct bf_error *err)
+{
+    *w = (struct fit_work){.model = model, .records = records, .n_records = n_records};
+    w->names = record_base_names(records, n_records);
+    w->n_refs = model_parameters(model, w->names, n_records, &w->refs);
+    enum bf_status status = predictor_new(model, records, n_records, &options->predict, &w->predictor, err);
+    if (!status)
+        status = find_noise(w, options, err);
+    if (!status)
+        status = fit_problem_new(&w->problem, model, w->predictor, records, n_records, w->names, w->refs, w->n_refs,
+                                 w->sigma, err);
+    if (status)
+        return status;
+    double *theta = bf_alloc(w->n_refs, sizeof *theta);
+    for (size_t i = 0; i < w->n_refs; i++)
+        theta[i] = w->refs[i].value;
+    w->x = bf_alloc(w->problem.n_unknowns, sizeof *w->x);
+    fit_problem_to_x(&w->problem, theta, w->x);
+    free(theta);
+    return BF_OK;
+}
+
+/* ---- Errors per channel ---- */
+
+static struct fit_channel_error *channel_errors(const struct fit_work *w)
+{
+    const struct fit_problem *p = &w->problem;
+    struct fit_channel_error *errors = bf_alloc(p->n_channels, sizeof *errors);
+    for (size_t c = 0; c < p->n_channels; c++) {
+        const struct predict_channel *channel = &p->channels[c];
+        struct fit_channel_error *e = &errors[c];
+        double square = 0.0;
+        size_t n = 0;
+        for (; n < channel->n && p->weight[channel->row + n] > 0.0; n++)
+            square += pow(p->fitted[channel->row + n] - channel->measured[n], 2.0);
+        const double rms = n ? sqrt(square / (double)n) : 0.0, size = rms_of(channel->measured, n);
+        e->record = channel->record;
+        memcpy(e->name, w->model->outputs[channel->output].name, sizeof e->name);
+        e->n = n;
+        e->cut = n < channel->n;
+        e->noise = w->noise[c];
+        e->nrmse = size > 0.0 ? rms / size : rms > 0.0 ? HUGE_VAL : 0.0;
+        e->noise_ratio = w->noise[c] > 0.0 ? rms / w->noise[c] : nan("");
+    }
+    return errors;
+}
+
+void fit_totals(const struct fit_channel_error channels[], size_t n, double *nrmse, double *noise_ratio)
+{
+    double error = 0.0, ratio = 0.0;
+    for (size_t c = 0; c < n; c++) {
+        error += channels[c].nrmse * channels[c].nrmse;
+        ratio += channels[c].noise_ratio * channels[c].noise_ratio;
+    }
+    *nrmse = n ? sqrt(error / (double)n) : 0.0;
+    *noise_ratio = n ? sqrt(ratio / (double)n) : 0.0;
+}
+
+static double total_noise_ratio(const struct fit_work *w)
+{
+    double error, ratio;
+    struct fit_channel_error *errors = channel_errors(w);
+    fit_totals(errors, w->problem.n_channels, &error, &ratio);
+    free(errors);
+    return ratio;
+}
+
+/* Rows that nobody can predict count neither for nor against a model. */
+static enum bf_status look_ahead(struct fit_work *w, const struct fit_options *options, struct bf_error *err)
+{
+    struct fit_problem *p = &w->problem;
+    double *theta = bf_alloc(w->n_refs, sizeof *theta);
+    bool any;
+    for (size_t i = 0; i < w->n_refs; i++)
+        theta[i] = w->refs[i].value;
+    enum bf_status status = horizon_find(p, &options->predict, theta, &any, err);
+    starts_to_x(p, theta, w->x);
+    if (!status && any)
+        status = fit_problem_stage(p, 0.0, 0.0, w->x, err);
+    free(theta);
+    return status;
+}
+
+enum bf_status fit_errors(const struct model *model, const struct record records[], size_t n_records,
+                          const struct fit_options *options, struct fit_channel_error **channels, size_t *n_channels,
+                          struct bf_error *err)
+{
+    struct fit_work w;
+    *channels = NULL, *n_channels = 0;
+    if (n_records == 0)
+        return BF_OK;
+    enum bf_status status = work_new(&w, model, records, n_records, options, err);
+    double square;
+    if (!status)
+        status = fit_problem_stage(&w.problem, 0.0, 0.0, w.x, err);
+    if (!status && law_in_model(model))
+        status = look_ahead(&w, options, err);
+    if (!status)
+        status = fit_problem_evaluate(&w.problem, w.x, false, &square, err);
+    if (!status) {
+        *channels = channel_errors(&w);
+        *n_channels = w.problem.n_channels;
+    }
+    work_free(&w);
+    return status;
+}
+
+/* ---- The fit ---- */
+
+/* Other minima, once the chosen one is known; their noise ratios come from χ² over rows. */
+static void keep_minima(const struct fit_work *w, const struct minima *minima, double best, struct fit_result *out)
+{
+    const struct fit_problem *p = &w->problem;
+    out->minima = bf_alloc(minima->n, sizeof *out->minima);
+    for (size_t k = 0; k < minima->n; k++) {
+        if (minima->half_square[k] <= best + fmax(1.0, 0.01 * best))
+            continue;
+        struct fit_minimum *m = &out->minima[out->n_minima++];
+        m->noise_ratio = sqrt(2.0 * minima->half_square[k] / (double)p->n_rows);
+        m->value = bf_alloc(p->n_refs, sizeof *m->value);
+        memcpy(m->value, p->theta, p->n_refs * sizeof *m->value);
+        fit_problem_to_theta(p, minima->x + k * p->n_unknowns, m->value);
+    }
+}
+
+static enum bf_status search(struct fit_work *w, const struct staircase *stairs, struct progress *bar,
+                             struct optimise_result *best, struct fit_result *out, struct bf_error *err)
+{
+    struct fit_problem *p = &w->problem;
+    struct minima minima = {0};
+    double *start = bf_alloc(p->n_unknowns, sizeof *start), *theta = bf_alloc(p->n_refs, sizeof *theta);
+    for (size_t i = 0; i < p->n_refs; i++)
+        theta[i] = w->refs[i].value;
+    fit_problem_to_x(p, theta, start);
+    out->searched = true;
+    enum bf_status status = search_run(p, w->model, stairs, bar, start, &minima, err);
+    if (!status && minima.n > 0) {
+        minima_add(&minima, p->n_unknowns, w->x, best->half_square);
+        memcpy(w->x, minima.x, p->n_unknowns * sizeof *w->x);
+        const double lowest = minima.half_square[0];
+        if (!progress_interrupted())
+            status = staircase_last(p, stairs, w->x, best, err);
+        else
+            status = fit_problem_stage(p, 0.0, 0.0, w->x, err);
+        keep_minima(w, &minima, lowest, out);
+    }
+    minima_free(&minima);
+    free(start), free(theta);
+    return status;
+}
+
+/* Stationarity, told by the gradient and by a method that shares nothing with the search. */
+static enum bf_status verify(struct fit_work *w, const struct optimise_result *found, struct fit_result *out,
+                             struct bf_error *err)
+{
+    struct fit_problem *p = &w->problem;
+    const struct least_squares view = fit_problem_view(p);
+    double square;
+    enum bf_status status = BF_OK;
+    if (!out->interrupted && p->n_unknowns > 0)
+        status = optimise_polish(&view, 4, w->x, &out->polish_gain, err);
+    if (!status)
+        status = fit_problem_evaluate(p, w->x, true, &square, err);
+    if (status)
+        return status;
+    const double spread = fmax(1.0, fit_problem_mean_square(p)); /* standard errors grow with the residual */
+    const double remaining = fmax(found->decrement - out->polish_gain, 0.0);
+    out->distance = sqrt(2.0 * fmax(remaining, out->polish_gain) / spread);
+    out->converged = !out->interrupted && found->end == OPTIMISE_CONVERGED && out->distance < at_optimum;
+    return BF_OK;
+}
+
+/* The first descent: a nonlinear effect needs starts of its own, see refit_search.h. */
+static enum bf_status first_descent(struct fit_work *w, const struct fit_options *options,
+                                    const struct staircase *stairs, struct progress *bar, struct optimise_result *found,
+                                    struct bf_error *err)
+{
+    struct fit_problem *p = &w->problem;
+    if (options->start == FIT_NEAR)
+        return staircase_last(p, stairs, w->x, found, err);
+    double *theta = bf_alloc(w->n_refs, sizeof *theta);
+    for (size_t i = 0; i < w->n_refs; i++)
+        theta[i] = w->refs[i].value;
+    enum bf_status status = BF_OK;
+    if (law_is_new(p, 0)) {
+        struct tournament tournament = {
+            .p = p, .stairs = *stairs, .theta0 = theta, .predict = options->predict, .bar = bar};
+        status = tournament_run(&tournament, w->x, found, err);
+    } else {
+        status = starts_lift_sunken(p, theta, err);
+        starts_to_x(p, theta, w->x);
+        if (!status)
+            status = staircase_run(p, stairs, bar, w->x, found, err);
+    }
+    free(theta);
+    return status;
+}
+
+static enum bf_status descend(struct fit_work *w, const struct fit_options *options, struct progress *bar,
+                              struct fit_result *out, struct bf_error *err)
+{
+    struct fit_problem *p = &w->problem;
+    struct optimise_result found;
+    const struct staircase stairs = staircase_for(w->model, w->records, w->n_records);
+    enum bf_status status = first_descent(w, options, &stairs, bar, &found, err);
+    if (status)
+        return status;
+    if (found.end == OPTIMISE_INTERRUPTED)
+        status = fit_problem_stage(p, 0.0, 0.0, w->x, err);
+    double square;
+    if (!status)
+        status = fit_problem_evaluate(p, w->x, false, &square, err);
+    const bool missed = !status && total_noise_ratio(w) > reached;
+    const bool wanted = options->start == FIT_SEARCH ||
+                        (missed && options->start == FIT_GIVEN && !options->never_search && !law_is_new(p, 0));
+    if (!status && wanted && p->n_unknowns > 0 && !progress_interrupted())
+        status = search(w, &stairs, bar, &found, out, err);
+    out->interrupted = progress_interrupted();
+    return status ? status : verify(w, &found, out, err);
+}
+
+enum bf_status fit_run(const struct model *model, const struct record records[], size_t n_records,
+                       const struct fit_options *options, struct fit_result *out, struct bf_error *err)
+{
+    static const struct fit_options defaults;
+    struct timespec begin, end;
+    *out = (struct fit_result){0};
+    clock_gettime(CLOCK_MONOTONIC, &begin);
+    if (!options)
+        options = &defaults;
+    struct fit_work w;
+    struct progress *bar = options->quiet ? NULL : progress_begin("fit");
+    enum bf_status status = work_new(&w, model, records, n_records, options, err);
+    if (!status)
+        status = descend(&w, options, bar, out, err);
+    if (!status) {
+        out->n_channels = w.problem.n_channels;
+        out->channels = channel_errors(&w);
+        fit_totals(out->channels, out->n_channels, &out->nrmse, &out->noise_ratio);
+        out->intersample = options->predict.intersample;
+        status = fit_statistics(&w.problem, model, w.x, out, err);
+    }
+    if (bar)
+        progress_end(bar);
+    out->evaluations = w.problem.runs;
+    work_free(&w);
+    clock_gettime(CLOCK_MONOTONIC, &end);
+    out->seconds = (double)(end.tv_sec - begin.tv_sec) + 1e-9 * (double)(end.tv_nsec - begin.tv_nsec);
+    if (status)
+        fit_free(out);
+    return status;
+}

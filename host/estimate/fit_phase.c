@@ -1,0 +1,272 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* Sinusoidal effects: amplitude, phases and frequency from the residual instead of by descent. See fit_stages.h. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include "maths/dense.h"
+#include "fit_stages.h"
+#include "maths/spectrum.h"
+
+enum {
+    PEAKS = 6,   /* of the residual's spectrum that are tried */
+    PADDING = 4, /* bins per resolution */
+    AROUND = 40, /* bins to each side that make the background of a bin */
+    APART = 8    /* bins between two peaks, and between a peak and its background */
+};
+
+/* The unknowns of one sinusoidal effect; none where it is held. */
+struct sinusoid {
+    size_t amplitude, frequency;
+    size_t *phase; /* [n_records] */
+};
+static const size_t none = (size_t)-1;
+
+static bool is_phase(const struct beam_parameter_info *info)
+{
+    return strcmp(info->unit, "rad") == 0 && (info->flags & BEAM_PARAMETER_PER_RECORD);
+}
+
+/* False when effect e is none, or its amplitude or a phase is held. Free out->phase in any case. */
+static bool find_sinusoid(const struct fit_problem *p, size_t e, struct sinusoid *out)
+{
+    *out = (struct sinusoid){none, none, bf_alloc(p->n_records, sizeof *out->phase)};
+    const struct beam_effect *effect = p->model->effects[e].effect;
+    size_t phases = 0;
+    for (size_t i = 0; i < p->n_unknowns; i++) {
+        const struct parameter_ref *ref = &p->refs[p->unknowns[i].ref];
+        if (ref->role != ROLE_EFFECT || ref->owner != e)
+            continue;
+        const struct beam_parameter_info *info = &effect->parameters[ref->slot];
+        if (is_phase(info) && ref->record >= 0) {
+            out->phase[ref->record] = i;
+            phases++;
+        } else if (strcmp(info->unit, "Hz") == 0) {
+            out->frequency = i;
+        } else if (info->neutral == 0.0 && !(info->flags & BEAM_PARAMETER_INNER)) {
+            out->amplitude = i;
+        }
+    }
+    return phases == p->n_records && out->amplitude != none;
+}
+
+static void set_held(struct fit_problem *p, const struct sinusoid *s, bool held)
+{
+    fit_problem_hold(p, s->amplitude, held);
+    if (s->frequency != none)
+        fit_problem_hold(p, s->frequency, held);
+    for (size_t r = 0; r < p->n_records; r++)
+        fit_problem_hold(p, s->phase[r], held);
+}
+
+void phases_hold(struct fit_problem *p, double x[])
+{
+    for (size_t e = 0; e < p->model->n_effects; e++) {
+        struct sinusoid s;
+        if (find_sinusoid(p, e, &s)) {
+            set_held(p, &s, true);
+            x[s.amplitude] = 0.0;
+        }
+        free(s.phase);
+    }
+}
+
+/* Rows that a unit amplitude at this phase adds to the weighted residual; base is the residual without it. */
+static enum bf_status unit_rows(struct fit_problem *p, const struct sinusoid *s, double x[], double phase,
+                                const double base[], double rows[], struct bf_error *err)
+{
+    double square;
+    x[s->amplitude] = 1.0;
+    for (size_t r = 0; r < p->n_records; r++)
+        x[s->phase[r]] = phase / p->unknowns[s->phase[r]].scale;
+    const enum bf_status status = fit_problem_evaluate(p, x, false, &square, err);
+    for (size_t k = 0; k < p->n_rows && !status; k++)
+        rows[k] = p->residual[k] - base[k];
+    x[s->amplitude] = 0.0;
+    return status;
+}
+
+/* min ‖r + a c + b d‖ over the rows of one record; returns the fall of the sum of squares. */
+static double fit_pair(const struct fit_problem *p, size_t record, const double r[], const double c[], const double d[],
+                       double ab[2])
+{
+    double cc = 0.0, cd = 0.0, dd = 0.0, cr = 0.0, dr = 0.0;
+    for (size_t i = 0; i < p->n_channels; i++) {
+        if (p->channels[i].record != record)
+            continue;
+        const size_t row = p->channels[i].row, n = p->channels[i].n;
+        cc += dense_dot(n, c + row, c + row), cd += dense_dot(n, c + row, d + row);
+        dd += dense_dot(n, d + row, d + row);
+        cr += dense_dot(n, c + row, r + row), dr += dense_dot(n, d + row, r + row);
+    }
+    const double det = cc * dd - cd * cd;
+    ab[0] = ab[1] = 0.0;
+    if (!(det > 1e-9 * cc * dd))
+        return 0.0;
+    ab[0] = -(dd * cr - cd * dr) / det, ab[1] = -(cc * dr - cd * cr) / det;
+    return -(ab[0] * cr + ab[1] * dr);
+}
+
+/* Best pairs at one frequency: ab[2 n_records]; *fall of the sum of squares over all records. */
+static enum bf_status fit_pairs(struct fit_problem *p, const struct sinusoid *s, double x[], const double base[],
+                                double ab[], double *fall, struct bf_error *err)
+{
+    double *c = bf_alloc(p->n_rows, sizeof *c), *d = bf_alloc(p->n_rows, sizeof *d);
+    enum bf_status status = unit_rows(p, s, x, 0.0, base, c, err);
+    if (!status)
+        status = unit_rows(p, s, x, 0.5 * M_PI, base, d, err);
+    *fall = 0.0;
+    for (size_t r = 0; r < p->n_records && !status; r++)
+        *fall += fit_pair(p, r, base, c, d, ab + 2 * r);
+    free(c), free(d);
+    return status;
+}
+
+/* A sin(ωt + φ) = A cos φ sin ωt + A sin φ cos ωt; one amplitude for all records that show the effect. */
+static void take_pairs(const struct fit_problem *p, const struct sinusoid *s, const double ab[], double x[])
+{
+    double square = 0.0, records = 0.0;
+    for (size_t r = 0; r < p->n_records; r++) {
+        const double size = ab[2 * r] * ab[2 * r] + ab[2 * r + 1] * ab[2 * r + 1];
+        square += size;
+        records += size > 0.0;
+        x[s->phase[r]] = atan2(ab[2 * r + 1], ab[2 * r]) / p->unknowns[s->phase[r]].scale;
+    }
+    x[s->amplitude] = records > 0.0 ? sqrt(square / records) : 0.0;
+}
+
+/* ---- Which frequencies ---- */
+
+/* score[k] += how far the residual of a channel stands out of its surroundings at k·df. */
+static enum bf_status add_prominence(const struct fit_problem *p, size_t c, const double residual[], double df_Hz,
+                                     size_t bins, double score[], struct bf_error *err)
+{
+    const size_t n = p->channels[c].n, m = fft_good_size(PADDING * n);
+    const struct fft *plan;
+    enum bf_status status = fft_get(m, &plan, err);
+    if (status)
+        return status;
+    double *x = bf_alloc(m, sizeof *x), *power = bf_alloc(m / 2 + 1, sizeof *power);
+    double complex *X = bf_alloc(m / 2 + 1, sizeof *X);
+    window_fill(WINDOW_HANN, n, x);
+    for (size_t k = 0; k < n; k++)
+        x[k] *= residual[p->channels[c].row + k];
+    fft_forward(plan, x, X);
+    for (size_t k = 0; k <= m / 2; k++)
+        power[k] = creal(X[k] * conj(X[k]));
+    const double own_df_Hz = 1.0 / ((double)m * p->channels[c].dt_s);
+    for (size_t b = 0; b < bins; b++) {
+        const size_t k = (size_t)((double)b * df_Hz / own_df_Hz + 0.5);
+        double around = 0.0, count = 0.0;
+        for (size_t i = k > AROUND ? k - AROUND : 0; i <= k + AROUND && i <= m / 2; i++) {
+            if (i + APART > k && i < k + APART)
+                continue;
+            around += power[i];
+            count += 1.0;
+        }
+        if (k <= m / 2 && around > 0.0)
+            score[b] += power[k] * count / around;
+    }
+    free(x), free(power), free(X);
+    return BF_OK;
+}
+
+/* The frequencies within low … high at which lines stand out of the residual, best first; returns how many. */
+static enum bf_status find_lines(const struct fit_problem *p, const double residual[], double low_Hz, double high_Hz,
+                                 double lines_Hz[PEAKS], size_t *n, struct bf_error *err)
+{
+    double longest_s = 0.0, top_Hz = 0.0;
+    for (size_t c = 0; c < p->n_channels; c++) {
+        longest_s = fmax(longest_s, (double)p->channels[c].n * p->channels[c].dt_s);
+        top_Hz = fmax(top_Hz, 0.5 / p->channels[c].dt_s);
+    }
+    const double df_Hz = 1.0 / (PADDING * longest_s);
+    const size_t bins = (size_t)(fmin(top_Hz, high_Hz) / df_Hz) + 1;
+    double *score = bf_alloc(bins, sizeof *score);
+    enum bf_status status = BF_OK;
+    for (size_t c = 0; c < p->n_channels && !status; c++)
+        status = add_prominence(p, c, residual, df_Hz, bins, score, err);
+    for (*n = 0; *n < PEAKS && !status; (*n)++) {
+        size_t best = 0;
+        for (size_t b = (size_t)ceil(fmax(low_Hz, APART * df_Hz) / df_Hz); b < bins; b++)
+            if (score[b] > score[best] || best == 0)
+                best = b;
+        if (best == 0 || !(score[best] > 0.0))
+            break;
+        lines_Hz[*n] = (double)best * df_Hz;
+        for (size_t b = best > APART ? best - APART : 0; b <= best + APART && b < bins; b++)
+            score[b] = 0.0;
+    }
+    free(score);
+    return status;
+}
+
+static void set_frequency(const struct fit_problem *p, size_t unknown, double f_Hz, double x[])
+{
+    const struct unknown *u = &p->unknowns[unknown];
+    x[unknown] = u->logarithmic ? log(f_Hz) : f_Hz / u->scale;
+}
+
+static enum bf_status find_one(struct fit_problem *p, const struct sinusoid *s, double x[], struct bf_error *err)
+{
+    double square, best_fall = -1.0, tried_Hz[PEAKS + 1] = {0.0}, best_Hz = 0.0;
+    double *base = bf_alloc(p->n_rows, sizeof *base), *ab = bf_alloc(2 * p->n_records, sizeof *ab);
+    double *best = bf_alloc(2 * p->n_records, sizeof *best);
+    size_t n = 0;
+    x[s->amplitude] = 0.0;
+    enum bf_status status = fit_problem_evaluate(p, x, false, &square, err);
+    if (!status)
+        memcpy(base, p->residual, p->n_rows * sizeof *base);
+    if (!status && s->frequency != none) {
+        const struct unknown *u = &p->unknowns[s->frequency];
+        const struct parameter *info = p->refs[u->ref].info;
+        status = find_lines(p, base, info->min, info->max, tried_Hz, &n, err);
+        tried_Hz[n] = u->logarithmic ? exp(x[s->frequency]) : x[s->frequency] * u->scale;
+    }
+    for (size_t k = 0; k <= n && !status; k++) {
+        if (s->frequency != none)
+            set_frequency(p, s->frequency, tried_Hz[k], x);
+        double fall;
+        status = fit_pairs(p, s, x, base, ab, &fall, err);
+        if (!status && fall > best_fall) {
+            best_fall = fall, best_Hz = tried_Hz[k];
+            memcpy(best, ab, 2 * p->n_records * sizeof *best);
+        }
+    }
+    if (!status) {
+        take_pairs(p, s, best, x);
+        if (s->frequency != none)
+            set_frequency(p, s->frequency, best_Hz, x);
+    }
+    free(base), free(ab), free(best);
+    return status;
+}
+
+enum bf_status phases_find(struct fit_problem *p, double x[], struct bf_error *err)
+{
+    enum bf_status status = BF_OK;
+    bool staged = false;
+    for (size_t e = 0; e < p->model->n_effects && !status; e++) {
+        struct sinusoid s;
+        if (find_sinusoid(p, e, &s)) {
+            if (!staged)
+                status = fit_problem_stage(p, 0.0, 0.0, x, err);
+            staged = true;
+            set_held(p, &s, false);
+            if (!status)
+                status = find_one(p, &s, x, err);
+        }
+        free(s.phase);
+    }
+    return status;
+}
+
+void phases_wrap(const struct fit_problem *p, double x[])
+{
+    for (size_t i = 0; i < p->n_unknowns; i++) {
+        const struct unknown *u = &p->unknowns[i];
+        const struct parameter_ref *ref = &p->refs[u->ref];
+        if (ref->role == ROLE_EFFECT && ref->record >= 0 && !u->logarithmic &&
+            is_phase(&p->model->effects[ref->owner].effect->parameters[ref->slot]))
+            x[i] = remainder(x[i] * u->scale, 2.0 * M_PI) / u->scale;
+    }
+}

@@ -1,0 +1,110 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/*
+ * fit_problem.h — the weighted least-squares problem of a fit; inside the fit stage only.
+ *
+ *   r(x) = [ w (ŷ(θ(x)) − z) per sample ; (x − x0)/prior per parameter with a prior ]
+ *   w    = e^(−s (t − onset)) / √(σ_c² + (floor · rms_c)²)
+ *
+ * x is ln θ for a logarithmic parameter and θ/scale for any other; a residual term's scale is what would make it as large
+ * as the signal, and one that no record shows is held. Unknowns that enter linearly (initial states of a free
+ * decay, a record's unknown force level) are solved for at every x and projected out (variable projection, Golub &
+ * Pereyra 1973, with Kaufman's Jacobian).
+ */
+#ifndef BEAMFIT_FIT_PROBLEM_H
+#define BEAMFIT_FIT_PROBLEM_H
+
+#include "maths/optimise.h"
+#include "response/predict.h"
+
+struct unknown {
+    size_t ref;       /* index into refs */
+    bool logarithmic; /* x = ln θ, else x = θ/scale */
+    double scale, least_scale;
+    double prior, prior_x; /* standard deviation and centre in x; prior 0: none */
+};
+
+struct fit_problem {
+    const struct model *model;
+    const struct record *records;
+    size_t n_records;
+    struct predictor *predictor;
+    size_t n_refs;
+    const struct parameter_ref *refs;
+    const char *const *names; /* [n_records] base names */
+    size_t n_unknowns;
+    struct unknown *unknowns;
+    double *lower, *upper; /* [n_unknowns] in x */
+    bool *held;            /* [n_unknowns] not moved in this stage */
+    bool *want;            /* [n_refs] */
+    bool *level;           /* [n_records]: the force level is an unknown factor */
+    bool has_decay;        /* some record is a free decay */
+    double *onset_s;       /* [n_records] since the first row of the record */
+    double *horizon_s;     /* [n_records] likewise: rows from here on have no weight; INFINITY: all count */
+    size_t n_channels;
+    double *sigma; /* [n_channels] noise, unit of the channel */
+    /* stage */
+    double decay_ps, floor; /* s and the relative floor of the weights */
+    double rebase_limit;    /* largest move in x of a structural parameter before the reduced space is rebuilt */
+    double *base;           /* [n_unknowns] x of the last rebase */
+    bool based;             /* there was one */
+    const struct predict_channel *channels; /* of the current window */
+    size_t n_rows, n_used;                  /* n_used: rows with a weight */
+    double *weight;                         /* [n_rows] */
+    /* last evaluation */
+    double *theta;    /* [n_refs] */
+    double *residual; /* [n_rows], weighted, after projection */
+    double *fitted;   /* [n_rows] ŷ with the linear unknowns in place */
+    double *jacobian; /* [n_unknowns][n_rows], weighted, by x, after projection */
+    double *levels;   /* [n_records] factor of the record; 1 where it is known */
+    size_t n_nuisance;
+    double *coefficients; /* [n_nuisance] */
+    double *at; /* [n_unknowns] x of the last evaluation with a Jacobian, while residual and Jacobian hold it */
+    bool at_valid;
+    size_t runs;                        /* predictor evaluations so far */
+    bool stop;                          /* set by the caller or by Ctrl-C */
+    bool (*interrupted)(void *context); /* asked before every evaluation, besides Ctrl-C; may be NULL */
+    void *context;
+    double explained_ps;  /* smallest s of a window that was explained to the floor, by careful windows; 0: none */
+    double *explained;    /* [n_refs] θ of that window */
+    double abandon_above; /* χ²/n; the last step of a staircase ends when it would not get below; 0: never */
+};
+
+/* refs, names, records and predictor are borrowed; sigma[n_channels] is copied. start: θ[n_refs]. */
+enum bf_status fit_problem_new(struct fit_problem *p, const struct model *model, struct predictor *predictor,
+                               const struct record records[], size_t n_records, const char *const names[],
+                               const struct parameter_ref refs[], size_t n_refs, const double sigma[],
+                               struct bf_error *err);
+void fit_problem_free(struct fit_problem *p);
+
+/* Begin a stage: window, weights, and the reduced space rebuilt at x. */
+enum bf_status fit_problem_stage(struct fit_problem *p, double decay_ps, double floor, const double x[],
+                                 struct bf_error *err);
+/* On failure the reduced space is that of the last base again. */
+enum bf_status fit_problem_rebase(struct fit_problem *p, const double x[], struct bf_error *err);
+/* Largest move of a structural unknown since the last rebase. */
+double fit_problem_moved(const struct fit_problem *p, const double x[]);
+
+void fit_problem_to_x(const struct fit_problem *p, const double theta[], double x[]);
+/* Only the unknowns of theta[n_refs] are written. */
+void fit_problem_to_theta(const struct fit_problem *p, const double x[], double theta[]);
+/* dθ/dx of unknown i. */
+double fit_problem_slope(const struct fit_problem *p, size_t i, const double x[]);
+
+/*
+ * A step of 1 must stay large: the scale of an effect's strength that has outgrown it becomes its size; x[n_unknowns] follows.
+ * Never smaller than it was to begin with.
+ */
+void fit_problem_rescale(struct fit_problem *p, double x[]);
+/* Unknown i is not moved, and no derivative by it is computed. */
+void fit_problem_hold(struct fit_problem *p, size_t i, bool held);
+bool fit_problem_interrupted(const struct fit_problem *p);
+
+/* Fills residual, fitted (and jacobian). data_square: ½‖data rows‖². BF_NUMERIC when there is no value at x. */
+enum bf_status fit_problem_evaluate(struct fit_problem *p, const double x[], bool with_jacobian, double *data_square,
+                                    struct bf_error *err);
+/* The problem as the optimiser sees it; valid while p stays where it is. */
+struct least_squares fit_problem_view(struct fit_problem *p);
+/* Mean square of the data rows in use of the last evaluation: χ²/n when the weights are those of the noise. */
+double fit_problem_mean_square(const struct fit_problem *p);
+
+#endif

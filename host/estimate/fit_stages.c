@@ -1,0 +1,225 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "fit_stages.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include "fit_starts.h"
+#include "ground/progress.h"
+#include "refit_horizon.h"
+
+enum { STEP_ITERATIONS = 20 };
+static const double floor_share = 0.02; /* of the windowed signal */
+
+/* First frequency of a uniform beam with the mean EI and ρ, Hz: (λ²/2π) √(EI/ρ)/ℓ². */
+static double rough_first_Hz(const struct model *model)
+{
+    static const double lambda[] = {
+        [SUPPORT_CLAMPED_FREE] = 1.8751,
+        [SUPPORT_CLAMPED_CLAMPED] = 4.7300,
+        [SUPPORT_PINNED_PINNED] = M_PI,
+        [SUPPORT_FREE_FREE] = 4.7300,
+    };
+    double compliance = 0.0, mass = 0.0;
+    for (size_t i = 0; i < model->n_regions; i++) {
+        const struct material *m = model_material(model, model->regions[i].name);
+        const double share = (model->regions[i].to_m - model->regions[i].from_m) / model->length_m;
+        compliance += share / m->EI.value;
+        mass += share * m->rho.value;
+    }
+    const double l = lambda[model->support];
+    return l * l / (2.0 * M_PI) / sqrt(compliance * mass) / (model->length_m * model->length_m);
+}
+
+struct staircase staircase_for(const struct model *model, const struct record records[], size_t n_records)
+{
+    struct staircase s = {.first_ps = 4.5 * rough_first_Hz(model), .iterations = 40, .rounds = 6, .relative = 1e-4};
+    double longest_dt_s = 0.0;
+    for (size_t r = 0; r < n_records; r++) {
+        s.longest_s = fmax(s.longest_s, (double)records[r].n * records[r].dt_s);
+        longest_dt_s = fmax(longest_dt_s, records[r].dt_s);
+    }
+    s.first_ps = fmin(s.first_ps, 0.05 / longest_dt_s);
+    return s;
+}
+
+static void say(struct progress *bar, double decay_ps, const struct staircase *stairs, const struct fit_problem *p)
+{
+    if (!bar)
+        return;
+    char note[64];
+    const double span = log(fmax(stairs->first_ps * stairs->longest_s, 2.0));
+    const double left = log(fmax(decay_ps * stairs->longest_s, 1.0)) / span;
+    const double fraction = decay_ps > 0.0 ? 0.8 * (1.0 - left) : 0.9;
+    snprintf(note, sizeof note, "window s = %.3g/s, misfit %.3g", p->decay_ps, sqrt(fit_problem_mean_square(p)));
+    progress_update(bar, fraction, note);
+}
+
+enum bf_status staircase_last(struct fit_problem *p, const struct staircase *stairs, double x[],
+                              struct optimise_result *out, struct bf_error *err)
+{
+    static const double settled = 1e-3; /* the reduced space is exact to second order in this */
+    fit_problem_rescale(p, x);
+    enum bf_status status = fit_problem_stage(p, 0.0, 0.0, x, err);
+    int values = 0, derivatives = 0;
+    for (int round = 0; round < stairs->rounds && !status; round++) {
+        const struct optimise_options options = {.iterations = stairs->iterations,
+                                                 .tolerance = 1e-4,
+                                                 .relative = stairs->relative / (double)p->n_rows,
+                                                 .hopeless = 0.5 * p->abandon_above * (double)p->n_used};
+        const struct least_squares view = fit_problem_view(p);
+        status = optimise_local(&view, &options, x, out, err);
+        values += out->values, derivatives += out->derivatives;
+        if (status || out->end == OPTIMISE_INTERRUPTED || out->end == OPTIMISE_HOPELESS ||
+            fit_problem_moved(p, x) < settled)
+            break;
+        status = fit_problem_rebase(p, x, err);
+    }
+    out->values = values, out->derivatives = derivatives;
+    return status;
+}
+
+/*
+ * Early stages only need to bring x into the valley of the next one, and a model that lacks something must not be driven
+ * by the little it cannot explain: the floor caps the weights at a share of the signal.
+ */
+enum bf_status staircase_step(struct fit_problem *p, double decay_ps, int iterations, double x[],
+                              struct optimise_result *out, struct bf_error *err)
+{
+    fit_problem_rescale(p, x);
+    enum bf_status status = fit_problem_stage(p, decay_ps, floor_share, x, err);
+    const struct optimise_options options = {.iterations = iterations, .tolerance = 1e-2, .relative = 1e-2};
+    const struct least_squares view = fit_problem_view(p);
+    if (!status)
+        status = optimise_local(&view, &options, x, out, err);
+    return status;
+}
+
+/* What is explained to below the floor can be stretched further. */
+static double next_factor(double misfit)
+{
+    if (misfit < 0.5)
+        return 30.0;
+    return misfit < 1.0 ? 10.0 : 3.0;
+}
+
+double staircase_misfit(const struct fit_problem *p)
+{
+    double square = 0.0, rows = 0.0;
+    for (size_t c = 0; c < p->n_channels; c++) {
+        const struct predict_channel *channel = &p->channels[c];
+        double largest = 0.0;
+        for (size_t k = channel->row; k < channel->row + channel->n; k++)
+            largest = fmax(largest, p->weight[k]);
+        for (size_t k = channel->row; k < channel->row + channel->n; k++) {
+            square += p->residual[k] * p->residual[k];
+            rows += largest > 0.0 ? pow(p->weight[k] / largest, 2.0) : 0.0;
+        }
+    }
+    return rows > 0.0 ? sqrt(square / rows) : 0.0;
+}
+
+/* A window down to the floor, and when that is explained, down to the noise: what comes next hangs on how well this is known. */
+static enum bf_status careful_step(struct fit_problem *p, double decay_ps, double x[], struct optimise_result *out,
+                                   double *misfit, struct bf_error *err)
+{
+    enum bf_status status = staircase_step(p, decay_ps, STEP_ITERATIONS, x, out, err);
+    *misfit = HUGE_VAL;
+    if (status || out->end == OPTIMISE_INTERRUPTED)
+        return status;
+    *misfit = staircase_misfit(p);
+    if (*misfit > 1.0)
+        return BF_OK;
+    status = fit_problem_stage(p, decay_ps, 0.0, x, err);
+    const struct optimise_options options = {.iterations = 12, .tolerance = 0.5, .relative = 1e-4};
+    const struct least_squares view = fit_problem_view(p);
+    return status ? status : optimise_local(&view, &options, x, out, err);
+}
+
+/* Rows that cannot be predicted from p->explained are left out; x[] becomes that θ. *cut: there were some. */
+static enum bf_status look_ahead(struct fit_problem *p, const struct staircase *stairs, double x[], bool *cut,
+                                 struct bf_error *err)
+{
+    *cut = false;
+    if (!stairs->predict)
+        return BF_OK;
+    const enum bf_status status = horizon_find(p, stairs->predict, p->explained, cut, err);
+    starts_to_x(p, p->explained, x);
+    return status;
+}
+
+/*
+ * Windows for a nonlinear motion, whose phase drifts faster and which may jump from one branch to another. A window that is
+ * not explained although the one before was: what cannot be predicted is left out, or it is tried again less long. When
+ * even a little longer is not explained, it is the model that lacks something, and the rest is done in large steps.
+ */
+static enum bf_status careful_windows(struct fit_problem *p, const struct staircase *stairs, struct progress *bar,
+                                      double x[], struct optimise_result *out, struct bf_error *err)
+{
+    static const double usual = 3.0, least = 1.15, last_share = 0.7, strange = 2.0;
+    int retries = 6;
+    bool looked = false, cut;
+    double s = stairs->first_ps, known = 0.0, known_noises = 0.0, factor = usual, misfit;
+    double *trial = bf_alloc(p->n_unknowns, sizeof *trial);
+    enum bf_status status = BF_OK;
+    p->explained_ps = 0.0;
+    for (size_t r = 0; r < p->n_records; r++)
+        p->horizon_s[r] = HUGE_VAL;
+    while (!status && s * stairs->longest_s > last_share) {
+        fit_problem_rescale(p, x);
+        memcpy(trial, x, p->n_unknowns * sizeof *trial);
+        status = careful_step(p, s, trial, out, &misfit, err);
+        if (status || out->end == OPTIMISE_INTERRUPTED)
+            break;
+        say(bar, s, stairs, p);
+        const double noises = p->floor > 0.0 ? HUGE_VAL : staircase_misfit(p);
+        if ((misfit > 1.0 || noises > strange * known_noises) && known > 0.0 && !looked) {
+            status = look_ahead(p, stairs, x, &cut, err);
+            looked = true;
+            if (cut)
+                continue;
+        }
+        if (misfit > 1.0 && known > 0.0 && factor > least && retries-- > 0) {
+            factor = sqrt(factor);
+            s = known / factor;
+            continue;
+        }
+        memcpy(x, trial, p->n_unknowns * sizeof *trial);
+        known = misfit > 1.0 ? 0.0 : s, known_noises = noises;
+        if (known > 0.0) {
+            p->explained_ps = known;
+            memcpy(p->explained, p->theta, p->n_refs * sizeof *p->explained);
+            fit_problem_to_theta(p, x, p->explained);
+        }
+        factor = known > 0.0 ? fmin(factor * factor, usual) : usual;
+        s /= factor;
+    }
+    free(trial);
+    return status;
+}
+
+enum bf_status staircase_run(struct fit_problem *p, const struct staircase *stairs, struct progress *bar, double x[],
+                             struct optimise_result *out, struct bf_error *err)
+{
+    double s = stairs->first_ps;
+    enum bf_status status = BF_OK;
+    phases_hold(p, x);
+    if (stairs->gentle)
+        status = careful_windows(p, stairs, bar, x, out, err);
+    while (!status && !stairs->gentle && s * stairs->longest_s > 1.0) {
+        status = staircase_step(p, s, STEP_ITERATIONS, x, out, err);
+        if (status || out->end == OPTIMISE_INTERRUPTED)
+            return status;
+        const double misfit = sqrt(fit_problem_mean_square(p));
+        say(bar, s, stairs, p);
+        s /= next_factor(misfit);
+    }
+    if (!status && !fit_problem_interrupted(p))
+        status = phases_find(p, x, err);
+    if (!status && !fit_problem_interrupted(p))
+        status = staircase_last(p, stairs, x, out, err);
+    phases_wrap(p, x);
+    say(bar, 0.0, stairs, p);
+    return status;
+}

@@ -1,0 +1,79 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* The problem of a fit as the optimiser sees it: ½‖r‖², gradient and JᵀJ, with the rows of priors. */
+#include <math.h>
+#include "maths/dense.h"
+#include "fit_problem.h"
+#include "ground/progress.h"
+
+static double prior_square(const struct fit_problem *p, const double x[])
+{
+    double sum = 0.0;
+    for (size_t i = 0; i < p->n_unknowns; i++)
+        if (p->unknowns[i].prior > 0.0)
+            sum += pow((x[i] - p->unknowns[i].prior_x) / p->unknowns[i].prior, 2.0);
+    return 0.5 * sum;
+}
+
+static enum bf_status view_value(void *context, const double x[], double *half_square, struct bf_error *err)
+{
+    struct fit_problem *p = context;
+    const enum bf_status status = fit_problem_evaluate(p, x, false, half_square, err);
+    *half_square += prior_square(p, x);
+    return status;
+}
+
+static enum bf_status view_derivative(void *context, const double x[], double *half_square, double gradient[],
+                                      double gram[], struct bf_error *err)
+{
+    struct fit_problem *p = context;
+    const size_t n = p->n_unknowns;
+    enum bf_status status = BF_OK;
+    if (fit_problem_moved(p, x) > p->rebase_limit)
+        status = fit_problem_rebase(p, x, err);
+    if (!status)
+        status = fit_problem_evaluate(p, x, true, half_square, err);
+    if (status)
+        return status;
+    *half_square += prior_square(p, x);
+    dense_gram(p->n_rows, n, p->jacobian, gram);
+    dense_gemv(true, p->n_rows, n, 1.0, p->jacobian, p->residual, 0.0, gradient);
+    for (size_t i = 0; i < n; i++) {
+        const struct unknown *u = &p->unknowns[i];
+        if (!(u->prior > 0.0))
+            continue;
+        gradient[i] += (x[i] - u->prior_x) / (u->prior * u->prior);
+        gram[i + i * n] += 1.0 / (u->prior * u->prior);
+    }
+    for (size_t i = 0; i < n; i++) {
+        gradient[i] = p->held[i] ? 0.0 : gradient[i];
+        for (size_t j = 0; j < n && p->held[i]; j++)
+            gram[i + j * n] = gram[j + i * n] = 0.0;
+    }
+    return BF_OK;
+}
+
+bool fit_problem_interrupted(const struct fit_problem *p)
+{
+    return p->stop || progress_interrupted() || (p->interrupted && p->interrupted(p->context));
+}
+
+static bool view_interrupted(void *context)
+{
+    return fit_problem_interrupted(context);
+}
+
+struct least_squares fit_problem_view(struct fit_problem *p)
+{
+    return (struct least_squares){.n = p->n_unknowns,
+                                  .lower = p->lower,
+                                  .upper = p->upper,
+                                  .context = p,
+                                  .value = view_value,
+                                  .derivative = view_derivative,
+                                  .interrupted = view_interrupted};
+}
+
+double fit_problem_mean_square(const struct fit_problem *p)
+{
+    return p->n_used ? dense_dot(p->n_rows, p->residual, p->residual) / (double)p->n_used : 0.0;
+}

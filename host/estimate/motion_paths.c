@@ -1,0 +1,219 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* From the Laplace line to time and back: the motion of a functional, and what forces do to the channels. */
+#include "motion_work.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "maths/residual.h"
+#include "maths/spectrum.h"
+
+/* ---- Motion of a functional ---- */
+
+/* W[m] to n · factor points of time. */
+static enum bf_status to_time(const struct response_grid *grid, size_t factor, const double complex W[], double out[],
+                              struct bf_error *err)
+{
+    const struct fft *plan;
+    size_t n_fine = grid->n_fft * factor;
+    enum bf_status status = fft_get(n_fine, &plan, err);
+    if (status != BF_OK)
+        return status;
+    double complex *wide = bf_alloc(n_fine / 2 + 1, sizeof *wide);
+    double *x = bf_alloc(n_fine, sizeof *x);
+    for (size_t k = 0; k < grid->m; k++)
+        wide[k] = (double)factor * W[k];
+    if (factor > 1)
+        wide[grid->m - 1] *= 0.5; /* one line at the old Nyquist frequency becomes a pair */
+    fft_inverse(plan, wide, x);
+    double h = grid->dt_s / (double)factor;
+    for (size_t k = 0; k < grid->n * factor; k++)
+        out[k] = x[k] * exp(grid->sigma * h * (double)k);
+    free(wide);
+    free(x);
+    return BF_OK;
+}
+
+enum bf_status motion_of(const struct motion *motion, size_t record, const double g[], int oversample, double w[],
+                         double v[], double a[], struct bf_error *err)
+{
+    const struct transfer_record t = transfer_record(motion->predictor, record);
+    size_t m = t.grid->m;
+    if (!motion->records[record].valid)
+        return bf_fail(err, BF_USAGE, "a free decay has no measured motion: the force that drove it is not known");
+    double complex *W = bf_alloc(m, sizeof *W);
+    transfer_motion(motion->predictor, motion->theta, record, g, W);
+    for (size_t k = 0; k < motion->modes.n; k++) {
+        double shape = motion_shape(motion, k, g);
+        const double complex *q = motion->records[record].q + k * m;
+        for (size_t i = 0; i < m; i++)
+            W[i] += shape * q[i];
+    }
+    enum bf_status status = BF_OK;
+    if (w != NULL)
+        status = to_time(t.grid, (size_t)oversample, W, w, err);
+    for (size_t i = 0; i < m; i++)
+        W[i] *= t.grid->s[i];
+    if (status == BF_OK && v != NULL)
+        status = to_time(t.grid, (size_t)oversample, W, v, err);
+    for (size_t i = 0; i < m; i++)
+        W[i] *= t.grid->s[i];
+    if (status == BF_OK && a != NULL)
+        status = to_time(t.grid, (size_t)oversample, W, a, err);
+    free(W);
+    return status;
+}
+
+enum bf_status motion_point(const struct motion *motion, size_t record, int derivative, double at_m, int oversample,
+                            double w[], double v[], struct bf_error *err)
+{
+    const struct reduced *reduced = transfer_reduced(motion->predictor);
+    double *g = bf_alloc(reduced->n, sizeof *g);
+    reduced_point(reduced, derivative, at_m, g);
+    enum bf_status status = motion_of(motion, record, g, oversample, w, v, NULL, err);
+    free(g);
+    return status;
+}
+
+enum bf_status motion_patch(const struct motion *motion, size_t record, int oversample, double w[], double v[],
+                            struct bf_error *err)
+{
+    const struct reduced *reduced = transfer_reduced(motion->predictor);
+    const struct beam_operator patch = {.kind = BEAM_AT_PATCH};
+    double *g = bf_alloc(2 * reduced->n, sizeof *g);
+    reduced_place(reduced, &patch, transfer_model(motion->predictor), g, g + reduced->n);
+    enum bf_status status = motion_of(motion, record, g, oversample, w, v, NULL, err);
+    free(g);
+    return status;
+}
+
+/* ---- Forces ---- */
+
+enum bf_status motion_transform(const struct motion *motion, size_t record, const double f[], size_t stride,
+                                int oversample, double complex F[], struct bf_error *err)
+{
+    const struct response_grid *grid = transfer_record(motion->predictor, record).grid;
+    const struct fft *plan;
+    size_t factor = (size_t)oversample, n_fine = grid->n_fft * factor;
+    enum bf_status status = fft_get(n_fine, &plan, err);
+    if (status != BF_OK)
+        return status;
+    double complex *wide = bf_alloc(n_fine / 2 + 1, sizeof *wide);
+    double *x = bf_alloc(n_fine, sizeof *x);
+    double h = grid->dt_s / (double)factor;
+    for (size_t k = 0; k < grid->n * factor; k++)
+        x[k] = f[k * stride] * exp(-grid->sigma * h * (double)k);
+    fft_forward(plan, x, wide);
+    for (size_t k = 0; k < grid->m; k++)
+        F[k] = wide[k] / (double)factor;
+    free(wide);
+    free(x);
+    return BF_OK;
+}
+
+/* An earlier channel of the same output on the same grid, or the channel itself. */
+static size_t same_path(const struct motion *motion, size_t channel)
+{
+    size_t grid = transfer_record(motion->predictor, motion->channels[channel].record).grid_index;
+    for (size_t c = 0; c < channel; c++)
+        if (motion->channels[c].output == motion->channels[channel].output &&
+            transfer_record(motion->predictor, motion->channels[c].record).grid_index == grid)
+            return c;
+    return channel;
+}
+
+void motion_paths_new(const struct motion *motion, const double g[], size_t d, struct motion_paths *out)
+{
+    *out = (struct motion_paths){.d = d};
+    out->H = bf_alloc(motion->n_channels, sizeof *out->H);
+    out->own = bf_alloc(motion->n_channels, sizeof *out->own);
+    for (size_t c = 0; c < motion->n_channels; c++) {
+        const struct transfer_record t = transfer_record(motion->predictor, motion->channels[c].record);
+        size_t first = same_path(motion, c);
+        if (t.free_decay)
+            continue;
+        out->own[c] = first == c || out->H[first] == NULL;
+        if (!out->own[c]) {
+            out->H[c] = out->H[first];
+            continue;
+        }
+        out->H[c] = bf_alloc(d * t.grid->m, sizeof *out->H[c]);
+        for (size_t j = 0; j < d; j++)
+            transfer_force(motion->predictor, t.grid_index, motion->channels[c].output, g + j * motion->modes.dimension,
+                           out->H[c] + j * t.grid->m);
+    }
+}
+
+void motion_paths_free(const struct motion *motion, struct motion_paths *paths)
+{
+    for (size_t c = 0; paths->H != NULL && c < motion->n_channels; c++)
+        if (paths->own[c])
+            free(paths->H[c]);
+    free(paths->H);
+    free(paths->own);
+    *paths = (struct motion_paths){0};
+}
+
+enum bf_status motion_respond(const struct motion *motion, const struct motion_paths *paths, size_t record,
+                              const double complex F[], double rows[], struct bf_error *err)
+{
+    const struct transfer_record t = transfer_record(motion->predictor, record);
+    size_t m = t.grid->m;
+    double complex *Y = bf_alloc(m, sizeof *Y);
+    double *y = bf_alloc(t.grid->n, sizeof *y);
+    enum bf_status status = BF_OK;
+    for (size_t i = 0; status == BF_OK && i < t.n_channels; i++) {
+        size_t c = t.first_channel + i;
+        memset(Y, 0, m * sizeof *Y);
+        for (size_t j = 0; j < paths->d; j++)
+            for (size_t k = 0; k < m; k++)
+                Y[k] -= paths->H[c][j * m + k] * F[j * m + k];
+        for (size_t k = 0; k < m; k++)
+            Y[k] *= motion->chain[c][k];
+        status = response_back(t.grid, Y, y, err);
+        for (size_t k = 0; k < motion->channels[c].n; k++)
+            rows[motion->channels[c].row + k] += y[k];
+    }
+    free(Y);
+    free(y);
+    return status;
+}
+
+/* ---- Which records are weak ---- */
+
+/* rms of all inputs of the model that the record has, and which they are (a bit each). */
+static double excitation(const struct model *model, const struct record *record, unsigned long *kind)
+{
+    double square = 0.0;
+    *kind = 0;
+    for (size_t i = 0; i < model->n_inputs; i++) {
+        const double *u = record_column(record, model->inputs[i].name);
+        double rms = u != NULL ? root_mean_square(u, record->n) : 0.0;
+        if (rms > 0.0)
+            *kind |= 1ul << (i % (8 * sizeof *kind));
+        square += rms * rms;
+    }
+    return sqrt(square);
+}
+
+size_t motion_weak_records(const struct model *model, const struct record records[], size_t n_records, double ratio,
+                           bool weak[])
+{
+    double *level = bf_alloc(n_records, sizeof *level);
+    unsigned long *kind = bf_alloc(n_records, sizeof *kind);
+    size_t count = 0;
+    for (size_t r = 0; r < n_records; r++)
+        level[r] = excitation(model, &records[r], &kind[r]);
+    for (size_t r = 0; r < n_records; r++) {
+        double least = level[r];
+        for (size_t o = 0; o < n_records; o++)
+            if (kind[o] == kind[r])
+                least = fmin(least, level[o]);
+        weak[r] = level[r] <= ratio * least;
+        count += weak[r];
+    }
+    free(level);
+    free(kind);
+    return count;
+}

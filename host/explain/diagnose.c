@@ -1,0 +1,318 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "diagnose_shortlist.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "beam/modes.h"
+#include "ground/progress.h"
+#include "ground/workers.h"
+
+/* Refits per stage, at most. */
+static const size_t most_singles[] = {[KIND_LINEAR] = 6, [KIND_BENT] = 3, [KIND_LAW] = 4};
+static const size_t most_pairs[] = {[KIND_LINEAR] = 4, [KIND_BENT] = 2, [KIND_LAW] = 3};
+static const size_t most_on_law[] = {[KIND_LINEAR] = 2, [KIND_BENT] = 0, [KIND_LAW] = 0}; /* seconds each */
+enum { PAIR_ROOTS = 2 };
+/*
+ * One more effect is sought when the last one has left at most this part of the excess over the noise (in power). Of effects that act
+ * alike strongly and apart from each other the first of three leaves 2/3, the first of two (or second of three) 1/2.
+ */
+static const double least_progress = 0.75;
+/*
+ * Stepping through time for every candidate is worth it on a law that leaves at most this many times (rms) what the best with as many
+ * effects leaves: beside a stronger linear effect a law is found from that one's side.
+ */
+static const double law_root = 1.5;
+/* Bands of the misfit: one a mode. */
+enum { MOST_MODES = 16, SPLINES = 100 };
+/* Parts of the progress bar. */
+static const double part_baseline = 0.15, part_singles = 0.45, part_pairs = 0.2, part_settle = 0.05;
+
+static void tell(struct diagnose_work *w, double done, const char *note)
+{
+    w->done = done;
+    if (w->bar)
+        progress_update(w->bar, done, note);
+}
+
+static enum bf_status look(struct diagnose_work *w, struct bf_error *err)
+{
+    struct diagnosis *d = w->d;
+    tell(w, part_baseline, "linearity");
+    return linearity_test(d->model, d->records, d->n_records, NULL, &d->linearity, err);
+}
+
+/* A hypothesis to build upon: a copy of what is needed, because the list grows. */
+static enum bf_status copy_root(const struct hypothesis *h, struct hypothesis *root, struct bf_error *err)
+{
+    *root = *h;
+    root->fit.value = bf_alloc(h->fit.n_parameters, sizeof(double));
+    memcpy(root->fit.value, h->fit.value, h->fit.n_parameters * sizeof(double));
+    return model_copy(&h->model, &root->model, err);
+}
+
+static void free_root(struct hypothesis *root)
+{
+    free(root->fit.value);
+    model_free(&root->model);
+}
+
+static bool is_root(const struct diagnosis *d, const struct hypothesis *h, size_t n_effects, bool stepping)
+{
+    return h->n_effects == n_effects && hypothesis_has_law(h) == stepping &&
+           (!stepping || h->fitted.noise_ratio <= law_root * diagnose_best_left(d, n_effects));
+}
+
+/* One more effect on the best hypotheses with n_effects of them, those that step through time or those that do not. */
+static enum bf_status extend_roots(struct diagnose_work *w, size_t n_effects, bool stepping, size_t most_roots,
+                                   const size_t most[], double span, struct bf_error *err)
+{
+    struct diagnosis *d = w->d;
+    struct hypothesis roots[PAIR_ROOTS];
+    size_t n = 0;
+    enum bf_status status = BF_OK;
+    for (size_t i = 0; i < d->n_hypotheses && n < most_roots && !status; i++)
+        if (is_root(d, &d->hypotheses[i], n_effects, stepping))
+            status = copy_root(&d->hypotheses[i], &roots[n++], err);
+    for (size_t i = 0; i < n; i++) {
+        if (!status && !progress_interrupted())
+            status = diagnose_extend(w, &roots[i], most, span / (double)n, err);
+        free_root(&roots[i]);
+    }
+    return status;
+}
+
+/*
+ * One more effect. On a hypothesis without a law a law is tried along the measured motion, without a step through time, so a
+ * law and a linear effect are sought from the linear one's side first; from the law's side when that has not found them.
+ */
+static enum bf_status one_more(struct diagnose_work *w, size_t n_effects, struct bf_error *err)
+{
+    enum bf_status status = extend_roots(w, n_effects, false, PAIR_ROOTS, most_pairs, 0.5 * part_pairs, err);
+    const bool far = diagnose_is_far(&w->d->baseline); /* a weak misfit does not show two effects */
+    if (!status && far && !progress_interrupted() && diagnose_more_wanted(w->d))
+        status = extend_roots(w, n_effects, true, 1, most_on_law, 0.5 * part_pairs, err);
+    return status;
+}
+
+/* Of three linear effects two may do; of a pair the law that came second may do alone: its own refit may have gone astray. */
+static bool may_be_fewer(const struct hypothesis *best)
+{
+    return best->n_effects >= 3 ? !hypothesis_has_law(best) : best->n_effects == 2 && best->effects[1]->law != NULL;
+}
+
+/* The best hypothesis again without one of its effects: what was added first may have stood in for what came later. */
+static enum bf_status without_one(struct diagnose_work *w, struct bf_error *err)
+{
+    const struct hypothesis *best = &w->d->hypotheses[0];
+    struct refit_job jobs[DIAGNOSE_EFFECTS];
+    size_t n = 0;
+    enum bf_status status = BF_OK;
+    if (w->d->n_hypotheses == 0 || !may_be_fewer(best))
+        return BF_OK;
+    for (size_t e = 0; e + 1 < best->n_effects && !status; e++) { /* without the last it is known */
+        struct refit_job *job = &jobs[n];
+        *job = (struct refit_job){.n_effects = best->n_effects - 1, .n_tried = w->n_tried};
+        status = model_copy(&best->model, &job->model, err);
+        if (status)
+            break;
+        n++;
+        status = model_drop_effect(&job->model, best->effects[e]->id, err);
+        job->first_new = job->model.n_effects;
+    }
+    if (!status)
+        diagnose_refits(w, jobs, n, 0.0);
+    for (size_t i = 0; status && i < n; i++)
+        model_free(&jobs[i].model);
+    diagnose_rank(w->d, w->n_tried);
+    return status;
+}
+
+/* What was added last took its share, so that one more may take the rest. */
+static bool gets_somewhere(const struct diagnosis *d, size_t n_effects)
+{
+    const double now = diagnose_best_left(d, n_effects), before = diagnose_best_left(d, n_effects - 1);
+    return now * now - 1.0 <= least_progress * fmax(before * before - 1.0, 0.0);
+}
+
+static enum bf_status search(struct diagnose_work *w, struct bf_error *err)
+{
+    const size_t most = w->options->most_effects > 0 ? w->options->most_effects : DIAGNOSE_EFFECTS;
+    tell(w, part_baseline, "short list");
+    enum bf_status status = diagnose_extend(w, &w->d->baseline, most_singles, part_singles, err);
+    for (size_t n = 1; n < most && !status && !progress_interrupted(); n++) {
+        const bool far = diagnose_is_far(&w->d->baseline);
+        if (w->d->n_hypotheses == 0 || !diagnose_more_wanted(w->d) || !gets_somewhere(w->d, n) || (n > 1 && !far))
+            break; /* two that fit a weak misfit are told, not named; three would be neither */
+        status = one_more(w, n, err);
+    }
+    if (!status && !progress_interrupted())
+        status = without_one(w, err);
+    diagnose_drop_repeats(w->d);
+    return status;
+}
+
+static enum bf_status localise(struct diagnose_work *w, struct bf_error *err)
+{
+    struct diagnosis *d = w->d;
+    struct misfit_channel *channels = hypothesis_channels(d, &d->baseline);
+    double nyquist_Hz = 0.0, frequency_Hz[MOST_MODES];
+    size_t n_modes = 0;
+    for (size_t c = 0; c < d->n_channels; c++)
+        nyquist_Hz = fmax(nyquist_Hz, 0.5 / channels[c].dt_s);
+    enum bf_status status = modes_frequencies(&d->baseline.model, SPLINES, false, MOST_MODES, frequency_Hz, err);
+    while (n_modes < MOST_MODES && frequency_Hz[n_modes] < nyquist_Hz)
+        n_modes++;
+    if (!status)
+        status = localise_misfit(channels, d->n_channels, frequency_Hz, n_modes, &d->where, err);
+    free(channels);
+    return status;
+}
+
+/* The force that the baseline lacks, for a verdict `unknown`. */
+static enum bf_status reconstruct(struct diagnose_work *w, struct bf_error *err)
+{
+    struct diagnosis *d = w->d;
+    struct predictor *predictor;
+    struct motion motion;
+    enum bf_status status =
+        predictor_new(&d->baseline.model, d->records, d->n_records, &w->options->predict, &predictor, err);
+    if (status)
+        return status;
+    status = motion_new(predictor, d->baseline.fit.value, w->sigma, 0.0, &motion, err);
+    if (!status) {
+        status = reconstruct_run(&motion, &d->reconstruction, err);
+        d->reconstructed = !status;
+        motion_free(&motion);
+    }
+    predictor_free(predictor);
+    return status == BF_USAGE ? BF_OK : status;
+}
+
+static void work_free(struct diagnose_work *w)
+{
+    for (size_t c = 0; w->check_noise && c < w->n_check_channels; c++)
+        noise_free(&w->check_noise[c]);
+    free(w->check_noise), free(w->whiteners), free(w->sigma), free(w->check_sigma);
+}
+
+/* A local minimum is not physics: what is named must be better than the best that the baseline can do. */
+static enum bf_status restart(struct diagnose_work *w, struct bf_error *err)
+{
+    bool lower;
+    enum bf_status status = diagnose_restart(w, &lower, err);
+    if (status || !lower)
+        return status;
+    localise_free(&w->d->where);
+    status = localise(w, err);
+    diagnose_rank(w->d, w->n_tried);
+    diagnose_decide(w->d);
+    return status;
+}
+
+/* An explanation is named, or would be if left-out records confirm it. */
+static bool about_to_name(const struct diagnosis *d)
+{
+    return !d->interrupted && (d->n_named > 0 || (d->unconfirmed && diagnose_can_cross(d)));
+}
+
+/* Of the best, and of what becomes the best when that one leaves too much, itself from another place first. */
+static enum bf_status look_for_remains(struct diagnose_work *w, struct bf_error *err)
+{
+    struct diagnosis *d = w->d;
+    enum bf_status status = BF_OK;
+    while (!status && about_to_name(d) && diagnose_may_stand_in(d, &d->hypotheses[0]) && !d->hypotheses[0].looked) {
+        d->hypotheses[0].looked = true;
+        status = diagnose_remains(w, err);
+        if (!status && !progress_interrupted() && diagnose_leaves_more(d, &d->hypotheses[0]))
+            status = diagnose_settle(w, 0.0, err);
+        d->interrupted = progress_interrupted();
+        diagnose_decide(d);
+    }
+    return status;
+}
+
+/* What the verdict hangs on, once more: its own optimum, the baseline's, what it leaves, records left out. */
+static enum bf_status confirm(struct diagnose_work *w, struct bf_error *err)
+{
+    struct diagnosis *d = w->d;
+    enum bf_status status = BF_OK;
+    if (about_to_name(d)) {
+        status = diagnose_settle(w, part_settle, err);
+        d->interrupted = progress_interrupted();
+        diagnose_decide(d);
+    }
+    if (!status && about_to_name(d))
+        status = restart(w, err);
+    if (!status)
+        status = look_for_remains(w, err);
+    if (!status && !d->interrupted && diagnose_computed(d))
+        diagnose_cross(w, fmax(1.0 - w->done, 0.0));
+    return status;
+}
+
+static enum bf_status stages(struct diagnose_work *w, struct bf_error *err)
+{
+    struct diagnosis *d = w->d;
+    tell(w, 0.0, "baseline");
+    enum bf_status status = diagnose_noise(w, err);
+    if (!status)
+        status = diagnose_baseline(w, err);
+    if (!status && !progress_interrupted())
+        status = diagnose_numerics(w, err);
+    if (!status)
+        status = look(w, err);
+    if (!status)
+        status = localise(w, err);
+    if (!status && !progress_interrupted() && diagnose_computed(d))
+        status = search(w, err);
+    d->interrupted = d->interrupted || progress_interrupted();
+    if (status)
+        return status;
+    diagnose_decide(d);
+    status = confirm(w, err);
+    if (!status && d->verdict == VERDICT_UNKNOWN && !d->interrupted && diagnose_computed(d))
+        status = reconstruct(w, err);
+    if (!status)
+        d->text = diagnose_words(d);
+    return status;
+}
+
+enum bf_status diagnose_run(const struct model *model, const struct record records[], size_t n_records,
+                            const struct record checks[], size_t n_checks, const struct diagnose_options *options,
+                            struct diagnosis *out, struct bf_error *err)
+{
+    static const struct diagnose_options defaults;
+    struct timespec begin, end;
+    *out = (struct diagnosis){
+        .model = model, .records = records, .n_records = n_records, .checks = checks, .n_checks = n_checks};
+    out->check_kind = n_checks > 0 ? CHECK_RECORDS : CHECK_NONE;
+    clock_gettime(CLOCK_MONOTONIC, &begin);
+    struct diagnose_work w = {.d = out, .options = options ? options : &defaults};
+    w.threads = workers_wanted(w.options->threads);
+    w.bar = w.options->quiet ? NULL : progress_begin("diagnose");
+    const enum bf_status status = stages(&w, err);
+    if (w.bar)
+        progress_end(w.bar);
+    work_free(&w);
+    clock_gettime(CLOCK_MONOTONIC, &end);
+    out->seconds = (double)(end.tv_sec - begin.tv_sec) + 1e-9 * (double)(end.tv_nsec - begin.tv_nsec);
+    return status;
+}
+
+void diagnose_free(struct diagnosis *d)
+{
+    for (size_t i = 0; i < d->n_hypotheses; i++)
+        hypothesis_free(&d->hypotheses[i]);
+    hypothesis_free(&d->baseline);
+    for (size_t c = 0; d->noise && c < d->n_channels; c++)
+        noise_free(&d->noise[c]);
+    linearity_free(&d->linearity);
+    localise_free(&d->where);
+    if (d->reconstructed)
+        reconstruct_free(&d->reconstruction);
+    free(d->hypotheses), free(d->noise), free(d->text);
+    *d = (struct diagnosis){0};
+}

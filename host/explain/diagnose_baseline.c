@@ -1,0 +1,126 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* The model as given, fitted: what every hypothesis is measured against. */
+#include "diagnose_work.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "estimate/fit.h"
+#include "maths/residual.h"
+
+static const double guess = 1e-3; /* of the signal: stands for a noise that cannot be seen, as in a fit */
+/* Of the baseline's χ²: what a restart must fall below to be another minimum, and not the last steps to the same one. */
+static const double lower_minimum = 0.99;
+
+static enum bf_status noise_of(const struct model *model, const struct record records[], size_t n_records,
+                               const struct predict_options *predict, struct noise_estimate **noise, double **sigma,
+                               size_t *n_channels, struct bf_error *err)
+{
+    struct predictor *predictor;
+    const struct predict_channel *channels;
+    enum bf_status status = predictor_new(model, records, n_records, predict, &predictor, err);
+    if (status)
+        return status;
+    *n_channels = predictor_channels(predictor, &channels);
+    *noise = bf_alloc(*n_channels, sizeof **noise);
+    *sigma = bf_alloc(*n_channels, sizeof **sigma);
+    for (size_t c = 0; c < *n_channels && !status; c++) {
+        const struct predict_channel *channel = &channels[c];
+        status =
+            noise_of_channel(model, &records[channel->record], model->outputs[channel->output].name, &(*noise)[c], err);
+        (*sigma)[c] = (*noise)[c].rms > 0.0 ? (*noise)[c].rms
+                                            : fmax(guess * root_mean_square(channel->measured, channel->n), 1e-300);
+    }
+    predictor_free(predictor);
+    return status;
+}
+
+enum bf_status diagnose_noise(struct diagnose_work *w, struct bf_error *err)
+{
+    struct diagnosis *d = w->d;
+    enum bf_status status =
+        noise_of(d->model, d->records, d->n_records, &w->options->predict, &d->noise, &w->sigma, &d->n_channels, err);
+    if (!status && d->n_checks > 0)
+        status = noise_of(d->model, d->checks, d->n_checks, &w->options->predict, &w->check_noise, &w->check_sigma,
+                          &w->n_check_channels, err);
+    w->whiteners = bf_alloc(d->n_channels, sizeof *w->whiteners);
+    for (size_t c = 0; c < d->n_channels && !status; c++) {
+        w->whiteners[c] = (struct whitener){.ar.sigma = w->sigma[c], .n_eff_share = 1.0};
+        if (d->noise[c].rms > 0.0)
+            status = whitener_from_noise(&d->noise[c], &w->whiteners[c], err);
+    }
+    return status;
+}
+
+/* fit_run() knows how to begin far off; refit_run() then gives residual and errors in the form of every hypothesis. */
+enum bf_status diagnose_baseline(struct diagnose_work *w, struct bf_error *err)
+{
+    struct diagnosis *d = w->d;
+    struct hypothesis *h = &d->baseline;
+    const struct fit_options options = {
+        .quiet = true, .never_search = true, .sigma = w->sigma, .predict = w->options->predict};
+    static const struct fit_check nothing_held_out;
+    struct fit_result fit;
+    enum bf_status status = fit_run(d->model, d->records, d->n_records, &options, &fit, err);
+    if (status)
+        return status;
+    status = model_copy(d->model, &h->model, err);
+    if (!status)
+        fit_into_model(&fit, d->records, &nothing_held_out, &h->model);
+    d->evaluations += fit.evaluations;
+    d->converged = fit.converged;
+    d->interrupted = fit.interrupted;
+    fit_free(&fit);
+    if (status)
+        return status;
+    h->n_base = h->model.n_effects;
+    const struct refit_options again = {
+        .sigma = w->sigma, .threads = w->threads, .first_new = h->model.n_effects, .predict = w->options->predict};
+    status = refit_run(&h->model, d->records, d->n_records, &again, &h->fit, err);
+    if (status)
+        return status;
+    h->refitted = true;
+    d->converged = d->converged || h->fit.converged;
+    d->evaluations += h->fit.evaluations;
+    return hypothesis_measure(w, h, err);
+}
+
+/* The parameters of the baseline come first in every hypothesis: new effects are appended. */
+static enum bf_status without_its_effects(const struct diagnosis *d, const struct hypothesis *best, struct model *out,
+                                          struct bf_error *err)
+{
+    const enum bf_status status = model_copy(&d->baseline.model, out, err);
+    if (!status)
+        refit_into_model(d->records, d->n_records, best->fit.value, NULL, out);
+    return status;
+}
+
+enum bf_status diagnose_restart(struct diagnose_work *w, bool *lower, struct bf_error *err)
+{
+    struct diagnosis *d = w->d;
+    struct hypothesis *h = &d->baseline, again = {.n_base = h->n_base, .refitted = true};
+    *lower = false;
+    if (d->converged)
+        return BF_OK;
+    enum bf_status status = without_its_effects(d, &d->hypotheses[0], &again.model, err);
+    const struct refit_options options = {
+        .sigma = w->sigma, .threads = w->threads, .first_new = h->model.n_effects, .predict = w->options->predict};
+    if (!status)
+        status = refit_run(&again.model, d->records, d->n_records, &options, &again.fit, err);
+    d->evaluations += again.fit.evaluations;
+    *lower = !status && again.fit.chi2_per_row < lower_minimum * h->fit.chi2_per_row;
+    if (!status && !*lower) /* the same minimum, found twice */
+        d->converged = again.fit.converged && lower_minimum * again.fit.chi2_per_row < h->fit.chi2_per_row;
+    if (*lower) {
+        refit_into_model(d->records, d->n_records, again.fit.value, again.fit.sd, &again.model);
+        status = hypothesis_measure(w, &again, err);
+    }
+    if (*lower && !status) {
+        const struct hypothesis trapped = *h;
+        *h = again, again = trapped;
+        d->converged = h->fit.converged;
+    }
+    hypothesis_free(&again);
+    return status == BF_NUMERIC ? BF_OK : status; /* no value without the effect: the baseline stays */
+}

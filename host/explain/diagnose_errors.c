@@ -1,0 +1,126 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* How far a hypothesis is from the records, fitted and held out, measured by their noise. */
+#include "diagnose_work.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "estimate/fit_own.h"
+#include "maths/residual.h"
+
+/* Rows of a channel before the horizon of its record: what a chaotic motion does later, no model can predict. */
+static size_t rows_in_use(const struct refit_result *fit, const struct predict_channel *channel)
+{
+    const double rows = fit->horizon_s[channel->record] / channel->dt_s;
+    return rows < (double)channel->n ? (size_t)rows : channel->n;
+}
+
+/* The fitted channels and what the hypothesis leaves of them, in the rows in use; free() the array. */
+struct misfit_channel *hypothesis_channels(const struct diagnosis *d, const struct hypothesis *h)
+{
+    struct misfit_channel *channels = bf_alloc(h->fit.n_channels, sizeof *channels);
+    for (size_t c = 0; c < h->fit.n_channels; c++) {
+        const struct predict_channel *channel = &h->fit.channels[c];
+        channels[c] = (struct misfit_channel){.file = d->records[channel->record].path,
+                                              .channel = d->model->outputs[channel->output].name,
+                                              .record = channel->record,
+                                              .n = rows_in_use(&h->fit, channel),
+                                              .dt_s = channel->dt_s,
+                                              .measured = channel->measured,
+                                              .residual = h->fit.residual + channel->row,
+                                              .noise = &d->noise[c]};
+    }
+    return channels;
+}
+
+static void measure_fitted(const struct diagnose_work *w, struct hypothesis *h)
+{
+    const struct refit_result *fit = &h->fit;
+    struct hypothesis_errors *e = &h->fitted;
+    *e = (struct hypothesis_errors){.n_channels = fit->n_channels, .ratio = bf_alloc(fit->n_channels, sizeof(double))};
+    double nrmse = 0.0, ratio = 0.0;
+    for (size_t c = 0; c < fit->n_channels; c++) {
+        const struct predict_channel *channel = &fit->channels[c];
+        const size_t n = rows_in_use(fit, channel);
+        const double rms = root_mean_square(fit->residual + channel->row, n),
+                     size = root_mean_square(channel->measured, n);
+        e->ratio[c] = rms / w->sigma[c];
+        e->worst_ratio = fmax(e->worst_ratio, e->ratio[c]);
+        ratio += e->ratio[c] * e->ratio[c];
+        nrmse += size > 0.0 ? rms * rms / (size * size) : 0.0;
+    }
+    e->nrmse = sqrt(nrmse / (double)fit->n_channels);
+    e->noise_ratio = sqrt(ratio / (double)fit->n_channels);
+    struct misfit_channel *channels = hypothesis_channels(w->d, h);
+    misfit_measure(channels, w->whiteners, fit->n_channels, &e->misfit);
+    free(channels);
+    /* rows beyond a horizon count as those before it, so that hypotheses of different horizons compare */
+    const double all = (double)fit->n_rows / fmax((double)e->misfit.n, 1.0);
+    e->misfit.chi_square *= all;
+    e->misfit.n_eff *= all;
+    e->misfit.n = fit->n_rows;
+}
+
+void hypothesis_take_check(struct hypothesis *h, const struct fit_channel_error channels[], size_t n)
+{
+    struct hypothesis_errors *e = &h->check;
+    e->n_channels = n;
+    e->ratio = bf_alloc(n, sizeof *e->ratio);
+    e->worst_ratio = 0.0;
+    fit_totals(channels, n, &e->nrmse, &e->noise_ratio);
+    for (size_t c = 0; c < n; c++) {
+        e->ratio[c] = channels[c].noise_ratio;
+        e->worst_ratio = fmax(e->worst_ratio, e->ratio[c]);
+    }
+}
+
+static enum bf_status measure_check(const struct diagnose_work *w, struct hypothesis *h, struct bf_error *err)
+{
+    const struct diagnosis *d = w->d;
+    h->check = (struct hypothesis_errors){.nrmse = NAN, .noise_ratio = NAN, .worst_ratio = NAN};
+    if (d->n_checks == 0)
+        return BF_OK;
+    const struct fit_options options = {.quiet = true, .sigma = w->check_sigma, .predict = w->options->predict};
+    struct own_values own;
+    struct fit_channel_error *channels = NULL;
+    size_t n = 0;
+    enum bf_status status = own_values_find(&h->model, d->checks, d->n_checks, &options, &own, err);
+    if (!status)
+        status = fit_errors(own.model, d->checks, d->n_checks, &options, &channels, &n, err);
+    own_values_free(&own);
+    if (!status)
+        hypothesis_take_check(h, channels, n);
+    free(channels);
+    return status;
+}
+
+enum bf_status hypothesis_measure(const struct diagnose_work *w, struct hypothesis *h, struct bf_error *err)
+{
+    measure_fitted(w, h);
+    return measure_check(w, h, err);
+}
+
+bool hypothesis_has_law(const struct hypothesis *h)
+{
+    for (size_t i = 0; i < h->n_effects; i++)
+        if (h->effects[i]->law != NULL)
+            return true;
+    return false;
+}
+
+double diagnose_best_left(const struct diagnosis *d, size_t n_effects)
+{
+    double best = d->baseline.fitted.noise_ratio;
+    for (size_t i = 0; i < d->n_hypotheses; i++)
+        if (d->hypotheses[i].n_effects == n_effects)
+            best = fmin(best, d->hypotheses[i].fitted.noise_ratio);
+    return best;
+}
+
+void hypothesis_free(struct hypothesis *h)
+{
+    model_free(&h->model);
+    refit_free(&h->fit);
+    free(h->fitted.ratio), free(h->check.ratio);
+    *h = (struct hypothesis){0};
+}

@@ -1,0 +1,99 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/*
+ * One more effect on a hypothesis, in waves. What records of different level say comes first: a beam that is not linear
+ * needs an effect that is not, and the others are tried only when none explains it; a linear beam needs no law when a
+ * linear effect explains it.
+ */
+#include "diagnose_shortlist.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "ground/progress.h"
+
+static bool explained(const struct shortlist *s)
+{
+    const struct diagnosis *d = s->w->d;
+    for (size_t i = 0; i < d->n_hypotheses; i++)
+        if (d->hypotheses[i].n_effects == s->n_effects && d->hypotheses[i].explains)
+            return true;
+    return false;
+}
+
+/* Rms in units of the noise of the best that is known for this number of effects. */
+static double best_left(const struct shortlist *s)
+{
+    double best = fmin(s->from->fitted.noise_ratio, diagnose_best_left(s->w->d, s->n_effects));
+    for (int kind = 0; kind < KIND_LAW; kind++)
+        if (s->n_order[kind] > 0)
+            best = fmin(best, shortlist_left(s, s->order[kind][0]));
+    if (s->n_trials > 0)
+        best = fmin(best, s->trials[0].unexplained);
+    return fmax(best, 1.0);
+}
+
+/* A linear effect takes a misfit far above the noise down to it: what bends drive or sensor is no rival then. */
+static bool linear_does(const struct shortlist *s)
+{
+    return diagnose_is_far(&s->w->d->baseline) && s->n_order[KIND_LINEAR] > 0 &&
+           shortlist_left(s, s->order[KIND_LINEAR][0]) <= diagnose_at_noise;
+}
+
+static enum bf_status look_at(struct shortlist *s, enum effect_kind kind, struct bf_error *err)
+{
+    if (kind == KIND_LAW)
+        return shortlist_try_laws(s, err);
+    return kind == KIND_BENT && linear_does(s) ? BF_OK : shortlist_score(s, kind, err);
+}
+
+/* Scores, trials and refits of the kinds. */
+static enum bf_status wave(struct shortlist *s, const enum effect_kind kinds[], size_t n_kinds, const size_t most[],
+                           double span, struct bf_error *err)
+{
+    struct refit_job *jobs = NULL;
+    size_t n = 0;
+    enum bf_status status = BF_OK;
+    const bool everything = s->w->options->everything;
+    for (size_t k = 0; k < n_kinds && !everything && !status; k++)
+        status = look_at(s, kinds[k], err);
+    const double best = best_left(s);
+    for (size_t k = 0; k < n_kinds && !status; k++)
+        shortlist_choose(s, kinds[k], most[kinds[k]], best, &jobs, &n);
+    if (!status)
+        diagnose_refits(s->w, jobs, n, span);
+    free(jobs);
+    diagnose_rank(s->w->d, s->w->n_tried);
+    return status;
+}
+
+/* Nothing explains a beam that is not linear: its best law, whatever the trial says. */
+static void last_resort(struct shortlist *s)
+{
+    struct refit_job *jobs = NULL;
+    size_t n = 0;
+    shortlist_choose_last(s, best_left(s), &jobs, &n);
+    if (n > 0)
+        diagnose_refits(s->w, jobs, n, 0.0);
+    free(jobs);
+    diagnose_rank(s->w->d, s->w->n_tried);
+}
+
+enum bf_status diagnose_extend(struct diagnose_work *w, const struct hypothesis *from, const size_t most[], double span,
+                               struct bf_error *err)
+{
+    static const enum effect_kind bent_first[] = {KIND_LAW, KIND_BENT, KIND_LINEAR},
+                                  linear_first[] = {KIND_LINEAR, KIND_BENT, KIND_LAW};
+    const bool bent = from->n_effects == 0 && w->d->linearity.verdict == LINEARITY_NONLINEAR;
+    const enum effect_kind *kinds = bent ? bent_first : linear_first;
+    struct shortlist s;
+    enum bf_status status = shortlist_new(w, from, &s, err);
+    if (!status)
+        status = wave(&s, kinds, 2, most, 0.6 * span, err);
+    const bool enough = explained(&s) && w->d->linearity.verdict != LINEARITY_CANNOT_TELL && diagnose_is_far(from);
+    if (!status && !progress_interrupted() && (!enough || w->options->everything))
+        status = wave(&s, kinds + 2, 1, most, 0.4 * span, err);
+    if (!status && bent && !w->options->everything && !progress_interrupted() && !explained(&s))
+        last_resort(&s);
+    shortlist_free(&s);
+    return status;
+}

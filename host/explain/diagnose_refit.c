@@ -1,0 +1,127 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* Refits on all threads: each worker takes the next job; answers are appended to the diagnosis under a lock. */
+#include "diagnose_shortlist.h"
+
+#include <math.h>
+#include <pthread.h>
+#include <stdatomic.h>
+#include <stdlib.h>
+
+#include "ground/progress.h"
+#include "ground/workers.h"
+
+struct refit_queue {
+    struct diagnose_work *w;
+    struct refit_job *jobs;
+    size_t n, next, done;
+    double begin, span; /* of the progress bar */
+    pthread_mutex_t lock;
+    atomic_bool passed; /* an answer has come down to the noise from far above */
+};
+
+static bool is_beaten(void *queue)
+{
+    return atomic_load(&((struct refit_queue *)queue)->passed);
+}
+
+static bool passes(const struct diagnosis *d, const struct hypothesis *h)
+{
+    static const double check = 1.05;
+    return diagnose_is_far(&d->baseline) && h->fitted.noise_ratio <= diagnose_at_noise &&
+           (h->check.n_channels == 0 || h->check.noise_ratio <= check);
+}
+
+/*
+ * A law takes seconds to minutes: it need not end once another explanation has passed. Not so a linear effect on a root with a law: it
+ * may be the simpler case of the one that passed.
+ */
+static bool takes_long(const struct hypothesis *h)
+{
+    return effect_kind(h->effects[h->n_effects - 1]) == KIND_LAW;
+}
+
+/* A hypothesis whose fit has no value is dropped: the others decide, and the diagnosis is no longer sure. */
+static bool run_job(struct refit_queue *queue, struct refit_job *job, int threads, double abandon_above,
+                    struct hypothesis *h)
+{
+    const struct diagnose_work *w = queue->w;
+    const struct diagnosis *d = w->d;
+    struct bf_error err;
+    struct refit_options options = {.sigma = w->sigma,
+                                    .threads = threads,
+                                    .abandon_above = abandon_above,
+                                    .first_new = job->first_new,
+                                    .predict = w->options->predict};
+    *h = (struct hypothesis){.n_base = d->baseline.n_base, .n_effects = job->n_effects, .n_tried = job->n_tried};
+    h->model = job->model;
+    job->model = (struct model){0};
+    for (size_t i = 0; i < h->n_effects; i++)
+        h->effects[i] = h->model.effects[h->n_base + i].effect;
+    if (takes_long(h) && !w->options->everything)
+        options.interrupted = is_beaten, options.context = queue;
+    if (refit_run(&h->model, d->records, d->n_records, &options, &h->fit, &err) != BF_OK)
+        return false;
+    refit_into_model(d->records, d->n_records, h->fit.value, h->fit.sd, &h->model);
+    h->n_added = h->fit.n_unknowns > d->baseline.fit.n_unknowns ? h->fit.n_unknowns - d->baseline.fit.n_unknowns : 1;
+    h->refitted = true;
+    h->settled = job->settled;
+    return hypothesis_measure(w, h, &err) == BF_OK;
+}
+
+/* χ²/n that is far above what the best refit with as many effects leaves. */
+static double hopeless(const struct diagnosis *d, size_t n_effects)
+{
+    double best = 0.0;
+    for (size_t i = 0; i < d->n_hypotheses; i++) {
+        const double left = fmax(d->hypotheses[i].fit.chi2_per_row, 1.0);
+        if (d->hypotheses[i].n_effects == n_effects && (best == 0.0 || left < best))
+            best = left;
+    }
+    return diagnose_worth * diagnose_worth * best;
+}
+
+static void *work(void *argument)
+{
+    struct refit_queue *queue = argument;
+    struct diagnose_work *w = queue->w;
+    (void)pthread_mutex_lock(&queue->lock);
+    while (queue->next < queue->n && !progress_interrupted()) {
+        struct refit_job *job = &queue->jobs[queue->next++];
+        const size_t left = queue->n - queue->next + 1;
+        const int threads = left >= (size_t)w->threads ? 1 : w->threads / (int)left;
+        const double abandon_above = w->options->everything || job->to_the_end ? 0.0 : hopeless(w->d, job->n_effects);
+        (void)pthread_mutex_unlock(&queue->lock);
+        struct hypothesis h;
+        const bool usable = run_job(queue, job, threads, abandon_above, &h);
+        const bool beaten = h.fit.interrupted && !progress_interrupted();
+        (void)pthread_mutex_lock(&queue->lock);
+        struct diagnosis *d = w->d;
+        d->evaluations += h.fit.evaluations;
+        if (usable && !beaten) {
+            if (passes(d, &h))
+                atomic_store(&queue->passed, true);
+            d->hypotheses = bf_grow(d->hypotheses, d->n_hypotheses + 1, sizeof *d->hypotheses);
+            d->hypotheses[d->n_hypotheses++] = h;
+        } else {
+            d->n_failed += !beaten;
+            hypothesis_free(&h);
+        }
+        queue->done++;
+        if (w->bar)
+            progress_update(w->bar, queue->begin + queue->span * (double)queue->done / (double)queue->n,
+                            usable && !beaten ? h.effects[h.n_effects - 1]->id : NULL);
+    }
+    (void)pthread_mutex_unlock(&queue->lock);
+    return NULL;
+}
+
+void diagnose_refits(struct diagnose_work *w, struct refit_job jobs[], size_t n, double span)
+{
+    struct refit_queue queue = {.w = w, .jobs = jobs, .n = n, .begin = w->done, .span = span};
+    (void)pthread_mutex_init(&queue.lock, NULL);
+    workers_run(w->threads, n, work, &queue);
+    (void)pthread_mutex_destroy(&queue.lock);
+    for (size_t i = 0; i < n; i++)
+        model_free(&jobs[i].model);
+    w->done += span;
+}

@@ -1,0 +1,384 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "diagnose_shortlist.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "ground/progress.h"
+
+/*
+ * A candidate is refitted when what it leaves (rms, after its few steps) is at most this many times what the best one
+ * leaves; a refit that will end above it is given up. The true effect was the best of its list in all 17 linear cases of
+ * docs/diagnose.md, 'Short list', and the best or second law in 9 of 10: three leaves room for what was not tried.
+ */
+const double diagnose_worth = 3.0;
+/* Below this misfit (× noise) an effect of one kind may pass for one of the other: a breathing crack at 1.4 × was taken for a point mass. */
+static const double mimicry = 3.0;
+const double diagnose_at_noise = 1.025;
+/* … and takes away at least this part of the excess over the noise that the best takes: near the noise 3 × means nothing. */
+static const double worth_share = 0.5;
+/*
+ * Candidates whose score or trial has a p-value above this are not refitted. Generous: an omission is final. Scores are held
+ * to it only where the baseline is near the noise; far from it the first order means little (a compensated baseline can turn
+ * the sign of a true effect), and the refinement decides.
+ */
+static const double hopeless_p = 0.05;
+static const double first_order_ratio = 1.5;
+/* Best first-order scores that are refined, and renewals of a trial's motion. */
+enum { REFINED = 14, TRIAL_ROUNDS = 3 };
+
+bool diagnose_is_far(const struct hypothesis *h)
+{
+    return h->fitted.noise_ratio > mimicry;
+}
+
+enum effect_kind effect_kind(const struct beam_effect *effect)
+{
+    if (effect->law != NULL)
+        return KIND_LAW;
+    return effect->drive != NULL || effect->map != NULL ? KIND_BENT : KIND_LINEAR;
+}
+
+double shortlist_left(const struct shortlist *s, size_t i)
+{
+    const struct score *score = &s->scores[i];
+    const double rows = (double)s->from->fit.n_rows;
+    if (score->refined && isfinite(score->chi_square))
+        return sqrt(score->chi_square / rows);
+    double freedom;
+    return sqrt(fmax(score_base_misfit(s->base, &freedom) - score->LM, rows) / rows);
+}
+
+static int by_left(const void *a, const void *b, void *context)
+{
+    const struct shortlist *s = context;
+    const double x = shortlist_left(s, *(const size_t *)a), y = shortlist_left(s, *(const size_t *)b);
+    return (x > y) - (x < y);
+}
+
+static size_t keep_likely(const struct score scores[], size_t order[], size_t n)
+{
+    size_t kept = 0;
+    for (size_t k = 0; k < n; k++)
+        if (scores[order[k]].p_value <= hopeless_p)
+            order[kept++] = order[k];
+    return kept;
+}
+
+/* Scores of candidates of one kind; scores[] stays in the order of the list. */
+static void score_kind(struct shortlist *s, enum effect_kind kind)
+{
+    struct candidate *some = bf_alloc(s->list.n, sizeof *some);
+    struct score *scores = bf_alloc(s->list.n, sizeof *scores);
+    size_t *at = bf_alloc(s->list.n, sizeof *at), *order = bf_alloc(s->list.n, sizeof *order), n = 0;
+    for (size_t i = 0; i < s->list.n; i++)
+        if (effect_kind(s->list.candidates[i].effect) == kind) {
+            at[n] = i;
+            some[n++] = s->list.candidates[i];
+        }
+    score_run(s->base, some, n, scores);
+    size_t ranked = score_rank(some, scores, n, order);
+    if (s->from->fitted.noise_ratio < first_order_ratio)
+        ranked = keep_likely(scores, order, ranked);
+    const size_t refined = s->first_order ? 0 : ranked < REFINED ? ranked : REFINED;
+    score_refine_all(s->base, some, scores, order, refined, 0);
+    for (size_t i = 0; i < n; i++) {
+        s->scores[at[i]] = scores[i];
+        s->w->n_tried += scores[i].n_tried;
+    }
+    for (size_t k = 0; k < ranked; k++)
+        s->order[kind][k] = at[order[k]];
+    s->n_order[kind] = ranked;
+    qsort_r(s->order[kind], refined, sizeof(size_t), by_left, s);
+    free(some), free(scores), free(at), free(order);
+}
+
+/* Is there an effect of this kind or a dearer one? */
+static bool reaches(const struct model *model, enum effect_kind kind)
+{
+    for (size_t e = 0; e < model->n_effects; e++)
+        if (effect_kind(model->effects[e].effect) >= kind)
+            return true;
+    return false;
+}
+
+enum bf_status shortlist_score(struct shortlist *s, enum effect_kind kind, struct bf_error *err)
+{
+    struct diagnose_work *w = s->w;
+    if (s->order[kind] != NULL)
+        return BF_OK;
+    if (s->base == NULL) {
+        const struct score_options options = {.sigma = w->sigma,
+                                              .colour = s->colour,
+                                              .threads = w->threads,
+                                              .race = diagnose_is_far(&w->d->baseline),
+                                              .predict = w->options->predict};
+        enum bf_status status = BF_OK;
+        s->has_law = reaches(&s->from->model, KIND_LAW);
+        if (s->has_law)
+            status = bare_new(w, s->from, &s->bare, err);
+        if (!status)
+            status =
+                score_base_new(s->has_law ? &s->bare.model : &s->from->model,
+                               s->has_law ? s->bare.records : w->d->records, w->d->n_records, &options, &s->base, err);
+        if (status)
+            return status;
+        s->scores = bf_alloc(s->list.n, sizeof *s->scores);
+    }
+    s->order[kind] = bf_alloc(s->list.n, sizeof(size_t));
+    score_kind(s, kind);
+    return BF_OK;
+}
+
+double shortlist_fall(const struct shortlist *s, enum effect_kind kind)
+{
+    return s->n_order[kind] > 0 ? s->scores[s->order[kind][0]].LM : 0.0;
+}
+
+static bool excluded(const struct diagnose_work *w, const char *id)
+{
+    for (size_t i = 0; i < w->options->n_without; i++)
+        if (strcmp(w->options->without[i], id) == 0)
+            return true;
+    return false;
+}
+
+enum bf_status shortlist_try_laws(struct shortlist *s, struct bf_error *err)
+{
+    struct diagnose_work *w = s->w;
+    struct predictor *predictor;
+    struct motion motion;
+    if (s->tried || reaches(&s->from->model, KIND_BENT))
+        return BF_OK;
+    s->tried = true;
+    enum bf_status status =
+        predictor_new(&s->from->model, w->d->records, w->d->n_records, &w->options->predict, &predictor, err);
+    if (status)
+        return status;
+    status = motion_new(predictor, s->from->fit.value, w->sigma, MOTION_FLOOR, &motion, err);
+    if (!status) {
+        const struct trial_options options = {.rounds = TRIAL_ROUNDS};
+        status = trial_all(&motion, &options, &s->trials, &s->n_trials, err);
+        motion_free(&motion);
+    } else if (status == BF_USAGE) {
+        status = BF_OK; /* free decays only: no motion */
+    }
+    predictor_free(predictor);
+    size_t kept = 0;
+    for (size_t i = 0; i < s->n_trials; i++) {
+        w->n_tried += s->trials[i].forces;
+        if (excluded(w, s->trials[i].effect->id) || !s->trials[i].possible)
+            trial_free(&s->trials[i]);
+        else
+            s->trials[kept++] = s->trials[i];
+    }
+    s->n_trials = kept;
+    return status;
+}
+
+/* ---- Jobs ---- */
+
+/* left, best: rms in units of the noise */
+static bool worth_refit(const struct shortlist *s, double left, double best)
+{
+    const double before = s->from->fitted.noise_ratio;
+    return left <= diagnose_worth * best &&
+           left * left <= best * best + (1.0 - worth_share) * fmax(before * before - best * best, 0.0);
+}
+
+static void push(struct refit_job **jobs, size_t *n, const struct refit_job *job)
+{
+    *jobs = bf_grow(*jobs, *n + 1, sizeof **jobs);
+    (*jobs)[(*n)++] = *job;
+}
+
+/* The score's start is near: the refit needs no starts of its own. */
+static enum bf_status job_of_score(const struct shortlist *s, size_t i, struct refit_job *job, struct bf_error *err)
+{
+    *job = (struct refit_job){.n_effects = s->n_effects, .n_tried = s->w->n_tried};
+    const enum bf_status status = score_model(s->base, &s->list.candidates[i], &s->scores[i], &job->model, err);
+    job->first_new = job->model.n_effects;
+    return status;
+}
+
+static enum bf_status job_of_candidate(const struct shortlist *s, const struct candidate *candidate, const double p[],
+                                       struct refit_job *job, struct bf_error *err)
+{
+    *job =
+        (struct refit_job){.n_effects = s->n_effects, .n_tried = s->w->n_tried, .first_new = s->from->model.n_effects};
+    return candidate_model(&s->from->model, candidate, p, &job->model, err);
+}
+
+/* The score's start on a hypothesis with laws: all but the laws' own parameters as the score ended. */
+static enum bf_status job_on_law(const struct shortlist *s, size_t i, struct refit_job *job, struct bf_error *err)
+{
+    struct model bare;
+    enum bf_status status = job_of_candidate(s, &s->list.candidates[i], s->scores[i].p, job, err);
+    if (status)
+        return status;
+    status = score_model(s->base, &s->list.candidates[i], &s->scores[i], &bare, err);
+    if (status) {
+        model_free(&job->model);
+        return status;
+    }
+    for (size_t m = 0; m < bare.n_materials; m++) {
+        job->model.materials[m].EI.value = bare.materials[m].EI.value;
+        job->model.materials[m].rho.value = bare.materials[m].rho.value;
+        job->model.materials[m].cDI.value = bare.materials[m].cDI.value;
+    }
+    job->model.gamma.value = bare.gamma.value;
+    job->model.Ks.value = bare.Ks.value;
+    job->model.KB.value = bare.KB.value;
+    job->first_new = job->model.n_effects;
+    model_free(&bare);
+    return BF_OK;
+}
+
+/* The candidate with the effect's default channels. */
+static const struct candidate *candidate_of(const struct shortlist *s, const struct beam_effect *effect)
+{
+    for (size_t i = 0; i < s->list.n; i++)
+        if (s->list.candidates[i].effect == effect && s->list.candidates[i].channel[0] == '\0')
+            return &s->list.candidates[i];
+    return NULL;
+}
+
+/* f(2w, 2v) = 2 f(w, v): records of two levels do not show this law (a breathing crack, a stiffness that drifts). */
+static bool of_degree_one(const struct beam_effect *effect)
+{
+    static const double same = 1e-9;
+    double p[BEAM_EFFECT_PARAMETERS];
+    struct beam_law_output once = {0}, twice = {0};
+    struct beam_law_input in = {
+        .w = {1e-3, 2e-3}, .v = {0.3, 0.1}, .w_old = {0.9e-3, 1.9e-3}, .t_s = 1.0, .dt_s = 1e-3};
+    for (int i = 0; i < effect->n_parameters; i++)
+        p[i] = effect->parameters[i].start;
+    if (effect->law(p, &in, &once) != 0)
+        return false;
+    for (int i = 0; i < BEAM_LAW_WIDTH; i++)
+        in.w[i] *= 2.0, in.v[i] *= 2.0, in.w_old[i] *= 2.0;
+    if (effect->law(p, &in, &twice) != 0)
+        return false;
+    for (int i = 0; i < BEAM_LAW_WIDTH; i++)
+        if (fabs(twice.f[i] - 2.0 * once.f[i]) > same * fabs(twice.f[i]))
+            return false;
+    return true;
+}
+
+/*
+ * The refit of a law that leaves much takes a minute and names nothing, so a trial must leave at most law_left of the excess
+ * over the noise.
+ */
+static bool trial_promises(const struct trial *trial)
+{
+    static const double law_left = 0.2;
+    const double left = trial->unexplained * trial->unexplained;
+    const double before = left * trial->chi_square_baseline / trial->chi_square;
+    return left - 1.0 <= law_left * (before - 1.0);
+}
+
+static bool law_is_likely(const struct shortlist *s, const struct trial *trial, double best)
+{
+    return worth_refit(s, trial->unexplained, best) && trial->p_value <= hopeless_p &&
+           !(s->linear && !of_degree_one(trial->effect));
+}
+
+static bool push_law(const struct shortlist *s, const struct trial *trial, struct refit_job **jobs, size_t *n)
+{
+    struct bf_error err;
+    struct refit_job job;
+    const struct candidate *candidate = candidate_of(s, trial->effect);
+    if (candidate == NULL || job_of_candidate(s, candidate, trial->p, &job, &err) != BF_OK)
+        return false;
+    push(jobs, n, &job);
+    return true;
+}
+
+static void choose_laws(struct shortlist *s, size_t most, double best, struct refit_job **jobs, size_t *n)
+{
+    for (; s->refitted_laws < s->n_trials && most > 0; s->refitted_laws++) {
+        const struct trial *trial = &s->trials[s->refitted_laws];
+        if (law_is_likely(s, trial, best) && trial_promises(trial) && push_law(s, trial, jobs, n))
+            most--;
+    }
+}
+
+void shortlist_choose_last(const struct shortlist *s, double best, struct refit_job **jobs, size_t *n)
+{
+    if (s->n_trials > 0 && law_is_likely(s, &s->trials[0], best) && !trial_promises(&s->trials[0]))
+        (void)push_law(s, &s->trials[0], jobs, n);
+}
+
+/* Every candidate of a kind from the catalogue's start, in its own time. */
+static void choose_all(struct shortlist *s, enum effect_kind kind, struct refit_job **jobs, size_t *n)
+{
+    struct bf_error err;
+    struct refit_job job;
+    for (size_t i = 0; i < s->list.n; i++)
+        if (effect_kind(s->list.candidates[i].effect) == kind &&
+            job_of_candidate(s, &s->list.candidates[i], s->list.candidates[i].start, &job, &err) == BF_OK)
+            push(jobs, n, &job);
+}
+
+void shortlist_choose(struct shortlist *s, enum effect_kind kind, size_t most, double best, struct refit_job **jobs,
+                      size_t *n)
+{
+    struct bf_error err;
+    struct refit_job job;
+    if (s->w->options->everything) {
+        choose_all(s, kind, jobs, n);
+        return;
+    }
+    if (kind == KIND_LAW) {
+        choose_laws(s, most, best, jobs, n);
+        return;
+    }
+    for (; s->looked[kind] < s->n_order[kind] && most > 0; s->looked[kind]++) {
+        const size_t i = s->order[kind][s->looked[kind]];
+        const bool root = s->n_effects == 1 && s->looked[kind] == 0; /* of a pair, should no effect do alone */
+        if (!root && !worth_refit(s, shortlist_left(s, i), best))
+            continue;
+        if ((s->has_law ? job_on_law(s, i, &job, &err) : job_of_score(s, i, &job, &err)) != BF_OK)
+            continue;
+        job.to_the_end = root;
+        push(jobs, n, &job);
+        most--;
+    }
+}
+
+/* ---- Begin and end ---- */
+
+enum bf_status shortlist_new(struct diagnose_work *w, const struct hypothesis *from, struct shortlist *out,
+                             struct bf_error *err)
+{
+    enum { MOST_LINES = 16 };
+    double lines[MOST_LINES];
+    size_t n_lines = 0;
+    for (size_t i = 0; i < w->d->linearity.n_added && n_lines < MOST_LINES; i++)
+        if (w->d->linearity.added[i].frequency_Hz > 0.0)
+            lines[n_lines++] = w->d->linearity.added[i].frequency_Hz;
+    const struct candidate_options options = {.without = w->options->without,
+                                              .n_without = w->options->n_without,
+                                              .line_Hz = lines,
+                                              .n_lines = n_lines,
+                                              .each_channel = true};
+    *out = (struct shortlist){.w = w, .from = from, .n_effects = from->n_effects + 1};
+    const enum linearity_verdict verdict = w->d->linearity.verdict;
+    out->linear = diagnose_is_far(from) && (verdict == LINEARITY_LINEAR || verdict == LINEARITY_ADDITIVE);
+    return candidate_list_new(&from->model, w->d->records, w->d->n_records, &options, &out->list, err);
+}
+
+void shortlist_free(struct shortlist *s)
+{
+    for (size_t i = 0; s->scores && i < s->list.n; i++)
+        score_free(&s->scores[i]);
+    for (size_t i = 0; i < s->n_trials; i++)
+        trial_free(&s->trials[i]);
+    free(s->scores), free(s->order[0]), free(s->order[1]), free(s->trials);
+    if (s->base)
+        score_base_free(s->base);
+    if (s->has_law)
+        bare_free(&s->bare);
+    candidate_list_free(&s->list);
+}

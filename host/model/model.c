@@ -1,0 +1,312 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "model.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "model_yaml.h"
+#include "ground/text.h"
+
+const char *model_support_name(enum model_support support)
+{
+    static const char *const names[] = {"clamped-free", "clamped-clamped", "pinned-pinned", "free-free"};
+    return (size_t)support < sizeof names / sizeof *names ? names[support] : NULL;
+}
+
+const char *model_input_kind_name(enum input_kind kind)
+{
+    static const char *const names[] = {"point_force", "patch_moment"};
+    return (size_t)kind < sizeof names / sizeof *names ? names[kind] : NULL;
+}
+
+const char *model_output_kind_name(enum output_kind kind)
+{
+    static const char *const names[] = {"displacement", "velocity", "acceleration", "patch_strain"};
+    return (size_t)kind < sizeof names / sizeof *names ? names[kind] : NULL;
+}
+
+const struct beam_effect *effect_by_id(const char *id)
+{
+    for (int i = 0; i < beam_effects_count; i++)
+        if (strcmp(beam_effects[i]->id, id) == 0)
+            return beam_effects[i];
+    return NULL;
+}
+
+void model_parameter_init(struct parameter *out, const char *name, const char *unit, bool may_be_negative)
+{
+    *out = (struct parameter){.min = may_be_negative ? -HUGE_VAL : 0.0, .max = HUGE_VAL};
+    (void)snprintf(out->name, sizeof out->name, "%s", name);
+    (void)snprintf(out->unit, sizeof out->unit, "%s", unit);
+}
+
+void model_effect_parameter(const struct model *model, const struct beam_effect *effect, int slot,
+                            struct parameter *out)
+{
+    const struct beam_parameter_info *info = &effect->parameters[slot];
+    double scale = info->flags & BEAM_PARAMETER_POSITION ? model->length_m : 1.0;
+    model_parameter_init(out, info->name, info->unit, true);
+    out->value = info->start * scale;
+    out->min = info->minimum * scale;
+    out->max = info->maximum * scale;
+    out->fixed = (info->flags & (BEAM_PARAMETER_POSITION | BEAM_PARAMETER_HELD)) != 0;
+    out->logarithmic = (info->flags & BEAM_PARAMETER_LOG) != 0 && out->value > 0.0;
+}
+
+static void free_fit(struct fit_info *fit)
+{
+    for (size_t i = 0; i < fit->n_records; i++) {
+        free(fit->records[i].file);
+        free(fit->records[i].channels);
+    }
+    free(fit->records);
+    free(fit->ancestors);
+    *fit = (struct fit_info){0};
+}
+
+void model_free(struct model *model)
+{
+    for (size_t i = 0; i < model->n_effects; i++)
+        free(model->effects[i].per_record);
+    free(model->residuals);
+    free(model->effects);
+    free(model->path);
+    free(model->regions);
+    free(model->materials);
+    free(model->inputs);
+    free(model->outputs);
+    free(model->document);
+    free_fit(&model->fit);
+    *model = (struct model){0};
+}
+
+static void *copy_array(const void *from, size_t n, size_t size)
+{
+    if (n == 0)
+        return NULL;
+    void *copy = bf_alloc(n, size);
+    memcpy(copy, from, n * size);
+    return copy;
+}
+
+static void copy_fit(const struct fit_info *from, struct fit_info *out)
+{
+    out->ancestors = copy_array(from->ancestors, from->n_ancestors, sizeof *from->ancestors);
+    out->records = copy_array(from->records, from->n_records, sizeof *from->records);
+    for (size_t i = 0; i < from->n_records; i++) {
+        const struct fit_record *record = &from->records[i];
+        out->records[i].file = bf_strdup(record->file);
+        out->records[i].channels = copy_array(record->channels, record->n_channels, sizeof *record->channels);
+    }
+}
+
+enum bf_status model_copy(const struct model *from, struct model *out, struct bf_error *err)
+{
+    (void)err;
+    *out = *from;
+    out->path = from->path ? bf_strdup(from->path) : NULL;
+    out->document = from->document ? bf_strdup(from->document) : NULL;
+    out->regions = copy_array(from->regions, from->n_regions, sizeof *from->regions);
+    out->materials = copy_array(from->materials, from->n_materials, sizeof *from->materials);
+    out->inputs = copy_array(from->inputs, from->n_inputs, sizeof *from->inputs);
+    out->outputs = copy_array(from->outputs, from->n_outputs, sizeof *from->outputs);
+    out->residuals = copy_array(from->residuals, from->n_residuals, sizeof *from->residuals);
+    out->effects = copy_array(from->effects, from->n_effects, sizeof *from->effects);
+    for (size_t i = 0; i < from->n_effects; i++)
+        out->effects[i].per_record =
+            copy_array(from->effects[i].per_record, from->effects[i].n_per_record, sizeof *from->effects[i].per_record);
+    copy_fit(&from->fit, &out->fit);
+    return BF_OK;
+}
+
+static bool has_residual(const struct model_output *output, const struct model_input *input)
+{
+    return output->kind == OUTPUT_ACCELERATION ||
+           (output->kind == OUTPUT_PATCH_STRAIN && input->kind == INPUT_POINT_FORCE);
+}
+
+void model_make_residuals(struct model *model)
+{
+    if (model->n_residuals > 0)
+        return;
+    model->residuals = bf_alloc(model->n_outputs * model->n_inputs, sizeof *model->residuals);
+    for (size_t o = 0; o < model->n_outputs; o++) {
+        for (size_t i = 0; i < model->n_inputs; i++) {
+            if (!has_residual(&model->outputs[o], &model->inputs[i]))
+                continue;
+            struct model_residual *r = &model->residuals[model->n_residuals++];
+            *r = (struct model_residual){.output = o, .input = i};
+            char name[MODEL_NAME];
+            (void)snprintf(name, sizeof name, "residual_%.26s_%.26s", model->outputs[o].name, model->inputs[i].name);
+            bool volt_out = model->outputs[o].kind == OUTPUT_PATCH_STRAIN;
+            bool volt_in = model->inputs[i].kind == INPUT_PATCH_MOMENT;
+            model_parameter_init(&r->compliance, name, volt_out ? "V/N" : volt_in ? "m/V" : "m/N", true);
+        }
+    }
+}
+
+bool model_patch(const struct model *model, double *from_m, double *to_m)
+{
+    for (size_t i = 0; i < model->n_regions; i++) {
+        if (strcmp(model->regions[i].name, "patch") != 0)
+            continue;
+        *from_m = model->regions[i].from_m;
+        *to_m = model->regions[i].to_m;
+        while (++i < model->n_regions && strcmp(model->regions[i].name, "patch") == 0)
+            *to_m = model->regions[i].to_m;
+        return true;
+    }
+    for (size_t i = 0; i < model->n_inputs; i++) {
+        if (model->inputs[i].kind == INPUT_PATCH_MOMENT) {
+            *from_m = model->inputs[i].from_m;
+            *to_m = model->inputs[i].to_m;
+            return true;
+        }
+    }
+    for (size_t i = 0; i < model->n_outputs; i++) {
+        if (model->outputs[i].kind == OUTPUT_PATCH_STRAIN) {
+            *from_m = model->outputs[i].from_m;
+            *to_m = model->outputs[i].to_m;
+            return true;
+        }
+    }
+    return false;
+}
+
+const struct material *model_material(const struct model *model, const char *region)
+{
+    for (size_t i = 0; i < model->n_materials; i++)
+        if (strcmp(model->materials[i].name, region) == 0)
+            return &model->materials[i];
+    return NULL;
+}
+
+double model_weight(const struct model *model, const struct material *material, enum beam_weight weight)
+{
+    switch (weight) {
+    case BEAM_WEIGHT_RHO:
+        return material->rho.value;
+    case BEAM_WEIGHT_EI:
+        return material->EI.value;
+    case BEAM_WEIGHT_CDI:
+        return material->cDI.value;
+    case BEAM_WEIGHT_PATCH:
+        return strcmp(material->name, "patch") == 0 ? 1.0 : 0.0;
+    case BEAM_WEIGHT_TURNING: {
+        const struct material *plain = &model->materials[model_plain_material(model)];
+        return material->rho.value * plain->EI.value / plain->rho.value;
+    }
+    case BEAM_WEIGHT_ONE:
+        break;
+    }
+    return 1.0;
+}
+
+size_t model_plain_material(const struct model *model)
+{
+    size_t bare = model->n_materials;
+    for (size_t i = model->n_materials; i-- > 0;) {
+        if (strcmp(model->materials[i].name, "beam") == 0)
+            return i;
+        if (strcmp(model->materials[i].name, "patch") != 0)
+            bare = i;
+    }
+    return bare < model->n_materials ? bare : 0;
+}
+
+struct beam_place model_place(const struct model *model)
+{
+    struct beam_place place = {.length_m = model->length_m};
+    (void)model_patch(model, &place.patch_from_m, &place.patch_to_m);
+    return place;
+}
+
+const struct beam_effect *effect_find(const char *id, struct bf_error *err)
+{
+    const struct beam_effect *effect = effect_by_id(id);
+    if (effect)
+        return effect;
+    const char **ids = bf_alloc((size_t)beam_effects_count, sizeof *ids);
+    for (int i = 0; i < beam_effects_count; i++)
+        ids[i] = beam_effects[i]->id;
+    const char *closest = text_closest(id, ids, (size_t)beam_effects_count);
+    free(ids);
+    (void)bf_fail(err, BF_USAGE, "unknown effect '%.60s'; `beamfit effects` lists them%s%s%s", id,
+                  closest ? "; did you mean '" : "", closest ? closest : "", closest ? "'?" : "");
+    return NULL;
+}
+
+/* Values and errors of the last fit do not describe a model that has gained or lost an effect. */
+static void forget_fit(struct model *model)
+{
+    struct parameter *shared[] = {&model->gamma, &model->Ks, &model->KB};
+    for (size_t i = 0; i < sizeof shared / sizeof *shared; i++)
+        shared[i]->sd = 0.0;
+    for (size_t i = 0; i < model->n_residuals; i++)
+        model->residuals[i].compliance.sd = 0.0;
+    for (size_t i = 0; i < model->n_materials; i++)
+        model->materials[i].EI.sd = model->materials[i].rho.sd = model->materials[i].cDI.sd = 0.0;
+    for (size_t i = 0; i < model->n_effects; i++) {
+        for (int j = 0; j < model->effects[i].effect->n_parameters; j++)
+            model->effects[i].parameters[j].sd = 0.0;
+        for (size_t j = 0; j < model->effects[i].n_per_record; j++)
+            model->effects[i].per_record[j].sd = 0.0;
+    }
+    struct fit_info *fit = &model->fit;
+    struct fit_info lineage = {.n_ancestors = fit->n_ancestors, .ancestors = fit->ancestors};
+    memcpy(lineage.parent_sha256, fit->parent_sha256, sizeof lineage.parent_sha256);
+    fit->ancestors = NULL;
+    free_fit(fit);
+    *fit = lineage;
+}
+
+enum bf_status model_append_effect(struct model *model, const char *id, const char *channel, struct bf_error *err)
+{
+    const struct beam_effect *effect = effect_find(id, err);
+    if (!effect)
+        return BF_USAGE;
+    if (strlen(channel) >= MODEL_NAME)
+        return bf_fail(err, BF_USAGE, "channel name '%.60s…' is longer than %d bytes", channel, MODEL_NAME - 1);
+    model->effects = bf_grow(model->effects, model->n_effects + 1, sizeof *model->effects);
+    struct model_effect *added = &model->effects[model->n_effects];
+    *added = (struct model_effect){.effect = effect};
+    (void)snprintf(added->channel, sizeof added->channel, "%s", channel);
+    for (int i = 0; i < effect->n_parameters; i++)
+        model_effect_parameter(model, effect, i, &added->parameters[i]);
+    model->n_effects++;
+    forget_fit(model);
+    return BF_OK;
+}
+
+enum bf_status model_add_effect(struct model *model, const char *id, const char *channel, struct bf_error *err)
+{
+    struct model trial;
+    struct model_where where;
+    enum bf_status status = model_copy(model, &trial, err);
+    if (status == BF_OK)
+        status = model_append_effect(&trial, id, channel, err);
+    if (status == BF_OK && (status = model_check_where(&trial, &where, err)) != BF_OK)
+        status = err->status = BF_USAGE;
+    model_free(&trial);
+    return status == BF_OK ? model_append_effect(model, id, channel, err) : status;
+}
+
+enum bf_status model_drop_effect(struct model *model, const char *id, struct bf_error *err)
+{
+    if (!effect_find(id, err))
+        return BF_USAGE;
+    size_t kept = 0;
+    for (size_t i = 0; i < model->n_effects; i++) {
+        if (strcmp(model->effects[i].effect->id, id) == 0)
+            free(model->effects[i].per_record);
+        else
+            model->effects[kept++] = model->effects[i];
+    }
+    if (kept == model->n_effects)
+        return bf_fail(err, BF_USAGE, "the model has no effect '%s' to drop", id);
+    model->n_effects = kept;
+    forget_fit(model);
+    return BF_OK;
+}

@@ -1,0 +1,208 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/*
+ * model.h — what is believed about a beam: geometry, parameters, channels, effects. Plain data; no numerics.
+ * The YAML form is beamfit-model/1 (docs/model_file.md); only model_*.c know it.
+ */
+#ifndef BEAMFIT_MODEL_H
+#define BEAMFIT_MODEL_H
+
+#include <stdbool.h>
+#include "beam_effect.h"
+#include "ground/error.h"
+
+enum { MODEL_NAME = 64 };
+
+enum model_support { SUPPORT_CLAMPED_FREE, SUPPORT_CLAMPED_CLAMPED, SUPPORT_PINNED_PINNED, SUPPORT_FREE_FREE };
+
+/* One unknown or known number. */
+struct parameter {
+    char name[MODEL_NAME]; /* "EI_beam_Nm2"; an effect's parameter has its catalogue name */
+    char unit[24];
+    double value;
+    double prior;       /* relative standard deviation of a prior around prior_value; 0: no prior */
+    double prior_value; /* the value the file gave when the prior was stated; kept through fits */
+    double sd;          /* one standard error of the last fit; 0: none */
+    double min, max;    /* bounds, −INFINITY/INFINITY when absent */
+    bool fixed;
+    bool logarithmic; /* positive: estimated as its logarithm */
+};
+
+/* A named piece of the span. Several pieces may share a name, and then share EI, ρ and cDI. */
+struct region {
+    char name[MODEL_NAME];
+    double from_m, to_m;
+};
+
+/* EI, ρ, cDI of one region name. */
+struct material {
+    char name[MODEL_NAME]; /* region name */
+    struct parameter EI, rho, cDI;
+};
+
+enum input_kind { INPUT_POINT_FORCE, INPUT_PATCH_MOMENT };
+enum output_kind { OUTPUT_DISPLACEMENT, OUTPUT_VELOCITY, OUTPUT_ACCELERATION, OUTPUT_PATCH_STRAIN };
+
+struct model_input {
+    char name[MODEL_NAME]; /* column of the record */
+    enum input_kind kind;
+    double at_m;           /* INPUT_POINT_FORCE */
+    double from_m, to_m;   /* INPUT_PATCH_MOMENT: the patch (default: region 'patch') */
+    bool level_per_record; /* `level: per_record`: an unknown factor for each record */
+};
+
+struct model_output {
+    char name[MODEL_NAME];
+    enum output_kind kind;
+    double at_m;         /* all but OUTPUT_PATCH_STRAIN */
+    double from_m, to_m; /* OUTPUT_PATCH_STRAIN: the patch (default: region 'patch') */
+};
+
+/* A parameter's value in one record (BEAM_PARAMETER_PER_RECORD). */
+struct per_record_value {
+    char record[256]; /* base name of the record's file */
+    int parameter;    /* index into parameters[] */
+    double value, sd;
+};
+
+/*
+ * A direct quasi-static path from an input to an output near it: y += c · input (displacement; its derivatives for
+ * velocity and acceleration). What the modes above the model and local deformation do there (the 'upper residual' of
+ * modal testing, Ewins, Modal Testing); parameter "residual_<output>_<input>" (m/N, m/V, V/N …), free, 0 to begin with.
+ * Every acceleration output has one for each input, every patch_strain output one for each point force.
+ */
+struct model_residual {
+    size_t output, input;
+    struct parameter compliance;
+};
+
+/* An effect in use. */
+struct model_effect {
+    const struct beam_effect *effect;
+    struct parameter parameters[BEAM_EFFECT_PARAMETERS];
+    char channel[MODEL_NAME]; /* the channel a measurement-chain effect sits on; "" = the effect's default channels */
+    size_t n_per_record;
+    struct per_record_value *per_record;
+};
+
+/* What the last fit left behind (the file's `fit:` block). */
+struct fit_channel {
+    char name[MODEL_NAME];
+    double nrmse, noise_ratio;
+    double noise_rms; /* of the channel's noise, in its unit; 0: not known */
+};
+struct fit_record {
+    char *file;
+    char sha256[65];
+    bool held_out; /* a --check record: compared, never fitted */
+    size_t n_channels;
+    struct fit_channel *channels;
+};
+struct fit_info {
+    bool present;
+    char parent_sha256[65]; /* of the model file this one was made from; "" none. Set by model_write() */
+    size_t n_ancestors;     /* parents of the parent, nearest first: a history may skip files that are gone */
+    char (*ancestors)[65];
+    char version[32];                                          /* of the program */
+    double nrmse, noise_ratio, check_nrmse, check_noise_ratio; /* 0: none */
+    bool converged;
+    size_t n_records;
+    struct fit_record *records;
+};
+
+/*
+ * What a controller that runs the model is wired to (the file's `board:` block): one output of the model at its A/D, one
+ * input at its D/A, value [channel's unit] = (code − zero_code) × per_code. 0 and "" stand for what is not said.
+ */
+struct model_board {
+    bool present;
+    double sample_Hz;
+    char sensor[MODEL_NAME], drive[MODEL_NAME]; /* names of the output and the input */
+    double sensor_per_code, sensor_zero_code, drive_per_code, drive_zero_code;
+    double noise_rms; /* expected residual, sensor's unit */
+    double alarm_ratio, clear_ratio, averaging_s;
+};
+
+struct model {
+    char *path;      /* as read; NULL when made in memory */
+    char sha256[65]; /* of the file */
+    double length_m;
+    enum model_support support;
+    size_t n_regions; /* in order of x, covering [0, length] without gap or overlap */
+    struct region *regions;
+    size_t n_materials;
+    struct material *materials;
+    struct parameter gamma, Ks, KB; /* N·s/m², V, N·m/V; a parameter that the file lacks is fixed at 0 */
+    size_t n_inputs;
+    struct model_input *inputs;
+    size_t n_outputs;
+    struct model_output *outputs;
+    size_t n_residuals; /* in order of outputs, then inputs */
+    struct model_residual *residuals;
+    size_t n_effects;
+    struct model_effect *effects;
+    struct fit_info fit;
+    struct model_board board;
+    void *document; /* owned by model_yaml.c: the file's text with comments, for saving */
+};
+
+/* As the file spells them; NULL outside the enumeration. */
+const char *model_support_name(enum model_support support);
+const char *model_input_kind_name(enum input_kind kind);
+const char *model_output_kind_name(enum output_kind kind);
+
+enum bf_status model_read(const char *path, struct model *out, struct bf_error *err);
+/* The same from memory, without warnings; `name` stands for the file in messages. */
+enum bf_status model_read_text(const char *name, const char *text, size_t n, struct model *out, struct bf_error *err);
+/* Keeps comments, order and unknown keys of the document the model was read from. Atomic (temporary file, rename). */
+enum bf_status model_write(const char *path, struct model *model, struct bf_error *err);
+enum bf_status model_copy(const struct model *from, struct model *out, struct bf_error *err);
+void model_free(struct model *model);
+/* Checks everything that can be checked without data: ranges, places, names. */
+enum bf_status model_check(const struct model *model, struct bf_error *err);
+/*
+ * Values that look wrong by a unit (mm, N·mm², g/m, …), one sentence each, at most `room`; returns how many.
+ * model_read() prints them as warnings.
+ */
+typedef char model_warning[320];
+size_t model_unit_warnings(const struct model *model, model_warning text[], size_t room);
+/* First patch of the model: the region(s) named "patch", else the first patch channel; false when there is none. */
+bool model_patch(const struct model *model, double *from_m, double *to_m);
+const struct material *model_material(const struct model *model, const char *region);
+size_t model_plain_material(const struct model *model); /* 'beam', or the first that is not 'patch' */
+/* weight(x) of a form over a region of this material. */
+double model_weight(const struct model *model, const struct material *material, enum beam_weight weight);
+struct beam_place model_place(const struct model *model);
+/* Adds an effect with neutral-near start values (parameters[].start of the catalogue). channel "" = default. */
+enum bf_status model_add_effect(struct model *model, const char *id, const char *channel, struct bf_error *err);
+/* The same without checking the result: set the effect's values first, then model_check(). */
+enum bf_status model_append_effect(struct model *model, const char *id, const char *channel, struct bf_error *err);
+enum bf_status model_drop_effect(struct model *model, const char *id, struct bf_error *err);
+/* Fills residuals[] for the model's channels, value 0, where the list is still empty. */
+void model_make_residuals(struct model *model);
+const struct beam_effect *effect_by_id(const char *id); /* NULL when unknown */
+/* The same with a message that proposes the closest id. */
+const struct beam_effect *effect_find(const char *id, struct bf_error *err);
+
+/*
+ * The parameters as one vector: materials (EI, rho, cDI of each, in order), gamma, Ks, KB, residuals, each effect's.
+ * A per-record parameter appears once per record name. Order is stable for a given model and list of records.
+ */
+enum parameter_role { ROLE_EI, ROLE_RHO, ROLE_CDI, ROLE_GAMMA, ROLE_KS, ROLE_KB, ROLE_RESIDUAL, ROLE_EFFECT };
+struct parameter_ref {
+    enum parameter_role role;
+    size_t owner;                 /* material, residual or effect index */
+    int slot;                     /* parameter index inside the effect */
+    int record;                   /* index into the record list for a per-record parameter, else −1 */
+    char label[MODEL_NAME + 64];  /* unique for people and JSON: the bare name where unique, "effect.name" where not,
+                                    "name@record" for a per-record one */
+    const struct parameter *info; /* name, unit, bounds, prior, fixed; its value is overridden for per-record ones */
+    double value;
+};
+/* Caller frees *out with free(). */
+size_t model_parameters(const struct model *model, const char *const record_names[], size_t n_records,
+                        struct parameter_ref **out);
+/* Writes values (and standard errors, sd may be NULL) back; refs as returned for the same model. */
+void model_set_parameters(struct model *model, const struct parameter_ref refs[], size_t n, const double value[],
+                          const double sd[], const char *const record_names[]);
+
+#endif

@@ -1,0 +1,141 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/*
+ * model_yaml.h — inside of the model file; only model*.c include it.
+ *
+ *   text --yaml_parse--> tree with positions --model_from_yaml--> struct model
+ *   struct model --model_to_text--> canonical text (a new file, and the measure of equality of two models)
+ *   text + struct model --model_edit_text--> the same text with the values that differ replaced in place
+ *
+ * Saving edits the original text at the byte positions of the tree, so comments, order and unknown keys survive.
+ */
+#ifndef BEAMFIT_MODEL_YAML_H
+#define BEAMFIT_MODEL_YAML_H
+
+#include <stdio.h>
+#include "model.h"
+#include "ground/decimal.h"
+
+/* ---- Tree (model_yaml.c; the only file that sees libfyaml) ---- */
+
+enum { YAML_BYTES = 1 << 20, YAML_NODES = 50000, YAML_DEPTH = 16 };
+
+enum yaml_kind { YAML_SCALAR, YAML_SEQUENCE, YAML_MAPPING };
+
+struct yaml_node {
+    enum yaml_kind kind;
+    bool plain;               /* a scalar without quotes (numbers, true, false, nothing) */
+    bool flow;                /* a collection in brackets */
+    size_t from, to;          /* bytes of the text, quotes and brackets included; blocks: first to last child */
+    long line, column;        /* of the start; lines from 1, columns from 0 */
+    char *text;               /* of a scalar; "" for nothing */
+    size_t n;                 /* children of a sequence, pairs of a mapping */
+    struct yaml_node **key;   /* [n], scalars; NULL for a sequence */
+    struct yaml_node **value; /* [n] */
+};
+
+/*
+ * One document of text without aliases and tags, of bounded size and depth, no key twice in a mapping.
+ * path is for messages. Empty and binary text, and text that is not YAML, are BF_BAD_FILE.
+ */
+enum bf_status yaml_parse(const char *path, const char *text, size_t n, struct yaml_node **out, struct bf_error *err);
+void yaml_free(struct yaml_node *node);
+
+/* Value of a key, NULL when absent or when the node is no mapping. *key (may be NULL): the key's node. */
+const struct yaml_node *yaml_get(const struct yaml_node *mapping, const char *key, const struct yaml_node **key_node);
+bool yaml_is_nothing(const struct yaml_node *node);
+
+/* ---- Where a fault is: resolved to the deepest node that exists ---- */
+
+struct model_where {
+    const char *section; /* "beam", "parameters", "inputs", "outputs", "effects" */
+    const char *item;    /* key inside the section; NULL: none */
+    size_t index;        /* of an effect, when section is "effects" */
+    const char *key;     /* key inside the item; NULL: none */
+};
+
+/* model_check() with the place of the fault, and text without a file name. */
+enum bf_status model_check_where(const struct model *model, struct model_where *where, struct bf_error *err);
+
+/* ---- Reading (model_yaml_values.c, model_yaml_read.c, model_yaml_channels.c) ---- */
+
+struct yaml_reader {
+    const char *path;
+    struct bf_error *err;
+    struct model *model;
+};
+
+/* Fills an empty model; the caller frees it also after a failure. */
+enum bf_status model_from_yaml(const char *path, const struct yaml_node *root, struct model *model,
+                               struct bf_error *err);
+
+enum bf_status yaml_fail(const struct yaml_reader *r, const struct yaml_node *node, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+enum bf_status yaml_expect(const struct yaml_reader *r, const struct yaml_node *node, enum yaml_kind kind,
+                           const char *what);
+/* Every key must be in known[n_known] or begin with "x_" or "x-"; the message proposes the closest. */
+enum bf_status yaml_known_keys(const struct yaml_reader *r, const struct yaml_node *mapping, const char *what,
+                               const char *const known[], size_t n_known);
+enum bf_status yaml_number(const struct yaml_reader *r, const struct yaml_node *node, const char *what, double *out);
+enum bf_status yaml_bool(const struct yaml_reader *r, const struct yaml_node *node, const char *what, bool *out);
+enum bf_status yaml_name(const struct yaml_reader *r, const struct yaml_node *node, const char *what, size_t size,
+                         char *out);
+/* out arrives with name, unit, default bounds and `fixed`, and leaves with what the file says. */
+enum bf_status yaml_parameter(const struct yaml_reader *r, const struct yaml_node *node, bool per_record,
+                              struct parameter *out);
+enum bf_status yaml_interval(const struct yaml_reader *r, const struct yaml_node *node, const char *what,
+                             double *from_m, double *to_m);
+
+enum bf_status yaml_read_inputs(const struct yaml_reader *r, const struct yaml_node *node);
+enum bf_status yaml_read_outputs(const struct yaml_reader *r, const struct yaml_node *node);
+enum bf_status yaml_read_effects(const struct yaml_reader *r, const struct yaml_node *node);
+enum bf_status yaml_read_board(const struct yaml_reader *r, const struct yaml_node *node); /* model_yaml_board.c */
+enum bf_status yaml_read_fit(const struct yaml_reader *r, const struct yaml_node *node);
+
+/* ---- Names shared by reading and writing (model.c) ---- */
+
+/* Catalogue entry of an effect's parameter as a parameter with default value, bounds and flags. */
+void model_effect_parameter(const struct model *model, const struct beam_effect *effect, int slot,
+                            struct parameter *out);
+/* An empty free parameter with its physical bounds: ≥ 0 unless it may be negative. */
+void model_parameter_init(struct parameter *out, const char *name, const char *unit, bool may_be_negative);
+
+/* ---- Writing (model_yaml_print.c, model_yaml_edit.c, model_yaml_splice.c) ---- */
+
+/* A growing text. */
+struct yaml_text {
+    char *s;
+    size_t n, room;
+};
+void yaml_text_add(struct yaml_text *text, const char *s);
+void yaml_text_addf(struct yaml_text *text, const char *format, ...) __attribute__((format(printf, 2, 3)));
+void yaml_text_number(struct yaml_text *text, double x);
+/* A scalar, quoted when plain YAML would read it as something else. */
+void yaml_text_scalar(struct yaml_text *text, const char *s);
+
+/* The keys of a parameter and their texts, "" for those that say nothing beyond `absent` (the reader's defaults). */
+enum { YAML_PARAMETER_KEYS = 7, YAML_PARAMETER_FIXED = 3 };
+struct yaml_parameter_text {
+    const char *key[YAML_PARAMETER_KEYS];
+    char text[YAML_PARAMETER_KEYS][DECIMAL_TEXT];
+};
+void yaml_parameter_keys(const struct parameter *p, const struct parameter *absent, struct yaml_parameter_text *out);
+
+/* "{kind: …, …}" in one line. */
+void model_print_effect(struct yaml_text *text, const struct model *model, const struct model_effect *effect);
+/* "{record: {value: …}, …}" of one parameter. */
+void model_print_per_record(struct yaml_text *text, const struct model_effect *effect, int slot);
+bool model_has_per_record(const struct model_effect *effect, int slot);
+/* What follows "fit:": lines with so many blanks in front; indent < 0: in braces, as needed inside a flow mapping. */
+void model_print_fit(struct yaml_text *text, const struct fit_info *fit, long indent);
+/* "board:" and its lines; nothing when the model has none (model_yaml_board.c). */
+void model_print_board(struct yaml_text *text, const struct model_board *board);
+/* The whole model as a new file; caller frees. */
+char *model_to_text(const struct model *model);
+
+/*
+ * text with every difference between the model it states and `model` edited in place; caller frees.
+ * NULL when the text cannot be edited to say this model (then write model_to_text()).
+ */
+char *model_edit_text(const char *text, size_t n, const struct model *model);
+
+#endif

@@ -1,0 +1,228 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "noise.h"
+#include "noise_floor.h"
+#include "ground/number.h"
+#include "maths/residual.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+    SHORTEST = 64,  /* samples from which noise can be told */
+    MARGIN = 8,     /* samples before the onset that a zero-phase anti-alias filter may have stained */
+    MOST_INPUTS = 4 /* of one record */
+};
+
+const char *noise_method_text(enum noise_method method)
+{
+    switch (method) {
+    case NOISE_QUIET:
+        return "pre-trigger samples";
+    case NOISE_LOCAL:
+        return "local rational method";
+    case NOISE_NONE:
+        break;
+    }
+    return "none";
+}
+
+static bool all_finite(const double *x, size_t n)
+{
+    for (size_t i = 0; i < n; i++)
+        if (!isfinite(x[i]))
+            return false;
+    return true;
+}
+
+static bool is_constant(const double *x, size_t n)
+{
+    for (size_t i = 1; i < n; i++)
+        if (x[i] < x[0] || x[i] > x[0])
+            return false;
+    return true;
+}
+
+static int ascending(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* The smallest step between values, when every value is a whole number of steps from the first; else 0. */
+static double find_quantisation(const double *z, size_t n)
+{
+    double *sorted = bf_alloc(n, sizeof *sorted), step = INFINITY;
+    memcpy(sorted, z, n * sizeof *sorted);
+    qsort(sorted, n, sizeof *sorted, ascending);
+    for (size_t i = 1; i < n; i++)
+        if (sorted[i] > sorted[i - 1])
+            step = fmin(step, sorted[i] - sorted[i - 1]);
+    const double range = sorted[n - 1] - sorted[0];
+    bool whole = isfinite(step) && range < 1e5 * step && range > 8.0 * step; /* digits of a text file are no steps */
+    for (size_t i = 0; i < n && whole; i++) {
+        const double steps = (sorted[i] - sorted[0]) / step;
+        whole = fabs(steps - round(steps)) < 0.02 + 1e-4 * steps;
+    }
+    free(sorted);
+    return whole ? step : 0.0;
+}
+
+/* Samples before any input moves. */
+static size_t quiet_samples(const double *const u[], size_t n_inputs, size_t n)
+{
+    size_t onset = n;
+    for (size_t input = 0; input < n_inputs; input++) {
+        double peak = 0.0;
+        for (size_t i = 0; i < n; i++)
+            peak = fmax(peak, fabs(u[input][i]));
+        const size_t head = n < SHORTEST ? n : SHORTEST;
+        const double moves = fmax(1e-3 * peak, 6.0 * root_mean_square(u[input], head));
+        if (moves > 0.1 * peak)
+            return 0; /* it never was at rest */
+        for (size_t i = 0; i < onset; i++)
+            if (fabs(u[input][i]) > moves)
+                onset = i;
+    }
+    return n_inputs > 0 && onset > MARGIN && onset < n ? onset - MARGIN : 0;
+}
+
+static enum bf_status floor_of(const double *z, size_t n, const double *const u[], size_t n_inputs,
+                               struct noise_floor *out, struct bf_error *err)
+{
+    struct local_rational *fit = NULL;
+    enum bf_status status = local_rational_new(z, n, u, n_inputs, &fit, err);
+    if (status == BF_OK)
+        status = noise_floor_estimate(fit, z, n, out, err);
+    local_rational_free(fit);
+    return status;
+}
+
+static double floor_rms(const struct noise_floor *f)
+{
+    double sum = 0.0;
+    for (size_t i = 0; i < f->n_rows; i++)
+        sum += f->variance[i];
+    return f->n_rows > 0 ? sqrt(sum / (double)f->n_rows) : 0.0;
+}
+
+/* The step function of rows as a curve: logarithms interpolated between the rows' middles, power kept. */
+static void fill_psd(const struct noise_floor *f, double dt_s, struct noise_estimate *out)
+{
+    const size_t nr = f->n_rows;
+    double sum = 0.0;
+    out->n_bins = 4 * nr + 1;
+    out->df_Hz = 0.5 / dt_s / (double)(out->n_bins - 1);
+    out->psd = bf_alloc(out->n_bins, sizeof *out->psd);
+    for (size_t k = 0; k < out->n_bins; k++) {
+        const double row = fmin(fmax(((double)k - 2.0) / 4.0, 0.0), (double)(nr - 1));
+        const size_t below = (size_t)row, above = below + 1 < nr ? below + 1 : below;
+        const double part = row - (double)below;
+        out->psd[k] = exp((1.0 - part) * log(f->variance[below]) + part * log(f->variance[above]));
+        sum += out->psd[k] * out->df_Hz;
+    }
+    for (size_t k = 0; k < out->n_bins; k++)
+        out->psd[k] *= out->rms * out->rms / sum;
+}
+
+static void take(const struct noise_floor *f, enum noise_method method, struct noise_estimate *out)
+{
+    out->method = method;
+    out->rms = floor_rms(f);
+    out->rms_sd = f->relative_sd * out->rms;
+    out->n_used = f->n_cells;
+    out->used_share = f->used_share;
+}
+
+/* First-order autoregression of a stretch, 0 … 0.95, from neighbouring samples (less the bias of few samples, Kendall 1954). */
+static double neighbours_alike(const double *z, size_t n, double mean)
+{
+    static const double most = 0.95;
+    double square = 0.0, product = 0.0;
+    for (size_t i = 0; i < n; i++) {
+        square += (z[i] - mean) * (z[i] - mean);
+        product += i > 0 ? (z[i] - mean) * (z[i - 1] - mean) : 0.0;
+    }
+    const double a = square > 0.0 ? product / square : 0.0;
+    return fmin(fmax(a + (1.0 + 3.0 * a) / (double)n, 0.0), most);
+}
+
+/*
+ * The noise before the onset, hum and all, is an upper bound of the noise: when it is clearly below what the record itself
+ * suggests, that holds something else (distortion everywhere and always), and the quiet samples are the estimate. Few samples of
+ * coloured noise tell its power worse, by (1 + a²)/(1 − a²) in variance, and their mean takes more of it away.
+ */
+static bool quieter_before(const double *z, size_t n, const struct noise_floor *own, struct noise_floor *quiet)
+{
+    double mean = 0.0, square = 0.0;
+    for (size_t i = 0; i < n; i++)
+        mean += z[i] / (double)n;
+    for (size_t i = 0; i < n; i++)
+        square += (z[i] - mean) * (z[i] - mean) / (double)n;
+    const double a = neighbours_alike(z, n, mean), taken = (1.0 + a) / (1.0 - a) / (double)n;
+    square /= fmax(1.0 - taken, 0.5);
+    const double colour = (1.0 + a * a) / (1.0 - a * a), floor = floor_rms(quiet);
+    const double sd = hypot(quiet->relative_sd * sqrt(colour), own->relative_sd);
+    if (!(square > 0.0) || !(floor > 0.0))
+        return false;
+    for (size_t r = 0; r < quiet->n_rows; r++)
+        quiet->variance[r] *= square / (floor * floor);
+    return own->n_rows == 0 || log(floor_rms(own) / sqrt(square)) > 4.0 * sd;
+}
+
+enum bf_status noise_estimate(const double *z, size_t n, double dt_s, const double *const u[], size_t n_inputs,
+                              size_t from_sample, struct noise_estimate *out, struct bf_error *err)
+{
+    struct noise_floor own = {0}, quiet = {0};
+    const struct noise_floor *chosen = &own;
+    *out = (struct noise_estimate){0};
+    const size_t from = n_inputs == 0 && from_sample < n ? from_sample : 0;
+    if (n < SHORTEST || n - from < SHORTEST || is_constant(z + from, n - from))
+        return BF_OK;
+    if (!all_finite(z, n))
+        return bf_fail(err, BF_NUMERIC, "a channel with numbers that are not finite has no noise level");
+    out->quantisation = find_quantisation(z, n);
+    const size_t n_quiet = n_inputs == 0 ? from : quiet_samples(u, n_inputs, n);
+    enum bf_status status = floor_of(z + from, n - from, u, n_inputs, &own, err);
+    if (status == BF_OK && n_quiet >= SHORTEST && !is_constant(z, n_quiet))
+        status = floor_of(z, n_quiet, NULL, 0, &quiet, err);
+    if (status != BF_OK)
+        return status;
+    if (quiet.n_rows > 0 && quieter_before(z, n_quiet, &own, &quiet))
+        chosen = &quiet;
+    if (chosen->n_rows == 0 || !(floor_rms(chosen) > 0.0))
+        return BF_OK;
+    take(chosen, chosen == &quiet ? NOISE_QUIET : NOISE_LOCAL, out);
+    fill_psd(chosen, dt_s, out);
+    return BF_OK;
+}
+
+enum bf_status noise_of_channel(const struct model *model, const struct record *record, const char *channel,
+                                struct noise_estimate *out, struct bf_error *err)
+{
+    const double *z = record_column(record, channel), *u[MOST_INPUTS];
+    const char *excitation = record_meta(record, "excitation"), *free_from = record_meta(record, "free_from_s");
+    size_t n_inputs = 0, from = 0;
+    *out = (struct noise_estimate){0};
+    if (z == NULL)
+        return bf_fail(err, BF_BAD_FILE, "%s: there is no column '%s'; name it in the header row", record->path,
+                       channel);
+    const bool free_decay = excitation != NULL && strcmp(excitation, "free_decay") == 0;
+    for (size_t i = 0; i < model->n_inputs && n_inputs < MOST_INPUTS && !free_decay; i++) {
+        const double *column = record_column(record, model->inputs[i].name);
+        if (column != NULL && !is_constant(column, record->n))
+            u[n_inputs++] = column;
+    }
+    double from_s = 0.0;
+    if (free_decay && free_from != NULL && number_parse(free_from, free_from + strlen(free_from), '.', &from_s)) {
+        const double samples = ceil((from_s - record->t0_s) / record->dt_s);
+        from = samples > 0.0 && samples < (double)record->n ? (size_t)samples : 0;
+    }
+    return noise_estimate(z, record->n, record->dt_s, u, n_inputs, from, out, err);
+}
+
+void noise_free(struct noise_estimate *estimate)
+{
+    free(estimate->psd);
+    *estimate = (struct noise_estimate){0};
+}

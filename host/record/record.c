@@ -1,0 +1,120 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include "ground/atomic_file.h"
+#include "record.h"
+#include "ground/text.h"
+
+const double *record_column(const struct record *record, const char *name)
+{
+    for (size_t i = 0; i < record->n_columns; i++)
+        if (strcmp(record->columns[i].name, name) == 0)
+            return record->columns[i].x;
+    return NULL;
+}
+
+const char *record_meta(const struct record *record, const char *key)
+{
+    for (size_t i = 0; i < record->n_meta; i++)
+        if (strcmp(record->meta[i].key, key) == 0)
+            return record->meta[i].value;
+    return NULL;
+}
+
+void record_add_column(struct record *record, const char *name, const double *x)
+{
+    record->columns = bf_grow(record->columns, record->n_columns + 1, sizeof *record->columns);
+    struct record_column *column = &record->columns[record->n_columns++];
+    column->name = bf_strdup(name);
+    column->x = bf_alloc(record->n, sizeof *column->x);
+    if (record->n > 0)
+        memcpy(column->x, x, record->n * sizeof *column->x);
+}
+
+void record_add_meta(struct record *record, const char *key, const char *value)
+{
+    record->meta = bf_grow(record->meta, record->n_meta + 1, sizeof *record->meta);
+    record->meta[record->n_meta].key = bf_strdup(key);
+    record->meta[record->n_meta++].value = bf_strdup(value);
+}
+
+const char *record_base_name(const struct record *record)
+{
+    return text_base_name(record->path);
+}
+
+const char **record_base_names(const struct record records[], size_t n)
+{
+    const char **names = bf_alloc(n, sizeof *names);
+    for (size_t r = 0; r < n; r++)
+        names[r] = record_base_name(&records[r]);
+    return names;
+}
+
+void record_free(struct record *record)
+{
+    for (size_t i = 0; i < record->n_columns; i++) {
+        free(record->columns[i].name);
+        free(record->columns[i].x);
+    }
+    for (size_t i = 0; i < record->n_meta; i++) {
+        free(record->meta[i].key);
+        free(record->meta[i].value);
+    }
+    free(record->columns);
+    free(record->meta);
+    free(record->path);
+    memset(record, 0, sizeof *record);
+}
+
+/* What record_read() would refuse must not be written. */
+static enum bf_status check_before_writing(const char *path, const struct record *record, struct bf_error *err)
+{
+    if (record->n < 2 || !(record->dt_s > 0) || !isfinite(record->t0_s) || !isfinite(record->dt_s))
+        return bf_fail(err, BF_NUMERIC, "%s: not written: a record needs two samples and a positive time step", path);
+    for (size_t i = 0; i < record->n_columns; i++) {
+        const char *name = record->columns[i].name;
+        if (name[0] == '\0' || name[strcspn(name, ",\"\n\r\t")] != '\0' || strcmp(name, "time_s") == 0)
+            return bf_fail(err, BF_BAD_FILE,
+                           "%s: not written: '%s' cannot be the name of a column; use letters, digits and '_'", path,
+                           name);
+        for (size_t k = 0; k < record->n; k++)
+            if (!isfinite(record->columns[i].x[k]))
+                return bf_fail(err, BF_NUMERIC, "%s: not written: column '%s' is %g at %.9g s", path, name,
+                               record->columns[i].x[k], record->t0_s + (double)k * record->dt_s);
+    }
+    return BF_OK;
+}
+
+static void write_meta(FILE *f, const struct record_meta *meta)
+{
+    fprintf(f, "# %s: ", meta->key);
+    for (const char *c = meta->value; *c != '\0'; c++)
+        putc(*c == '\n' || *c == '\r' ? ' ' : *c, f);
+    putc('\n', f);
+}
+
+enum bf_status record_write(const char *path, const struct record *record, int digits, struct bf_error *err)
+{
+    struct atomic_file out;
+    if (check_before_writing(path, record, err) != BF_OK || atomic_open(path, &out, err) != BF_OK)
+        return err->status;
+    if (digits <= 0)
+        digits = 9;
+    int time_digits = digits > 12 ? digits : 12; /* the step must survive a long record */
+    for (size_t i = 0; i < record->n_meta; i++)
+        write_meta(out.f, &record->meta[i]);
+    fprintf(out.f, "time_s");
+    for (size_t i = 0; i < record->n_columns; i++)
+        fprintf(out.f, ",%s", record->columns[i].name);
+    putc('\n', out.f);
+    for (size_t k = 0; k < record->n && !ferror(out.f); k++) {
+        fprintf(out.f, "%.*g", time_digits, record->t0_s + (double)k * record->dt_s);
+        for (size_t i = 0; i < record->n_columns; i++)
+            fprintf(out.f, ",%.*g", digits, record->columns[i].x[k]);
+        putc('\n', out.f);
+    }
+    return atomic_commit(&out, err);
+}

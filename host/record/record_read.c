@@ -1,0 +1,301 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* Reading a record from CSV, line by line: the file may be larger than memory has room for text and numbers both. */
+#include <ctype.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include "ground/lines.h"
+#include "ground/number.h"
+#include "record.h"
+#include "time_axis.h"
+
+enum { MOST_COLUMNS = 4096, QUOTED = 60 }; /* QUOTED: characters of a bad cell that a message shows */
+
+struct reader {
+    struct lines in;
+    struct record *record;
+    double *time;
+    long *line; /* of each sample, for messages; freed after the time axis is checked */
+    size_t capacity;
+    struct number_digits time_digits;
+    bool has_header;
+    long excitation_line, free_from_line; /* of that metadata */
+};
+
+/* A cell without the blanks and the pair of quotes around it. */
+static void trim(const char **s, const char **end)
+{
+    while (*s < *end && isspace((unsigned char)**s))
+        ++*s;
+    while (*s < *end && isspace((unsigned char)(*end)[-1]))
+        --*end;
+    if (*end - *s >= 2 && (**s == '"' || **s == '\'') && (*end)[-1] == **s) {
+        ++*s;
+        --*end;
+    }
+}
+
+static const char *cell_end(const char *s, const char *end)
+{
+    const char *comma = s < end ? memchr(s, ',', (size_t)(end - s)) : NULL;
+    return comma != NULL ? comma : end;
+}
+
+/* "# key: value", a key is words of letters, digits, '_' and '-'; anything else behind '#' is a comment. */
+static void read_comment(struct reader *r, const char *s, const char *end)
+{
+    while (s < end && (*s == '#' || *s == ' ' || *s == '\t'))
+        s++;
+    const char *key = s;
+    while (s < end && (isalnum((unsigned char)*s) || *s == '_' || (s > key && (*s == '-' || *s == ' '))))
+        s++;
+    if (s == key || s == end || *s != ':')
+        return;
+    char *key_text = strndup(key, (size_t)(s - key));
+    const char *value = s + 1;
+    trim(&value, &end);
+    char *value_text = strndup(value, (size_t)(end - value));
+    if (key_text != NULL && value_text != NULL && record_meta(r->record, key_text) == NULL) {
+        record_add_meta(r->record, key_text, value_text);
+        if (strcmp(key_text, "excitation") == 0)
+            r->excitation_line = r->in.number;
+        if (strcmp(key_text, "free_from_s") == 0)
+            r->free_from_line = r->in.number;
+    }
+    free(key_text);
+    free(value_text);
+}
+
+static enum bf_status fail_first_column(struct reader *r, const char *name, const char *line, const char *line_end,
+                                        struct bf_error *err)
+{
+    const char *path = r->in.path, *end = name + strlen(name);
+    double number;
+    if (number_parse(name, end, '.', &number))
+        return bf_fail_at(err, path, r->in.number,
+                          "column 1: a number where the header row should be; put 'time_s,NAME,...' above the numbers");
+    for (const char *c = line; c < line_end; c++)
+        if (memchr(line, ',', (size_t)(line_end - line)) == NULL && (*c == ';' || *c == '\t'))
+            return bf_fail_at(err, path, r->in.number,
+                              "columns are separated by %s, not by ','; convert with 'beamfit import %s -o OUT.csv'",
+                              *c == ';' ? "';'" : "tabs", path);
+    for (const char *c = name; *c != '\0'; c++)
+        if ((unsigned char)*c < 0x20)
+            return bf_fail_at(err, path, r->in.number,
+                              "column 1: not text; give a CSV file, or convert another kind with 'beamfit import'");
+    return bf_fail_at(err, path, r->in.number,
+                      "column 1 '%.*s': the first column must be 'time_s', in seconds; rename it, or convert the file "
+                      "with 'beamfit import'",
+                      QUOTED, name);
+}
+
+static enum bf_status read_header(struct reader *r, const char *line, const char *line_end, struct bf_error *err)
+{
+    struct record *record = r->record;
+    const char *s = line;
+    for (size_t i = 0; s <= line_end; i++) {
+        const char *from = s, *to = cell_end(s, line_end);
+        s = to + 1;
+        trim(&from, &to);
+        char *name = strndup(from, (size_t)(to - from));
+        if (name == NULL)
+            return bf_fail(err, BF_NUMERIC, "memory is out");
+        enum bf_status status = BF_OK;
+        if (i == 0 && strcmp(name, "time_s") != 0)
+            status = fail_first_column(r, name, line, line_end, err);
+        else if (name[0] == '\0')
+            status = bf_fail_at(err, r->in.path, r->in.number, "column %zu has no name; name it or remove it", i + 1);
+        else if (i > 0 && (strcmp(name, "time_s") == 0 || record_column(record, name) != NULL))
+            status =
+                bf_fail_at(err, r->in.path, r->in.number,
+                           "column %zu '%.*s': the name occurs twice; rename one of the columns", i + 1, QUOTED, name);
+        else if (i > MOST_COLUMNS)
+            status = bf_fail_at(err, r->in.path, r->in.number, "has more than %d columns; remove some", MOST_COLUMNS);
+        else if (i > 0)
+            record_add_column(record, name, NULL);
+        free(name);
+        if (status != BF_OK)
+            return status;
+    }
+    if (record->n_columns == 0)
+        return bf_fail_at(err, r->in.path, r->in.number,
+                          "has no column but time_s; add the measured ones, or convert with 'beamfit import'");
+    r->has_header = true;
+    return BF_OK;
+}
+
+static const char *column_name(const struct reader *r, size_t i)
+{
+    return i == 0 ? "time_s" : r->record->columns[i - 1].name;
+}
+
+/* Why the cell [s, end) of column i is not a number. */
+static enum bf_status fail_cell(const struct reader *r, size_t i, const char *s, const char *end, struct bf_error *err)
+{
+    static const char *const not_finite[] = {"nan", "+nan", "-nan", "inf", "+inf", "-inf", "infinity", "-infinity"};
+    const char *name = column_name(r, i);
+    trim(&s, &end);
+    int shown = end - s < QUOTED ? (int)(end - s) : QUOTED;
+    if (s == end)
+        return bf_fail_at(err, r->in.path, r->in.number,
+                          "column %zu '%.*s': the cell is empty; every sample needs every column, cut the record here "
+                          "or fill the gap",
+                          i + 1, QUOTED, name);
+    for (size_t k = 0; k < sizeof not_finite / sizeof *not_finite; k++)
+        if (strlen(not_finite[k]) == (size_t)(end - s) && strncasecmp(s, not_finite[k], (size_t)(end - s)) == 0)
+            return bf_fail_at(err, r->in.path, r->in.number,
+                              "column %zu '%.*s': '%.*s' is not a finite number; cut the record here or fill the gap",
+                              i + 1, QUOTED, name, shown, s);
+    double number;
+    if (number_parse(s, end, '.', &number))
+        return bf_fail_at(err, r->in.path, r->in.number, "column %zu '%.*s': '%.*s' is too large a number; repair it",
+                          i + 1, QUOTED, name, shown, s);
+    bool comma = number_parse(s, end, ',', &number);
+    return bf_fail_at(
+        err, r->in.path, r->in.number, "column %zu '%.*s': '%.*s' is not a number; %s", i + 1, QUOTED, name, shown, s,
+        comma ? "write a decimal point, or convert with 'beamfit import'" : "repair it or remove the line");
+}
+
+static enum bf_status fail_count(const struct reader *r, const char *line, const char *end, struct bf_error *err)
+{
+    size_t cells = 1, wanted = r->record->n_columns + 1;
+    for (const char *c = line; c < end; c++)
+        cells += *c == ',' ? 1 : 0;
+    if (cells < wanted)
+        return bf_fail_at(err, r->in.path, r->in.number,
+                          "column %zu '%.*s' is missing: %zu of %zu cells; complete the line or remove it", cells + 1,
+                          QUOTED, column_name(r, cells), cells, wanted);
+    return bf_fail_at(err, r->in.path, r->in.number,
+                      "column %zu has no name: %zu cells where the header names %zu; remove the extra cells (decimal "
+                      "commas: convert with 'beamfit import')",
+                      wanted + 1, cells, wanted);
+}
+
+static void make_room(struct reader *r)
+{
+    struct record *record = r->record;
+    if (record->n < r->capacity)
+        return;
+    r->capacity = r->capacity > 0 ? 2 * r->capacity : 1024;
+    r->time = bf_grow(r->time, r->capacity, sizeof *r->time);
+    r->line = bf_grow(r->line, r->capacity, sizeof *r->line);
+    for (size_t i = 0; i < record->n_columns; i++)
+        record->columns[i].x = bf_grow(record->columns[i].x, r->capacity, sizeof *record->columns[i].x);
+}
+
+static enum bf_status read_sample(struct reader *r, const char *line, const char *end, struct bf_error *err)
+{
+    struct record *record = r->record;
+    const char *s = line;
+    make_room(r);
+    for (size_t i = 0; i <= record->n_columns; i++) {
+        double x;
+        if (s > end)
+            return fail_count(r, line, end, err);
+        const char *after = number_scan(s, end, '.', &x);
+        if (after == NULL || (after < end && *after != ',')) { /* blanks, quotes, or no number */
+            const char *from = s, *to = cell_end(s, end);
+            after = to;
+            trim(&from, &to);
+            if (!number_parse(from, to, '.', &x))
+                return fail_cell(r, i, s, after, err);
+        }
+        if (!isfinite(x))
+            return fail_cell(r, i, s, after, err);
+        if (i == 0) {
+            r->time[record->n] = x;
+            time_axis_note(&r->time_digits, number_digits(s, after, '.'));
+        } else {
+            record->columns[i - 1].x[record->n] = x;
+        }
+        s = after + 1;
+    }
+    if (s <= end)
+        return fail_count(r, line, end, err);
+    r->line[record->n++] = r->in.number;
+    return BF_OK;
+}
+
+static enum bf_status read_lines(struct reader *r, struct bf_error *err)
+{
+    const char *line;
+    size_t n;
+    for (;;) {
+        if (lines_next(&r->in, &line, &n, err) != BF_OK)
+            return err->status;
+        if (line == NULL)
+            return BF_OK;
+        const char *s = line, *end = line + n;
+        while (s < end && isspace((unsigned char)*s))
+            s++;
+        if (s == end)
+            continue;
+        if (*s == '#') {
+            if (r->record->n == 0)
+                read_comment(r, s, end);
+            continue;
+        }
+        if ((r->has_header ? read_sample(r, line, end, err) : read_header(r, line, end, err)) != BF_OK)
+            return err->status;
+    }
+}
+
+/* Metadata that changes how a record is used must be understood. */
+static enum bf_status check_meta(const struct reader *r, struct bf_error *err)
+{
+    const struct record *record = r->record;
+    const char *excitation = record_meta(record, "excitation"), *from = record_meta(record, "free_from_s");
+    if (excitation != NULL && strcmp(excitation, "free_decay") != 0 && strcmp(excitation, "unknown_level") != 0 &&
+        strcmp(excitation, "recorded") != 0)
+        return bf_fail_at(err, r->in.path, r->excitation_line,
+                          "'# excitation: %.*s' is not known; write free_decay, unknown_level or recorded", QUOTED,
+                          excitation);
+    double x, last = record->t0_s + (double)(record->n - 1) * record->dt_s;
+    if (from != NULL && !(number_parse(from, from + strlen(from), '.', &x) && x <= last - record->dt_s / 2))
+        return bf_fail_at(err, r->in.path, r->free_from_line,
+                          "'# free_from_s: %.*s' must be a time in seconds before the last sample (%.9g s)", QUOTED,
+                          from, last);
+    return BF_OK;
+}
+
+static enum bf_status finish(struct reader *r, struct bf_error *err)
+{
+    struct record *record = r->record;
+    if (r->in.number == 0)
+        return bf_fail_at(err, r->in.path, 0, "is empty; a record has a header row 'time_s,NAME,...' and numbers");
+    if (!r->has_header)
+        return bf_fail_at(err, r->in.path, r->in.number, "has no header row; put 'time_s,NAME,...' above the numbers");
+    if (record->n < 2)
+        return bf_fail_at(err, r->in.path, r->in.number, "has %s; a record needs at least two, at uniform times",
+                          record->n == 0 ? "no samples" : "one sample");
+    size_t bad;
+    char why[256];
+    if (!time_axis_fit(r->time, record->n, r->time_digits, &record->t0_s, &record->dt_s, &bad, why))
+        return bf_fail_at(
+            err, r->in.path, r->line[bad],
+            "column 1 'time_s': %s; cut the record here, or give the rate: 'beamfit import %s --rate HZ -o "
+            "OUT.csv'",
+            why, r->in.path);
+    for (size_t i = 0; i < record->n_columns; i++)
+        record->columns[i].x = bf_grow(record->columns[i].x, record->n, sizeof(double));
+    hash_end(&r->in.hash, record->sha256);
+    return check_meta(r, err);
+}
+
+enum bf_status record_read(const char *path, struct record *out, struct bf_error *err)
+{
+    struct reader r = {.record = out};
+    memset(out, 0, sizeof *out);
+    if (lines_open(path, &r.in, err) != BF_OK)
+        return err->status;
+    out->path = bf_strdup(path);
+    enum bf_status status = read_lines(&r, err);
+    if (status == BF_OK)
+        status = finish(&r, err);
+    lines_close(&r.in);
+    free(r.time);
+    free(r.line);
+    if (status != BF_OK)
+        record_free(out);
+    return status;
+}

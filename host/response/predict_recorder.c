@@ -1,0 +1,98 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/*
+ * The recorder's anti-alias filter, where a record states it:
+ *     # anti-alias filter: Butterworth order 8 at 409.6 Hz, forward and backward
+ * A linear path does not care that input and output went through the same filter. What is not linear felt the input before
+ * the filter, and its effect was recorded behind it.
+ */
+#include "predict_work.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "ground/number.h"
+
+/* 1/A is bounded by about 1/(2 √this): what the filter has taken out cannot be brought back. */
+static const double inverse_floor = 0.01;
+enum { HIGHEST_ORDER = 24 };
+
+/* "Butterworth order N at F Hz…", whatever the locale. */
+static bool read_filter(const char *text, long *order, double *corner_Hz)
+{
+    static const char before[] = "Butterworth order ", between[] = " at ";
+    if (strncmp(text, before, strlen(before)) != 0)
+        return false;
+    char *rest;
+    *order = strtol(text + strlen(before), &rest, 10);
+    if (strncmp(rest, between, strlen(between)) != 0)
+        return false;
+    const char *number = rest + strlen(between), *end = number_scan(number, text + strlen(text), '.', corner_Hz);
+    return end != NULL && end != number && strncmp(end, " Hz", 3) == 0;
+}
+
+struct recorder_filter recorder_filter_read(const struct record *record)
+{
+    struct recorder_filter filter = {.order = 0};
+    const char *text = record_meta(record, RECORD_FILTER);
+    long order;
+    double corner_Hz;
+    if (text == NULL || !read_filter(text, &order, &corner_Hz))
+        return filter;
+    if (order < 1 || order > HIGHEST_ORDER || !(corner_Hz > 0.0) || !isfinite(corner_Hz))
+        return filter;
+    filter.order = (int)order;
+    filter.corner_samples = corner_Hz * record->dt_s;
+    filter.twice = strstr(text, "forward and backward") != NULL;
+    return filter;
+}
+
+/* Butterworth low-pass at s relative to its corner: H(s) H(−s) = 1/(1 + (−s²)^n). */
+static double complex butterworth(const struct recorder_filter *filter, double complex s)
+{
+    const double pi = acos(-1.0);
+    double complex result = 1.0, square = -s * s;
+    if (filter->twice) {
+        for (int i = 0; i < filter->order; i++)
+            result *= square;
+        return 1.0 / (1.0 + result);
+    }
+    for (int k = 0; k < filter->order; k++) {
+        double angle = pi * (0.5 + (2.0 * k + 1.0) / (2.0 * filter->order));
+        result /= s - cexp(CMPLX(0.0, angle)); /* the product of −poles is 1 */
+    }
+    return result;
+}
+
+void recorder_plan(struct record_plan *plan, const struct response_grid *grid)
+{
+    const struct recorder_filter *filter = &plan->recorder;
+    if (filter->order == 0 || grid->intersample != INTERSAMPLE_BAND_LIMITED)
+        return;
+    double corner_rad = 2.0 * acos(-1.0) * filter->corner_samples / grid->dt_s; /* by the recorder's own clock */
+    plan->A = bf_grow(plan->A, grid->m, sizeof *plan->A);
+    for (size_t k = 0; k < grid->m; k++)
+        plan->A[k] = butterworth(filter, grid->s[k] / corner_rad);
+}
+
+double complex recorder_at(const struct recorder_filter *filter, double cycles_per_sample)
+{
+    return butterworth(filter, CMPLX(0.0, cycles_per_sample / filter->corner_samples));
+}
+
+double complex recorder_inverse(double complex A)
+{
+    return conj(A) / (creal(A * conj(A)) + inverse_floor * (1.0 - fmin(1.0, cabs(A))));
+}
+
+void recorder_undo(const struct record_plan *plan, size_t m, double complex U[])
+{
+    for (size_t k = 0; plan->A != NULL && k < m; k++)
+        U[k] *= recorder_inverse(plan->A[k]);
+}
+
+void recorder_apply(const struct record_plan *plan, size_t m, double complex Y[])
+{
+    for (size_t k = 0; plan->A != NULL && k < m; k++)
+        Y[k] *= plan->A[k];
+}

@@ -1,0 +1,176 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "predict_transfer.h"
+
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "predict_work.h"
+#include "beam/system_work.h"
+
+const struct model *transfer_model(const struct predictor *p)
+{
+    return &p->model;
+}
+
+const struct reduced *transfer_reduced(const struct predictor *p)
+{
+    return &p->reduced;
+}
+
+const struct parameter_map *transfer_map(const struct predictor *p)
+{
+    return &p->map;
+}
+
+size_t transfer_parameters(const struct predictor *p, const struct parameter_ref **refs)
+{
+    *refs = p->refs;
+    return p->map.n;
+}
+
+size_t transfer_records(const struct predictor *p)
+{
+    return p->n_records;
+}
+
+bool transfer_nonlinear(const struct predictor *p)
+{
+    return p->nonlinear;
+}
+
+struct transfer_record transfer_record(const struct predictor *p, size_t record)
+{
+    const struct record_plan *plan = &p->plans[record];
+    return (struct transfer_record){.grid = &p->grids[plan->grid],
+                                    .grid_index = plan->grid,
+                                    .free_decay = plan->free_decay,
+                                    .first_channel = plan->first_channel,
+                                    .n_channels = plan->n_channels,
+                                    .record = plan->record};
+}
+
+const double *transfer_output_functional(const struct predictor *p, size_t output, int *order)
+{
+    *order = output_order(p->model.outputs[output].kind);
+    return p->outputs[output].g;
+}
+
+struct transfer_modes transfer_modes(const struct predictor *p, double highest_rad, size_t most)
+{
+    const struct system *s = p->system;
+    struct transfer_modes modes = {.dimension = s->n, .omega_rad = s->omega_rad, .shape = s->modes};
+    while (modes.n < s->n && modes.n < most && (modes.n == 0 || s->omega_rad[modes.n] < highest_rad))
+        modes.n++;
+    modes.damping = bf_alloc(modes.n, sizeof *modes.damping);
+    for (size_t k = 0; k < modes.n; k++) {
+        const double *phi = s->modes + k * s->n;
+        for (size_t j = 0; j < s->n; j++)
+            for (size_t i = 0; i < s->n; i++)
+                modes.damping[k] += phi[i] * s->C[i + j * s->n] * phi[j];
+    }
+    return modes;
+}
+
+void transfer_motion(const struct predictor *p, const double theta[], size_t record, const double g[],
+                     double complex W[])
+{
+    const struct record_plan *plan = &p->plans[record];
+    const struct run run = {.p = (struct predictor *)p, .theta = theta};
+    size_t m = p->grids[plan->grid].m;
+    double complex *H = bf_alloc(m, sizeof *H), *alpha = bf_alloc(p->system->n_poles, sizeof *alpha);
+    memset(W, 0, m * sizeof *W);
+    system_functional(p->system, g, alpha);
+    for (size_t i = 0; i < p->model.n_inputs; i++) {
+        size_t parameter;
+        if (plan->input[i] == NULL)
+            continue;
+        double gain = input_gain(&run, i, &parameter);
+        response_value(p->kernels[plan->grid], 0, alpha, p->inputs[plan->source[i]].alpha, H);
+        for (size_t k = 0; k < m; k++)
+            W[k] += gain * (H[k] * plan->U[i][k]);
+    }
+    recorder_undo(plan, m, W); /* the beam moved before the recorder's filter */
+    free(H);
+    free(alpha);
+}
+
+enum bf_status transfer_chain(const struct predictor *p, const double theta[], size_t channel, double complex F[],
+                              struct bf_error *err)
+{
+    const struct predict_channel *c = &p->channels[channel];
+    const struct run run = {.p = (struct predictor *)p, .theta = theta};
+    const struct response_grid *grid = &p->grids[p->plans[c->record].grid];
+    size_t parameter;
+    bool any;
+    double gain = output_gain(&run, c->output, &parameter);
+    enum bf_status status = channel_filter(&run, c->record, c->output, grid->s, grid->m, F, &any, err);
+    for (size_t k = 0; k < grid->m; k++)
+        F[k] *= gain;
+    recorder_apply(&p->plans[c->record], grid->m, F);
+    return status;
+}
+
+void transfer_force(const struct predictor *p, size_t grid_index, size_t output, const double g[], double complex H[])
+{
+    double complex *alpha = bf_alloc(p->system->n_poles, sizeof *alpha);
+    system_functional(p->system, g, alpha);
+    response_value(p->kernels[grid_index], output_order(p->model.outputs[output].kind), p->outputs[output].alpha, alpha,
+                   H);
+    free(alpha);
+}
+
+/* The leading block of ΦᵀBΦ, times scale, added to D[n × n]. */
+static void add_modal(const struct transfer_modes *modes, double scale, const double B[], double D[])
+{
+    size_t n = modes->dimension;
+    double *work = bf_alloc(n, sizeof *work);
+    for (size_t l = 0; l < modes->n; l++) {
+        const double *right = modes->shape + l * n;
+        for (size_t i = 0; i < n; i++) {
+            work[i] = 0.0;
+            for (size_t j = 0; j < n; j++)
+                work[i] += B[i + j * n] * right[j];
+        }
+        for (size_t k = 0; k < modes->n; k++) {
+            double sum = 0.0;
+            for (size_t i = 0; i < n; i++)
+                sum += modes->shape[k * n + i] * work[i];
+            D[k + l * modes->n] += scale * sum;
+        }
+    }
+    free(work);
+}
+
+bool transfer_stiffness_change(const struct predictor *p, const struct transfer_modes *modes, size_t parameter,
+                               double *D[3])
+{
+    static const int power[3] = {OF_MASS, OF_DAMPING, OF_STIFFNESS};
+    bool acts = false;
+    for (int k = 0; k < 3; k++)
+        memset(D[k], 0, modes->n * modes->n * sizeof(double));
+    for (size_t b = 0; b < p->reduced.n_blocks; b++) {
+        const struct block_use *use = &p->system->work->use[b];
+        if (use->position == parameter)
+            return false;
+        for (size_t i = 0; i < use->n_dependencies; i++) {
+            const double *d = use->dependency[i].d;
+            if (use->dependency[i].parameter != parameter || use->B == NULL)
+                continue;
+            if (d[OF_MEMORY] < 0.0 || d[OF_MEMORY] > 0.0 || d[OF_RELAXATION] < 0.0 || d[OF_RELAXATION] > 0.0)
+                return false;
+            for (int k = 0; k < 3; k++) {
+                if (d[power[k]] < 0.0 || d[power[k]] > 0.0) {
+                    add_modal(modes, d[power[k]], use->B, D[k]);
+                    acts = true;
+                }
+            }
+        }
+    }
+    return acts;
+}
+
+size_t transfer_gain_parameter(const struct predictor *p, size_t channel)
+{
+    return p->model.outputs[p->channels[channel].output].kind == OUTPUT_PATCH_STRAIN ? p->map.Ks : SIZE_MAX;
+}

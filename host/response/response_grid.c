@@ -1,0 +1,119 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "response.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "maths/residual.h"
+#include "maths/spectrum.h"
+
+/* e^(−σ T_padded): what is left of the response's start after one turn around the padded record. */
+static const double wrap = 1e-9;
+/* This part of the band, next to the Nyquist frequency, is faded out of the inputs. */
+static const double faded_band = 0.05;
+/* An input fades out over this many samples after the record; its continuation is learnt from twelve times as many. */
+enum { TAIL = 64, LEARN = 12 * TAIL };
+
+enum bf_status response_grid_new(size_t n, double dt_s, enum intersample intersample, struct response_grid *out,
+                                 struct bf_error *err)
+{
+    if (n < 2 || !(dt_s > 0.0))
+        return bf_fail(err, BF_NUMERIC, "a prediction needs at least two samples and a positive sample interval");
+    size_t n_tail = intersample == INTERSAMPLE_BAND_LIMITED ? TAIL : 0;
+    size_t room = n > 2 * n_tail ? 2 * n : n + 2 * n_tail;
+    size_t n_fft = fft_good_size(room);
+    double sigma = -log(wrap) / ((double)n_fft * dt_s);
+    *out = (struct response_grid){.n = n,
+                                  .n_tail = n_tail,
+                                  .n_fft = n_fft,
+                                  .m = n_fft / 2 + 1,
+                                  .dt_s = dt_s,
+                                  .sigma = sigma,
+                                  .intersample = intersample};
+    out->s = bf_alloc(out->m, sizeof *out->s);
+    out->weight = bf_alloc(n + n_tail, sizeof *out->weight);
+    for (size_t k = 0; k < out->m; k++)
+        out->s[k] = CMPLX(sigma, 2.0 * acos(-1.0) * (double)k / ((double)n_fft * dt_s));
+    for (size_t k = 0; k < n + n_tail; k++)
+        out->weight[k] = exp(-sigma * dt_s * (double)k);
+    return BF_OK;
+}
+
+void response_grid_free(struct response_grid *grid)
+{
+    free(grid->s);
+    free(grid->weight);
+    *grid = (struct response_grid){0};
+}
+
+/* x[k], k = first … n − 1, continued by the model: x_k = Σ a_j x_(k−j). */
+static void continue_series(double x[], size_t first, size_t n)
+{
+    size_t known = first < LEARN ? first : LEARN;
+    struct ar_model model;
+    ar_fit(x + first - known, known, &model);
+    for (size_t k = first; k < n; k++) {
+        x[k] = 0.0;
+        for (size_t j = 1; j <= (size_t)model.order && j <= k; j++)
+            x[k] += model.a[j - 1] * x[k - j];
+    }
+}
+
+void response_tail(const struct response_grid *grid, const double u[], size_t available, double x[])
+{
+    size_t total = grid->n + grid->n_tail, known = available < total ? available : total;
+    memcpy(x, u, known * sizeof *x);
+    if (known < total)
+        continue_series(x, known, total);
+    for (size_t i = 0; i < grid->n_tail; i++) /* cosine fade */
+        x[grid->n + i] *= 0.5 + 0.5 * cos(acos(-1.0) * (double)(i + 1) / (double)(grid->n_tail + 1));
+}
+
+/*
+ * Content at the Nyquist frequency would ring for ever there, and e^(σt) would make that ring grow. The last part of the
+ * band is faded out by a taper with all derivatives (Planck's), whose ring dies within some dozens of samples.
+ */
+static void fade_to_nyquist(const struct response_grid *grid, double complex U[])
+{
+    double first = (1.0 - faded_band) * (double)(grid->m - 1);
+    for (size_t k = (size_t)ceil(first); k < grid->m; k++) {
+        double x = ((double)k - first) / ((double)(grid->m - 1) - first); /* 0 … 1 */
+        double taper = 1.0;
+        if (x > 0.0)
+            taper = x < 1.0 ? 1.0 / (1.0 + exp(1.0 / (1.0 - x) - 1.0 / x)) : 0.0;
+        U[k] *= taper;
+    }
+}
+
+enum bf_status response_transform(const struct response_grid *grid, const double x[], size_t count, double complex U[],
+                                  struct bf_error *err)
+{
+    const struct fft *plan;
+    enum bf_status status = fft_get(grid->n_fft, &plan, err);
+    if (status != BF_OK)
+        return status;
+    double *padded = bf_alloc(grid->n_fft, sizeof *padded);
+    for (size_t k = 0; k < count; k++)
+        padded[k] = x[k] * grid->weight[k];
+    fft_forward(plan, padded, U);
+    free(padded);
+    if (grid->intersample == INTERSAMPLE_BAND_LIMITED)
+        fade_to_nyquist(grid, U);
+    return BF_OK;
+}
+
+enum bf_status response_back(const struct response_grid *grid, const double complex Y[], double y[],
+                             struct bf_error *err)
+{
+    const struct fft *plan;
+    enum bf_status status = fft_get(grid->n_fft, &plan, err);
+    if (status != BF_OK)
+        return status;
+    double *padded = bf_grow(NULL, grid->n_fft, sizeof *padded);
+    fft_inverse(plan, Y, padded);
+    for (size_t k = 0; k < grid->n; k++)
+        y[k] = padded[k] / grid->weight[k];
+    free(padded);
+    return BF_OK;
+}

@@ -1,0 +1,126 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* compare_plot.c — the pictures of a comparison. */
+#include "compare/compare.h"
+#include "plot.h"
+#include "maths/spectrum.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "ground/text.h"
+
+/* "train1-piezo_V": the record's name without directory and ".csv", and the channel. */
+static void name_picture(const struct comparison *all, const struct comparison_channel *c, char *stem, size_t size)
+{
+    const char *name = text_base_name(all->records[c->record].path), *dot = strrchr(name, '.');
+    const int length = dot != NULL && dot != name ? (int)(dot - name) : (int)strlen(name);
+    int copies = 0; /* records of one name from different directories get a number */
+    for (size_t r = 0; r < c->record; r++)
+        copies += strcmp(text_base_name(all->records[r].path), name) == 0;
+    if (copies > 0)
+        (void)snprintf(stem, size, "%.60s_%d-%s", name, copies + 1, c->name);
+    else
+        (void)snprintf(stem, size, "%.*s-%s", length < 60 ? length : 60, name, c->name);
+}
+
+static void name_title(const struct comparison *all, const struct comparison_channel *c, char *title, size_t size)
+{
+    (void)snprintf(title, size, "%.80s, %s: error %.3g %%", text_base_name(all->records[c->record].path), c->name,
+                   100.0 * c->nrmse);
+    const size_t n = strlen(title);
+    if (c->noise.rms > 0.0 && n < size)
+        (void)snprintf(title + n, size - n, ", %.3g times the noise", c->noise_ratio);
+}
+
+/* Up to where panel (c) goes: twice the frequency below which all but 0.01 % of the power is; 0 when that is everything. */
+static double worth_showing_Hz(const struct comparison_channel *c)
+{
+    double *amplitude = bf_alloc(c->n / 2 + 1, sizeof *amplitude), total = 0.0, sum = 0.0, top_Hz = 0.0;
+    const double nyquist_Hz = 0.5 / c->dt_s;
+    struct bf_error ignored;
+    if (spectrum_amplitude(c->measured, c->n, WINDOW_NONE, amplitude, &ignored) == BF_OK) {
+        for (size_t k = 1; k <= c->n / 2; k++)
+            total += amplitude[k] * amplitude[k];
+        for (size_t k = 1; k <= c->n / 2 && sum < 0.9999 * total; k++) {
+            sum += amplitude[k] * amplitude[k];
+            top_Hz = 2.0 * (double)k / (c->dt_s * (double)c->n);
+        }
+    }
+    free(amplitude);
+    return top_Hz < 0.6 * nyquist_Hz ? top_Hz : 0.0;
+}
+
+static enum bf_status draw_residual(const struct comparison_channel *c, const char *directory, const char *stem,
+                                    const char *title, struct bf_error *err)
+{
+    double edge_Hz[64], share[64];
+    struct plot_residual page = {.directory = directory,
+                                 .stem = stem,
+                                 .title = title,
+                                 .quantity = c->name,
+                                 .n = c->n,
+                                 .t0_s = c->t0_s,
+                                 .dt_s = c->dt_s,
+                                 .residual = c->residual,
+                                 .noise_rms = c->noise.rms,
+                                 .noise_psd = c->noise.psd,
+                                 .n_noise = c->noise.n_bins,
+                                 .autocorrelation = c->autocorrelation,
+                                 .n_autocorrelation = c->n_autocorrelation,
+                                 .autocorrelation_bound = c->whiteness.correlation_bound};
+    for (size_t b = 0; b < c->n_bands && b < 63; b++) {
+        edge_Hz[b] = c->bands[b].from_Hz;
+        edge_Hz[b + 1] = c->bands[b].to_Hz;
+        share[b] = c->bands[b].share;
+        page.n_bands = b + 1;
+    }
+    page.edge_Hz = edge_Hz;
+    page.share = share;
+    if (c->n_inputs > 0) {
+        page.input_name = c->inputs[0].name;
+        page.input_correlation = c->inputs[0].correlation.rho;
+        page.n_lags = c->inputs[0].correlation.n_lags;
+        page.input_bound = c->inputs[0].correlation.bound_all;
+    }
+    return plot_residual(&page, err);
+}
+
+enum bf_status compare_plot_channel(const struct comparison *all, size_t channel, const char *directory,
+                                    const char *stem, struct bf_error *err)
+{
+    const struct comparison_channel *c = &all->channels[channel];
+    char residual[180], title[240];
+    if (c->n < COMPARE_PLOT)
+        return bf_fail(err, BF_NUMERIC, "a picture of '%s' needs at least %d samples; it has %zu", c->name,
+                       COMPARE_PLOT, c->n);
+    name_title(all, c, title, sizeof title);
+    const struct plot_panels panels = {.directory = directory,
+                                       .stem = stem,
+                                       .title = title,
+                                       .quantity = c->name,
+                                       .n = c->n,
+                                       .t0_s = c->t0_s,
+                                       .dt_s = c->dt_s,
+                                       .to_Hz = worth_showing_Hz(c),
+                                       .measured = c->measured,
+                                       .model = c->predicted,
+                                       .noise_psd = c->noise.psd,
+                                       .n_noise = c->noise.n_bins};
+    if (plot_panels(&panels, err) != BF_OK)
+        return err->status;
+    (void)snprintf(residual, sizeof residual, "%s-residual", stem);
+    return draw_residual(c, directory, residual, title, err);
+}
+
+enum bf_status compare_plot(const struct comparison *all, const char *directory, struct bf_error *err)
+{
+    enum bf_status status = BF_OK;
+    for (size_t i = 0; i < all->n_channels && status == BF_OK; i++) {
+        char stem[160];
+        if (all->channels[i].n < COMPARE_PLOT)
+            continue;
+        name_picture(all, &all->channels[i], stem, sizeof stem);
+        status = compare_plot_channel(all, i, directory, stem, err);
+    }
+    return status;
+}

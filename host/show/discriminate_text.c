@@ -1,0 +1,221 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* What to do next, in words, as a table and as JSON. */
+#include "explain/discriminate_work.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "ground/text.h"
+
+/* A search over starts and candidates earns some ten units by chance: twice 'decisive' leaves no doubt. */
+static const double present_is_enough = 20.0;
+static const double same_evidence = 0.99; /* of the other: as good */
+/* Times the noise: no rival leaves less, so that none of them is the explanation and the evidence means little. */
+static const double unexplained = 1.5;
+
+static const struct discriminate_pair *worst(const struct discriminate_pair pairs[], size_t n)
+{
+    const struct discriminate_pair *found = &pairs[0];
+    for (size_t i = 1; i < n; i++)
+        if (pairs[i].evidence < found->evidence)
+            found = &pairs[i];
+    return found;
+}
+
+static const char *sensor_words(enum output_kind kind)
+{
+    switch (kind) {
+    case OUTPUT_ACCELERATION:
+        return "an accelerometer";
+    case OUTPUT_VELOCITY:
+        return "a velocity sensor";
+    default:
+        return "a displacement sensor";
+    }
+}
+
+static void what_to_do(FILE *out, const struct discrimination *d, const struct experiment *x, const char *input)
+{
+    const struct drive *drive = &d->drives[x->drive];
+    switch (drive->kind) {
+    case DRIVE_HIT:
+    case DRIVE_SOFT_HIT:
+        (void)fprintf(out, "Hit at %.3f m (%s) with %.3g N peak and a %s tip (%.2g ms)", drive->at_m, input,
+                      drive->level, drive->kind == DRIVE_HIT ? "hard" : "soft", 1e3 * drive->width_s);
+        break;
+    case DRIVE_RELEASE:
+        (void)fprintf(out, "Pull at %.3f m (%s) with %.3g N and let go", drive->at_m, input, drive->level);
+        break;
+    case DRIVE_CHIRP:
+    default:
+        (void)fprintf(out, "Drive %s with a %s of %.3g V peak, %.2g to %.0f Hz, and let it ring down", input,
+                      drive_kind_name(drive->kind), drive->level, drive->from_Hz, drive->to_Hz);
+    }
+    if (x->sensor < d->n_sensors)
+        (void)fprintf(out, ", and put %s at %.3f m", sensor_words(d->sensors[x->sensor].kind),
+                      d->sensors[x->sensor].at_m);
+}
+
+/* The best that goes beyond the levels so far, when it is much better. */
+static const struct experiment *beyond(const struct discrimination *d)
+{
+    for (size_t i = 0; i < d->n; i++)
+        if (d->drives[d->experiments[i].drive].beyond)
+            return &d->experiments[i];
+    return NULL;
+}
+
+char *discriminate_words(const struct discrimination *d, const struct discriminate_work *w)
+{
+    char *text = NULL;
+    size_t size;
+    FILE *out = open_memstream(&text, &size);
+    if (out == NULL)
+        return bf_strdup("");
+    const struct experiment *best = &d->experiments[d->best], *more = beyond(d);
+    const struct discriminate_pair *pair = worst(best->pairs, d->n_pairs);
+    const char *input = w->baseline->inputs[d->drives[best->drive].input].name;
+    what_to_do(out, d, best, input);
+    (void)fprintf(out, ": expected evidence %.3g", best->evidence);
+    if (d->present != NULL)
+        (void)fprintf(out, " (%.3g for the present records)", worst(d->present, d->n_pairs)->evidence);
+    (void)fprintf(out, " between %s and %s", d->names[pair->a], d->names[pair->b]);
+    if (d->n_pairs > 1)
+        (void)fprintf(out, ", the pair that is hardest to tell apart");
+    if (best->wrong_choice > 1e-9)
+        (void)fprintf(out, "; noise would turn the choice round with probability %.2g.", best->wrong_choice);
+    else
+        (void)fprintf(out, "; noise would practically never turn the choice round.");
+    if (best->evidence < discriminate_decisive)
+        (void)fprintf(out,
+                      " That is not decisive (%.0f would be): within the levels so far treat them as one class, or "
+                      "record longer and more often (evidence adds up).",
+                      discriminate_decisive);
+    if (more != NULL && more->evidence > 2.0 * best->evidence)
+        (void)fprintf(out, " If the beam and the sensors bear it, more would be gained by: %s (evidence %.3g).",
+                      more->name, more->evidence);
+    if (d->present != NULL && worst(d->present, d->n_pairs)->evidence > present_is_enough)
+        (void)fprintf(out, " The present records tell them apart already: see `beamfit diagnose`.");
+    double least = INFINITY;
+    for (size_t i = 0; i < d->n_rivals; i++)
+        least = fmin(least, isnan(d->noise_ratio[i]) ? 0.0 : d->noise_ratio[i]);
+    if (least > unexplained)
+        (void)fprintf(out,
+                      " Caution: none of the rivals explains the present records (the best leaves %.3g times the "
+                      "noise); see `beamfit diagnose` first.",
+                      least);
+    (void)fclose(out);
+    return text;
+}
+
+/* Another level of the same that brings as much as the largest allowed one is not worth a row. */
+static bool is_repetition(const struct discrimination *d, const struct experiment *x)
+{
+    const struct drive *drive = &d->drives[x->drive];
+    for (size_t i = 0; i < d->n && drive->relative != 1.0; i++) {
+        const struct drive *other = &d->drives[d->experiments[i].drive];
+        if (other->relative == 1.0 && other->kind == drive->kind && other->at_m == drive->at_m &&
+            d->experiments[i].sensor == x->sensor && d->experiments[i].evidence >= same_evidence * x->evidence)
+            return true;
+    }
+    return false;
+}
+
+static void print_row(FILE *out, const struct discrimination *d, const struct experiment *x)
+{
+    const struct discriminate_pair *pair = worst(x->pairs, d->n_pairs);
+    (void)fprintf(out, "%10.4g %9.3g %9.1e  %s", x->evidence, x->per_sample, x->wrong_choice, x->name);
+    if (d->n_pairs > 1)
+        (void)fprintf(out, "  [%s, %s]", d->names[pair->a], d->names[pair->b]);
+    (void)fprintf(out, "\n");
+}
+
+/* Of each drive: with the sensors that are there, and with the best one added. */
+void discriminate_print(FILE *out, const struct discrimination *d, size_t most)
+{
+    bool *plain = bf_alloc(d->n_drives, sizeof *plain), *sensor = bf_alloc(d->n_drives, sizeof *sensor);
+    size_t printed = 0;
+    (void)fprintf(out, "Experiments of %.3g s, best first; evidence = expected 2 log of the likelihood ratio%s\n\n",
+                  d->duration_s, d->n_pairs > 1 ? " of the worst pair" : "");
+    (void)fprintf(out, "%10s %9s %9s  experiment\n", "evidence", "rms/noise", "P(wrong)");
+    for (size_t i = 0; i < d->n && printed < most; i++) {
+        const struct experiment *x = &d->experiments[i];
+        bool *seen = x->sensor == d->n_sensors ? &plain[x->drive] : &sensor[x->drive];
+        if (*seen || is_repetition(d, x))
+            continue;
+        *seen = true;
+        printed++;
+        print_row(out, d, x);
+    }
+    if (d->n_failed > 0)
+        (void)fprintf(out, "%zu drives are left out: some rival cannot be predicted there.\n", d->n_failed);
+    (void)fprintf(out, "\n");
+    text_print_wrapped(out, d->text, 0, text_columns());
+    free(plain), free(sensor);
+}
+
+static void put_pairs(struct json *parent, const char *key, const struct discrimination *d,
+                      const struct discriminate_pair pairs[])
+{
+    struct json *list = json_put(parent, key, json_new_array());
+    for (size_t p = 0; p < d->n_pairs; p++) {
+        struct json *one = json_push(list, json_new_object());
+        json_put_text(one, "a", d->names[pairs[p].a]);
+        json_put_text(one, "b", d->names[pairs[p].b]);
+        json_put_number(one, "separation", pairs[p].evidence);
+        json_put_number(one, "wrong_choice", pairs[p].wrong_choice);
+    }
+}
+
+static void put_rivals(struct json *root, const struct discrimination *d)
+{
+    struct json *list = json_put(root, "rivals", json_new_array());
+    for (size_t i = 0; i < d->n_rivals; i++) {
+        struct json *one = json_push(list, json_new_object());
+        json_put_text(one, "name", d->names[i]);
+        json_put_number(one, "noise_ratio", d->noise_ratio[i]);
+        struct json *parameters = json_put(one, "parameters", json_new_object());
+        const struct model *model = &d->models[i];
+        for (size_t e = 0; e < model->n_effects; e++)
+            for (int j = 0; j < model->effects[e].effect->n_parameters; j++) {
+                char label[2 * MODEL_NAME];
+                (void)snprintf(label, sizeof label, "%s.%s", model->effects[e].effect->id,
+                               model->effects[e].parameters[j].name);
+                json_put_number(parameters, label, model->effects[e].parameters[j].value);
+            }
+    }
+}
+
+struct json *discriminate_json(const struct discrimination *d, const char *drive)
+{
+    struct json *root = json_new_object();
+    struct json *list = json_put(root, "experiments", json_new_array());
+    for (size_t i = 0; i < d->n; i++) {
+        const struct experiment *x = &d->experiments[i];
+        struct json *one = json_push(list, json_new_object());
+        json_put_text(one, "name", x->name);
+        json_put_text(one, "kind", drive_kind_name(d->drives[x->drive].kind));
+        json_put_number(one, "level", d->drives[x->drive].level);
+        json_put_bool(one, "beyond_largest_level", d->drives[x->drive].beyond);
+        json_put_bool(one, "added_sensor", x->sensor < d->n_sensors);
+        json_put_number(one, "separation", x->evidence);
+        json_put_number(one, "rms_over_noise", x->per_sample);
+        json_put_number(one, "wrong_choice", x->wrong_choice);
+        put_pairs(one, "pairs", d, x->pairs);
+    }
+    json_put_text(root, "best", d->experiments[d->best].name);
+    if (drive != NULL)
+        json_put_text(root, "drive", drive);
+    else
+        json_put_number(root, "drive", (double)NAN);
+    if (d->present != NULL)
+        put_pairs(root, "present", d, d->present);
+    put_rivals(root, d);
+    json_put_number(root, "duration_s", d->duration_s);
+    json_put_text(root, "text", d->text);
+    if (d->warning != NULL)
+        json_put_text(root, "warning", d->warning);
+    json_put_number(root, "seconds", d->seconds);
+    return root;
+}

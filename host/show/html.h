@@ -1,0 +1,55 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/*
+ * html.h — pieces of a page that stands alone: text that cannot become markup, numbers, pictures inside the file.
+ * Nothing here loads anything from elsewhere, and no write is checked: the caller's file is (atomic_file.h).
+ */
+#ifndef BEAMFIT_HTML_H
+#define BEAMFIT_HTML_H
+
+#include <stddef.h>
+#include <stdio.h>
+#include "ground/error.h"
+
+/*
+ * Text from anywhere, between tags or in a quoted attribute: & < > " ' as entities; what is not UTF-8, control characters
+ * (a tab and a newline are blanks) and marks that turn the direction of writing as U+FFFD.
+ */
+void html_text(FILE *out, const char *text);
+/* The same of a formatted text, of any length. */
+void html_textf(FILE *out, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+/* A name or a path: as html_text(), and of more than 24 characters it may be broken behind / _ - and within long words. */
+void html_name(FILE *out, const char *name);
+
+/* RFC 4648, with padding, without line breaks. */
+void html_base64(FILE *out, const void *bytes, size_t n);
+
+/* From <!doctype> to <body>, with the style for screen and paper; and the end. program: "beamfit 0.1.0". */
+void html_begin(FILE *out, const char *title, const char *program);
+void html_end(FILE *out);
+
+/*
+ * <table id=ID> with a row of headings, one for each column, split at '|' (a heading that begins with '>' stands over
+ * numbers); its end.
+ */
+void html_table_begin(FILE *out, const char *id, const char *headings);
+void html_table_end(FILE *out);
+/* <td>name</td>, as html_name() */
+void html_name_cell(FILE *out, const char *name);
+/* <td>text</td> */
+void html_cell(FILE *out, const char *format, ...) __attribute__((format(printf, 2, 3)));
+/*
+ * factor · x as `format` prints it (one conversion of a double, "%.3g", and text around it), powers of ten as a person
+ * writes them; x itself, to full precision, is in <data value>. NaN and infinity are a dash. Factor 100: per cent.
+ */
+void html_number(FILE *out, double x, double factor, const char *format);
+/* The same in a cell. */
+void html_number_cell(FILE *out, double x, double factor, const char *format);
+
+/*
+ * <img> of a PNG file, embedded. alt: what a reader sees who does not see the picture. BF_BAD_FILE when the file cannot
+ * be read or is no PNG; then nothing was written.
+ */
+enum bf_status html_png(FILE *out, const char *path, const char *alt, struct bf_error *err);
+
+#endif

@@ -1,0 +1,58 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/*
+ * plot_gnuplot.h — one picture: its directory, its script, its data files, and running gnuplot on them. Inside plot_*.c only.
+ *
+ *     struct picture p;
+ *     picture_begin(directory, stem, 18.0, 14.0, &p);
+ *     FILE *f = picture_data(&p, "time");  fprintf(f, ...);  picture_data_end(&p);
+ *     fprintf(p.script, ...);
+ *     return picture_end(&p, err);
+ *
+ * Failures are kept and returned by picture_end(); until then p.script and the data file can always be written to.
+ */
+#ifndef BEAMFIT_PLOT_GNUPLOT_H
+#define BEAMFIT_PLOT_GNUPLOT_H
+
+#include <stdio.h>
+#include <stdbool.h>
+#include "ground/atomic_file.h"
+
+/* Okabe and Ito (2008): distinct for every common colour vision, and in grey. */
+#define PLOT_BLUE       "#0072B2"
+#define PLOT_VERMILLION "#D55E00"
+#define PLOT_GREEN      "#009E73"
+#define PLOT_ORANGE     "#E69F00"
+#define PLOT_PURPLE     "#CC79A7"
+#define PLOT_GREY       "#8C8C8C"
+
+struct picture {
+    char *directory;
+    char stem[120]; /* sanitised */
+    FILE *script;   /* body of the picture, run once for each format */
+    struct atomic_file script_file, data_file;
+    bool data_open;
+    struct bf_error error; /* status BF_OK while all is well */
+};
+
+/* Width and height of the printed picture. The script may use the point sizes `dot` and `mark`. */
+void picture_begin(const char *directory, const char *stem, double width_cm, double height_cm, struct picture *p);
+/* Opens STEM-NAME.dat. One at a time. */
+FILE *picture_data(struct picture *p, const char *name);
+void picture_data_end(struct picture *p);
+/* Finishes the script, runs gnuplot, frees everything. */
+enum bf_status picture_end(struct picture *p, struct bf_error *err);
+
+/* 'text' as a gnuplot string: control characters and markup cannot leave it. */
+void plot_quote(FILE *script, const char *text);
+/* Panel title at the upper left, its key at the upper right, both outside the data. */
+void plot_panel_title(FILE *script, const char *title);
+void plot_axes(FILE *script, const char *x_label, const char *y_label);
+/* Begins a multiplot; layout: gnuplot's words after `set multiplot`. title may be NULL. */
+void plot_sheet(FILE *script, const char *layout, const char *title);
+/* 1, 2 or 5 times a power of ten: about four of them in the range (> 0). */
+double plot_tick_step(double range);
+/* Columns time and any number of series, thinned to what the eye can see: extremes of each bucket are kept. */
+void plot_write_series(FILE *f, double t0_s, double dt_s, const double *const y[], size_t n_series, size_t from,
+                       size_t to);
+
+#endif
