@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include "fit_rig.h"
-#include "explain/score.h"
+#include "estimate/score.h"
 
 enum { RECORDS = 2, CHANNELS = 2 * RECORDS };
 

@@ -10,10 +10,8 @@
 #include <sys/stat.h>
 
 #include "ground/hash.h"
-#include "show/plot.h"
-#include "ground/text.h"
 
-enum { MOST_FILES = 1000, MOST_BYTES = 1 << 22, HISTORY_STEP = 1024 };
+enum { MOST_FILES = 1000, MOST_BYTES = 1 << 22 };
 
 /* ---- Order ---- */
 
@@ -74,9 +72,8 @@ static size_t count_effect(const struct model *model, const struct beam_effect *
     return n;
 }
 
-/* Calls back for every effect that `model` has more often than `than`, once per surplus. */
-static void each_surplus(const struct model *model, const struct model *than, void (*call)(void *, const char *, bool),
-                         void *context, bool gained)
+void history_surplus(const struct model *model, const struct model *than, void (*call)(void *, const char *, bool),
+                     void *context, bool gained)
 {
     for (int i = 0; i < beam_effects_count; i++) {
         size_t n = count_effect(model, beam_effects[i]), m = than ? count_effect(than, beam_effects[i]) : 0;
@@ -85,18 +82,10 @@ static void each_surplus(const struct model *model, const struct model *than, vo
     }
 }
 
-static const struct model *parent_of(const struct history *h, int i)
+const struct model *history_parent(const struct history *h, int i)
 {
     int parent = h->entries[i].parent;
     return parent == HISTORY_NONE ? NULL : &h->entries[parent].model;
-}
-
-/* ---- JSON ---- */
-
-static void push_id(void *context, const char *id, bool gained)
-{
-    (void)gained;
-    json_push_text(context, id);
 }
 
 double history_error(double x)
@@ -104,43 +93,7 @@ double history_error(double x)
     return x > 0.0 ? x : (double)NAN;
 }
 
-static void put_entry(struct json *object, const struct history *h, int i)
-{
-    const struct history_entry *e = &h->entries[i];
-    const struct model *parent = parent_of(h, i);
-    const struct fit_info *fit = &e->model.fit;
-    json_put_text(object, "file", e->file);
-    json_put_text(object, "sha256", e->model.sha256);
-    if (parent)
-        json_put_text(object, "parent", h->entries[e->parent].file);
-    else
-        json_put_number(object, "parent", (double)NAN);
-    struct json *effects = json_put(object, "effects", json_new_array());
-    for (size_t k = 0; k < e->model.n_effects; k++)
-        json_push_text(effects, e->model.effects[k].effect->id);
-    struct json *gained = json_put(object, "gained", json_new_array());
-    struct json *lost = json_put(object, "lost", json_new_array());
-    if (parent) {
-        each_surplus(&e->model, parent, push_id, gained, true);
-        each_surplus(parent, &e->model, push_id, lost, false);
-    }
-    json_put_bool(object, "fitted", fit->present);
-    json_put_number(object, "nrmse", history_error(fit->nrmse));
-    json_put_number(object, "noise_ratio", history_error(fit->noise_ratio));
-    json_put_number(object, "check_nrmse", history_error(fit->check_nrmse));
-    json_put_number(object, "check_noise_ratio", history_error(fit->check_noise_ratio));
-    json_put_bool(object, "converged", fit->present && fit->converged);
-}
-
-struct json *history_json(const struct history *h)
-{
-    struct json *root = json_new_object(), *models = json_put(root, "models", json_new_array());
-    for (int i = 0; i < h->n; i++)
-        put_entry(json_push(models, json_new_object()), h, h->order[i]);
-    return root;
-}
-
-/* ---- Table ---- */
+/* ---- What a step brought ---- */
 
 /* A text that is being put together; it never grows beyond its size. */
 struct step_text {
@@ -164,12 +117,12 @@ static void add_change(void *context, const char *id, bool gained)
 void history_step(const struct history *h, int i, char *text, size_t size)
 {
     const struct history_entry *e = &h->entries[i];
-    const struct model *parent = parent_of(h, i);
+    const struct model *parent = history_parent(h, i);
     struct step_text t = {text, size};
     text[0] = '\0';
-    each_surplus(&e->model, parent, add_change, &t, true);
+    history_surplus(&e->model, parent, add_change, &t, true);
     if (parent)
-        each_surplus(parent, &e->model, add_change, &t, false);
+        history_surplus(parent, &e->model, add_change, &t, false);
     if (e->model.fit.present)
         add_words(&t, text[0] ? "; " : "", e->model.fit.converged ? "fitted" : "fit not converged");
     else if (text[0] == '\0')
@@ -182,101 +135,6 @@ int history_fits(const struct history *h)
     for (int i = 0; i < h->n; i++)
         n += h->entries[i].model.fit.present;
     return n;
-}
-
-static void print_number(FILE *out, double x, const char *format, int width)
-{
-    if (x > 0.0)
-        (void)fprintf(out, format, width, x);
-    else
-        (void)fprintf(out, "%*s", width, "-");
-}
-
-static void print_entry(FILE *out, const struct history *h, int i, size_t width)
-{
-    const struct history_entry *e = &h->entries[i];
-    const struct fit_info *fit = &e->model.fit;
-    char step[HISTORY_STEP];
-    (void)fprintf(out, "%*s", 2 * e->depth, "");
-    text_print_padded(out, e->file, width - 2 * (size_t)e->depth);
-    print_number(out, fit->nrmse, "%*.4g", 10);
-    print_number(out, fit->noise_ratio, "%*.3f", 10);
-    print_number(out, fit->check_nrmse, "%*.4g", 12);
-    print_number(out, fit->check_noise_ratio, "%*.3f", 10);
-    history_step(h, i, step, sizeof step);
-    (void)fprintf(out, "  %s\n", step);
-}
-
-void history_print(FILE *out, const struct history *h)
-{
-    size_t width = strlen("model");
-    for (int i = 0; i < h->n; i++) {
-        size_t w = text_width(h->entries[i].file) + 2 * (size_t)h->entries[i].depth;
-        width = w > width ? w : width;
-    }
-    text_print_padded(out, "model", width);
-    (void)fprintf(out, "%10s%10s%12s%10s  step\n", "nrmse", "/ noise", "held-out", "/ noise");
-    for (int i = 0; i < h->n; i++)
-        print_entry(out, h, h->order[i], width);
-    (void)fputs("nrmse: residual rms over signal rms, of the fitted and of the held-out records; / noise: over the "
-                "noise's rms.\n",
-                out);
-}
-
-/* ---- Picture ---- */
-
-/* Error that a perfect model would have: root mean square over channels, as nrmse is. 0: the noise is not known. */
-static double noise_floor(const struct fit_info *fit, bool held_out)
-{
-    double sum = 0.0;
-    size_t n = 0;
-    for (size_t r = 0; r < fit->n_records; r++)
-        for (size_t c = 0; c < fit->records[r].n_channels && fit->records[r].held_out == held_out; c++) {
-            const struct fit_channel *channel = &fit->records[r].channels[c];
-            if (!(channel->nrmse > 0.0 && channel->noise_ratio > 0.0))
-                continue;
-            sum += (channel->nrmse / channel->noise_ratio) * (channel->nrmse / channel->noise_ratio);
-            n++;
-        }
-    return n > 0 ? sqrt(sum / (double)n) : 0.0;
-}
-
-enum bf_status history_plot(const struct history *h, const char *directory, struct bf_error *err)
-{
-    const char **label = bf_alloc((size_t)h->n, sizeof *label);
-    double *fitted = bf_alloc((size_t)h->n, sizeof *fitted), *held_out = bf_alloc((size_t)h->n, sizeof *held_out);
-    double floor = 0.0, held_out_floor = 0.0; /* of the newest fit */
-    size_t n = 0;
-    for (int i = 0; i < h->n; i++) {
-        const struct history_entry *e = &h->entries[h->order[i]];
-        const struct fit_info *fit = &e->model.fit;
-        if (!fit->present)
-            continue;
-        label[n] = text_base_name(e->file);
-        fitted[n] = history_error(fit->nrmse);
-        held_out[n++] = history_error(fit->check_nrmse);
-        floor = noise_floor(fit, false) > 0.0 ? noise_floor(fit, false) : floor;
-        held_out_floor = noise_floor(fit, true) > 0.0 ? noise_floor(fit, true) : held_out_floor;
-    }
-    enum bf_status status = BF_OK;
-    if (n == 0) {
-        status = bf_fail(err, BF_USAGE, "none of the models was fitted, so there is no error to draw");
-    } else {
-        const struct plot_history plot = {.directory = directory,
-                                          .stem = "history",
-                                          .title = "Error against model",
-                                          .n = n,
-                                          .label = label,
-                                          .fitted = fitted,
-                                          .held_out = held_out,
-                                          .noise_floor = floor,
-                                          .held_out_floor = held_out_floor};
-        status = plot_history(&plot, err);
-    }
-    free(label);
-    free(fitted);
-    free(held_out);
-    return status;
 }
 
 /* ---- Reading ---- */

@@ -38,6 +38,11 @@ enum bf_status history_of(const char *path, const char *const others[], size_t n
                           struct bf_error *err);
 void history_free(struct history *history);
 
+/* The parent of entry i among the entries; NULL: none is there. */
+const struct model *history_parent(const struct history *history, int i);
+/* Calls back for every effect that `model` has more often than `than` (NULL: none), once per surplus. */
+void history_surplus(const struct model *model, const struct model *than, void (*call)(void *, const char *, bool),
+                     void *context, bool gained);
 /* What entry i has and its parent has not, as in the table: "+tip_mass −hum; fitted". */
 void history_step(const struct history *history, int i, char *text, size_t size);
 /* An error or noise ratio of a fit_info, where 0 stands for none: NaN then. */

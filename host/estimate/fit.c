@@ -166,7 +166,7 @@ enum bf_status fit_errors(const struct model *model, const struct record records
     double square;
     if (!status)
         status = fit_problem_stage(&w.problem, 0.0, 0.0, w.x, err);
-    if (!status && law_in_model(model))
+    if (!status && model_has_law(model))
         status = look_ahead(&w, options, err);
     if (!status)
         status = fit_problem_evaluate(&w.problem, w.x, false, &square, err);

@@ -15,14 +15,6 @@ static bool of_new_law(const struct fit_problem *p, size_t first_effect, size_t 
     return ref->role == ROLE_EFFECT && ref->owner >= first_effect && p->model->effects[ref->owner].effect->law;
 }
 
-bool law_in_model(const struct model *model)
-{
-    for (size_t e = 0; e < model->n_effects; e++)
-        if (model->effects[e].effect->law)
-            return true;
-    return false;
-}
-
 bool law_is_new(const struct fit_problem *p, size_t first_effect)
 {
     for (size_t i = 0; i < p->n_unknowns; i++)

@@ -5,7 +5,6 @@
 
 #include "fit_starts.h"
 
-bool law_in_model(const struct model *model);
 /* Some effect from first_effect on has a law, and a free strength. */
 bool law_is_new(const struct fit_problem *p, size_t first_effect);
 

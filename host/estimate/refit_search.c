@@ -271,7 +271,7 @@ static enum bf_status stay_near(struct tournament *t, double x[], struct optimis
 {
     struct fit_problem *p = t->p;
     bool cut;
-    enum bf_status status = law_in_model(p->model) ? horizon_find(p, &t->predict, t->theta0, &cut, err) : BF_OK;
+    enum bf_status status = model_has_law(p->model) ? horizon_find(p, &t->predict, t->theta0, &cut, err) : BF_OK;
     starts_to_x(p, t->theta0, x);
     t->tried = 1;
     if (!status)
@@ -293,7 +293,7 @@ enum bf_status tournament_run(struct tournament *t, double x[], struct optimise_
                             .explained = bf_alloc(p->n_refs, sizeof *best.explained),
                             .horizon_s = bf_alloc(p->n_records, sizeof *best.horizon_s)};
     t->stairs.predict = &t->predict;
-    t->stairs.gentle = law_in_model(p->model) && !t->quick;
+    t->stairs.gentle = model_has_law(p->model) && !t->quick;
     enum bf_status status = law ? descend_trial(t, &best, err) : BF_OK;
     if (!status && !(best.have && (t->quick || explained(&best) || fit_problem_interrupted(p))) &&
         !far_explained(t, &best))

@@ -117,6 +117,12 @@ enum bf_status diagnose_run(const struct model *model, const struct record recor
                             struct diagnosis *out, struct bf_error *err);
 void diagnose_free(struct diagnosis *diagnosis);
 
+/* "sensor_offset on accel_mps2 + tip_mass": the added effects and where they sit. */
+void hypothesis_name(FILE *out, const struct hypothesis *h);
+
+/* Measured and residual of every fitted channel under this hypothesis, as localise_json() takes them. Caller frees. */
+struct misfit_channel *hypothesis_channels(const struct diagnosis *d, const struct hypothesis *h);
+
 struct json *diagnose_json(const struct diagnosis *diagnosis);
 void diagnose_print(FILE *out, const struct diagnosis *diagnosis);
 /*

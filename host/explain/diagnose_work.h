@@ -3,10 +3,10 @@
 #ifndef BEAMFIT_DIAGNOSE_WORK_H
 #define BEAMFIT_DIAGNOSE_WORK_H
 
-#include "candidate.h"
+#include "estimate/candidate.h"
 #include "diagnose.h"
 #include "estimate/fit.h"
-#include "score.h"
+#include "estimate/score.h"
 #include "estimate/trial.h"
 
 struct progress;
@@ -54,7 +54,6 @@ bool diagnose_computed(const struct diagnosis *d);
 enum bf_status hypothesis_measure(const struct diagnose_work *w, struct hypothesis *h, struct bf_error *err);
 /* channels: [n] of records that were not fitted; they become the held-out errors of the hypothesis. */
 void hypothesis_take_check(struct hypothesis *h, const struct fit_channel_error channels[], size_t n);
-struct misfit_channel *hypothesis_channels(const struct diagnosis *d, const struct hypothesis *h);
 void hypothesis_free(struct hypothesis *h);
 /* One of its added effects is a law, so that its prediction steps through time. */
 bool hypothesis_has_law(const struct hypothesis *h);
@@ -114,7 +113,7 @@ bool diagnose_as_good(const struct diagnosis *d, const struct hypothesis *h, con
 /* … and one more effect would take what the cause would not have left. */
 bool diagnose_leaves_more(const struct diagnosis *d, const struct hypothesis *h);
 
-/* diagnose_text.c */
+/* diagnose_words.c */
 char *diagnose_words(const struct diagnosis *d);
 
 #endif

@@ -113,6 +113,9 @@ enum bf_status discriminate_run(const struct model *baseline, const struct discr
                                 struct bf_error *err);
 void discrimination_free(struct discrimination *d);
 
+/* Of pairs[n], n > 0, the one with the least evidence. */
+const struct discriminate_pair *discriminate_hardest(const struct discriminate_pair pairs[], size_t n);
+
 /* For a person: table and text; `most` rows. */
 void discriminate_print(FILE *out, const struct discrimination *d, size_t most);
 /* drive: path of the signal that was written, NULL none. */

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "candidate.h"
+#include "estimate/candidate.h"
 #include "estimate/refit.h"
 
 /* Without records: each effect changes the reference response by this many times the noise (rms, baseline refitted). */

@@ -89,7 +89,7 @@ enum bf_status rivals_refit(struct discriminate_work *w, const struct discrimina
 enum bf_status rivals_scaled(struct discriminate_work *w, const struct discriminate_rival rivals[],
                              struct bf_error *err);
 
-/* ---- discriminate_text.c ---- */
+/* ---- discriminate_words.c ---- */
 char *discriminate_words(const struct discrimination *d, const struct discriminate_work *w);
 
 #endif

@@ -310,3 +310,11 @@ enum bf_status model_drop_effect(struct model *model, const char *id, struct bf_
     forget_fit(model);
     return BF_OK;
 }
+
+bool model_has_law(const struct model *model)
+{
+    for (size_t e = 0; e < model->n_effects; e++)
+        if (model->effects[e].effect->law)
+            return true;
+    return false;
+}

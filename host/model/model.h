@@ -179,6 +179,8 @@ enum bf_status model_append_effect(struct model *model, const char *id, const ch
 enum bf_status model_drop_effect(struct model *model, const char *id, struct bf_error *err);
 /* Fills residuals[] for the model's channels, value 0, where the list is still empty. */
 void model_make_residuals(struct model *model);
+/* Some effect of the model is a law, so that its prediction steps through time. */
+bool model_has_law(const struct model *model);
 const struct beam_effect *effect_by_id(const char *id); /* NULL when unknown */
 /* The same with a message that proposes the closest id. */
 const struct beam_effect *effect_find(const char *id, struct bf_error *err);

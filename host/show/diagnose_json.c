@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The answer of diagnose for programs; its keys stand in `beamfit diagnose --help`. */
-#include "explain/diagnose_work.h"
+#include "explain/diagnose.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -11,7 +11,7 @@
 
 #include <cmocka.h>
 
-#include "explain/candidate.h"
+#include "estimate/candidate.h"
 #include "fit_rig.h"
 
 static struct model model;

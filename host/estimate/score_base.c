@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include "maths/dense.h"
-#include "estimate/fit_problem.h"
+#include "fit_problem.h"
 #include "score_work.h"
 
 static const double dependent = 1e-9; /* columns that depend on others to this share add nothing */

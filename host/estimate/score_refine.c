@@ -3,7 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include "estimate/fit_stages.h"
+#include "fit_stages.h"
 #include "score_work.h"
 
 enum { STEPS = 8, LAST = 2, WINDOWS = 2 };

@@ -1,16 +1,13 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* The verdict in words, and the answer of diagnose for a person. */
-#include "explain/diagnose_work.h"
+/* The verdict in words. */
+#include "diagnose_work.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "explain/discriminate.h"
-#include "ground/text.h"
-
 /* "sensor_offset on accel_mps2 + tip_mass" */
-static void effects_text(FILE *out, const struct hypothesis *h)
+void hypothesis_name(FILE *out, const struct hypothesis *h)
 {
     for (size_t i = 0; i < h->n_effects; i++) {
         const char *channel = h->model.effects[h->n_base + i].channel;
@@ -35,7 +32,7 @@ static void complete(FILE *out, const struct diagnosis *d)
     if (d->n_hypotheses > 0) {
         const struct hypothesis *h = &d->hypotheses[0];
         (void)fprintf(out, " The best addition, ");
-        effects_text(out, h);
+        hypothesis_name(out, h);
         (void)fprintf(out, ", would lower that to %.3g, which chance alone explains (p = %.2g).", h->fitted.noise_ratio,
                       h->p_value);
     } else {
@@ -85,7 +82,7 @@ static void missing(FILE *out, const struct diagnosis *d)
 {
     const struct hypothesis *best = &d->hypotheses[0], *second = runner_up(d);
     (void)fprintf(out, "Missing: ");
-    effects_text(out, best);
+    hypothesis_name(out, best);
     (void)fprintf(out, " (%s). With it the error falls from ", best->effects[0]->title);
     ratios(out, d, &d->baseline);
     (void)fprintf(out, " to ");
@@ -100,7 +97,7 @@ static void missing(FILE *out, const struct diagnosis *d)
                       " What remains is no effect of the catalogue: the form of this one is not quite the beam's.");
     if (second != NULL) {
         (void)fprintf(out, " The next best, ");
-        effects_text(out, second);
+        hypothesis_name(out, second);
         (void)fprintf(out, ", leaves ");
         ratios(out, d, second);
         (void)fprintf(out, ".");
@@ -119,7 +116,7 @@ static void ambiguous(FILE *out, const struct diagnosis *d)
             continue;
         if (!first)
             (void)fprintf(out, "; ");
-        effects_text(out, &d->hypotheses[i]);
+        hypothesis_name(out, &d->hypotheses[i]);
         (void)fprintf(out, " leaves ");
         ratios(out, d, &d->hypotheses[i]);
         first = false;
@@ -133,7 +130,7 @@ static void unconfirmed(FILE *out, const struct diagnosis *d)
     (void)fprintf(out, "Something is missing: the model leaves ");
     ratios(out, d, &d->baseline);
     (void)fprintf(out, ". Together ");
-    effects_text(out, &d->hypotheses[0]);
+    hypothesis_name(out, &d->hypotheses[0]);
     (void)fprintf(out, " leave ");
     ratios(out, d, &d->hypotheses[0]);
     (void)fprintf(out,
@@ -185,7 +182,7 @@ static void not_crossed(FILE *out, const struct diagnosis *d)
                       first ? " Not cross-validated, because a refit without some of the records failed: " : "; ");
         if (i == 0)
             (void)fprintf(out, "the model as it is");
-        effects_text(out, h);
+        hypothesis_name(out, h);
         first = false;
     }
     if (!first)
@@ -226,7 +223,7 @@ static void unknown(FILE *out, const struct diagnosis *d)
     if (d->n_hypotheses > 0) {
         const bool crossed = d->check_kind == CHECK_CROSS && d->hypotheses[0].check.n_channels > 0;
         (void)fprintf(out, ", and the best addition, ");
-        effects_text(out, &d->hypotheses[0]);
+        hypothesis_name(out, &d->hypotheses[0]);
         (void)fprintf(out, crossed ? ", leaves " : ", still leaves ");
         ratios(out, d, &d->hypotheses[0]);
         if (crossed)
@@ -256,7 +253,7 @@ static void interrupted(FILE *out, const struct diagnosis *d)
         return;
     }
     (void)fprintf(out, "; of %zu explanations that were refitted ", d->n_hypotheses);
-    effects_text(out, &d->hypotheses[0]);
+    hypothesis_name(out, &d->hypotheses[0]);
     (void)fprintf(out, " leaves least, ");
     ratios(out, d, &d->hypotheses[0]);
     (void)fprintf(out, ". What was not tried yet may explain it better.");
@@ -279,95 +276,4 @@ char *diagnose_words(const struct diagnosis *d)
     }
     (void)fclose(out);
     return text;
-}
-
-static void print_candidates(FILE *out, const struct diagnosis *d)
-{
-    enum { MOST = 12, WIDTH = 40 };
-    if (d->n_hypotheses == 0)
-        return;
-    const bool cross = d->check_kind == CHECK_CROSS;
-    (void)fprintf(out, "\n%-*s %9s %9s %10s %11s\n", WIDTH, "added and refitted", "fitted",
-                  cross ? "left out" : "held out", "p", "evidence");
-    (void)fprintf(out, "%-*s %9.3f %9.3f\n", WIDTH, "(the model as it is)", d->baseline.fitted.noise_ratio,
-                  d->baseline.check.noise_ratio);
-    for (size_t i = 0; i < d->n_hypotheses && i < MOST; i++) {
-        const struct hypothesis *h = &d->hypotheses[i];
-        char name[256] = "";
-        FILE *row = fmemopen(name, sizeof name, "w");
-        if (row != NULL) {
-            effects_text(row, h);
-            (void)fclose(row);
-        }
-        (void)fprintf(out, "%-*s %9.3f %9.3f %10.2g %11.4g%s%s\n", WIDTH, name, h->fitted.noise_ratio,
-                      h->check.noise_ratio, h->p_value, h->evidence.bic_gain, h->rival ? "  rival" : "",
-                      h->fit.converged ? "" : "  not converged");
-    }
-    (void)fprintf(out,
-                  "Errors in units of the noise; p family-wise; evidence: fall of the whitened misfit less its "
-                  "price (BIC).%s\n",
-                  cross ? " Left out: each record in turn, predicted by a fit to the others; only of what the verdict "
-                          "hangs on."
-                        : "");
-}
-
-/* "tip_mass+sensor_lag@accel_mps2", as discriminate takes it */
-static void rival_text(FILE *out, const struct hypothesis *h)
-{
-    for (size_t i = 0; i < h->n_effects; i++) {
-        const char *channel = h->model.effects[h->n_base + i].channel;
-        (void)fprintf(out, "%s%s%s%s", i > 0 ? "+" : "", h->effects[i]->id, channel[0] != '\0' ? "@" : "", channel);
-    }
-}
-
-static void print_next(FILE *out, const struct diagnosis *d)
-{
-    const char *path = d->model->path ? d->model->path : "MODEL";
-    if (d->verdict == VERDICT_MISSING) {
-        const struct hypothesis *best = &d->hypotheses[0];
-        for (size_t i = 0; i < best->n_effects; i++) {
-            const char *channel = best->model.effects[best->n_base + i].channel;
-            if (i == 0)
-                (void)fprintf(out, "\nNext: beamfit add %s", path);
-            else
-                (void)fprintf(out, "      beamfit add added%zu.yaml", i);
-            (void)fprintf(out, " %s%s%s -o added%zu.yaml\n", best->effects[i]->id,
-                          channel[0] != '\0' ? " --channel " : "", channel, i + 1);
-        }
-        (void)fprintf(out, "      beamfit fit added%zu.yaml RECORD... -o fitted.yaml --check RECORD...\n", d->n_named);
-    } else if (d->verdict == VERDICT_AMBIGUOUS) {
-        size_t n = 0;
-        (void)fprintf(out, "\nNext: beamfit discriminate %s", path);
-        for (size_t i = 0; i < d->n_hypotheses && n < DISCRIMINATE_RIVALS; i++)
-            if (i == 0 || d->hypotheses[i].rival) {
-                (void)fprintf(out, " ");
-                rival_text(out, &d->hypotheses[i]);
-                n++;
-            }
-        (void)fprintf(out, " RECORD... -o next.csv\n");
-    }
-}
-
-void diagnose_print(FILE *out, const struct diagnosis *d)
-{
-    const size_t columns = text_columns();
-    (void)fprintf(out, "Verdict: %s%s", verdict_name(d->verdict), d->interrupted ? " (interrupted)" : "");
-    for (size_t i = 0; i < d->n_named; i++)
-        (void)fprintf(out, "%s%s", i > 0 ? ", " : ": ", d->named[i]);
-    (void)fprintf(out, "\n\n");
-    text_print_wrapped(out, d->text, 0, columns);
-    if (d->where.text[0] != '\0' && d->verdict != VERDICT_COMPLETE) {
-        (void)fprintf(out, "\nWhere: ");
-        text_print_wrapped(out, d->where.text, 7, columns);
-    }
-    if (d->linearity.text[0] != '\0') {
-        (void)fprintf(out, "\nLinearity: ");
-        text_print_wrapped(out, d->linearity.text, 11, columns);
-    }
-    if (d->numerics.fine)
-        (void)fprintf(out, "\nComputation: twice as fine, the prediction changes by %.1g of the noise.\n",
-                      d->numerics.change);
-    print_candidates(out, d);
-    print_next(out, d);
-    (void)fprintf(out, "%.1f s, %zu evaluations of a model\n", d->seconds, d->evaluations);
 }
