@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "cmd/commands.h"
-#include "ground/text.h"
+#include "ground/ground.h"
 
 static const struct command *const commands[] = {
     &command_init,         &command_modes, &command_simulate, &command_fit,     &command_compare,  &command_diagnose,

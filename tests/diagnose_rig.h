@@ -14,7 +14,7 @@
 #include <cmocka.h>
 
 #include "beam_effect.h"
-#include "maths/dense.h"
+#include "maths/maths.h"
 #include "explain/diagnose_work.h"
 
 enum { LONG = 800, SHORT = 160, MOST_RECORDS = 8, MOST_EFFECTS = 64 };

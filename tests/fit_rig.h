@@ -4,8 +4,8 @@
 #define BEAMFIT_FIT_RIG_H
 
 #include <math.h>
-#include "maths/dense.h"
-#include "estimate/fit.h"
+#include "maths/maths.h"
+#include "estimate/estimate.h"
 #include "test_files.h"
 
 #define assert_near(a, b, tolerance) assert_true(fabs((a) - (b)) <= (tolerance))

@@ -11,8 +11,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "maths/dense.h"
-#include "estimate/motion.h"
+#include "maths/maths.h"
+#include "estimate/estimate.h"
 #include "truth/truth.h"
 
 enum { RIG_RECORDS = 3, RIG_CHANNELS = 5 };

@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "model_fixture.h"
-#include "response/predict.h"
+#include "response/response.h"
 
 struct predict_case {
     struct model model;

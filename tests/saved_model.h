@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
-#include "ground/hash.h"
+#include "ground/ground.h"
 #include "model/model.h"
 #include "test_files.h"
 

@@ -6,7 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 #include "fit_rig.h"
-#include "estimate/score.h"
+#include "estimate/estimate.h"
+#include "model/model_private.h"
 
 enum { RECORDS = 2, CHANNELS = 2 * RECORDS };
 

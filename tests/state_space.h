@@ -10,8 +10,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "maths/dense.h"
-#include "ground/error.h"
+#include "maths/maths.h"
+#include "ground/ground.h"
 
 struct state_space {
     size_t n;        /* degrees of freedom */

@@ -5,7 +5,7 @@
 
 #include <string.h>
 #include "model_fixture.h"
-#include "board/target_image.h"
+#include "board/board.h"
 #include "test_files.h"
 
 static const double rate_Hz = 1024.0;

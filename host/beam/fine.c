@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "beam.h"
 #include "fine.h"
 
 #include <math.h>

@@ -1,23 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/*
- * fine.h — Galerkin spaces of cubic splines, by default with double knots (y″ may jump there) on every region edge and
- * on the ends of the short span of a law at a crack;
- * essential boundary conditions are imposed by leaving basis functions out. Matrices are symmetric and banded (half bandwidth 3).
- */
-#ifndef BEAMFIT_FINE_H
-#define BEAMFIT_FINE_H
+/* fine.h — private to beam/: what its files share of fine. */
+#ifndef BEAMFIT_FINE_PRIVATE_H
+#define BEAMFIT_FINE_PRIVATE_H
 
-#include "model/model.h"
-#include "maths/spline.h"
+#include "beam.h"
 
 enum { FINE_BAND = 4 }; /* diagonal and three upper diagonals */
-
-struct fine_space {
-    struct spline spline;
-    size_t lead, trail; /* functions left out at either end */
-    size_t n;           /* degrees of freedom */
-    double length_m;
-};
 
 /*
  * root_released: y'(0) stays free although the support clamps it (effects with releases_root). knots_on_edges: these
@@ -33,6 +21,7 @@ void fine_free(struct fine_space *space);
  */
 void fine_add_form(const struct fine_space *space, int derivative, double from_m, double to_m, double scale,
                    double band[]);
+
 /* Adds scale · g gᵀ for a functional whose nonzero entries are adjacent (point or slope, not a difference). */
 void fine_add_point(const struct fine_space *space, int derivative, double at_m, double scale, double band[]);
 

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "beam.h"
 #include "modes.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "system.h"
 
 enum { SPLINES = 160 };
 

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "beam.h"
 #include "system_work.h"
 
 #include <math.h>
@@ -6,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "maths/dense.h"
+#include "maths/maths.h"
 
 /* A pole whose imaginary part is smaller than this part of its size is real. */
 static const double real_pole = 1e-9;

@@ -4,7 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "maths/dense.h"
+#include "maths/maths.h"
+#include "fine.h"
 
 enum { DEFAULT_SPLINES = 160 };
 

@@ -5,7 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "maths/dense.h"
+#include "maths/maths.h"
+#include "fine.h"
 
 /* A vector whose part outside the space so far is smaller than this adds nothing but rounding. */
 static const double dependent_part = 1e-7;

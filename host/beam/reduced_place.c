@@ -5,7 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "maths/dense.h"
+#include "maths/maths.h"
+#include "fine.h"
 
 struct place_points place_slope_difference(double from, double to)
 {

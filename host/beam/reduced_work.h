@@ -3,8 +3,9 @@
 #ifndef BEAMFIT_REDUCED_WORK_H
 #define BEAMFIT_REDUCED_WORK_H
 
+#include "beam.h"
 #include "reduced.h"
-#include "maths/sparse.h"
+#include "maths/maths.h"
 
 /* A place as a sum of derivatives of the deflection: Σ scale · D^derivative y(at). */
 struct place_points {

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "beam.h"
 #include "system_work.h"
 
 #include <math.h>
@@ -6,7 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "maths/dense.h"
+#include "maths/maths.h"
+#include "system.h"
 
 enum bf_status system_new(const struct model *model, const struct reduced *reduced, const struct parameter_map *map,
                           struct system **out, struct bf_error *err)

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "a2l.h"
+#include "board.h"
 
 #include <math.h>
 #include <stddef.h>
 
 #include "a2l_text.h"
-#include "ground/atomic_file.h"
+#include "ground/ground.h"
 #include "beam_wire.h"
 
 enum a2l_type { F32, U32, U8 };

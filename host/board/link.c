@@ -1,5 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "board.h"
 #include "link.h"
+#include "port.h"
+#include "xcp_master.h"
 
 #include <stdio.h>
 #include <string.h>

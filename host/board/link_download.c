@@ -4,8 +4,10 @@
 #include <string.h>
 #include <time.h>
 
+#include "board.h"
 #include "link.h"
-#include "ground/progress.h"
+#include "ground/ground.h"
+#include "xcp_master.h"
 
 enum { PASSES = 8, CHECK_MS = 1000, STORE_MS = 15000, STORE_PAUSE_MS = 30, QUIET_LOOKS = 5 };
 

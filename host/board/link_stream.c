@@ -2,7 +2,9 @@
 /* link_stream.c — struct beam_live as one DAQ list of one table: its own CRC-32 travels with it. */
 #include <string.h>
 
-#include "link.h"
+#include "board.h"
+#include "xcp_frame.h"
+#include "xcp_master.h"
 
 enum { ATTEMPTS = 60, SILENCE_MS = 1000, MOST_ENTRIES = 16, BITS_PER_BYTE = 10 };
 

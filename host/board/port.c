@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "board.h"
 #include "port.h"
 
 #include <errno.h>

@@ -3,6 +3,7 @@
 #ifndef BEAMFIT_PORT_DRIVER_H
 #define BEAMFIT_PORT_DRIVER_H
 
+#include "board.h"
 #include "port.h"
 
 struct port_driver;

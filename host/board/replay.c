@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "replay.h"
+#include "board.h"
 
 #include <stdlib.h>
 #include <string.h>
 
 #include "beam_wire.h"
-#include "ground/number.h"
+#include "ground/ground.h"
 
 enum column { INPUT, PREDICTED, SEQUENCE, STEP, CODES, STATUS, COLUMNS };
 enum { MOST_CELLS = 64 };

@@ -4,7 +4,7 @@
  * stands in the matrices already; laws become ports, filters, maps, signals and drives become uses. An effect whose time or
  * phase begins with a recording cannot be deployed: a controller runs for weeks and has no first sample.
  */
-#include "response/predict_places.h"
+#include "response/response.h"
 #include "target_image_work.h"
 
 #include <math.h>

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* target_image_ports.c — uses and ports of the effects that a step calls. */
-#include "response/predict_places.h"
+#include "response/response.h"
 #include "target_image_work.h"
 
 #include <math.h>

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* target_image_text.c — an image for a person and for programs. */
+#include "board.h"
 #include "target_image.h"
 
 #include <complex.h>

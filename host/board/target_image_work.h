@@ -3,7 +3,9 @@
 #ifndef BEAMFIT_TARGET_IMAGE_WORK_H
 #define BEAMFIT_TARGET_IMAGE_WORK_H
 
+#include "beam/beam.h"
 #include "beam/system.h"
+#include "board.h"
 #include "target_image.h"
 
 /* A block of the step that the ten-dimensional model does not have: it takes the drive and adds to the sensor. */

@@ -1,44 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/*
- * xcp_master.h — one XCP session over a port: commands with deadlines and retries, samples and events sorted out.
- *
- * A lost answer is followed by SYNCH, whose own answer cannot be mistaken for another; what comes before it is stale.
- * Only then, and only a command that may be executed twice, is the command repeated. Samples that stream in meanwhile do
- * not extend a deadline. An error answer is believed when it comes twice, because the line's sum is weak.
- * Failures are BF_DEVICE: nobody answers, or the port is gone.
- */
-#ifndef BEAMFIT_XCP_MASTER_H
-#define BEAMFIT_XCP_MASTER_H
+/* xcp_master.h — private to board/: what its files share of xcp_master. */
+#ifndef BEAMFIT_XCP_MASTER_PRIVATE_H
+#define BEAMFIT_XCP_MASTER_PRIVATE_H
 
-#include "ground/error.h"
-#include "port.h"
-#include "xcp_frame.h"
+#include "board.h"
 
 enum xcp_event { XCP_EV_STORE_CAL = 3, XCP_EV_CMD_PENDING = 5, XCP_EV_DAQ_OVERLOAD = 6, XCP_EV_SESSION_TERMINATED = 7 };
-
-struct xcp_counts {
-    uint64_t commands, repeats, synchs, stale; /* stale: answers that nobody waited for any more */
-    uint64_t stored, overloads, terminated;    /* events */
-};
-
-struct xcp_master {
-    struct port *port; /* the caller's */
-    int timeout_ms;    /* for an answer, beside the time on the wire, until answers have shown how long they take */
-    int patience_ms;   /* for an answer at least: for a command that takes the board long */
-    int tries;         /* of a command, and of SYNCH; the second waits twice, others four times as long */
-    int busy_ms;       /* how long "busy" is borne */
-    void (*sample)(void *context, size_t n, const uint8_t packet[]); /* NULL: dropped. packet[0]: number of the ODT */
-    void *context;
-    struct xcp_receiver receiver;
-    struct xcp_counts counts;
-    int64_t heard_ms; /* when the last good frame came */
-    unsigned timed;   /* answers that were timed */
-    double usual_ms;  /* their running mean */
-    uint16_t counter;
-    bool answered, pending;
-    size_t n_answer;
-    uint8_t answer[BEAM_WIRE_MAX_PACKET];
-};
 
 enum xcp_outcome { XCP_DONE, XCP_REFUSED, XCP_LOST };
 struct xcp_answer {
@@ -53,23 +20,28 @@ void xcp_begin(struct xcp_master *m, struct port *port);
 
 /* CONNECT until answered; max_packet: what the board takes and sends. */
 enum bf_status xcp_connect(struct xcp_master *m, size_t *max_packet, struct bf_error *err);
+
 /* Says goodbye; that nobody hears it is no failure. */
 void xcp_disconnect(struct xcp_master *m);
 
 /* n bytes of command. Repeated after a loss; the outcome is done or refused. */
 enum bf_status xcp_ask(struct xcp_master *m, size_t n, const uint8_t command[], struct xcp_answer *answer,
                        struct bf_error *err);
+
 /* Never sent twice, unless the board said it was busy. XCP_LOST: it may have been executed; the line is in step again. */
 enum bf_status xcp_ask_once(struct xcp_master *m, size_t n, const uint8_t command[], struct xcp_answer *answer,
                             struct bf_error *err);
+
 /* As xcp_ask(), where anything but an answer of at least `least` bytes is a failure; what: "reading memory". */
 enum bf_status xcp_expect(struct xcp_master *m, const char *what, size_t n, const uint8_t command[], size_t least,
                           struct xcp_answer *answer, struct bf_error *err);
+
 /* BF_DEVICE with the meaning of the error in words. */
 enum bf_status xcp_refused(const struct xcp_master *m, const char *what, uint8_t error, struct bf_error *err);
 
 /* Waits for samples and events up to timeout_ms, handles what has come, and returns. */
 enum bf_status xcp_listen(struct xcp_master *m, int timeout_ms, struct bf_error *err);
+
 /* Asks for a sign of life when nothing was heard for silence_ms: BF_DEVICE when none comes. *session: GET_STATUS's session
  * byte, −1 when there was no need to ask. */
 enum bf_status xcp_heartbeat(struct xcp_master *m, int silence_ms, int *session, struct bf_error *err);

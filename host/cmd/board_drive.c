@@ -5,7 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "ground/options.h"
+#include "ground/ground.h"
 
 static const double turn = 4294967296.0; /* 2³² */
 enum { MOST_CODES = 2047 };

@@ -6,7 +6,7 @@
 #include <stdbool.h>
 #include "beam_image.h"
 #include "beam_wire.h"
-#include "ground/error.h"
+#include "ground/ground.h"
 
 struct chirp {
     double from_Hz, to_Hz, sweep_s, amplitude; /* amplitude: the input's unit */

@@ -4,9 +4,9 @@
 #define BEAMFIT_BOARD_OPTIONS_H
 
 #include <stdbool.h>
-#include "ground/error.h"
+#include "ground/ground.h"
+#include "board/board.h"
 #include "board/link.h"
-#include "ground/options.h"
 
 #define BOARD_OPTIONS_HELP                                                                                             \
     "  --port PORT           serial port of the board, e.g. /dev/ttyUSB0; a pseudo terminal of an emulated board\n"    \

@@ -5,8 +5,9 @@
 
 #include "board_options.h"
 #include "model/model.h"
-#include "ground/progress.h"
-#include "record/recording.h"
+#include "model/model_private.h"
+#include "ground/ground.h"
+#include "record/record.h"
 
 struct capture {
     struct link link;

@@ -7,7 +7,7 @@
 #ifndef BEAMFIT_COMMANDS_H
 #define BEAMFIT_COMMANDS_H
 
-#include "ground/error.h"
+#include "ground/ground.h"
 
 struct command {
     const char *name;

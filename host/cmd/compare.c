@@ -6,6 +6,7 @@
 #include "commands.h"
 #include "compare/compare.h"
 #include "record_sets.h"
+#include "show/show.h"
 
 static const char help[] =
     "Usage: beamfit compare MODEL RECORD... [--check RECORD...] [options]\n"

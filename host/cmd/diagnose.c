@@ -3,9 +3,10 @@
 #include <string.h>
 
 #include "commands.h"
-#include "explain/diagnose.h"
-#include "ground/progress.h"
+#include "explain/explain.h"
+#include "ground/ground.h"
 #include "record_sets.h"
+#include "show/show.h"
 
 static const char help[] =
     "Usage: beamfit diagnose MODEL RECORD... [--check RECORD...] [options]\n"

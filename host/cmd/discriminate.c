@@ -3,9 +3,10 @@
 #include <string.h>
 
 #include "commands.h"
-#include "explain/discriminate.h"
-#include "ground/progress.h"
+#include "explain/explain.h"
+#include "ground/ground.h"
 #include "record_sets.h"
+#include "show/show.h"
 
 static const char help[] =
     "Usage: beamfit discriminate MODEL RIVAL RIVAL... [RECORD...] [-o DRIVE] [options]\n"

@@ -4,10 +4,8 @@
 
 #include "board_options.h"
 #include "commands.h"
-#include "ground/json.h"
-#include "ground/options.h"
-#include "ground/progress.h"
-#include "board/target_image.h"
+#include "ground/ground.h"
+#include "board/board.h"
 
 static const char help[] =
     "Usage: beamfit download IMAGE --port PORT --key FILE [--no-store] [--sign] [--json]\n"

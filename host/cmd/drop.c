@@ -3,9 +3,8 @@
 #include <string.h>
 
 #include "commands.h"
-#include "ground/json.h"
+#include "ground/ground.h"
 #include "model/model.h"
-#include "ground/options.h"
 
 static const char help[] =
     "Usage: beamfit drop MODEL ID -o NEW\n"

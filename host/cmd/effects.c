@@ -5,11 +5,8 @@
 #include <string.h>
 
 #include "commands.h"
-#include "ground/decimal.h"
-#include "ground/json.h"
+#include "ground/ground.h"
 #include "model/model.h"
-#include "ground/options.h"
-#include "ground/text.h"
 
 static const char help[] =
     "Usage: beamfit effects [ID] [--json]\n"

@@ -2,11 +2,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "board/a2l.h"
+#include "board/board.h"
 #include "commands.h"
-#include "ground/options.h"
+#include "ground/ground.h"
 #include "signing.h"
-#include "board/target_image.h"
 
 static const char help[] =
     "Usage: beamfit export MODEL -o IMAGE [--key FILE --device HEX --counter N] [options]\n"

@@ -2,12 +2,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "ground/atomic_file.h"
+#include "ground/ground.h"
 #include "commands.h"
-#include "estimate/fit.h"
-#include "estimate/fit_own.h"
-#include "ground/progress.h"
+#include "estimate/estimate.h"
 #include "record_sets.h"
+#include "show/show.h"
 
 static const char help[] =
     "Usage: beamfit fit MODEL RECORD... -o FITTED [--check RECORD...] [options]\n"

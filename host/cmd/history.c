@@ -2,8 +2,9 @@
 #include <stdio.h>
 
 #include "commands.h"
-#include "compare/history.h"
-#include "ground/options.h"
+#include "compare/compare.h"
+#include "ground/ground.h"
+#include "show/show.h"
 
 static const char help[] =
     "Usage: beamfit history MODEL... [--json] [--plot DIR]\n"

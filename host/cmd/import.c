@@ -7,8 +7,7 @@
 #include <sys/stat.h>
 #include "commands.h"
 #include "record/import/import.h"
-#include "ground/json.h"
-#include "ground/number.h"
+#include "ground/ground.h"
 
 static const char help[] =
     "Usage: beamfit import FILE -o OUT.csv [options]\n"

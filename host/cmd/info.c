@@ -4,8 +4,7 @@
 #include "board_drive.h"
 #include "board_options.h"
 #include "commands.h"
-#include "ground/json.h"
-#include "ground/options.h"
+#include "ground/ground.h"
 
 static const char help[] =
     "Usage: beamfit info --port PORT [--baud RATE] [--json]\n"

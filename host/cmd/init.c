@@ -4,14 +4,9 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "ground/atomic_file.h"
+#include "ground/ground.h"
 #include "commands.h"
-#include "ground/decimal.h"
-#include "ground/json.h"
 #include "model/model.h"
-#include "ground/options.h"
-#include "model/starting_model.h"
-#include "ground/text.h"
 
 static const char help[] =
     "Usage: beamfit init [options] [-o MODEL]\n"

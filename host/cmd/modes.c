@@ -5,10 +5,9 @@
 #include <string.h>
 
 #include "commands.h"
-#include "ground/json.h"
-#include "beam/modes.h"
-#include "ground/options.h"
-#include "show/plot.h"
+#include "ground/ground.h"
+#include "beam/beam.h"
+#include "show/show.h"
 #include "record/record.h"
 
 static const char help[] =

@@ -8,7 +8,7 @@
 #include "capture.h"
 #include "commands.h"
 #include "monitor_view.h"
-#include "ground/options.h"
+#include "ground/ground.h"
 
 static const char help[] =
     "Usage: beamfit monitor --port PORT [--seconds S] [--plot DIR] [options]\n"

@@ -6,9 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "ground/json.h"
-#include "show/plot.h"
-#include "ground/text.h"
+#include "ground/ground.h"
+#include "show/show.h"
 
 enum { PANEL_LINES = 6, MOST_COLUMNS = 120 };
 

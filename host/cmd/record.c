@@ -6,8 +6,7 @@
 #include "board_drive.h"
 #include "capture.h"
 #include "commands.h"
-#include "ground/json.h"
-#include "ground/options.h"
+#include "ground/ground.h"
 
 static const char help[] =
     "Usage: beamfit record --port PORT -o OUT.csv [--seconds S | --samples N] [--chirp F0:F1:T:AMPL] [options]\n"

@@ -4,7 +4,7 @@
 #define BEAMFIT_RECORD_SETS_H
 
 #include <stdbool.h>
-#include "ground/options.h"
+#include "ground/ground.h"
 #include "record/record.h"
 
 /* Starts empty ({0}); names are the command line's own, records belong to the list. */

@@ -2,8 +2,8 @@
 #include <stdio.h>
 
 #include "commands.h"
-#include "ground/options.h"
-#include "board/replay.h"
+#include "ground/ground.h"
+#include "board/board.h"
 
 static const char help[] =
     "Usage: beamfit replay RECORDING --image IMAGE [--json]\n"

@@ -4,11 +4,10 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#include "ground/atomic_file.h"
+#include "ground/ground.h"
 #include "commands.h"
-#include "ground/progress.h"
 #include "record_sets.h"
-#include "show/report.h"
+#include "show/show.h"
 
 static const char help[] =
     "Usage: beamfit report MODEL RECORD... [--check RECORD...] -o FILE.html [options]\n"

@@ -2,7 +2,7 @@
 #include <stdio.h>
 
 #include "commands.h"
-#include "ground/options.h"
+#include "ground/ground.h"
 #include "signing.h"
 
 static const char help[] =

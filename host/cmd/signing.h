@@ -3,6 +3,7 @@
 #ifndef BEAMFIT_CMD_SIGNING_H
 #define BEAMFIT_CMD_SIGNING_H
 
+#include "board/board.h"
 #include "board/target_image.h"
 
 struct signing {

@@ -5,9 +5,8 @@
 #include <string.h>
 
 #include "commands.h"
-#include "ground/json.h"
-#include "ground/options.h"
-#include "response/predict.h"
+#include "ground/ground.h"
+#include "response/response.h"
 
 static const char help[] =
     "Usage: beamfit simulate MODEL --input RECORD -o OUT [options]\n"

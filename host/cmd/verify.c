@@ -3,7 +3,7 @@
 #include <stdlib.h>
 
 #include "commands.h"
-#include "ground/options.h"
+#include "ground/ground.h"
 #include "signing.h"
 
 static const char help[] =

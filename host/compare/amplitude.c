@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "amplitude.h"
-#include "maths/spectrum.h"
+#include "compare.h"
+#include "maths/maths.h"
 
 #include <complex.h>
 #include <math.h>

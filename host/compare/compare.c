@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "compare.h"
 #include "compare_predict.h"
-#include "estimate/fit_own.h"
-#include "beam/reduced.h"
-#include "maths/spectrum.h"
+#include "estimate/estimate.h"
+#include "beam/beam.h"
+#include "maths/maths.h"
 
 #include <math.h>
 #include <stdlib.h>

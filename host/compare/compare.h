@@ -1,17 +1,22 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/*
- * compare.h — measured against predicted, record by record and channel by channel, with a model as it is: nothing is
- * fitted but what no model can know: the initial state of a free decay, an unknown level of excitation (linear
- * unknowns, least squares), and per-record parameters of records that have no value of their own (fit_own.h). docs/compare.md says how to read the answer.
- */
+/* compare.h — measured against predicted: errors, where they are, how they change with amplitude, the chain of models. */
 #ifndef BEAMFIT_COMPARE_H
 #define BEAMFIT_COMPARE_H
 
+#include <stdbool.h>
 #include <stdio.h>
-#include "ground/json.h"
+
+#include "ground/ground.h"
+#include "maths/maths.h"
+#include "model/model.h"
 #include "noise/noise.h"
-#include "response/predict.h"
-#include "maths/residual.h"
+#include "response/response.h"
+
+/*
+ * COMPARE — measured against predicted, record by record and channel by channel, with a model as it is: nothing is
+ * fitted but what no model can know: the initial state of a free decay, an unknown level of excitation (linear
+ * unknowns, least squares), and per-record parameters of records that have no value of their own (fit_own.h). docs/compare.md says how to read the answer.
+ */
 
 enum { COMPARE_INPUTS = 4 };
 
@@ -75,26 +80,131 @@ enum bf_status compare_run(const struct model *model, const struct record record
                            struct bf_error *err);
 void compare_free(struct comparison *comparison);
 
-/* Residuals within this factor of the noise hold nothing that could be told from it; NAN (not known) is not within. */
-bool compare_is_noise(double noise_ratio);
-/* The band with the largest share of the misfit; NULL when there is none. */
-const struct comparison_band *compare_worst_band(const struct comparison_channel *channel);
+/*
+ * LOCALISE — where the misfit above the noise is: record, channel, band of one mode, time, amplitude.
+ *
+ * Shares are of Σ (|R|² − noise)/noise_rms² over all channels, so that channels of different units weigh by their noise and what is
+ * noise counts nothing.
+ */
 
-/* For a person. */
-void compare_print(FILE *out, const struct comparison *comparison);
-/* How large the misfit is and where, in sentences of numbers (at most `size` bytes), without what may be behind it. */
-void compare_finding(const struct comparison *comparison, const struct comparison_channel *channel, char *text,
-                     size_t size);
-/* The same and what it means. */
-void compare_summary(const struct comparison *comparison, const struct comparison_channel *channel, char *text,
-                     size_t size);
-/* The answer for programs; its keys stand in `beamfit compare --help`. */
-struct json *compare_json(const struct comparison *comparison);
-/* One channel's: DIR/STEM.png and DIR/STEM-residual.png (and PDF). BF_NUMERIC when it has fewer than COMPARE_PLOT samples. */
-enum { COMPARE_PLOT = 16 };
-enum bf_status compare_plot_channel(const struct comparison *comparison, size_t channel, const char *directory,
-                                    const char *stem, struct bf_error *err);
-/* Four panels and a residual page per channel: DIR/RECORD-CHANNEL.png and DIR/RECORD-CHANNEL-residual.png (and PDF). */
-enum bf_status compare_plot(const struct comparison *comparison, const char *directory, struct bf_error *err);
+enum localise_amplitude { AMPLITUDE_ALL, AMPLITUDE_LARGE, AMPLITUDE_SMALL };
+
+/* One band of one channel of one record. */
+struct localised {
+    size_t channel; /* index into the caller's channels */
+    double from_Hz, to_Hz;
+    size_t mode;        /* the one inside, 1 = lowest; 0: none */
+    double share;       /* of the whole misfit above the noise, 0 … 1 */
+    double noise_ratio; /* rms in the band over the noise's there */
+    double relative;    /* rms of the misfit above the noise over rms of the measured signal in the band */
+    enum localise_amplitude
+        amplitude;     /* relative misfit clearly larger where, or in the records in which, the motion is large … */
+    double late_share; /* of the band's misfit, in the second half of the motion (by energy: 0.5 is even) */
+};
+
+struct localisation {
+    double excess; /* Σ (r² − noise²)/noise² over all rows, over the rows: 0 nothing is left, 3: noise_ratio 2 */
+    size_t n;      /* parts with a share of at least localise_least_share, largest first */
+    struct localised *parts;
+    char text[600]; /* sentences for a person */
+};
+
+/*
+ * frequency_Hz: [n_modes] ascending; 0 modes: octaves. Channels without a noise level are left out. Free with
+ * localise_free(), also after a failure. Cost: about 2 ms a channel of 4096 samples.
+ */
+enum bf_status localise_misfit(const struct misfit_channel channels[], size_t n_channels, const double frequency_Hz[],
+                               size_t n_modes, struct localisation *out, struct bf_error *err);
+void localise_free(struct localisation *localisation);
+
+/* [{file, channel, from_Hz, to_Hz, share, amplitude}, …]: the `where` of `diagnose --json`. */
+struct json *localise_json(const struct localisation *localisation, const struct misfit_channel channels[]);
+
+/*
+ * AMPLITUDE — frequency and damping of each mode against its amplitude, from the parts of records in which nothing drives
+ * the beam: after hits, after a drive was switched off, in free decays.
+ *
+ * The channel is filtered to the band of one mode (FFT, smooth edges), made analytic (Hilbert), and in windows of a few
+ * periods the slopes of phase and logarithmic amplitude give f and ζ. Windows whose amplitude is below a few times the noise
+ * in the band are left out. The prediction goes through the same path, so that what the filter does cancels.
+ */
+
+/* One mode in one free stretch of one channel. */
+struct amplitude_curve {
+    size_t record;
+    const char *channel; /* in the comparison's */
+    size_t mode;         /* 1 = lowest */
+    size_t n;
+    double *t_s;                          /* [n] middle of each window */
+    double *amplitude;                    /* [n] of the filtered channel, unit of the channel */
+    double *frequency_Hz, *damping_ratio; /* [n] measured */
+    double *frequency_sd_Hz, *damping_sd; /* [n] one standard error, from the noise in the band */
+    double *model_amplitude, *model_frequency_Hz,
+        *model_damping_ratio; /* [n] of the prediction; NAN where it is too small */
+    double
+        frequency_drift; /* relative change of measured f from the smallest to the largest amplitude, straight line in A */
+    double frequency_drift_sd;
+    double damping_drift; /* change of ζ, the same way */
+    double damping_drift_sd;
+};
+
+struct amplitude_curves {
+    size_t n;
+    struct amplitude_curve *curves;
+    char text[400]; /* what drifts, in words; "" when nothing does */
+};
+
+/* comparison: as of compare_run(). Records that are driven to their end give no curve. Free with amplitude_free(). */
+enum bf_status amplitude_measure(const struct comparison *comparison, struct amplitude_curves *out,
+                                 struct bf_error *err);
+void amplitude_free(struct amplitude_curves *curves);
+
+/*
+ * HISTORY — models in the order in which they were made from each other, and what each step brought. Each file knows
+ * the SHA-256 of the file it was made from; nothing is computed again. For commands history and report.
+ */
+
+struct history_entry {
+    struct model model;
+    char *file; /* as given, or as found */
+    int parent; /* index of the nearest ancestor among the entries, or HISTORY_NONE */
+    int depth;  /* steps from its root */
+    bool placed;
+};
+
+struct history {
+    struct history_entry *entries;
+    int n;
+    int *order; /* [n] indices, every model after its parent */
+};
+
+/* Reads and orders. Free with history_free(), also after a failure. */
+enum bf_status history_read(const char *const paths[], size_t n, struct history *out, struct bf_error *err);
+
+/*
+ * A model with those of its ancestors that stand in its file's directory (*.yaml, *.yml, known by their SHA-256 under
+ * whatever name) or among `others`, which may lie anywhere. A copy of one that is there counts once. BF_USAGE when one of
+ * the others is no ancestor; BF_BAD_FILE when it cannot be read.
+ * Cost: reads every model file of the directory, at most 1000.
+ */
+enum bf_status history_of(const char *path, const char *const others[], size_t n_others, struct history *out,
+                          struct bf_error *err);
+void history_free(struct history *history);
+
+/* The parent of entry i among the entries; NULL: none is there. */
+const struct model *history_parent(const struct history *history, int i);
+
+/* Calls back for every effect that `model` has more often than `than` (NULL: none), once per surplus. */
+void history_surplus(const struct model *model, const struct model *than, void (*call)(void *, const char *, bool),
+                     void *context, bool gained);
+
+/* What entry i has and its parent has not, as in the table: "+tip_mass −hum; fitted". */
+void history_step(const struct history *history, int i, char *text, size_t size);
+
+/* An error or noise ratio of a fit_info, where 0 stands for none: NaN then. */
+double history_error(double x);
+
+/* Models that were fitted. */
+int history_fits(const struct history *history);
 
 #endif

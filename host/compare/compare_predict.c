@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "compare_predict.h"
-#include "maths/dense.h"
-#include "estimate/fit_own.h"
-#include "maths/residual.h"
+#include "maths/maths.h"
+#include "estimate/estimate.h"
 
 #include <stdlib.h>
 #include <string.h>

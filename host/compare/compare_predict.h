@@ -3,7 +3,7 @@
 #ifndef BEAMFIT_COMPARE_PREDICT_H
 #define BEAMFIT_COMPARE_PREDICT_H
 
-#include "response/predict.h"
+#include "response/response.h"
 
 struct solved_prediction {
     struct predictor *predictor; /* owns channels */

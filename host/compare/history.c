@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "compare.h"
 #include "history.h"
 
 #include <dirent.h>
@@ -9,7 +10,7 @@
 #include <strings.h>
 #include <sys/stat.h>
 
-#include "ground/hash.h"
+#include "ground/ground.h"
 
 enum { MOST_FILES = 1000, MOST_BYTES = 1 << 22 };
 

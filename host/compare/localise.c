@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "compare.h"
 #include "localise.h"
 #include "localise_work.h"
-#include "maths/spectrum.h"
+#include "maths/maths.h"
 
 #include <math.h>
 #include <stdlib.h>

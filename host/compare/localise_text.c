@@ -6,7 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "ground/text.h"
+#include "ground/ground.h"
 
 static const double little = 0.02;    /* excess over the noise below which nothing is said to be left */
 static const double mostly = 0.5;     /* share that deserves the first sentence alone */

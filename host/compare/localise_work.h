@@ -3,6 +3,7 @@
 #ifndef BEAMFIT_LOCALISE_WORK_H
 #define BEAMFIT_LOCALISE_WORK_H
 
+#include "compare.h"
 #include "localise.h"
 
 /* A band of a channel before shares are known. */

@@ -1,17 +1,16 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "fit.h"
+#include "estimate.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
-#include "maths/dense.h"
-#include "fit_own.h"
+#include "maths/maths.h"
 #include "fit_result.h"
 #include "fit_stages.h"
 #include "fit_starts.h"
 #include "noise/noise.h"
-#include "ground/progress.h"
+#include "ground/ground.h"
 #include "refit_horizon.h"
 #include "refit_law.h"
 #include "refit_search.h"

@@ -6,7 +6,7 @@
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-#include "maths/dense.h"
+#include "maths/maths.h"
 
 static const double dependent = 1e-10; /* columns that depend on others to this share are left out */
 

@@ -3,7 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include "fit.h"
+#include "estimate.h"
 
 static void fill_fit_record(const struct record *record, size_t index, bool held_out,
                             const struct fit_channel_error channels[], size_t n, struct fit_record *out)

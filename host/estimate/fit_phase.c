@@ -3,9 +3,8 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include "maths/dense.h"
+#include "maths/maths.h"
 #include "fit_stages.h"
-#include "maths/spectrum.h"
 
 enum {
     PEAKS = 6,   /* of the residual's spectrum that are tried */

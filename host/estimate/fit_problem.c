@@ -4,7 +4,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include "maths/dense.h"
+#include "maths/maths.h"
 
 static const double onset_share = 0.01; /* of the input's peak */
 static const double unlimited = 14.0;   /* a logarithm moves this far (a factor of 1e6) where the file sets no bound */

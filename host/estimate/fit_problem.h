@@ -13,8 +13,8 @@
 #ifndef BEAMFIT_FIT_PROBLEM_H
 #define BEAMFIT_FIT_PROBLEM_H
 
-#include "maths/optimise.h"
-#include "response/predict.h"
+#include "maths/maths.h"
+#include "response/response.h"
 
 struct unknown {
     size_t ref;       /* index into refs */

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include "intervals.h"
+#include "identifiability.h"
 
 static const double extent_linear = 10.0; /* in θ/scale: what counts as 100 % for a parameter that may be 0 */
 /* A parameter this many times off its start is a wrong unit somewhere. */

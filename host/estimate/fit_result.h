@@ -3,7 +3,7 @@
 #ifndef BEAMFIT_FIT_RESULT_H
 #define BEAMFIT_FIT_RESULT_H
 
-#include "fit.h"
+#include "estimate.h"
 #include "fit_problem.h"
 
 /*

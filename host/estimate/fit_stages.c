@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include "fit_starts.h"
-#include "ground/progress.h"
+#include "ground/ground.h"
 #include "refit_horizon.h"
 
 enum { STEP_ITERATIONS = 20 };

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The problem of a fit as the optimiser sees it: ½‖r‖², gradient and JᵀJ, with the rows of priors. */
 #include <math.h>
-#include "maths/dense.h"
+#include "maths/maths.h"
 #include "fit_problem.h"
-#include "ground/progress.h"
+#include "ground/ground.h"
 
 static double prior_square(const struct fit_problem *p, const double x[])
 {

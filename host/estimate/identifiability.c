@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "estimate.h"
 #include "identifiability.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include "maths/dense.h"
+#include "maths/maths.h"
 
 static const double rounding = 1e-9;     /* singular values below this share of the largest are zero */
 static const double hopeless = 1e-3;     /* … and those that would need a standard error of 1000 × 100 % */

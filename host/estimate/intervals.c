@@ -4,7 +4,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include "maths/dense.h"
+#include "maths/maths.h"
 
 /*
  * With r_t = Σ a_i r_{t−i} + e_t the covariance is C = σ² L⁻¹ L⁻ᵀ, L unit lower triangular with −a_i on its ith

@@ -11,6 +11,7 @@
 #define BEAMFIT_INTERVALS_H
 
 #include <stdbool.h>
+#include "maths/maths.h"
 #include "maths/residual.h"
 
 struct interval_channel {

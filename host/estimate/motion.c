@@ -5,8 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "maths/residual.h"
-#include "maths/spectrum.h"
+#include "maths/maths.h"
 
 /* Modes up to this multiple of the Nyquist frequency take part in the deviation, at most so many. */
 static const double modes_to_nyquist = 1.5;
@@ -18,7 +17,7 @@ static const double deaf = 1e-30;
 
 /* ---- One record: residuals to modal coordinates ---- */
 
-struct lines {
+struct spectral_lines {
     size_t n_channels, n_modes, m;
     double complex *R; /* [n_channels][m] residual over gain and filters, in units of its noise */
     double complex *h; /* [n_channels][n_modes][m] channel over modal force, in units of the noise */
@@ -54,7 +53,7 @@ double motion_shape(const struct motion *motion, size_t mode, const double g[])
 }
 
 static enum bf_status fill_channel(const struct motion *motion, const double residual[],
-                                   const struct response_grid *grid, size_t channel, size_t row, struct lines *l,
+                                   const struct response_grid *grid, size_t channel, size_t row, struct spectral_lines *l,
                                    struct bf_error *err)
 {
     const struct predict_channel *c = &motion->channels[channel];
@@ -83,7 +82,7 @@ static enum bf_status fill_channel(const struct motion *motion, const double res
 }
 
 /* Φ = (mean |R|² − channels)/(mean |h|²) over bands: what the forces must have, beyond the noise. */
-static void fill_power(struct lines *l)
+static void fill_power(struct spectral_lines *l)
 {
     double *sums = bf_alloc(2 * (l->m + 1), sizeof *sums), *of_h = sums + l->m + 1;
     for (size_t i = 0; i < l->m; i++) {
@@ -128,7 +127,7 @@ static void hermitian_solve(size_t n, double complex A[], double complex b[])
 }
 
 /* q = G F̂, F̂ = Φ hᴴ (Φ h hᴴ + 1)⁻¹ R, one line after the other. */
-static void solve_lines(const struct lines *l, double complex q[])
+static void solve_lines(const struct spectral_lines *l, double complex q[])
 {
     size_t n = l->n_channels;
     double complex *A = bf_alloc(n * n + n, sizeof *A), *v = A + n * n;
@@ -159,7 +158,7 @@ static enum bf_status solve_record(const struct motion *motion, size_t record, c
                                    struct motion_record *out, struct bf_error *err)
 {
     const struct transfer_record t = transfer_record(motion->predictor, record);
-    struct lines l = {.n_modes = motion->modes.n, .m = t.grid->m};
+    struct spectral_lines l = {.n_modes = motion->modes.n, .m = t.grid->m};
     l.R = bf_alloc(t.n_channels * l.m, sizeof *l.R);
     l.h = bf_alloc(t.n_channels * l.n_modes * l.m, sizeof *l.h);
     l.G = bf_alloc(l.n_modes * l.m, sizeof *l.G);

@@ -6,8 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "maths/residual.h"
-#include "maths/spectrum.h"
+#include "maths/maths.h"
 
 /* ---- Motion of a functional ---- */
 

@@ -3,6 +3,7 @@
 #ifndef BEAMFIT_MOTION_WORK_H
 #define BEAMFIT_MOTION_WORK_H
 
+#include "estimate.h"
 #include "motion.h"
 
 static inline double cabs2(double complex z)

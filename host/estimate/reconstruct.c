@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "maths/dense.h"
+#include "maths/maths.h"
 
 /* Points tried: so many, evenly over the span, the last at its end; then two beside the best. */
 enum { POINTS = 10, BESIDE = 2, SITES = POINTS + BESIDE + 2, SPREAD_POINTS = 48, SMOOTH = 16, ROUNDS = 2 };

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "maths/dense.h"
+#include "maths/maths.h"
 
 /* Points a sample at which the features are formed: products of motions stay below the band that folds back. */
 enum { OVERSAMPLE = 2 };

@@ -6,9 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "maths/dense.h"
-#include "maths/residual.h"
-#include "maths/spectrum.h"
+#include "maths/maths.h"
 
 static const double line_width = 0.05; /* of a line, relative */
 /* A record whose force is seen to less than this part (mean of what the channels show) says nothing about amplitude. */

@@ -6,7 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "maths/residual.h"
+#include "maths/maths.h"
 
 /* A channel shows misfit above this many times its noise, and shows none below that. */
 static const double shows = 3.0, clean = 1.3;

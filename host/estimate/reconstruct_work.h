@@ -3,7 +3,7 @@
 #ifndef BEAMFIT_RECONSTRUCT_WORK_H
 #define BEAMFIT_RECONSTRUCT_WORK_H
 
-#include "reconstruct.h"
+#include "estimate.h"
 #include "regression.h"
 
 /* A scalar force at one place, on the Laplace line of every record. */

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "estimate.h"
 #include "refit.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
-#include "maths/dense.h"
-#include "fit_own.h"
+#include "maths/maths.h"
 #include "fit_result.h"
 #include "fit_starts.h"
 #include "refit_search.h"

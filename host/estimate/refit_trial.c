@@ -2,7 +2,7 @@
 /* A start of a nonlinear effect by equation error: trial.h, along the motion that the recordings tell. */
 #include <stdlib.h>
 #include <string.h>
-#include "refit.h"
+#include "estimate.h"
 #include "refit_law.h"
 #include "trial.h"
 

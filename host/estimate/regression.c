@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "maths/dense.h"
+#include "maths/maths.h"
 
 /* Directions whose eigenvalue of the Gram matrix (unit columns) is below this are not moved: minimum norm. */
 static const double rank_tolerance = 1e-11;

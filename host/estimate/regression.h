@@ -6,6 +6,7 @@
 #ifndef BEAMFIT_REGRESSION_H
 #define BEAMFIT_REGRESSION_H
 
+#include "estimate.h"
 #include "motion.h"
 
 struct regression {

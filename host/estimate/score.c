@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "estimate.h"
 #include "score.h"
 
 #include <math.h>
@@ -7,10 +8,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include "maths/dense.h"
-#include "ground/progress.h"
+#include "maths/maths.h"
+#include "ground/ground.h"
 #include "score_work.h"
-#include "ground/workers.h"
 
 /* ---- From the best point to a score ---- */
 

@@ -3,7 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include "maths/dense.h"
+#include "maths/maths.h"
 #include "fit_problem.h"
 #include "score_work.h"
 

@@ -3,7 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include "maths/dense.h"
+#include "maths/maths.h"
 #include "score_work.h"
 
 static const double absorbed_all = 1e-7; /* what is left after projection is rounding below this share */

@@ -5,6 +5,7 @@
 
 #include <pthread.h>
 
+#include "estimate.h"
 #include "score.h"
 
 struct score_base {

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "estimate.h"
 #include "trial.h"
 
 #include <math.h>

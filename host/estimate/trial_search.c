@@ -6,8 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "maths/dense.h"
-#include "maths/residual.h"
+#include "maths/maths.h"
 
 /* Thresholds tried, in units of the largest motion; the last are as good as zero to most laws. */
 static const double levels[] = {0.8, 0.5, 0.25, 0.1, 0.03, 0.01, 0.003, 0.001};

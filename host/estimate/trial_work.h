@@ -3,8 +3,10 @@
 #ifndef BEAMFIT_TRIAL_WORK_H
 #define BEAMFIT_TRIAL_WORK_H
 
+#include "response/response.h"
 #include "response/law.h"
 #include "regression.h"
+#include "estimate.h"
 #include "trial.h"
 
 /* A candidate's law, bound to a motion. */

@@ -6,9 +6,8 @@
 #include <string.h>
 #include <time.h>
 
-#include "beam/modes.h"
-#include "ground/progress.h"
-#include "ground/workers.h"
+#include "beam/beam.h"
+#include "ground/ground.h"
 
 /* Refits per stage, at most. */
 static const size_t most_singles[] = {[KIND_LINEAR] = 6, [KIND_BENT] = 3, [KIND_LAW] = 4};

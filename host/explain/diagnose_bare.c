@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "diagnose_shortlist.h"
-#include "response/predict.h"
+#include "response/response.h"
 
 static enum bf_status drop_laws(const struct model *from, struct model *out, struct bf_error *err)
 {

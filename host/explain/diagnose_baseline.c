@@ -6,8 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "estimate/fit.h"
-#include "maths/residual.h"
+#include "estimate/estimate.h"
+#include "maths/maths.h"
 
 static const double guess = 1e-3; /* of the signal: stands for a noise that cannot be seen, as in a fit */
 /* Of the baseline's χ²: what a restart must fall below to be another minimum, and not the last steps to the same one. */

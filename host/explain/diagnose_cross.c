@@ -10,9 +10,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "estimate/fit_own.h"
-#include "ground/progress.h"
-#include "ground/workers.h"
+#include "estimate/estimate.h"
+#include "ground/ground.h"
 
 enum {
     MOST_FOLDS = 6, /* more teach little about whole records, and each costs a refit */

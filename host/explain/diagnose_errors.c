@@ -5,8 +5,8 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "estimate/fit_own.h"
-#include "maths/residual.h"
+#include "estimate/estimate.h"
+#include "maths/maths.h"
 
 /* Rows of a channel before the horizon of its record: what a chaotic motion does later, no model can predict. */
 static size_t rows_in_use(const struct refit_result *fit, const struct predict_channel *channel)

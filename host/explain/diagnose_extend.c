@@ -9,7 +9,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "ground/progress.h"
+#include "ground/ground.h"
 
 static bool explained(const struct shortlist *s)
 {

@@ -8,7 +8,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "estimate/finer.h"
+#include "estimate/estimate.h"
 
 /*
  * Of the noise, rms on one channel. An error of this size raises a misfit of 1.00 times the noise to 1.04, just below

@@ -7,8 +7,7 @@
 #include <stdatomic.h>
 #include <stdlib.h>
 
-#include "ground/progress.h"
-#include "ground/workers.h"
+#include "ground/ground.h"
 
 struct refit_queue {
     struct diagnose_work *w;

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "ground/progress.h"
+#include "ground/ground.h"
 
 /*
  * A candidate is refitted when what it leaves (rms, after its few steps) is at most this many times what the best one

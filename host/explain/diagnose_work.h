@@ -3,9 +3,8 @@
 #ifndef BEAMFIT_DIAGNOSE_WORK_H
 #define BEAMFIT_DIAGNOSE_WORK_H
 
-#include "estimate/candidate.h"
-#include "diagnose.h"
-#include "estimate/fit.h"
+#include "estimate/estimate.h"
+#include "explain.h"
 #include "estimate/score.h"
 #include "estimate/trial.h"
 

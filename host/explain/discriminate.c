@@ -8,9 +8,8 @@
 #include <string.h>
 #include <time.h>
 
-#include "estimate/fit.h"
-#include "ground/progress.h"
-#include "ground/workers.h"
+#include "estimate/estimate.h"
+#include "ground/ground.h"
 
 const double discriminate_decisive = 10.0;
 const double discriminate_sensor_worth = 1.5;

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "maths/dense.h"
+#include "maths/maths.h"
 
 static const double ridge = 1e-12; /* relative to a unit diagonal */
 

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "maths/dense.h"
+#include "maths/maths.h"
 
 static const double unseen_noise = 0.004; /* of the signal: a sensor that no record tells about */
 static const double guess = 1e-3;  /* of a recorded signal: stands for a noise that cannot be seen, as in a fit */

@@ -7,8 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "estimate/candidate.h"
-#include "estimate/refit.h"
+#include "estimate/estimate.h"
 
 /* Without records: each effect changes the reference response by this many times the noise (rms, baseline refitted). */
 static const double typical_change = 1.0;

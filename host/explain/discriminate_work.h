@@ -3,7 +3,9 @@
 #ifndef BEAMFIT_DISCRIMINATE_WORK_H
 #define BEAMFIT_DISCRIMINATE_WORK_H
 
+#include "explain.h"
 #include "discriminate.h"
+#include "noise/noise.h"
 #include "noise/evidence.h"
 
 /*

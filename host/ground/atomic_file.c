@@ -7,7 +7,7 @@
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
-#include "atomic_file.h"
+#include "ground.h"
 
 static void forget(struct atomic_file *af)
 {

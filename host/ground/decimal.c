@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "decimal.h"
+#include "ground.h"
 
 #include <locale.h>
 #include <math.h>
@@ -7,7 +7,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "number.h"
 
 bool decimal_parse(const char *text, double *out)
 {

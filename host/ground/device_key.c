@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "device_key.h"
+#include "ground.h"
 
 #include <errno.h>
 #include <fcntl.h>

@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include "error.h"
+#include "ground.h"
 #undef bf_fail
 #undef bf_fail_at
 #undef bf_alloc

@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 #include <bearssl.h>
+#include "ground.h"
 #include "hash.h"
 
 _Static_assert(sizeof(br_sha256_context) <= sizeof(struct hash), "struct hash must hold BearSSL's SHA-256 state");

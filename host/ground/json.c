@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* json.c — the only file that sees jansson. struct json is json_t under another name. */
-#include "json.h"
+#include "ground.h"
 
 #include <jansson.h>
 #include <math.h>

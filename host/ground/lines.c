@@ -5,6 +5,7 @@
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#include "ground.h"
 #include "lines.h"
 
 enum { PIECE = 1 << 18 };

@@ -4,7 +4,7 @@
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-#include "number.h"
+#include "ground.h"
 
 enum { LONGEST_NUMBER = 1100 }; /* a double printed in full has up to 1077 digits */
 

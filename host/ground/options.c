@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "options.h"
+#include "ground.h"
 
 #include <math.h>
 #include <stdlib.h>
 
-#include "decimal.h"
 
 int options_next(int argc, char **argv, const char *short_options, const struct option *long_options,
                  struct bf_error *err)

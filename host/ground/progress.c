@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "progress.h"
+#include "ground.h"
 
 #include <math.h>
 #include <signal.h>
@@ -10,7 +10,6 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "error.h"
 
 enum { BAR = 24, LINE = 160 };
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "workers.h"
+#include "ground.h"
 
 #include <pthread.h>
 #include <unistd.h>

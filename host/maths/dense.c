@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "maths.h"
 #include "dense.h"
 
 #include <cblas.h>

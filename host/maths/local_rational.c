@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "local_rational.h"
-#include "spectrum.h"
+#include "maths.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,12 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The only file that sees NLopt; the Gauss–Newton search stands in optimise_local.c. */
-#include "optimise.h"
+#include "maths.h"
 
 #include <math.h>
 #include <nlopt.h>
 #include <stdlib.h>
 #include <string.h>
-#include "dense.h"
 
 /* Directions with a smaller share of the largest eigenvalue of JᵀJ are not searched. */
 static const double least_share = 1e-13;

@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "optimise.h"
+#include "maths.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include "dense.h"
 
 /* ---- The quadratic model min gᵀp + ½ pᵀHp within bounds and a ball ---- */
 

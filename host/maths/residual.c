@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "residual.h"
-#include "spectrum.h"
+#include "maths.h"
 
 #include <math.h>
 #include <stdlib.h>

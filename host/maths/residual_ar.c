@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* residual_ar.c — autoregressive models of residuals: Burg (1975), Levinson's recursion up and down. */
+#include "maths.h"
 #include "residual.h"
 
 #include <complex.h>

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* residual_tests.c — whiteness, correlation with the input, and the distributions they need. */
+#include "maths.h"
 #include "residual.h"
 #include "spectrum.h"
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "sparse.h"
+#include "maths.h"
 
 #include <math.h>
 #include <pthread.h>

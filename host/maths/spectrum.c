@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* spectrum.c — the only file that sees FFTW. */
+#include "maths.h"
 #include "spectrum.h"
 
 #include <fftw3.h>

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "model.h"
+#include "model_private.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -7,7 +8,7 @@
 #include <string.h>
 
 #include "model_yaml.h"
-#include "ground/text.h"
+#include "ground/ground.h"
 
 const char *model_support_name(enum model_support support)
 {

@@ -1,14 +1,17 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/*
- * model.h — what is believed about a beam: geometry, parameters, channels, effects. Plain data; no numerics.
- * The YAML form is beamfit-model/1 (docs/model_file.md); only model_*.c know it.
- */
+/* model.h — the model file: read, check, edit in place, write; the parameters as one vector. */
 #ifndef BEAMFIT_MODEL_H
 #define BEAMFIT_MODEL_H
 
 #include <stdbool.h>
+
 #include "beam_effect.h"
-#include "ground/error.h"
+#include "ground/ground.h"
+
+/*
+ * MODEL — what is believed about a beam: geometry, parameters, channels, effects. Plain data; no numerics.
+ * The YAML form is beamfit-model/1 (docs/model_file.md); only model_*.c know it.
+ */
 
 enum { MODEL_NAME = 64 };
 
@@ -151,37 +154,42 @@ const char *model_input_kind_name(enum input_kind kind);
 const char *model_output_kind_name(enum output_kind kind);
 
 enum bf_status model_read(const char *path, struct model *out, struct bf_error *err);
+
 /* The same from memory, without warnings; `name` stands for the file in messages. */
 enum bf_status model_read_text(const char *name, const char *text, size_t n, struct model *out, struct bf_error *err);
+
 /* Keeps comments, order and unknown keys of the document the model was read from. Atomic (temporary file, rename). */
 enum bf_status model_write(const char *path, struct model *model, struct bf_error *err);
 enum bf_status model_copy(const struct model *from, struct model *out, struct bf_error *err);
 void model_free(struct model *model);
+
 /* Checks everything that can be checked without data: ranges, places, names. */
 enum bf_status model_check(const struct model *model, struct bf_error *err);
+
 /*
  * Values that look wrong by a unit (mm, N·mm², g/m, …), one sentence each, at most `room`; returns how many.
  * model_read() prints them as warnings.
  */
 typedef char model_warning[320];
 size_t model_unit_warnings(const struct model *model, model_warning text[], size_t room);
+
 /* First patch of the model: the region(s) named "patch", else the first patch channel; false when there is none. */
 bool model_patch(const struct model *model, double *from_m, double *to_m);
 const struct material *model_material(const struct model *model, const char *region);
 size_t model_plain_material(const struct model *model); /* 'beam', or the first that is not 'patch' */
+
 /* weight(x) of a form over a region of this material. */
 double model_weight(const struct model *model, const struct material *material, enum beam_weight weight);
 struct beam_place model_place(const struct model *model);
-/* Adds an effect with neutral-near start values (parameters[].start of the catalogue). channel "" = default. */
-enum bf_status model_add_effect(struct model *model, const char *id, const char *channel, struct bf_error *err);
+
 /* The same without checking the result: set the effect's values first, then model_check(). */
 enum bf_status model_append_effect(struct model *model, const char *id, const char *channel, struct bf_error *err);
 enum bf_status model_drop_effect(struct model *model, const char *id, struct bf_error *err);
-/* Fills residuals[] for the model's channels, value 0, where the list is still empty. */
-void model_make_residuals(struct model *model);
+
 /* Some effect of the model is a law, so that its prediction steps through time. */
 bool model_has_law(const struct model *model);
 const struct beam_effect *effect_by_id(const char *id); /* NULL when unknown */
+
 /* The same with a message that proposes the closest id. */
 const struct beam_effect *effect_find(const char *id, struct bf_error *err);
 
@@ -200,11 +208,46 @@ struct parameter_ref {
     const struct parameter *info; /* name, unit, bounds, prior, fixed; its value is overridden for per-record ones */
     double value;
 };
+
 /* Caller frees *out with free(). */
 size_t model_parameters(const struct model *model, const char *const record_names[], size_t n_records,
                         struct parameter_ref **out);
+
 /* Writes values (and standard errors, sd may be NULL) back; refs as returned for the same model. */
 void model_set_parameters(struct model *model, const struct parameter_ref refs[], size_t n, const double value[],
                           const double sd[], const char *const record_names[]);
+
+/* STARTING MODEL — a commented model file from a ruler and a handbook. */
+
+/* Handbook values. */
+struct handbook_material {
+    const char *name;
+    double E_Pa, density_kgpm3;
+};
+extern const struct handbook_material handbook_materials[];
+extern const size_t handbook_materials_count;
+
+/* One layer of a rectangular cross-section. */
+struct layer {
+    double E_Pa, density_kgpm3, width_m, thickness_m;
+};
+
+/* What a person knows before measuring. */
+struct starting_beam {
+    double length_m;
+    enum model_support support;
+    struct layer beam, patch;
+    const char *beam_material, *patch_material; /* names for the comments */
+    bool has_patch;
+    double patch_from_m, patch_to_m;
+    int patch_sides; /* 1: on one face, 2: on both */
+    double mass_kg;  /* of the bare beam, weighed; 0: not weighed */
+    size_t n_inputs, n_outputs;
+    const struct model_input *inputs;
+    const struct model_output *outputs;
+};
+
+/* The text of the model file; caller frees. It reads back as a model without faults when the beam has none. */
+char *starting_model_text(const struct starting_beam *beam);
 
 #endif

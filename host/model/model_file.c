@@ -8,8 +8,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#include "ground/atomic_file.h"
-#include "ground/hash.h"
+#include "ground/ground.h"
 #include "model_yaml.h"
 
 enum { MOST_ANCESTORS = 64 };

@@ -13,7 +13,8 @@
 
 #include <stdio.h>
 #include "model.h"
-#include "ground/decimal.h"
+#include "model_private.h"
+#include "ground/ground.h"
 
 /* ---- Tree (model_yaml.c; the only file that sees libfyaml) ---- */
 

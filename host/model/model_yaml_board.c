@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "ground/text.h"
+#include "ground/ground.h"
 
 static const double code_most = 65535.0, rate_most_Hz = 1e6;
 

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "ground/text.h"
+#include "ground/ground.h"
 
 enum { MOST_CHANNELS = 64, MOST_EFFECTS = 32, MOST_RECORDS = 10000, MOST_ANCESTORS = 64 };
 

@@ -6,7 +6,7 @@
 #include <stdarg.h>
 #include <string.h>
 
-#include "ground/text.h"
+#include "ground/ground.h"
 
 enum bf_status yaml_fail(const struct yaml_reader *r, const struct yaml_node *node, const char *format, ...)
 {

@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "model.h"
 #include "starting_model.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "ground/decimal.h"
+#include "ground/ground.h"
 
 /* Young's modulus and density of common beams, rounded; laminates and woods vary by tens of per cent. */
 const struct handbook_material handbook_materials[] = {

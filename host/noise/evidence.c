@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "noise.h"
 #include "evidence.h"
 
 #include <math.h>

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "linearity_work.h"
-#include "maths/residual.h"
+#include "maths/maths.h"
 
 #include <math.h>
 #include <stdio.h>

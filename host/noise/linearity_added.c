@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* linearity_added.c — sinusoids of constant amplitude, offsets and drifts in a series that no input has. */
+#include "noise.h"
 #include "linearity.h"
-#include "maths/residual.h"
-#include "maths/spectrum.h"
+#include "maths/maths.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* linearity_pair.c — u₂ * y₁ − u₁ * y₂ of two records against what noise leaves of it, on the time–frequency plane. */
 #include "linearity_work.h"
-#include "maths/spectrum.h"
+#include "maths/maths.h"
 
 #include <math.h>
 #include <stdint.h>

@@ -3,7 +3,9 @@
 #ifndef BEAMFIT_LINEARITY_WORK_H
 #define BEAMFIT_LINEARITY_WORK_H
 
+#include "noise.h"
 #include "linearity.h"
+#include "maths/maths.h"
 #include "maths/spectrum.h"
 
 /* One channel of one record and the only input that moves in it. Views. */

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "noise.h"
 #include "noise_floor.h"
-#include "ground/number.h"
-#include "maths/residual.h"
+#include "ground/ground.h"
+#include "maths/maths.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,6 +1,16 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
+/* noise.h — what the data know of their own error: noise of each channel, evidence for one residual against another, linearity. */
+#ifndef BEAMFIT_NOISE_H
+#define BEAMFIT_NOISE_H
+
+#include <stdbool.h>
+
+#include "maths/maths.h"
+#include "model/model.h"
+#include "record/record.h"
+
 /*
- * noise.h — how noisy a channel is, judged from the recording alone, without any model of the beam.
+ * NOISE — how noisy a channel is, judged from the recording alone, without any model of the beam.
  *
  * Two sources:
  *   local    the local rational method (McKelvey & Guérin 2012; Geerardyn & Schoukens 2017): in a narrow band any linear
@@ -11,11 +21,6 @@
  *            what the whole record suggests. A few quiet samples tell less than a whole record does: 64 of them know the
  *            noise to 9 %, 4096 samples to 1.2 %.
  */
-#ifndef BEAMFIT_NOISE_H
-#define BEAMFIT_NOISE_H
-
-#include "model/model.h"
-#include "record/record.h"
 
 enum noise_method { NOISE_NONE, NOISE_QUIET, NOISE_LOCAL };
 
@@ -41,9 +46,151 @@ const char *noise_method_text(enum noise_method method);
  */
 enum bf_status noise_estimate(const double *z, size_t n, double dt_s, const double *const u[], size_t n_inputs,
                               size_t from_sample, struct noise_estimate *out, struct bf_error *err);
+
 /* The same for an output of a model in a record: takes the inputs and the start of a free decay from them. */
 enum bf_status noise_of_channel(const struct model *model, const struct record *record, const char *channel,
                                 struct noise_estimate *out, struct bf_error *err);
 void noise_free(struct noise_estimate *estimate);
+
+/*
+ * EVIDENCE — how strongly data prefer one residual to another, with noise that is not white.
+ *
+ * A channel's noise is either a smooth spectrum (noise.h) or an autoregressive model (residual.h); `whitener` makes of it
+ * a linear map after which noise is independent, of variance 1. Then χ² = Σ w², the log-likelihood ratio of two nested models
+ * is half the difference of their χ², and information criteria count samples by n_eff instead of n. docs/diagnose.md says
+ * how the false alarms of this were measured. No function keeps state: all may run in several threads.
+ */
+
+/* One channel of one record and what a model leaves of it: views, nothing is owned. */
+struct misfit_channel {
+    const char *file;    /* as the user gave it */
+    const char *channel; /* name of the output */
+    size_t record;       /* index into the caller's records */
+    size_t n;
+    double dt_s;
+    const double *measured, *residual; /* [n] z and r = z − ŷ */
+    const struct noise_estimate
+        *noise; /* never NULL; method NOISE_NONE: the channel is left out where noise is needed */
+};
+
+/* ---- Whitening ---- */
+
+/* The noise of a channel as an autoregressive model: exact and causal, so that whitened rows have no wrap-around. */
+struct whitener {
+    struct ar_model ar;
+    double n_eff_share; /* independent samples a sample, 0 … 1: (∫S df)²/(f_N ∫S² df); 1 for white noise */
+};
+
+/*
+ * From the smooth spectrum of a recording's noise (autocovariance of the spectrum, Levinson's recursion, order at which
+ * the spectrum is reproduced to 1 % or 40). BF_NUMERIC when the estimate holds no noise.
+ */
+enum bf_status whitener_from_noise(const struct noise_estimate *noise, struct whitener *out, struct bf_error *err);
+
+/* w: [n] may be x. Serves residuals and Jacobian columns alike. O(n order). */
+void whitener_apply(const struct whitener *whitener, const double *x, size_t n, double *w);
+
+/* ---- χ² of residuals ---- */
+
+struct misfit {
+    double chi_square; /* Σ over channels of the whitened Σ w² */
+    size_t n;          /* rows */
+    double n_eff;      /* effective number of independent rows */
+};
+
+/* whiteners: one a channel; residual as in channels[]. Channels whose whitener has sigma 0 are left out. O(n order). */
+void misfit_measure(const struct misfit_channel channels[], const struct whitener whiteners[], size_t n_channels,
+                    struct misfit *out);
+
+/* ---- One model against a richer one that contains it ---- */
+
+struct evidence {
+    double
+        two_delta_log_likelihood; /* (χ²_poor − χ²_rich)/max(1, χ²_rich/n_rich): what is left is not counted as noise */
+    double scale;                 /* that maximum; far above 1: neither model is right, p-values mean little */
+    double p_value;               /* of the likelihood ratio, before any correction for search */
+    double bic_gain;              /* 2ΔlogL − g ln n_eff − 2 g ln(tried); > 0 favours the richer model */
+    double fall_share; /* 1 − χ²_rich/χ²_poor: significance without size is no reason to add an effect */
+};
+
+/*
+ * poor and rich: of the same rows and whiteners. added: g ≥ 1 parameters the richer one has more, one_sided of them
+ * (≤ g, at most 1 counted) are held at a bound by the poorer. tried: candidates that were looked at, ≥ 1.
+ */
+void evidence_compare(const struct misfit *poor, const struct misfit *rich, size_t added, size_t one_sided,
+                      size_t tried, struct evidence *out);
+
+/* Below this share of the floor a fall is ignored, whatever its significance: the floor itself is known to about 1.2 %. */
+extern const double evidence_least_fall;
+
+/* Holm's step-down: adjusted[i] ≤ α exactly when hypothesis i falls at family-wise error α. p, adjusted: [n], may be the same. */
+void holm_adjust(const double p[], size_t n, double adjusted[]);
+
+/*
+ * LINEARITY — is there a linear time-invariant system at all that explains records of different level? Without a model.
+ *
+ * Two records of one path with inputs u₁, u₂ that begin at rest, of a linear system h:
+ *     (u₂ * y₁)(t) − (u₁ * y₂)(t) = (u₂ * h * u₁ − u₁ * h * u₂)(t) = 0     for every t of the record, ringing at its end or not.
+ * What is left is compared with what noise of the known level leaves after the same operation, in every cell of the
+ * spectrogram: ratio = √(mean of cell/expected) is 1 for a linear system. Where u₂ = k u₁ this is y₂ − k y₁ itself.
+ * A signal that does not scale with the input (hum, offset) shows too; steady lines are found, taken out, and told apart.
+ * Systems that are homogeneous of degree 1 pass (bilinear stiffness), and so does whatever is the same in both records.
+ */
+
+enum linearity_verdict {
+    LINEARITY_CANNOT_TELL, /* no two records repeat a path from rest */
+    LINEARITY_LINEAR,      /* linear, or homogeneous of degree 1 */
+    LINEARITY_NONLINEAR,
+    LINEARITY_ADDITIVE /* linear but for lines or offsets that do not scale with the input */
+};
+
+/* "cannot be told", "linear", "nonlinear", "linear, with added signals" */
+const char *linearity_verdict_text(enum linearity_verdict verdict);
+
+/* One channel seen in two records that excite the same input. */
+struct linearity_pair {
+    size_t record[2];   /* weak, strong */
+    size_t output;      /* of the model */
+    size_t input;       /* of the model */
+    double level[2];    /* rms of the channel, without what was found added: how large the motion is */
+    bool same_shape;    /* u₂ = k u₁ to 1e-3 (then ratio is that of y₂ − k y₁) */
+    bool opposite;      /* k < 0: what is left holds the even part */
+    double ratio;       /* rms of what is left over the noise's, all cells: 1 ± ratio_sd for a linear system */
+    double ratio_sd;    /* from the number of cells and the standard errors of both noise levels */
+    double ratio_broad; /* the same after what was found added is taken out, without the cells of its lines */
+    size_t n_added;     /* of one shape: lines or offsets that y₂ − k y₁ has and ratio_broad lacks, 0 … 3 */
+    double added_Hz;    /* the strongest of them; 0: an offset */
+    double worst_from_Hz, worst_to_Hz; /* third of an octave with the largest excess */
+    double worst_ratio;
+    bool nonlinear; /* see linearity_threshold */
+};
+
+/* A sinusoid of constant amplitude, or an offset, in one channel that no input of the record has. */
+struct linearity_added {
+    size_t record, output;
+    double frequency_Hz; /* 0: offset or drift */
+    double amplitude;    /* unit of the channel; of a drift: change over the record */
+    double phase_rad;    /* amplitude · sin(2πft + phase), t = 0 at the record's first sample */
+    double sd;           /* one standard error of the amplitude */
+    bool drift;          /* frequency 0 only: slope instead of mean */
+};
+
+struct linearity {
+    enum linearity_verdict verdict;
+    size_t n_pairs;
+    struct linearity_pair *pairs; /* largest ratio first */
+    size_t n_added;
+    struct linearity_added *added; /* most significant first */
+    char text[400];                /* one or two sentences */
+};
+
+/*
+ * noise: [n_records · model->n_outputs] as of noise_of_channel(), index record · n_outputs + output; method NOISE_NONE
+ * leaves a channel out. NULL: estimated here (10 ms a channel). Free with linearity_free(), also after a failure.
+ * Cost: about 6 ms for a pair of 4096 samples.
+ */
+enum bf_status linearity_test(const struct model *model, const struct record records[], size_t n_records,
+                              const struct noise_estimate noise[], struct linearity *out, struct bf_error *err);
+void linearity_free(struct linearity *linearity);
 
 #endif

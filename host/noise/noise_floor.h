@@ -12,7 +12,7 @@
 #define BEAMFIT_NOISE_FLOOR_H
 
 #include <stdbool.h>
-#include "maths/local_rational.h"
+#include "maths/maths.h"
 
 enum { FLOOR_ROWS_MAX = 64 };
 

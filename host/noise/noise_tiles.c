@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "noise_tiles.h"
-#include "maths/spectrum.h"
+#include "maths/maths.h"
 
 #include <math.h>
 #include <stdint.h>

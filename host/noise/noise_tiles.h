@@ -7,7 +7,7 @@
 #define BEAMFIT_NOISE_TILES_H
 
 #include <stdbool.h>
-#include "maths/local_rational.h"
+#include "maths/maths.h"
 
 enum { NOISE_DRAWS = 24 };
 

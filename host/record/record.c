@@ -3,9 +3,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include "ground/atomic_file.h"
+#include "ground/ground.h"
 #include "record.h"
-#include "ground/text.h"
 
 const double *record_column(const struct record *record, const char *name)
 {

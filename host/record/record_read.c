@@ -4,10 +4,8 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include "ground/lines.h"
-#include "ground/number.h"
+#include "ground/ground.h"
 #include "record.h"
-#include "time_axis.h"
 
 enum { MOST_COLUMNS = 4096, QUOTED = 60 }; /* QUOTED: characters of a bad cell that a message shows */
 

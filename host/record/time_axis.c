@@ -3,8 +3,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include "ground/error.h"
-#include "time_axis.h"
+#include "ground/ground.h"
+#include "record.h"
 
 void time_axis_note(struct number_digits *most, struct number_digits one)
 {

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "response.h"
 #include "law.h"
 
 #include <math.h>
@@ -7,7 +8,7 @@
 #include <string.h>
 
 #include "law_axial.h"
-#include "maths/vector.h"
+#include "maths/maths.h"
 
 /* Gauss–Legendre with three points on each of about this many elements of the span. */
 enum { SPAN_ELEMENTS = 10, GAUSS = 3 };

@@ -4,7 +4,7 @@
 #include <stdint.h>
 #include <stdlib.h>
 
-#include "maths/vector.h"
+#include "maths/maths.h"
 
 /* Points evaluated together. */
 enum { POINTS = 64 };

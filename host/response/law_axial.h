@@ -9,6 +9,7 @@
 #ifndef BEAMFIT_LAW_AXIAL_H
 #define BEAMFIT_LAW_AXIAL_H
 
+#include "response.h"
 #include "law.h"
 
 /* G at the law's points x_m[n_points], ascending from the clamp. */

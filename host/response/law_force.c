@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The force of a law at one instant: motion at its points, the effect's own function there, back by virtual work. */
+#include "response.h"
 #include "law.h"
 
 #include <stdint.h>
@@ -7,7 +8,7 @@
 #include <string.h>
 
 #include "law_axial.h"
-#include "maths/vector.h"
+#include "maths/maths.h"
 
 /* Points evaluated together. */
 enum { POINTS = 64, WIDTH = BEAM_LAW_WIDTH };

@@ -7,7 +7,7 @@
 #define BEAMFIT_LAW_LANES_H
 
 #include "law_run.h"
-#include "maths/vector.h"
+#include "maths/maths.h"
 
 enum { LANES = VECTOR_LENGTH };
 

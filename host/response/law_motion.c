@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "maths/spectrum.h"
+#include "maths/maths.h"
 
 enum bf_status law_upsample(const struct law_run *l, const double complex W[], double out[], struct bf_error *err)
 {

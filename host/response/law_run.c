@@ -4,7 +4,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "maths/vector.h"
+#include "maths/maths.h"
 
 /* A pole with |p| h above this follows the force without dynamics of its own: the same frequency for both oversamplings. */
 static const double far_smooth = 4.0, far_kinked = 2.0;

@@ -14,6 +14,7 @@
 #ifndef BEAMFIT_LAW_RUN_H
 #define BEAMFIT_LAW_RUN_H
 
+#include "response.h"
 #include "law.h"
 #include "law_hold.h"
 #include "law_transfer.h"

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "maths/vector.h"
+#include "maths/maths.h"
 
 /* The step's equation is solved to this part of the largest force so far. */
 static const double step_tolerance = 1e-11;

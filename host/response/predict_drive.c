@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "maths/spectrum.h"
+#include "maths/maths.h"
 
 /* Of a band-limited input; held inputs are taken at their samples. */
 enum { DRIVE_OVERSAMPLE = 8 };

@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "maths/spectrum.h"
+#include "maths/maths.h"
 
 /*
  * Points a sample (at four times the level, more than four change nothing); a channel is continued by up to so many

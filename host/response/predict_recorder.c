@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "ground/number.h"
+#include "ground/ground.h"
 
 /* 1/A is bounded by about 1/(2 √this): what the filter has taken out cannot be brought back. */
 static const double inverse_floor = 0.01;

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "predict_transfer.h"
+#include "response.h"
 
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "predict_work.h"
-#include "beam/system_work.h"
+#include "beam/beam.h"
 
 const struct model *transfer_model(const struct predictor *p)
 {

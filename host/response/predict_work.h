@@ -4,10 +4,10 @@
 #define BEAMFIT_PREDICT_WORK_H
 
 #include <complex.h>
-#include "law.h"
-#include "predict.h"
-#include "predict_places.h"
 #include "response.h"
+#include "law.h"
+#include "kernel.h"
+#include "beam/beam.h"
 #include "beam/system.h"
 
 /* The recorder's anti-alias filter; order 0: not stated. */

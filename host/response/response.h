@@ -1,18 +1,120 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
+/* response.h — matrices + input -> prediction with exact derivatives, linear and stepped with laws. */
+#ifndef BEAMFIT_RESPONSE_H
+#define BEAMFIT_RESPONSE_H
+
+#include <complex.h>
+
+#include "beam/beam.h"
+#include "model/model.h"
+#include "record/record.h"
+
 /*
- * response.h — transfer functions H(s) = s^ν Σ_k α_k β_k/(s − p_k) on a line s = σ + iω of the Laplace plane.
+ * PREDICT — model + inputs of records -> prediction of the outputs, with exact derivatives by every parameter.
+ *
+ * A predictor is built once for a model's structure and a list of records; then predictor_run() evaluates it at a
+ * parameter vector in the order of model_parameters(model, record names). Rows of a prediction are stacked channel by
+ * channel: all samples of record 0's first recorded output, then its second, …, then record 1's.
+ *
+ * Linear models are solved band-limited in the Laplace domain (exact for zero-phase band-limited sampling); laws,
+ * drives and other nonlinear slots by the implicit step on an oversampled grid. See docs/model.md.
+ */
+
+enum intersample { INTERSAMPLE_BAND_LIMITED, INTERSAMPLE_ZERO_ORDER_HOLD, INTERSAMPLE_FIRST_ORDER_HOLD };
+
+/* What --intersample of the commands can be: bl, foh, zoh. BF_USAGE for anything else. */
+enum bf_status intersample_from_text(const char *text, enum intersample *out, struct bf_error *err);
+
+struct predict_options {
+    enum intersample intersample; /* 0: band limited */
+    int oversample;               /* of the nonlinear grid; 0: 8, checked by predict_convergence() */
+    int threads;                  /* for nonlinear records; 0: one a processor */
+    bool quiet;                   /* no warnings (the same records were seen before) */
+    bool uniform_splines; /* equidistant knots, not on the region edges: the seed paper's space, for comparison */
+    size_t fine_splines;  /* dimension of the fine spline space; 0: 160 */
+    size_t modes;         /* modes of the reduced space; 0: enough for 4 × the band */
+};
+
+/* What --splines of the commands can be: N or N,uniform; into fine_splines and uniform_splines. BF_USAGE for anything else. */
+enum bf_status splines_from_text(const char *text, struct predict_options *out, struct bf_error *err);
+
+/* One output of one record. */
+struct predict_channel {
+    size_t record, output; /* indices into the record list and model->outputs */
+    size_t row, n;         /* its rows in the stacked vectors */
+    double dt_s;
+    const double *measured; /* [n], the record's column */
+};
+
+/*
+ * y leaves the linear unknowns out: the whole prediction is y + Σ amplitude · column. The Jacobian holds
+ * d(y + Σ amplitude · column) at the amplitudes of the last predictor_set_nuisance() (0 before).
+ */
+struct prediction {
+    size_t n_rows;       /* of the current window */
+    size_t n_parameters; /* of model_parameters(); fixed ones included (their columns are filled too) */
+    size_t n_nuisance;   /* linear unknowns of free-decay records: initial states of modes, filters */
+    double *y;           /* [n_rows] */
+    double *jacobian;    /* [n_parameters][n_rows], d y/d parameter (physical, not logarithmic); NULL unless asked */
+    double *nuisance;    /* [n_nuisance][n_rows], columns of the linear unknowns (zero outside their record) */
+};
+
+struct predictor;
+
+enum bf_status predictor_new(const struct model *model, const struct record records[], size_t n_records,
+                             const struct predict_options *options, struct predictor **out, struct bf_error *err);
+void predictor_free(struct predictor *predictor);
+
+size_t predictor_channels(const struct predictor *predictor, const struct predict_channel **out);
+
+/* Modes of the reduced space at the last base; static responses are not counted. */
+size_t predictor_modes(const struct predictor *predictor);
+
+/*
+ * Restrict to the first t_end_s of every record (counted from its first sample, or from free_from_s for a free decay);
+ * INFINITY: whole records. Changes rows. Short windows cost proportionally less.
+ */
+enum bf_status predictor_window(struct predictor *predictor, double t_end_s, struct bf_error *err);
+
+/*
+ * Rebuild the reduced space at these parameters. The prediction is then exact at them and in error of second order
+ * in the distance from them; call after every larger move and at the end of a fit.
+ */
+enum bf_status predictor_rebase(struct predictor *predictor, const double parameters[], struct bf_error *err);
+
+/*
+ * want_jacobian: bool per parameter (NULL: none). Arrays in *out belong to the predictor and live until the next call.
+ * BF_NUMERIC when the model cannot be evaluated there (negative mass, unstable step).
+ */
+enum bf_status predictor_run(struct predictor *predictor, const double parameters[], const bool want_jacobian[],
+                             struct prediction *out, struct bf_error *err);
+
+/* amplitude[n_nuisance]: the linear unknowns as last solved; kept until changed or until the window or base moves. */
+void predictor_set_nuisance(struct predictor *predictor, const double amplitude[]);
+
+/* Independent copy for another thread (shares nothing mutable). */
+enum bf_status predictor_clone(const struct predictor *from, struct predictor **out, struct bf_error *err);
+
+/* PREDICT PLACES — where effects act, as the prediction understands a model; for stages that deploy one. */
+
+/* Does effect e filter, bend or add to this output; does it act on this input or shift it? (predict_channel.c) */
+bool effect_on_output(const struct model *model, size_t e, size_t output);
+bool effect_on_input(const struct model *model, size_t e, size_t input);
+
+/*
+ * Patch regions and patch channels of `fixed` moved by shift_m; *out is a copy of it whose places are overwritten.
+ * BF_BAD_FILE without a patch, BF_NUMERIC when a region would vanish. (predict_patch.c)
+ */
+enum bf_status model_shift_patch(const struct model *fixed, double shift_m, struct model *out, struct bf_error *err);
+
+/*
+ * KERNEL — transfer functions H(s) = s^ν Σ_k α_k β_k/(s − p_k) on a line s = σ + iω of the Laplace plane.
  *
  * A record of n samples is a signal on [0, n·dt); with σ > 0 its transform decays over the zero-padded length, so the
  * discrete transform does not wrap a ringing response around: forward with e^(−σt), multiply by H, back, times e^(σt).
  * Between samples the input is band limited (exact), or held to order zero or one (then 1/(s − p) is replaced by the
  * exact discrete response of the held input).
  */
-#ifndef BEAMFIT_RESPONSE_H
-#define BEAMFIT_RESPONSE_H
-
-#include <complex.h>
-#include "predict.h"
-#include "beam/system.h"
 
 struct response_grid {
     size_t n;           /* samples of a record */
@@ -25,52 +127,163 @@ struct response_grid {
     double *weight;    /* [n + n_tail] e^(−σ t) */
 };
 
-enum bf_status response_grid_new(size_t n, double dt_s, enum intersample intersample, struct response_grid *out,
-                                 struct bf_error *err);
-void response_grid_free(struct response_grid *grid);
-
 /* U[m] of x[count] · e^(−σt), zero-padded; count ≤ n + n_tail. */
 enum bf_status response_transform(const struct response_grid *grid, const double x[], size_t count, double complex U[],
                                   struct bf_error *err);
+
 /*
  * x[n + n_tail]: an input of `available` ≥ n samples, continued past the record's last one so that it does not end in a
  * step: a step would ring backwards into the record, because between samples the input is band limited. The samples after
  * a window are taken as they are; after the record's end an autoregressive model (Burg) continues it; both fade out.
  */
 void response_tail(const struct response_grid *grid, const double u[], size_t available, double x[]);
+
 /* y[n] from Y[m]: inverse transform times e^(σt). */
 enum bf_status response_back(const struct response_grid *grid, const double complex Y[], double y[],
                              struct bf_error *err);
 
-/* The partial fractions of a system at its poles, sampled on a grid. */
-struct response_kernel;
-struct response_kernel *response_kernel_new(const struct system *system, const struct response_grid *grid);
-void response_kernel_free(struct response_kernel *kernel);
+/*
+ * PREDICT TRANSFER — transfer functions of a predictor's linear model on the Laplace line of a record, for stages that
+ * look behind the outputs: what a functional of the deflection did, what a force at a functional does to a channel.
+ *
+ * Everything holds at the parameters of the last predictor_run(), which must have succeeded; theta is that vector.
+ * A functional is g[dimension]: w = gᵀx in the reduced space, and a force at it is g f.
+ */
+
+/* One record on its Laplace line. Pointers are the predictor's. */
+struct transfer_record {
+    const struct response_grid *grid;
+    size_t grid_index;                /* records with equal numbers share a grid */
+    bool free_decay;                  /* its motion is not predicted from inputs */
+    size_t first_channel, n_channels; /* in the order of predictor_channels() */
+    const struct record *record;
+};
+
+/* Lowest undamped modes at the parameters of the run, M-orthonormal. */
+struct transfer_modes {
+    size_t n;                /* modes */
+    size_t dimension;        /* of the reduced space */
+    const double *omega_rad; /* [n] */
+    const double *shape;     /* [n][dimension]: mode k is shape + k·dimension */
+    double *damping;         /* [n] diagonal of the modal damping matrix, 1/s; free with free() */
+};
+
+const struct model *transfer_model(const struct predictor *predictor);
+const struct reduced *transfer_reduced(const struct predictor *predictor);
+const struct parameter_map *transfer_map(const struct predictor *predictor);
+bool transfer_nonlinear(const struct predictor *predictor); /* some effect of the model has a law */
+size_t transfer_parameters(const struct predictor *predictor, const struct parameter_ref **refs);
+size_t transfer_records(const struct predictor *predictor);
+struct transfer_record transfer_record(const struct predictor *predictor, size_t record);
+
+/* The functional of an output, [dimension], and its order of time derivative; borrowed. */
+const double *transfer_output_functional(const struct predictor *predictor, size_t output, int *order);
+
+/* Modes below highest_rad, at least one, at most `most`. */
+struct transfer_modes transfer_modes(const struct predictor *predictor, double highest_rad, size_t most);
+
+/* W[m] of w = gᵀx under the recorded inputs; zero for a free decay. */
+void transfer_motion(const struct predictor *predictor, const double theta[], size_t record, const double g[],
+                     double complex W[]);
+
+/* gain · F of a channel (Ks, the sensor's filters, the recorder's where it is stated), [m]. */
+enum bf_status transfer_chain(const struct predictor *predictor, const double theta[], size_t channel,
+                              double complex F[], struct bf_error *err);
+
+/* H[m]: output before gain and filters over a force at g, with the output's time derivatives. */
+void transfer_force(const struct predictor *predictor, size_t grid_index, size_t output, const double g[],
+                    double complex H[]);
 
 /*
- * H[m] = s^order Σ α_k β_k/(s − p_k) over all poles (α, β one of each conjugate pair: [n_poles]).
- * Cost: about 20 flops a pole and point.
+ * The change of the dynamic stiffness by parameter i in the modes of transfer_modes(): dA = s² D[0] + s D[1] + D[2],
+ * each [n × n]; false when the parameter does not act there, or acts through a memory term or a moving place.
  */
-void response_value(const struct response_kernel *kernel, int order, const double complex alpha[],
-                    const double complex beta[], double complex H[]);
+bool transfer_stiffness_change(const struct predictor *predictor, const struct transfer_modes *modes, size_t i,
+                               double *D[3]);
 
-/* One direction in which α, β and the poles move, and the derivative of H along it. */
-struct response_change {
-    const double complex *d_alpha, *d_beta; /* [n_poles] */
-    const double complex *d_p;              /* [n_poles]; NULL: the poles stay */
-    double complex *H;                      /* [m] out */
-};
-/* All n at once: they share what is read of the kernel. Cost: about 40 flops a pole, point and direction. */
-void response_derivatives(const struct response_kernel *kernel, int order, const double complex alpha[],
-                          const double complex beta[], const struct response_change changes[], size_t n);
+/* Gain parameter of a channel's output (Ks) in theta, or SIZE_MAX. */
+size_t transfer_gain_parameter(const struct predictor *predictor, size_t channel);
 
 /*
- * Exact step of one pole over dt with the input held to first order: q' = p q + u gives
- * q(dt) = e^(p dt) q + g0 u(0) + g1 u(dt). Accurate for every p dt, 0 included; d* are derivatives by p.
+ * LAW — one nonlinear effect on the reduced space: its contact coordinates and the force on each of them.
+ *
+ * A law at a point has one coordinate w = gᵀx. A law over the span is evaluated at Gauss points; its coordinates are
+ * the amplitudes of the modes in the band (the first columns of the reduced basis), so that the implicit equation of a
+ * step stays small. Forces stand on the left side of the weak form and belong to the coordinates by virtual work.
  */
-struct pole_step {
-    double complex e, g0, g1, d_e, d_g0, d_g1;
+
+enum {
+    LAW_COORDINATES = 8,                          /* of one law, at most */
+    LAW_DEPENDENCIES = BEAM_EFFECT_PARAMETERS + 8 /* own parameters, and weights EI and ρ of up to 4 materials */
 };
-struct pole_step pole_step(double complex p, double dt_s);
+
+struct law {
+    const struct beam_effect *effect;
+    size_t effect_index;
+    size_t d;               /* coordinates; 0: the effect has no law */
+    double *g;              /* [d][n] functionals of the coordinates */
+    double *g_at, *g_width; /* [n] derivative of a point law's functional; NULL when its place is no parameter */
+    size_t at_parameter, width_parameter; /* in the parameter vector; SIZE_MAX: none */
+    bool uses_w, uses_v, uses_w_old;      /* the force depends on the coordinate, its rate, its value a step ago */
+    bool smooth;                          /* no internal state, and tangents without jumps */
+    size_t n_points, width;
+    size_t stride;      /* n_points rounded up to the length of vectors */
+    double *psi;        /* [width][d][stride], zero beyond n_points */
+    double *quadrature; /* [n_points] */
+    size_t *material;   /* [n_points] */
+    double *
+        shortening; /* [d][d][stride] ∫₀ˣ φ_i' φ_j' ds at the points, see law_axial.h; NULL: no inertia along the beam */
+    enum beam_weight weight;
+    size_t n_dependencies; /* parameters the force depends on at given coordinates */
+    size_t dependency[LAW_DEPENDENCIES];
+};
+
+/* Force, tangents and derivatives at one instant. Arrays have d (or d × d, row i by column j at [i·d + j]) entries. */
+struct law_force {
+    double f[LAW_COORDINATES];
+    double by_w[LAW_COORDINATES * LAW_COORDINATES], by_v[LAW_COORDINATES * LAW_COORDINATES];
+    double by_w_old[LAW_COORDINATES * LAW_COORDINATES];
+    double by_a[LAW_COORDINATES * LAW_COORDINATES]; /* where the law has `shortening` */
+    double by_parameter[LAW_DEPENDENCIES][LAW_COORDINATES];
+    /* internal states: point laws only */
+    double by_z[BEAM_LAW_STATES], z[BEAM_LAW_STATES];
+    double z_by_w[BEAM_LAW_STATES], z_by_v[BEAM_LAW_STATES], z_by_w_old[BEAM_LAW_STATES];
+    double z_by_z[BEAM_LAW_STATES][BEAM_LAW_STATES], z_by_parameter[BEAM_LAW_STATES][LAW_DEPENDENCIES];
+};
+
+struct law_motion {
+    const double *w, *v, *w_old; /* [d] */
+    const double *a;             /* [d] acceleration, read where the law has `shortening` */
+    const double *z;             /* [BEAM_LAW_STATES] at the beginning of the step */
+    double t_s, dt_s;
+};
+
+enum bf_status law_new(const struct model *model, const struct reduced *reduced, const struct parameter_map *map,
+                       size_t effect_index, double top_rad, struct law *out, struct bf_error *err);
+void law_free(struct law *law);
+
+/* A point law follows its place: g, g_at, g_width at the effect's parameters p. Nothing to do for a law over the span. */
+enum bf_status law_move(struct law *law, const struct model *model, const struct reduced *reduced, const double p[],
+                        struct bf_error *err);
+
+/* A law at given parameters. Free with law_prepared_free(). */
+struct law_prepared {
+    const struct law *law; /* NULL: the effect has none */
+    double p[BEAM_EFFECT_PARAMETERS];
+    size_t slot[BEAM_EFFECT_PARAMETERS]; /* index of each into by_parameter; SIZE_MAX: none */
+    double zero[4];                      /* 0: what an effect's answer is cleared with */
+    double *weight;                      /* [n_points] quadrature times the weight's material value */
+    size_t *by_weight;                   /* [n_points] index of that value into by_parameter; SIZE_MAX: none */
+    double *mass;                        /* [stride], [n_points] the same of ρ, where the law has `shortening` */
+    size_t *by_mass;
+};
+
+/* As law_evaluate(), without preparing each time. */
+int law_force(const struct law_prepared *prepared, const struct law_motion *motion, bool tangents, bool derivatives,
+              struct law_force *out);
+
+/* tangents: also by_w, by_v, by_w_old, by_a; derivatives: also by_parameter and the z_* members. 0, or −1 out of range. */
+int law_evaluate(const struct law *law, const struct parameter_map *map, const double theta[],
+                 const struct law_motion *motion, bool tangents, bool derivatives, struct law_force *out);
 
 #endif

@@ -1,13 +1,14 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* compare_plot.c — the pictures of a comparison. */
 #include "compare/compare.h"
+#include "show.h"
 #include "plot.h"
-#include "maths/spectrum.h"
+#include "maths/maths.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-#include "ground/text.h"
+#include "ground/ground.h"
 
 /* "train1-piezo_V": the record's name without directory and ".csv", and the channel. */
 static void name_picture(const struct comparison *all, const struct comparison_channel *c, char *stem, size_t size)

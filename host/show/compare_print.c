@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* compare_print.c — a comparison in words. */
+#include "show.h"
 #include "compare/compare.h"
-#include "ground/text.h"
+#include "ground/ground.h"
 
 #include <math.h>
 #include <stdarg.h>

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The answer of diagnose for programs; its keys stand in `beamfit diagnose --help`. */
-#include "explain/diagnose.h"
+#include "show.h"
+#include "explain/explain.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* diagnose_plot.c — the pictures of a diagnosis, and its ranking. */
 #include "diagnose_plot_work.h"
+#include "show.h"
 #include "plot.h"
-#include "ground/progress.h"
+#include "ground/ground.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* diagnose_plot_drift.c — frequency and damping of the mode that drifts most with its amplitude. */
-#include "compare/amplitude.h"
+#include "compare/compare.h"
 #include "diagnose_plot_work.h"
+#include "show.h"
 #include "plot.h"
 
 #include <math.h>

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* diagnose_plot_force.c — the force that a model lacks, as reconstruct.h found it. */
 #include "diagnose_plot_work.h"
+#include "show.h"
 #include "plot.h"
-#include "maths/residual.h"
+#include "maths/maths.h"
 
 #include <stdlib.h>
 

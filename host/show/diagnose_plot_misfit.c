@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* diagnose_plot_misfit.c — the misfit over the noise, by band of a mode and by amplitude of the motion. */
 #include "diagnose_plot_work.h"
+#include "show.h"
 #include "plot.h"
-#include "maths/residual.h"
+#include "maths/maths.h"
 
 #include <math.h>
 #include <stdlib.h>

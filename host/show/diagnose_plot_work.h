@@ -4,7 +4,7 @@
 #define BEAMFIT_DIAGNOSE_PLOT_WORK_H
 
 #include "compare/compare.h"
-#include "explain/diagnose.h"
+#include "explain/explain.h"
 
 struct diagnose_pictures {
     const struct diagnosis *d;

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The answer of diagnose for a person. */
-#include "explain/diagnose.h"
+#include "show.h"
+#include "explain/explain.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "explain/discriminate.h"
-#include "ground/text.h"
+#include "ground/ground.h"
 
 static void print_candidates(FILE *out, const struct diagnosis *d)
 {

@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* What to do next, as a table and as JSON. */
-#include "explain/discriminate.h"
+#include "show.h"
+#include "explain/explain.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "ground/text.h"
+#include "ground/ground.h"
 
 static const double same_evidence = 0.99; /* of the other: as good */
 

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The answer of a fit, as JSON and as text. */
-#include "estimate/fit.h"
+#include "show.h"
+#include "estimate/estimate.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,13 +1,14 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The errors of a chain of models as a picture. */
-#include "compare/history.h"
+#include "compare/compare.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "ground/text.h"
+#include "ground/ground.h"
+#include "show.h"
 #include "plot.h"
 
 /* Error that a perfect model would have: root mean square over channels, as nrmse is. 0: the noise is not known. */

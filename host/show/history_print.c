@@ -1,13 +1,14 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The chain of models as a table and as JSON. */
-#include "compare/history.h"
+#include "show.h"
+#include "compare/compare.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "ground/text.h"
+#include "ground/ground.h"
 
 enum { HISTORY_STEP = 1024 };
 

@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "ground/text.h"
+#include "ground/ground.h"
 
 /* ---- Text ---- */
 

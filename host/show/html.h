@@ -8,7 +8,7 @@
 
 #include <stddef.h>
 #include <stdio.h>
-#include "ground/error.h"
+#include "ground/ground.h"
 
 /*
  * Text from anywhere, between tags or in a quoted attribute: & < > " ' as entities; what is not UTF-8, control characters

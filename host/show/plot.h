@@ -1,33 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/*
- * plot.h — pictures, drawn by gnuplot as a program. Only plot_gnuplot.c runs it.
- *
- * Every picture is STEM.png and STEM.pdf in `directory` (made when missing), with STEM.gp (the script) and STEM-*.dat (the
- * data) left beside it, so that a person can change and redraw it: `cd DIR && gnuplot STEM.gp`. A stem is reduced to letters,
- * digits, '.', '_' and '-'. Text is shown as it is (no gnuplot markup). When gnuplot is missing the data and the script
- * are there, and the status is BF_USAGE with a text that names the package.
- */
-#ifndef BEAMFIT_PLOT_H
-#define BEAMFIT_PLOT_H
+/* plot.h — private to show/: what its files share of plot. */
+#ifndef BEAMFIT_PLOT_PRIVATE_H
+#define BEAMFIT_PLOT_PRIVATE_H
 
-#include <stdbool.h>
-#include "ground/error.h"
-
-/* The seed paper's four panels of one channel: (a) measured, (b) model, (c) amplitude spectra, (d) a short interval. */
-struct plot_panels {
-    const char *directory, *stem;
-    const char *title;    /* NULL: none */
-    const char *quantity; /* "piezo_V": the unit is read from the name's last part */
-    size_t n;
-    double t0_s, dt_s;
-    const double *measured, *model; /* [n] */
-    double from_Hz, to_Hz;          /* of panel (c); to_Hz 0: the Nyquist frequency */
-    double detail_from_s,
-        detail_to_s;         /* of panel (d), on the record's time axis; equal: chosen at the largest motion */
-    const double *noise_psd; /* [n_noise] one-sided, from 0 to Nyquist, drawn as floor in (c); NULL: none */
-    size_t n_noise;
-};
-enum bf_status plot_panels(const struct plot_panels *panels, struct bf_error *err);
+#include "show.h"
 
 /* Residual in time with ±2σ of the noise, its spectrum over the floor, its autocorrelation, its correlation with the
  * input, and the share of the misfit per band. Parts that are absent (NULL) leave their panel out. */
@@ -62,20 +38,6 @@ struct plot_history {
     double held_out_floor;    /* the same on held-out records; a line of its own where it differs by more than 2 % */
 };
 enum bf_status plot_history(const struct plot_history *history, struct bf_error *err);
-
-/* Lines with points over logarithmic axes. Points that are not positive and finite are left out. */
-struct plot_line {
-    const char *legend;
-    size_t n;
-    const double *x, *y; /* [n] */
-};
-struct plot_convergence {
-    const char *directory, *stem, *title, *x_label, *y_label;
-    size_t n_lines;
-    const struct plot_line *lines;
-    bool linear_x, linear_y; /* false: logarithmic */
-};
-enum bf_status plot_convergence(const struct plot_convergence *plot, struct bf_error *err);
 
 /* Misfit in units of the noise: a bar group for each band, and lines against the amplitude of motion. NAN: none. */
 enum { PLOT_BEFORE, PLOT_BEFORE_HELD_OUT, PLOT_AFTER, PLOT_AFTER_HELD_OUT, PLOT_STATES };
@@ -137,16 +99,6 @@ struct plot_force {
     const double *mode_Hz; /* [n_modes] */
 };
 enum bf_status plot_force(const struct plot_force *force, struct bf_error *err);
-
-/* A board's stream: measured and predicted, their difference with ±2σ of the noise, the running ratio with its alarm. */
-struct plot_live {
-    const char *directory, *stem, *title, *quantity;
-    size_t n;
-    double dt_s;
-    const double *measured, *predicted, *residual, *ratio; /* [n] */
-    double noise_rms, alarm_ratio;
-};
-enum bf_status plot_live(const struct plot_live *live, struct bf_error *err);
 
 /* "piezo_V" -> "piezo (V)", "accel_mps2" -> "accel (m/s²)". suffix is put behind the unit: "²/Hz"; out: [size]. */
 void plot_quantity(const char *name, const char *suffix, char *out, size_t size);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* plot_drift.c — frequency and damping of a mode against its amplitude, measured and modelled. */
+#include "show.h"
 #include "plot.h"
 #include "plot_gnuplot.h"
 

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* plot_force.c — a reconstructed force against displacement, velocity, amplitude and frequency. */
+#include "show.h"
 #include "plot.h"
 #include "plot_gnuplot.h"
 

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* plot_gnuplot.c — the only file that runs gnuplot. */
 #include "plot_gnuplot.h"
+#include "show.h"
 #include "plot.h"
 
 #include <errno.h>

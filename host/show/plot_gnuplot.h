@@ -15,7 +15,7 @@
 
 #include <stdio.h>
 #include <stdbool.h>
-#include "ground/atomic_file.h"
+#include "ground/ground.h"
 
 /* Okabe and Ito (2008): distinct for every common colour vision, and in grey. */
 #define PLOT_BLUE       "#0072B2"

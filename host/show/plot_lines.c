@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* plot_lines.c — error against model version, and lines over logarithmic axes. */
+#include "show.h"
 #include "plot.h"
 #include "plot_gnuplot.h"
-#include "ground/text.h"
+#include "ground/ground.h"
 
 #include <math.h>
 

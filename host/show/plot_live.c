@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* plot_live.c — what a board measured and predicted, below each other over one time axis. */
+#include "show.h"
 #include "plot.h"
 #include "plot_gnuplot.h"
 

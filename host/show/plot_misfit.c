@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* plot_misfit.c — what models leave, in units of the noise: by band and amplitude, and explanation by explanation. */
+#include "show.h"
 #include "plot.h"
 #include "plot_gnuplot.h"
-#include "ground/text.h"
+#include "ground/ground.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* plot_panels.c — the seed paper's four panels of one channel. */
+#include "show.h"
 #include "plot.h"
 #include "plot_gnuplot.h"
-#include "maths/spectrum.h"
+#include "maths/maths.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* plot_residual.c — the page that shows what a model leaves unexplained. */
+#include "show.h"
 #include "plot.h"
 #include "plot_gnuplot.h"
-#include "maths/spectrum.h"
+#include "maths/maths.h"
 
 #include <math.h>
 

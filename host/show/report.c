@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* report.c — the page from its title to its end; its parts are in report_*.c. */
+#include "show.h"
 #include "report_work.h"
 
 #include <math.h>
@@ -8,7 +9,7 @@
 #include <string.h>
 #include <time.h>
 
-#include "ground/text.h"
+#include "ground/ground.h"
 
 /* ---- What the parts share ---- */
 

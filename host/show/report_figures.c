@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* report_figures.c — the pictures: which ones, drawing them, and what is written below each. */
+#include "show.h"
 #include "report_work.h"
 
 #include <dirent.h>
@@ -9,8 +10,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "ground/progress.h"
-#include "ground/text.h"
+#include "ground/ground.h"
 
 /* ---- Drawing ---- */
 

@@ -9,7 +9,7 @@
 #include <stdint.h>
 #include <stdlib.h>
 
-#include "ground/text.h"
+#include "ground/ground.h"
 
 enum { WIDTH = 720, LEFT = 70, RIGHT = 650, ROW = 17, HALF = 6, MOST_ITEMS = 24, LONGEST = 30 };
 

@@ -5,8 +5,9 @@
 #include <math.h>
 #include <string.h>
 
+#include "show.h"
 #include "plot.h"
-#include "ground/text.h"
+#include "ground/ground.h"
 
 /* ---- Modes ---- */
 

@@ -4,7 +4,7 @@
 #define BEAMFIT_REPORT_WORK_H
 
 #include "html.h"
-#include "report.h"
+#include "show.h"
 
 struct page {
     FILE *out;

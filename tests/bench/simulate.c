@@ -8,7 +8,7 @@
 #include <string.h>
 #include <time.h>
 #include "model/model.h"
-#include "response/predict.h"
+#include "response/response.h"
 #include "record/record.h"
 #include "reference_model.h"
 

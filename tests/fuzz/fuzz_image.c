@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "board/target_image.h"
+#include "board/board.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t n);
 

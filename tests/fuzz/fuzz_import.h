@@ -8,6 +8,7 @@
 #include <string.h>
 #include "fuzz_file.h"
 #include "record/import/import.h"
+#include "record/import/import_private.h"
 
 static inline void fuzz_check(enum bf_status status, const struct bf_error *err)
 {

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "model/model.h"
+#include "model/model_private.h"
 #include "model/model_yaml.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t n);

@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "board/replay.h"
+#include "board/board.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t n);
 

@@ -8,9 +8,10 @@
 #include <string.h>
 #include <time.h>
 #include "fuzz_file.h"
-#include "board/link.h"
+#include "board/board.h"
 #include "board/port_driver.h"
-#include "board/target_image.h"
+#include "board/xcp_frame.h"
+#include "board/xcp_master.h"
 
 static const uint8_t *next, *end;
 

@@ -7,7 +7,7 @@
 #include <cmocka.h>
 #include <ctype.h>
 
-#include "board/a2l.h"
+#include "board/board.h"
 #include "beam_wire.h"
 #include "test_files.h"
 

@@ -6,7 +6,7 @@
 #include <cmocka.h>
 #include <stdio.h>
 #include <string.h>
-#include "compare/amplitude.h"
+#include "compare/compare.h"
 #include "model_fixture.h"
 #include "signals.h"
 #include "test_files.h"

@@ -10,7 +10,7 @@
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
-#include "ground/atomic_file.h"
+#include "ground/ground.h"
 #include "test_files.h"
 
 /* Entries of the tests' directory, '.' and '..' not counted: no temporary file may stay. */

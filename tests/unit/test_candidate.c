@@ -11,8 +11,9 @@
 
 #include <cmocka.h>
 
-#include "estimate/candidate.h"
+#include "estimate/estimate.h"
 #include "fit_rig.h"
+#include "model/model_private.h"
 
 static struct model model;
 static struct record record;

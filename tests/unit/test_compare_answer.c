@@ -12,6 +12,7 @@
 #include <stdio.h>
 #include "cmd/commands.h"
 #include "compare_rig.h"
+#include "show/show.h"
 
 static char *printed(const struct comparison *all, bool as_json)
 {

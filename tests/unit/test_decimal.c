@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include "comma_locale.h"
-#include "ground/decimal.h"
+#include "ground/ground.h"
 
 static void prints(double x, const char *wanted)
 {

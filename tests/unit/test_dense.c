@@ -8,6 +8,7 @@
 
 #include <math.h>
 #include <string.h>
+#include "maths/maths.h"
 #include "maths/dense.h"
 
 #define assert_near(a, b, tolerance) assert_true(fabs((a) - (b)) <= (tolerance))

@@ -7,7 +7,7 @@
 #include <cmocka.h>
 #include <sys/stat.h>
 
-#include "ground/device_key.h"
+#include "ground/ground.h"
 #include "ground/hash.h"
 #include "test_files.h"
 

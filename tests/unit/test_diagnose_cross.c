@@ -3,7 +3,9 @@
 #include <signal.h>
 
 #include "diagnose_rig.h"
-#include "ground/progress.h"
+#include "ground/ground.h"
+#include "show/show.h"
+#include "estimate/refit.h"
 
 static void assert_json_kind(const struct diagnosis *d, const char *kind)
 {

@@ -9,6 +9,7 @@
 #include "beam_effect.h"
 #include "explain/diagnose_work.h"
 #include "fit_rig.h"
+#include "model/model_private.h"
 
 enum { MOST_EFFECTS = 64 };
 

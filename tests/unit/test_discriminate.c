@@ -9,8 +9,8 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include "explain/discriminate.h"
-#include "maths/residual.h"
+#include "explain/explain.h"
+#include "maths/maths.h"
 
 static const char beam_text[] = "format: beamfit-model/1\n"
                                 "beam: {length_m: 0.4573, patch_m: [0.02535, 0.08905]}\n"

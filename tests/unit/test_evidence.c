@@ -6,8 +6,10 @@
 #include <cmocka.h>
 #include <stdio.h>
 #include <string.h>
+#include "noise/noise.h"
 #include "noise/evidence.h"
 #include "signals.h"
+#include "maths/residual.h"
 
 enum { N = 4096, SETS = 1000 };
 static const double dt = 1.0 / 1024.0;

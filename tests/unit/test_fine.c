@@ -9,11 +9,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "maths/dense.h"
+#include "maths/maths.h"
 #include "exact_beam.h"
+#include "beam/beam.h"
 #include "beam/fine.h"
 #include "model_fixture.h"
-#include "beam/modes.h"
 
 static struct fine_space open_space(const struct model *model, size_t n, bool released, bool on_edges)
 {

@@ -11,7 +11,8 @@
 
 #include <signal.h>
 #include "fit_rig.h"
-#include "ground/progress.h"
+#include "ground/ground.h"
+#include "show/show.h"
 
 static void assert_estimate(const struct fit_result *result, const char *label, double expected)
 {

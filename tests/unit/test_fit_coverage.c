@@ -10,8 +10,8 @@
 #include <cmocka.h>
 
 #include <math.h>
-#include "maths/dense.h"
-#include "estimate/fit.h"
+#include "maths/maths.h"
+#include "estimate/estimate.h"
 #include "test_files.h"
 #include "truth/truth.h"
 

@@ -7,7 +7,7 @@
 #include <cmocka.h>
 
 #include "compare/compare.h"
-#include "estimate/fit_own.h"
+#include "estimate/estimate.h"
 #include "fit_rig.h"
 
 /* 20 times the noise, at 50 Hz in the patch voltage. */

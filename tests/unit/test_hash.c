@@ -5,7 +5,7 @@
 #include <setjmp.h>
 #include <cmocka.h>
 #include <string.h>
-#include "ground/hash.h"
+#include "ground/ground.h"
 #include "test_files.h"
 
 static void agrees_with_the_standard_vectors(void **state)

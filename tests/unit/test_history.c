@@ -5,9 +5,10 @@
 #include <stddef.h>
 #include <stdint.h>
 #include <cmocka.h>
-#include "compare/history.h"
+#include "compare/compare.h"
 #include "saved_model.h"
 #include "test_files.h"
+#include "model/model_private.h"
 
 enum { CHAIN = 4 };
 static const char *const names[CHAIN] = {"start.yaml", "fitted.yml", "heavy.yaml", "last.yaml"};

@@ -5,6 +5,7 @@
 #include <setjmp.h>
 #include <cmocka.h>
 #include "test_import.h"
+#include "record/import/import_private.h"
 
 static const char table[] = "Time (ms),force [N],accel [g],piezo\n"
                             "10,1,0.5,0.1\n12,2,-0.5,0.2\n14,3,1.5,0.3\n16,4,2,0.4\n18,5,3,0.5\n20,6,4,0.6\n";

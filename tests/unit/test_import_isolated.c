@@ -7,6 +7,7 @@
 #include <signal.h>
 #include <sys/mman.h>
 #include "test_import.h"
+#include "record/import/import_private.h"
 
 static enum bf_status good_reader(struct import_file *file, const char *data, size_t n,
                                   const struct import_reading *how, struct bf_error *err)

@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <jansson.h>
-#include "ground/json.h"
+#include "ground/ground.h"
 
 static char *printed(struct json *root)
 {

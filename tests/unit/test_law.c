@@ -6,7 +6,7 @@
 #include <stdint.h>
 #include <cmocka.h>
 
-#include "response/law.h"
+#include "response/response.h"
 #include "predict_case.h"
 #include "response/predict_work.h"
 #include "signals.h"

@@ -6,6 +6,7 @@
 #include <cmocka.h>
 #include <stdio.h>
 #include <string.h>
+#include "noise/noise.h"
 #include "noise/linearity.h"
 #include "model_fixture.h"
 #include "signals.h"

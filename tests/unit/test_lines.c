@@ -5,7 +5,7 @@
 #include <setjmp.h>
 #include <cmocka.h>
 #include <string.h>
-#include "ground/lines.h"
+#include "ground/ground.h"
 #include "test_files.h"
 
 /* Lines of every length around the size of the buffer come back whole, from a file and from memory. */

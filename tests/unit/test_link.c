@@ -8,9 +8,11 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include "board/board.h"
 #include "board/link.h"
 #include "system/board.h"
-#include "board/target_image.h"
+#include "board/xcp_frame.h"
+#include "board/xcp_master.h"
 
 static const char key_text[32] = "beamfit test key, 32 bytes long";
 

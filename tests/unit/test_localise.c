@@ -6,7 +6,7 @@
 #include <cmocka.h>
 #include <stdio.h>
 #include <string.h>
-#include "compare/localise.h"
+#include "compare/compare.h"
 #include "signals.h"
 #include "test_files.h"
 

@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include "model/model.h"
+#include "model/model_private.h"
 #include "test_files.h"
 
 static const char rig[] =

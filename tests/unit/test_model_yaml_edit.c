@@ -9,6 +9,7 @@
 #include <stdint.h>
 #include <cmocka.h>
 #include "saved_model.h"
+#include "model/model_private.h"
 
 /* The same model in other layouts. */
 static const char braces[] =

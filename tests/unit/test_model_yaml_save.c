@@ -7,6 +7,7 @@
 #include <cmocka.h>
 #include <sys/stat.h>
 #include "saved_model.h"
+#include "model/model_private.h"
 
 static void prior_centre_survives_two_fits(void **state)
 {

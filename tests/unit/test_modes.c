@@ -11,6 +11,7 @@
 
 #include "exact_beam.h"
 #include "model_fixture.h"
+#include "beam/beam.h"
 #include "beam/modes.h"
 
 enum { MODES = 6, POINTS = 201 };

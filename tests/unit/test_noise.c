@@ -6,7 +6,7 @@
 #include <cmocka.h>
 #include <stdio.h>
 #include <string.h>
-#include "maths/local_rational.h"
+#include "maths/maths.h"
 #include "noise/noise.h"
 #include "signals.h"
 #include "test_files.h"

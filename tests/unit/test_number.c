@@ -8,7 +8,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include "ground/number.h"
+#include "ground/ground.h"
 
 static uint64_t random_bits(void)
 {

@@ -8,7 +8,7 @@
 
 #include <math.h>
 #include <string.h>
-#include "maths/optimise.h"
+#include "maths/maths.h"
 
 #define assert_near(a, b, tolerance) assert_true(fabs((a) - (b)) <= (tolerance))
 

@@ -7,7 +7,7 @@
 #include <stdint.h>
 #include <string.h>
 #include <cmocka.h>
-#include "ground/options.h"
+#include "ground/ground.h"
 
 static struct bf_error err;
 

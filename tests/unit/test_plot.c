@@ -8,6 +8,7 @@
 #include <math.h>
 #include <stdbool.h>
 #include <sys/stat.h>
+#include "show/show.h"
 #include "show/plot.h"
 #include "show/plot_gnuplot.h"
 #include "signals.h"

@@ -7,6 +7,7 @@
 #include <cmocka.h>
 #include <dirent.h>
 #include <math.h>
+#include "show/show.h"
 #include "show/plot.h"
 #include "test_files.h"
 

@@ -10,6 +10,7 @@
 #include <string.h>
 #include <sys/wait.h>
 #include <unistd.h>
+#include "board/board.h"
 #include "board/port.h"
 #include "test_files.h"
 

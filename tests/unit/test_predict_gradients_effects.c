@@ -6,6 +6,7 @@
 #include <stdint.h>
 #include <cmocka.h>
 #include "gradient_check.h"
+#include "model/model_private.h"
 
 /* ---- The catalogue ---- */
 

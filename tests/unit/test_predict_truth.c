@@ -5,7 +5,7 @@
  */
 #include "truth_rig.h"
 
-#include "maths/dense.h"
+#include "maths/maths.h"
 #include "predict_case.h"
 #include "response/predict_work.h"
 

@@ -11,7 +11,7 @@
 #include <string.h>
 #include <sys/wait.h>
 #include <unistd.h>
-#include "ground/progress.h"
+#include "ground/ground.h"
 
 /* What a child that draws a bar sends to its standard error, which is `fd`; the rest is read from `from`. */
 static void drawn(int fd, int from, double fraction, char *text, size_t size)

@@ -7,7 +7,7 @@
 #include <cmocka.h>
 
 #include "motion_rig.h"
-#include "estimate/reconstruct.h"
+#include "estimate/estimate.h"
 
 static void reconstruct(const char *effect, double wrong, struct reconstruction *out)
 {

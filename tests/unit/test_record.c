@@ -11,7 +11,7 @@
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
-#include "ground/hash.h"
+#include "ground/ground.h"
 #include "record/record.h"
 #include "test_files.h"
 

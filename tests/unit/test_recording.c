@@ -6,7 +6,7 @@
 #include <cmocka.h>
 #include <stdlib.h>
 #include <string.h>
-#include "record/recording.h"
+#include "record/record.h"
 #include "test_files.h"
 
 static struct beam_live sample(uint32_t sequence, uint32_t step)

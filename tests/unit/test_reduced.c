@@ -9,11 +9,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "maths/dense.h"
+#include "maths/maths.h"
 #include "model_fixture.h"
-#include "beam/reduced.h"
-#include "maths/sparse.h"
-#include "beam/system.h"
+#include "beam/beam.h"
+#include "beam/fine.h"
 
 enum { SPLINES = 60 };
 

@@ -8,11 +8,12 @@
 
 #include <math.h>
 #include <pthread.h>
-#include "maths/dense.h"
-#include "estimate/fit.h"
+#include "maths/maths.h"
+#include "estimate/estimate.h"
 #include "estimate/refit.h"
 #include "test_files.h"
 #include "truth/truth.h"
+#include "model/model_private.h"
 
 enum { RECORDS = 2, CHANNELS = 2 * RECORDS };
 

@@ -9,7 +9,7 @@
 
 #include "beam_wire.h"
 #include "model_fixture.h"
-#include "board/replay.h"
+#include "board/board.h"
 #include "test_files.h"
 
 enum { SAMPLES = 600 };

@@ -5,6 +5,7 @@
 #include <setjmp.h>
 #include <cmocka.h>
 #include <string.h>
+#include "maths/maths.h"
 #include "maths/residual.h"
 #include "signals.h"
 

@@ -10,6 +10,7 @@
 #include <string.h>
 
 #include "response/response.h"
+#include "response/kernel.h"
 
 enum { SAMPLES = 400, MOST_POLES = 4 };
 static const double dt_s = 1.0 / 1024.0;

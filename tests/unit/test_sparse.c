@@ -8,9 +8,9 @@
 #include <math.h>
 #include <string.h>
 
+#include "maths/maths.h"
 #include "maths/dense.h"
 #include "signals.h"
-#include "maths/sparse.h"
 
 enum { N = 40, WIDTH = 4, MODES = 6 };
 

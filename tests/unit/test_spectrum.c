@@ -7,6 +7,7 @@
 #include <pthread.h>
 #include <string.h>
 #include "signals.h"
+#include "maths/maths.h"
 #include "maths/spectrum.h"
 
 static const struct fft *plan_for(size_t n)

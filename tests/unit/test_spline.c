@@ -9,8 +9,7 @@
 #include <stdbool.h>
 #include <stdlib.h>
 
-#include "maths/dense.h"
-#include "maths/spline.h"
+#include "maths/maths.h"
 
 static const double length_m = 0.4573, edges[] = {0.02535, 0.08905};
 enum { EDGES = 2, POINTS = 997 };

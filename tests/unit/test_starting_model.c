@@ -8,6 +8,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include "model/model.h"
 #include "model/starting_model.h"
 #include "test_files.h"
 

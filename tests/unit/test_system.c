@@ -9,8 +9,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "maths/maths.h"
 #include "maths/dense.h"
 #include "model_fixture.h"
+#include "beam/beam.h"
 #include "beam/system.h"
 
 struct fixture {

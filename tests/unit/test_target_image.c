@@ -6,7 +6,7 @@
 #include <stdint.h>
 #include <cmocka.h>
 #include <math.h>
-#include "response/predict.h"
+#include "response/response.h"
 #include "target_image_rig.h"
 
 enum { SAMPLES = 4096 };

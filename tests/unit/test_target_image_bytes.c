@@ -7,6 +7,7 @@
 #include <cmocka.h>
 #include <math.h>
 #include "target_image_rig.h"
+#include "board/target_image.h"
 
 /* ---- The bytes ---- */
 

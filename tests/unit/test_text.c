@@ -7,7 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include "ground/text.h"
+#include "ground/ground.h"
 
 static const char *const words[] = {"tip_mass", "point_mass", "mains_hum", "EI_beam_Nm2", "rho_beam_kgpm", "length_m"};
 

@@ -7,6 +7,7 @@
 #include <cmocka.h>
 
 #include "motion_rig.h"
+#include "estimate/estimate.h"
 #include "estimate/trial.h"
 
 static void try_all(struct motion_rig *rig, const char *effect, double wrong, struct trial **list, size_t *n)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* data/: what is committed is what SHA256SUMS says, what its spec files make, and what the program reads. */
-#include "ground/hash.h"
+#include "ground/ground.h"
 #include "model/model.h"
 #include "record/record.h"
 #include "truth/truth.h"

@@ -6,6 +6,7 @@
 #include <cmocka.h>
 #include <stdlib.h>
 #include <string.h>
+#include "board/board.h"
 #include "board/xcp_frame.h"
 
 static void feed(struct xcp_receiver *r, size_t n, const uint8_t bytes[])

@@ -12,7 +12,9 @@
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
+#include "board/board.h"
 #include "board/xcp_master.h"
+#include "board/xcp_frame.h"
 
 /* What the board does with the n-th GET_STATUS (from 0) it receives; SYNCH is answered unless it is deaf. */
 struct fake {

@@ -4,7 +4,8 @@
 #include <string.h>
 #include <strings.h>
 #include "import.h"
-#include "ground/lines.h"
+#include "import_private.h"
+#include "ground/ground.h"
 
 enum { MOST_CHANNELS = 4096 };
 

@@ -1,19 +1,21 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/*
- * import.h — foreign recordings. Two steps: import_read() finds the channels of a file of any known kind, and
- * import_record() makes a record of the chosen ones. Every byte of the file is hostile until checked.
- *
- * One file knows each kind: import_uff.c, import_mat.c, import_lvm.c, import_wav.c, import_csv.c.
- */
+/* import.h — foreign recordings made records. */
 #ifndef BEAMFIT_IMPORT_H
 #define BEAMFIT_IMPORT_H
 
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
-#include "ground/error.h"
-#include "ground/number.h"
+
+#include "ground/ground.h"
 #include "record/record.h"
+
+/*
+ * IMPORT — foreign recordings. Two steps: import_read() finds the channels of a file of any known kind, and
+ * import_record() makes a record of the chosen ones. Every byte of the file is hostile until checked.
+ *
+ * One file knows each kind: import_uff.c, import_mat.c, import_lvm.c, import_wav.c, import_csv.c.
+ */
 
 enum import_format { IMPORT_UNKNOWN, IMPORT_UFF, IMPORT_MAT, IMPORT_LVM, IMPORT_WAV, IMPORT_CSV };
 
@@ -61,24 +63,6 @@ void import_free(struct import_file *file);
 const char *import_format_name(enum import_format format);
 enum import_format import_format_by_name(const char *name); /* IMPORT_UNKNOWN when there is none */
 
-/* A reader gets data[n] (data[n] = 0 too) and adds channels; import_read() has filled in path and sha256. */
-typedef enum bf_status import_reader(struct import_file *file, const char *data, size_t n,
-                                     const struct import_reading *how, struct bf_error *err);
-import_reader import_uff, import_mat, import_lvm, import_wav, import_csv;
-
-/*
- * Runs a reader in a child process, so that a file that breaks the reader's library is a bad file and nothing worse.
- * Of the channels name, unit, about, n, x and dt_s come back; of the file rate and metadata.
- */
-enum bf_status import_isolated(import_reader *reader, struct import_file *file, const char *data, size_t n,
-                               const struct import_reading *how, struct bf_error *err);
-
-/* For the readers: a new last channel, with name[name_n] made printable and unique; x (owned, malloc) may be NULL. */
-struct import_channel *import_add(struct import_file *file, const char *name, size_t name_n, double *x, size_t n);
-void import_set_text(char **text, const char *s, size_t n); /* trims blanks, makes printable */
-void import_add_meta(struct import_file *file, const char *key, const char *value, size_t value_n);
-void import_set_rate(struct import_file *file, double rate_Hz, const char *from); /* the first one stays */
-
 /* What the user wants of a file. Names are those of the file or of the record to be, or "#3" for the third channel. */
 struct import_pick {
     const char *from; /* channel */
@@ -102,23 +86,11 @@ struct import_choice {
     double free_from_s;  /* NaN: not given */
     const char *command; /* for the metadata; NULL: "beamfit import" */
 };
+
 /* BF_USAGE: a choice that the file cannot satisfy; BF_BAD_FILE: the chosen data are no record. */
 enum bf_status import_record(const struct import_file *file, const struct import_choice *choice, struct record *out,
                              struct bf_error *err);
 
-/* "Force (N)", "N" -> "Force_N": letters, digits and '_' with the unit as suffix. Caller frees. */
-char *import_column_name(const struct import_channel *channel);
-
-/* A unit as people and files write it. */
-struct import_unit {
-    const char *suffix; /* of a column's name: "mps2" */
-    const char *SI;     /* suffix of its SI unit */
-    double factor;      /* one unit in SI */
-};
-bool import_unit(const char *text, struct import_unit *out);           /* "m/s^2", "Volts", "mV" */
-bool import_unit_of_name(const char *column, struct import_unit *out); /* "accel_mps2" */
-/* "Force [N]" -> length of "Force", and the unit; no unit: the whole length and *unit_n = 0. */
-size_t import_split_unit(const char *text, size_t n, const char **unit, size_t *unit_n);
 /* "Sampling rate: 2.5 kHz", "Sample interval;0.4 ms" in a line of text; 0 when it says no such thing. */
 double import_rate_in_text(const char *text, size_t n, char point);
 bool import_looks_like_time(const struct import_channel *channel, double *factor_to_s);

@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 #include "import_work.h"
-#include "record/time_axis.h"
+#include "record/record.h"
 
 /* The channel that looks like time, if there is exactly one; *count says how many do. */
 static size_t guess_time(const struct import_file *file, size_t *count)

@@ -10,7 +10,8 @@
 #include <string.h>
 #include <strings.h>
 #include "import.h"
-#include "ground/lines.h"
+#include "import_private.h"
+#include "ground/ground.h"
 
 enum { SAMPLE = 400, MOST_CELLS = 4096, SHOWN = 40 };
 

@@ -13,6 +13,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 #include "import.h"
+#include "import_private.h"
 
 #if defined(__has_feature)
 #if __has_feature(address_sanitizer) /* clang's way to say it */

@@ -9,8 +9,9 @@
 #include <string.h>
 #include <strings.h>
 #include "import.h"
-#include "ground/lines.h"
-#include "record/time_axis.h"
+#include "import_private.h"
+#include "ground/ground.h"
+#include "record/record.h"
 
 enum { MOST_COLUMNS = 1024, SHOWN = 40 };
 

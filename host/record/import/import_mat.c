@@ -10,6 +10,7 @@
 #include <strings.h>
 #include <matio.h>
 #include "import.h"
+#include "import_private.h"
 
 enum { DEEPEST = 8, LONGEST_NAME = 200, MOST_CHANNELS = 4096 };
 

@@ -14,8 +14,9 @@
 #include <stdlib.h>
 #include <string.h>
 #include "import.h"
+#include "import_private.h"
 #include "import_uff.h"
-#include "record/time_axis.h"
+#include "record/record.h"
 
 static bool is_complex(const struct uff_header *h)
 {

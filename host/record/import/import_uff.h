@@ -4,7 +4,7 @@
 #define BEAMFIT_IMPORT_UFF_H
 
 #include <stdbool.h>
-#include "ground/error.h"
+#include "ground/ground.h"
 
 enum { UFF_HEADER_LINES = 11, UFF_WIDTH = 80 };
 

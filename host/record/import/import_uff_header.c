@@ -4,7 +4,7 @@
 #include <string.h>
 #include <strings.h>
 #include "import_uff.h"
-#include "ground/number.h"
+#include "ground/ground.h"
 
 bool uff_take_line(struct uff_cursor *c, struct uff_line *out)
 {

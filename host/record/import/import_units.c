@@ -6,6 +6,7 @@
 #include <string.h>
 #include <strings.h>
 #include "import.h"
+#include "import_private.h"
 
 static const struct {
     const char *written; /* lower-case prefixes matter: "mV" is not "MV"; words are compared without case */

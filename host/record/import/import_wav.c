@@ -6,6 +6,7 @@
 #include <string.h>
 #include <sndfile.h>
 #include "import.h"
+#include "import_private.h"
 
 /* The file in memory, as libsndfile reads it. */
 struct memory {

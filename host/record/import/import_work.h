@@ -4,6 +4,7 @@
 #define BEAMFIT_IMPORT_WORK_H
 
 #include "import.h"
+#include "import_private.h"
 
 enum { IMPORT_SHOWN = 60 }; /* characters of a name in a message */
 

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "response.h"
+#include "kernel.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "maths/residual.h"
-#include "maths/spectrum.h"
+#include "maths/maths.h"
 
 /* e^(−σ T_padded): what is left of the response's start after one turn around the padded record. */
 static const double wrap = 1e-9;

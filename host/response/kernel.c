@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "response.h"
+#include "kernel.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "maths/dense.h"
-#include "maths/vector.h"
+#include "maths/maths.h"
 
 /* Poles beyond this multiple of the largest |s| enter as a power series in s/p ... */
 static const double far_ratio = 3.0;

@@ -1,0 +1,295 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* ground.h — what every stage stands on: errors, text, numbers, options, progress, workers, files, hashes, keys, JSON. Knows nothing of beams. */
+#ifndef BEAMFIT_GROUND_H
+#define BEAMFIT_GROUND_H
+
+#include <getopt.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+/*
+ * ERROR — how a stage says what went wrong.
+ *
+ * Every function that can fail returns enum bf_status and takes a struct bf_error *err as its last argument.
+ * On failure err->text is one line for a person, "file:line: what is wrong, what to do", without "beamfit: " and
+ * without a newline; main() prints it and exits with the status. err must not be NULL.
+ */
+
+enum bf_status {
+    BF_OK = 0,
+    BF_NO = 1,       /* a clear answer 'no' where a command asks a question */
+    BF_USAGE = 2,    /* the caller of the program must change the command line */
+    BF_BAD_FILE = 3, /* the owner of a file must change it (or its directory, or the disk) */
+    BF_NUMERIC = 4,  /* the computation failed */
+    BF_DEVICE = 5    /* a device or port */
+};
+
+struct bf_error {
+    enum bf_status status;
+    char text[1024];
+};
+
+/* Fill err and return status, so that `return bf_fail(err, BF_NUMERIC, "...", ...)` reads well. */
+enum bf_status bf_fail(struct bf_error *err, enum bf_status status, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+
+/* "file:line: text"; line 0 leaves the line out. */
+enum bf_status bf_fail_at(struct bf_error *err, const char *file, long line, const char *format, ...)
+    __attribute__((format(printf, 4, 5)));
+
+/* A note for the person at the terminal, on standard error: "beamfit: warning: …" (never an error). */
+void bf_warn(const char *format, ...) __attribute__((format(printf, 1, 2)));
+
+/* malloc/calloc/realloc/strdup that end the program with a message (status 4) when memory is out. */
+void *bf_alloc(size_t count, size_t size);
+void *bf_grow(void *old, size_t count, size_t size);
+char *bf_strdup(const char *text);
+
+#ifdef __clang_analyzer__ /* let clang's analyser see what stands in error.c: the status, and zeroed memory, never NULL */
+static inline void *bf_alloc_known(size_t count, size_t size)
+{
+    void *p = calloc(count > 0 ? count : 1, size > 0 ? size : 1);
+    if (p == NULL)
+        abort();
+    return p;
+}
+#define bf_fail(err, status, ...)        ((bf_fail)(err, status, __VA_ARGS__), (status))
+#define bf_fail_at(err, file, line, ...) ((bf_fail_at)(err, file, line, __VA_ARGS__), BF_BAD_FILE)
+#define bf_alloc(count, size)            bf_alloc_known(count, size)
+#endif
+
+/* TEXT — words for people: "did you mean", wrapping to the terminal, column widths of UTF-8. */
+
+/* The known word closest to `word` when it is close enough to be a typing error, else NULL. */
+const char *text_closest(const char *word, const char *const known[], size_t n);
+
+/* Columns of the terminal on standard output, or of COLUMNS; 80 when neither is known; within 40 … 120. */
+size_t text_columns(void);
+
+/* The last part of a path, in the path itself; "" for NULL. */
+const char *text_base_name(const char *path);
+
+/* Characters (code points) of UTF-8 text. */
+size_t text_width(const char *text);
+
+/* The text followed by blanks up to `width` characters. */
+void text_print_padded(FILE *out, const char *text, size_t width);
+
+/*
+ * Paragraph wrapped at `columns`; every line but the first starts with `indent` blanks, and the first is taken to
+ * begin at column `indent` already. Ends with a newline.
+ */
+void text_print_wrapped(FILE *out, const char *text, size_t indent, size_t columns);
+
+/* NUMBER — decimal numbers in text that is not NUL-terminated. Correctly rounded, whatever the locale. */
+
+/*
+ * Reads [+-]digits[POINTdigits][e[+-]digits] from the start of [s, end). Returns the first character after it, NULL
+ * when there is no number. No blanks are skipped; no hexadecimal, nan, inf. Too large a number gives ±INFINITY, too
+ * small a one the nearest subnormal or 0. About 20 ns for up to 15 digits, 200 ns beyond.
+ */
+const char *number_scan(const char *s, const char *end, char point, double *x);
+
+/* The whole of [s, end), blanks around it allowed. */
+bool number_parse(const char *s, const char *end, char point, double *x);
+
+/* How exactly a number was printed: its significant digits (of 0: none), and the decimal places of its last digit. */
+struct number_digits {
+    int significant, decimals;
+};
+struct number_digits number_digits(const char *s, const char *end, char point);
+
+/* DECIMAL — numbers as a person and a YAML reader expect them, whatever the locale; number.h does the scanning. */
+
+enum { DECIMAL_TEXT = 32 };
+
+/*
+ * The whole text must be one decimal number ("1.050", "0.8e-5", "-3", ".5") or ".inf", "-.inf". False otherwise, and when
+ * the number is too large for a double.
+ */
+bool decimal_parse(const char *text, double *out);
+
+/* Shortest decimal text that reads back as exactly x: "0.05", "8.25e-6", "1.0e+7"; YAML 1.1 and 1.2 both read it. */
+void decimal_print(char text[DECIMAL_TEXT], double x);
+
+/* As above after rounding x to so many significant digits: for quantities that are themselves uncertain. */
+void decimal_print_rounded(char text[DECIMAL_TEXT], double x, int digits);
+
+/* HASH — SHA-256 of bytes and files, as 64 lower-case hexadecimal digits, and HMAC-SHA256. Only hash.c sees BearSSL. */
+
+void hash_sha256_hex(const void *data, size_t n, char hex[65]);
+
+/* Piece by piece: start, any number of add, end. Plain memory: copy it to fork a hash. */
+struct hash {
+    uint64_t state[16];
+};
+void hash_start(struct hash *hash);
+void hash_add(struct hash *hash, const void *data, size_t n);
+void hash_end(struct hash *hash, char hex[65]);
+
+/* BF_BAD_FILE when the file cannot be read; hex is "" then. */
+enum bf_status hash_file(const char *path, char hex[65], struct bf_error *err);
+
+/*
+ * LINES — the lines of a text file, one at a time, from a file of any size or from memory. Line ends may be LF or
+ * CR LF; a UTF-8 byte order mark is skipped; bytes that no text file has are an error. Memory: one buffer of 256 KiB.
+ */
+
+struct lines {
+    const char *path; /* the caller's; must outlive this */
+    long number;      /* of the line last returned, from 1 */
+    int fd;           /* −1: from memory */
+    char *buffer;     /* owned when fd ≥ 0 */
+    size_t capacity, start, end;
+    bool at_end;      /* nothing is left to read from fd */
+    struct hash hash; /* of all bytes read from fd */
+};
+
+enum bf_status lines_open(const char *path, struct lines *out, struct bf_error *err);
+
+/* The lines of text[n], which is not copied; path is for messages. lines_close() is not needed. */
+void lines_from_memory(const char *path, const char *text, size_t n, struct lines *out);
+
+/*
+ * The next line [*text, *text + *n) without its end; *text is NULL after the last. Valid until the next call.
+ * BF_BAD_FILE: read error, a NUL byte, UTF-16, a line longer than LINES_LONGEST.
+ */
+enum bf_status lines_next(struct lines *lines, const char **text, size_t *n, struct bf_error *err);
+void lines_close(struct lines *lines);
+
+/* A whole file in memory with its SHA-256; caller frees *data. One NUL byte follows the n bytes. */
+enum bf_status lines_read_all(const char *path, char **data, size_t *n, char sha256[65], struct bf_error *err);
+
+/* OPTIONS — what the commands' use of getopt_long has in common: one wording of mistakes. */
+
+/*
+ * getopt_long() without its own messages; short_options begin with ':'. −1 at the end of the options. A mistake ('?' or
+ * ':' of getopt) fills err and returns '?': then return BF_USAGE.
+ */
+int options_next(int argc, char **argv, const char *short_options, const struct option *long_options,
+                 struct bf_error *err);
+
+/* A finite number, else BF_USAGE with a message that names `what`. */
+enum bf_status options_number(const char *what, const char *text, double *out, struct bf_error *err);
+
+/* The same, above 0 and at most `most` (INFINITY: any). */
+enum bf_status options_positive(const char *what, const char *text, double most, double *out, struct bf_error *err);
+
+/* A whole number in [least, most]. */
+enum bf_status options_count(const char *what, const char *text, long least, long most, long *out,
+                             struct bf_error *err);
+
+/* After options_next() has said −1, of a command without names: BF_USAGE when a word is left over. */
+enum bf_status options_only(int argc, char **argv, struct bf_error *err);
+
+/* PROGRESS — a progress bar with an estimate on a terminal (standard error), nothing when piped; and Ctrl-C as a flag. */
+
+struct progress;
+
+struct progress *progress_begin(const char *what);
+
+/* fraction in [0, 1]; note may be NULL, else one short phrase ("stage 3 of 6, error 0.041"). Cheap: redraws ≤ 10/s. */
+void progress_update(struct progress *progress, double fraction, const char *note);
+void progress_end(struct progress *progress); /* clears the line */
+
+/* After catch_interrupts(), Ctrl-C sets a flag once; a second Ctrl-C ends the program the ordinary way. */
+void progress_catch_interrupts(void);
+bool progress_interrupted(void);
+
+/* WORKERS — one function on several threads, for work that shares a queue: each takes the next piece until none is left. */
+
+/* Threads to use when the user asked for so many; 0: one a processor. At least 1, at most 16. */
+int workers_wanted(int asked);
+
+/*
+ * Runs work(queue) on at most `wanted` threads, this one among them, and not on more than there are pieces; returns when all have
+ * returned. A thread that cannot be started is done without.
+ */
+void workers_run(int wanted, size_t n_pieces, void *(*work)(void *queue), void *queue);
+
+/*
+ * ATOMIC FILE — write a file whole or not at all. Every writer of the program uses it.
+ *
+ *     struct atomic_file out;
+ *     if (atomic_open(path, &out, err) != BF_OK)
+ *         return err->status;
+ *     fprintf(out.f, ...);
+ *     return atomic_commit(&out, err);       // or atomic_abort(&out) when the content could not be made
+ *
+ * Content goes to a temporary file in the directory of the target, and replaces the target by rename() after a
+ * successful fsync(). Until then, and after any failure, an existing target is untouched. A symbolic link is followed;
+ * an existing target keeps its permissions. Devices and pipes (/dev/stdout, /dev/null) are written directly.
+ */
+
+struct atomic_file {
+    FILE *f;         /* write here; errors need not be checked before commit */
+    char *path;      /* the target as given, for messages */
+    char *target;    /* the target with links resolved */
+    char *temporary; /* NULL: written directly */
+};
+
+/* BF_BAD_FILE when the directory is missing or not writable, or the target is a directory or read-only. */
+enum bf_status atomic_open(const char *path, struct atomic_file *af, struct bf_error *err);
+
+/* BF_BAD_FILE when any write since open failed (disk full): then the temporary file is gone. Frees af either way. */
+enum bf_status atomic_commit(struct atomic_file *af, struct bf_error *err);
+
+/* Removes the temporary file and frees af. Does nothing after atomic_commit() or another atomic_abort(). */
+void atomic_abort(struct atomic_file *af);
+
+/*
+ * DEVICE KEY — the secret that a controller and the owner of its models share, and what it signs. The key comes from
+ * a file that nobody but its owner can read, never from the command line; wipe it after use.
+ */
+
+enum { DEVICE_KEY_BYTES = 32, DEVICE_CODE_BYTES = 32, DEVICE_ID_BYTES = 12, DEVICE_ID_TEXT = 2 * DEVICE_ID_BYTES + 1 };
+
+struct device_key {
+    uint8_t bytes[DEVICE_KEY_BYTES];
+};
+
+/*
+ * A file of 32 raw bytes, or of 64 hexadecimal digits and at most a line end. BF_BAD_FILE when it holds anything else,
+ * is no regular file, belongs to another user, or can be read or written by group or others.
+ */
+enum bf_status device_key_read(const char *path, struct device_key *out, struct bf_error *err);
+void device_key_wipe(struct device_key *key);
+
+/* HMAC-SHA256 of two pieces in a row; a NULL piece has n 0. */
+void device_key_code(const struct device_key *key, const void *first, size_t n_first, const void *second,
+                     size_t n_second, uint8_t code[DEVICE_CODE_BYTES]);
+
+/* In a time that depends on n only. */
+bool device_key_equal(const uint8_t a[], const uint8_t b[], size_t n);
+
+/* Identity of a controller from 24 hexadecimal digits, and back. BF_USAGE. */
+enum bf_status device_id_read(const char *text, uint8_t out[DEVICE_ID_BYTES], struct bf_error *err);
+void device_id_print(const uint8_t id[DEVICE_ID_BYTES], char text[DEVICE_ID_TEXT]);
+
+/* JSON — building machine-readable answers. NaN and infinities become null. Only json.c sees jansson. */
+
+struct json;
+
+struct json *json_new_object(void);
+struct json *json_new_array(void);
+
+/* The child belongs to the parent afterwards. Returns the child, so that building reads top-down. */
+struct json *json_put(struct json *object, const char *key, struct json *child);
+struct json *json_push(struct json *array, struct json *child);
+void json_put_number(struct json *object, const char *key, double x);
+void json_put_text(struct json *object, const char *key, const char *text); /* must be UTF-8; else escaped */
+void json_put_bool(struct json *object, const char *key, bool x);
+void json_push_number(struct json *array, double x);
+void json_push_text(struct json *array, const char *text);
+
+/* Print with a final newline and free the whole tree. */
+enum bf_status json_print_and_free(struct json *root, FILE *out, struct bf_error *err);
+
+/* The same on one line, for answers that never end: one object a line. */
+enum bf_status json_print_line_and_free(struct json *root, FILE *out, struct bf_error *err);
+void json_discard(struct json *root);
+
+#endif

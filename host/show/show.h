@@ -1,0 +1,168 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* show.h — answers as text, JSON, pictures and one page. */
+#ifndef BEAMFIT_SHOW_H
+#define BEAMFIT_SHOW_H
+
+#include <stdbool.h>
+
+#include "beam/beam.h"
+#include "compare/compare.h"
+#include "estimate/estimate.h"
+#include "explain/explain.h"
+#include "ground/ground.h"
+
+/*
+ * PLOT — pictures, drawn by gnuplot as a program. Only plot_gnuplot.c runs it.
+ *
+ * Every picture is STEM.png and STEM.pdf in `directory` (made when missing), with STEM.gp (the script) and STEM-*.dat (the
+ * data) left beside it, so that a person can change and redraw it: `cd DIR && gnuplot STEM.gp`. A stem is reduced to letters,
+ * digits, '.', '_' and '-'. Text is shown as it is (no gnuplot markup). When gnuplot is missing the data and the script
+ * are there, and the status is BF_USAGE with a text that names the package.
+ */
+
+/* The seed paper's four panels of one channel: (a) measured, (b) model, (c) amplitude spectra, (d) a short interval. */
+struct plot_panels {
+    const char *directory, *stem;
+    const char *title;    /* NULL: none */
+    const char *quantity; /* "piezo_V": the unit is read from the name's last part */
+    size_t n;
+    double t0_s, dt_s;
+    const double *measured, *model; /* [n] */
+    double from_Hz, to_Hz;          /* of panel (c); to_Hz 0: the Nyquist frequency */
+    double detail_from_s,
+        detail_to_s;         /* of panel (d), on the record's time axis; equal: chosen at the largest motion */
+    const double *noise_psd; /* [n_noise] one-sided, from 0 to Nyquist, drawn as floor in (c); NULL: none */
+    size_t n_noise;
+};
+enum bf_status plot_panels(const struct plot_panels *panels, struct bf_error *err);
+
+/* Lines with points over logarithmic axes. Points that are not positive and finite are left out. */
+struct plot_line {
+    const char *legend;
+    size_t n;
+    const double *x, *y; /* [n] */
+};
+struct plot_convergence {
+    const char *directory, *stem, *title, *x_label, *y_label;
+    size_t n_lines;
+    const struct plot_line *lines;
+    bool linear_x, linear_y; /* false: logarithmic */
+};
+enum bf_status plot_convergence(const struct plot_convergence *plot, struct bf_error *err);
+
+/* A board's stream: measured and predicted, their difference with ±2σ of the noise, the running ratio with its alarm. */
+struct plot_live {
+    const char *directory, *stem, *title, *quantity;
+    size_t n;
+    double dt_s;
+    const double *measured, *predicted, *residual, *ratio; /* [n] */
+    double noise_rms, alarm_ratio;
+};
+enum bf_status plot_live(const struct plot_live *live, struct bf_error *err);
+
+/*
+ * REPORT — the state of a model as one page (HTML) that needs nothing beside it: what `compare`, `modes` and `history`
+ * found, as tables and pictures. Nothing is computed here but what fits on a line: which of the numbers to say first.
+ */
+
+enum { REPORT_TEXT = 1024 };
+
+/* Everything is the caller's. */
+struct report {
+    const char *title; /* NULL: made of the model's file name */
+    const struct model *model;
+    const struct comparison *comparison; /* of that model */
+    const struct modes *modes;           /* of that model */
+    const struct history *history;       /* of history_of() */
+    size_t most_channels;                /* pictures of so many channels, the furthest from their noise first */
+};
+
+/* What was drawn. Starts empty ({0}); free with report_pictures_free(), which also removes the files. */
+struct report_pictures {
+    char *directory;   /* of its own, temporary */
+    bool *drawn;       /* [n_channels] panels and residual of this channel are there */
+    size_t n_channels; /* of them */
+    bool history;      /* and the chain of models */
+    size_t n;          /* pictures in all */
+};
+
+/*
+ * Draws into a new directory below TMPDIR. About 0.7 s a channel, with a progress bar. Ctrl-C (progress.h) between two
+ * pictures is BF_NUMERIC.
+ */
+enum bf_status report_draw(const struct report *report, struct report_pictures *out, struct bf_error *err);
+void report_pictures_free(struct report_pictures *pictures);
+
+/* One sentence or two, plain text: how many times the noise is left, and what to do next. */
+void report_verdict(const struct report *report, char text[REPORT_TEXT]);
+
+/* The page. BF_BAD_FILE when a picture cannot be read; writes to `out` are not checked here. */
+enum bf_status report_write(const struct report *report, const struct report_pictures *pictures, FILE *out,
+                            struct bf_error *err);
+
+/* ANSWERS OF ESTIMATE */
+
+/* The answer for programs; its keys stand in `beamfit fit --help`. */
+struct json *fit_json(const struct fit_result *result, const struct record records[], const struct fit_check *check);
+
+/* The answer for a person. */
+void fit_print(FILE *out, const struct fit_result *result, const struct record records[],
+               const struct fit_check *check);
+
+/* ANSWERS OF COMPARE */
+
+/* The band with the largest share of the misfit; NULL when there is none. */
+const struct comparison_band *compare_worst_band(const struct comparison_channel *channel);
+
+/* Four panels and a residual page per channel: DIR/RECORD-CHANNEL.png and DIR/RECORD-CHANNEL-residual.png (and PDF). */
+enum bf_status compare_plot(const struct comparison *comparison, const char *directory, struct bf_error *err);
+
+/* Residuals within this factor of the noise hold nothing that could be told from it; NAN (not known) is not within. */
+bool compare_is_noise(double noise_ratio);
+
+/* Error against model as DIR/history.png and .pdf. BF_USAGE when none was fitted. */
+enum bf_status history_plot(const struct history *history, const char *directory, struct bf_error *err);
+
+/* How large the misfit is and where, in sentences of numbers (at most `size` bytes), without what may be behind it. */
+void compare_finding(const struct comparison *comparison, const struct comparison_channel *channel, char *text,
+                     size_t size);
+
+/* One channel's: DIR/STEM.png and DIR/STEM-residual.png (and PDF). BF_NUMERIC when it has fewer than COMPARE_PLOT samples. */
+enum { COMPARE_PLOT = 16 };
+enum bf_status compare_plot_channel(const struct comparison *comparison, size_t channel, const char *directory,
+                                    const char *stem, struct bf_error *err);
+
+void history_print(FILE *out, const struct history *history);
+struct json *history_json(const struct history *history); /* keys: `beamfit history --help` */
+
+/* For a person. */
+void compare_print(FILE *out, const struct comparison *comparison);
+
+/* The answer for programs; its keys stand in `beamfit compare --help`. */
+struct json *compare_json(const struct comparison *comparison);
+
+/* The same and what it means. */
+void compare_summary(const struct comparison *comparison, const struct comparison_channel *channel, char *text,
+                     size_t size);
+
+/* ANSWERS OF EXPLAIN */
+
+/* drive: path of the signal that was written, NULL none. */
+struct json *discriminate_json(const struct discrimination *d, const char *drive);
+
+struct json *diagnose_json(const struct diagnosis *diagnosis);
+void diagnose_print(FILE *out, const struct diagnosis *diagnosis);
+
+/*
+ * Pictures, each as PNG and PDF: DIR/diagnose-misfit (by band and amplitude, before and after adding the best),
+ * diagnose-ranking, diagnose-amplitude (frequency and damping; when a record has a stretch without drive), diagnose-force
+ * (when reconstructed). docs/diagnose.md, 'Pictures'. None after an interruption; Ctrl-C while drawing ends after the
+ * picture that is being drawn. predict: as in the options of the diagnosis; NULL: none.
+ */
+enum bf_status diagnose_plot(const struct diagnosis *diagnosis, const struct predict_options *predict,
+                             const char *directory, struct bf_error *err);
+
+/* For a person: table and text; `most` rows. */
+void discriminate_print(FILE *out, const struct discrimination *d, size_t most);
+
+#endif
