@@ -5,6 +5,7 @@
 #include <stddef.h>
 #include <stdint.h>
 #include <cmocka.h>
+#include "estimate/score.h"
 #include "score_rig.h"
 
 /* ---- Against plain least squares ---- */

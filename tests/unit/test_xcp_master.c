@@ -13,6 +13,7 @@
 #include <string.h>
 #include <unistd.h>
 #include "board/board.h"
+#include "board/port.h"
 #include "board/xcp_master.h"
 #include "board/xcp_frame.h"
 
