@@ -294,6 +294,8 @@ def save(rows, path):
 
 def main():
     options = arguments()
+    if options.page and (options.with_truth or options.generate):
+        raise SystemExit("--page: only a diagnosis has a page")
     program = os.path.join(options.build, "beamfit")
     chosen = choose(options)
     if options.without_truth:
