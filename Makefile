@@ -225,17 +225,18 @@ $(B)/bench/step_float: tests/bench/step.c $(B)/libbeamf.a
 HIDDEN ?= build/hidden
 CASES  ?=
 N      ?= 200
-hidden: $(B)/beamfit $(B)/beam_truth ## diagnose the hidden cases and judge it [CASES='h08 subtle tip_mass --open']
+PAGE   ?=
+hidden: $(B)/beamfit $(B)/beam_truth ## diagnose the hidden cases and judge it [CASES='h08 subtle tip_mass --open' PAGE=docs/results/hidden.md]
 	@tools/deps.sh build test
-	@python3 -B tests/hidden/run.py --build $(B) --work $(HIDDEN) --jobs $(JOBS) $(CASES)
+	@python3 -B tests/hidden/run.py --build $(B) --work $(HIDDEN) --jobs $(JOBS) $(CASES) $(PAGE:%=--page %)
 SEED ?= 1
 drawn: $(B)/beamfit $(B)/beam_truth ## draw subtle cases that nobody has seen and diagnose them, with and without the truth in the catalogue [SEED=1]
 	@tools/deps.sh build test
 	@python3 -B tests/hidden/draw.py --build $(B) --jobs $(JOBS) $(SEED) $(HIDDEN)/drawn$(SEED)
 	-@python3 -B tests/hidden/run.py --build $(B) --work $(HIDDEN)/drawn$(SEED) --drawn $(HIDDEN)/drawn$(SEED) --jobs $(JOBS)
 	@python3 -B tests/hidden/run.py --build $(B) --work $(HIDDEN)/drawn$(SEED) --drawn $(HIDDEN)/drawn$(SEED) --without-truth
-false-alarms: $(B)/beamfit $(B)/beam_truth ## diagnose N=200 sets that hide nothing under coloured noise
-	@python3 -B tests/hidden/false_alarms.py --build $(B) --work $(HIDDEN)/false_alarms --jobs $(JOBS) $(N)
+false-alarms: $(B)/beamfit $(B)/beam_truth ## diagnose N=200 sets that hide nothing under coloured noise [PAGE=docs/results/false_alarms.md]
+	@python3 -B tests/hidden/false_alarms.py --build $(B) --work $(HIDDEN)/false_alarms --jobs $(JOBS) $(PAGE:%=--page %) $(N)
 own-effect: $(B)/beamfit $(B)/libbeamf.a $(B)/beam_truth ## docs/own_effect.md: a user's effect in a copy of the tree, built and diagnosed
 	@tools/own_effect.sh $(B)
 BOARD  ?= host
@@ -252,6 +253,13 @@ $(B)/survival_steps: tests/survival/steps.c $(B)/libbeamt.a
 	$(call say,$@)$(CC) $(LIBFLAGS) $^ -lm -o $@
 survival: $(B)/beamfit $(LIVE_$(BOARD)) $(B)/survival_steps ## what a board must survive: tried and lost, SHARE=1 of the full counts [SHARE=0.02 CASES='kills noise' BOARD=stm32f405]
 	@python3 -B tests/survival/run.py --build $(B) --board $(BOARD) --share $(SHARE) $(CASES)
+WHAT ?=
+results: ## write docs/results/NAME.md anew for each NAME of WHAT [WHAT='bench boards conformance coverage experiments fuzz live_demo survival']
+	@tools/results_page.sh $(WHAT)
+constants: ## write docs/constants.md from the sources of the host
+	@tools/constants.py
+docs: ## links of the pages, pages named in sources, docs/constants.md against the sources
+	@tools/docs_check.sh
 experiments: $(B)/beamfit $(B)/beam_truth ## docs/experiments.md: estimates against the dimension N, and EI(x) in pieces
 	@tools/experiments.sh $(B) $(B)/experiments
 data: $(B)/beam_truth ## make data/paper again: simulated recordings with the paper's values
@@ -284,5 +292,5 @@ help: ## this list
 DEPFILES = $(FW_OBJ:.o=.d) $(BOARD_HOST_OBJ:.o=.d) $(SHADOWS:.o=.d) $(BEAM_SHADOWS:.o=.d) $(LIB_OBJ:.o=.d) $(FLOAT_OBJ:.o=.d) $(TARGET_OBJ:.o=.d) $(CPLX_OBJ:.o=.d) $(HOST_OBJ:.o=.d) $(B)/host/main.d \
            $(UNIT_TESTS:%=%.d) $(SYSTEM_TESTS:%=%.d) $(SYSTEM_COMMON:.o=.d) $(TRUTH_OBJ:.o=.d)
 -include $(wildcard $(DEPFILES))
-.PHONY: live-demo conformance survival
+.PHONY: live-demo conformance survival results constants docs
 .PHONY: all tests unit test test-both demo deps lint layers size coverage bench hidden drawn false-alarms own-effect experiments data fuzz install uninstall clean help

@@ -31,12 +31,25 @@ def draw(number):
     return case
 
 
+def write_page(rows, lines, options):
+    """The page of results (--page): the counts, and the sets that are not `complete`."""
+    with open(options.page, "w", encoding="utf-8") as stream:
+        stream.write(run.head("False alarms", "make false-alarms N=%d PAGE=%s" % (options.number, options.page))
+                     + "What is drawn: [hidden.md](../hidden.md).\n\n```\n" + "\n".join(lines) + "\n```\n")
+        others = [row for row in rows if row["verdict"] != "complete"]
+        if others:
+            stream.write("\n| set | noise | verdict | named |\n|---|---|---|---|\n")
+        for row in others:
+            stream.write("| %s | %s | %s | %s |\n" % (row["case"], row["noise"], row["verdict"], " + ".join(row["named"])))
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--build", default="build")
     parser.add_argument("--work", default=os.path.join("build", "false_alarms"))
     parser.add_argument("--jobs", type=int, default=2, help="simulations at once")
     parser.add_argument("--limit", type=float, default=300, help="seconds for one diagnosis")
+    parser.add_argument("--page", metavar="FILE", help="write the counts as a page of docs/results, too")
     parser.add_argument("number", nargs="?", type=int, default=200)
     options = parser.parse_args()
     begin = time.monotonic()
@@ -53,14 +66,18 @@ def main():
                                         row["text"] if row["outcome"] == "failed" else ""), flush=True)
     with open(os.path.join(options.work, "results.json"), "w", encoding="utf-8") as stream:
         json.dump(rows, stream, indent=1)
+    lines = []
     for verdict in ("complete", "missing", "ambiguous", "unknown", "failed"):
         count = sum(row["verdict"] == verdict for row in rows)
-        print("%-10s %4d of %d" % (verdict, count, len(rows)))
+        lines.append("%-10s %4d of %d" % (verdict, count, len(rows)))
     named = sum(row["verdict"] in ("missing", "ambiguous") for row in rows)
     failed = sum(row["verdict"] == "failed" for row in rows)
     met = named <= NAMED_BAR * len(rows) and failed == 0
-    print("an effect is named in %.1f %%   bar %g %%  %s   (%.0f s)" % (100 * named / len(rows), 100 * NAMED_BAR,
-          "met" if met else "NOT MET", time.monotonic() - begin))
+    lines.append("an effect is named in %.1f %%   bar %g %%  %s   (%.0f s)" % (100 * named / len(rows), 100 * NAMED_BAR,
+                 "met" if met else "NOT MET", time.monotonic() - begin))
+    print("\n".join(lines))
+    if options.page:
+        write_page(rows, lines, options)
     return 0 if met else 1
 
 

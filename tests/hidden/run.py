@@ -159,8 +159,8 @@ def show(row):
 
 
 def totals(rows, without):
-    """Prints the counts against the bars of the issue; True when all that were run are met."""
-    met = True
+    """(lines that give the counts against the bars of the issue, True when all that were run are met)"""
+    met, lines = True, []
 
     def line(name, good, total, bar):
         nonlocal met
@@ -168,31 +168,55 @@ def totals(rows, without):
             return
         ok = good >= bar * total
         met = met and ok
-        print("%-28s %3d of %3d = %5.1f %%   bar %g %%  %s" % (name, good, total, 100 * good / total, 100 * bar,
-                                                              "met" if ok else "NOT MET"))
+        lines.append("%-28s %3d of %3d = %5.1f %%   bar %g %%  %s" % (name, good, total, 100 * good / total, 100 * bar,
+                                                                     "met" if ok else "NOT MET"))
 
     if without:
         for strength in ("plain", "subtle"):
             inside = [row for row in rows if row["strength"] == strength and row["outcome"] != "mate"]
             line("%s, no mate left: unknown" % strength, sum(row["verdict"] == "unknown" for row in inside), len(inside), 0.9)
-        print("%-28s %3d" % ("class mates found", sum(row["outcome"] == "mate" for row in rows)))
-        print("%-28s %3d" % ("others that reach the floor", sum(row["outcome"] == "mimic" for row in rows)))
+        lines.append("%-28s %3d" % ("class mates found", sum(row["outcome"] == "mate" for row in rows)))
+        lines.append("%-28s %3d" % ("others that reach the floor", sum(row["outcome"] == "mimic" for row in rows)))
     else:
         for strength, bar in BARS.items():
             group = [row for row in rows if row["strength"] == strength]
             line(strength, sum(row["outcome"] in GOOD for row in group), len(group), bar)
     wrong = [row["case"] for row in rows if row["outcome"] == "WRONG"]
-    print("%-28s %3d   bar 0  %s %s" % ("confident wrong names", len(wrong), "NOT MET" if wrong else "met", " ".join(wrong)))
+    lines.append(("%-28s %3d   bar 0  %s %s" % ("confident wrong names", len(wrong), "NOT MET" if wrong else "met",
+                                              " ".join(wrong))).rstrip())
     single = [row for row in rows if row["strength"] in ("plain", "subtle") and row["outcome"] in ("right", "class")]
     if single and not without:
         line("check <= 1.1 x noise after", sum(row["check_after"] <= MIMIC for row in single), len(single), 1.0)
     intervals = [item[4] for row in rows for item in row.get("covered", [])]
     if intervals:
-        print("%-28s %3d of %3d = %5.1f %%   bar 90 to 97 %%" % ("95 % intervals that hold truth", sum(intervals),
-              len(intervals), 100 * sum(intervals) / len(intervals)))
+        lines.append("%-28s %3d of %3d = %5.1f %%   bar 90 to 97 %%" % ("95 % intervals that hold truth", sum(intervals),
+                     len(intervals), 100 * sum(intervals) / len(intervals)))
     seconds = [row["seconds"] for row in rows]
-    print("%-28s median %.1f, longest %.1f, sum %.0f" % ("seconds", statistics.median(seconds), max(seconds), sum(seconds)))
-    return met and not wrong
+    lines.append("%-28s median %.1f, longest %.1f, sum %.0f" % ("seconds", statistics.median(seconds), max(seconds),
+                                                                sum(seconds)))
+    return lines, met and not wrong
+
+
+def head(title, command):
+    """How a page of docs/results begins."""
+    tool = os.path.join(hidden.TOP, "tools", "results_page.sh")
+    return subprocess.run([tool, "--head", title, command], capture_output=True, text=True, check=True).stdout
+
+
+def write_page(rows, lines, options):
+    """The page of results (--page): the counts, and a row for each case."""
+    words = options.cases + ["--" + mode for mode in ("open", "without-truth") if getattr(options, mode.replace("-", "_"))]
+    command = " ".join(["make hidden"] + (["CASES='%s'" % " ".join(words)] if words else []) + ["PAGE=" + options.page])
+    title = "Hidden cases" + (", truth and class mates taken from the catalogue" if options.without_truth else "")
+    number = lambda row, key: "%.3g" % row[key] if key in row and not math.isnan(row[key]) else ""
+    with open(options.page, "w", encoding="utf-8") as stream:
+        stream.write(head(title, command) + "What the words mean: [hidden.md](../hidden.md).\n\n```\n" + "\n".join(lines) + "\n```\n\n"
+                     + "| case | kind | truth | verdict | named | outcome | fitted before | after | held out before | after | s |\n"
+                     + "|---|---|---|---|---|---|---|---|---|---|---|\n")
+        for row in rows:
+            cells = [row["case"], row["strength"], " + ".join(row["truth"]), row["verdict"], " + ".join(row["named"]), row["outcome"]]
+            cells += [number(row, key) for key in ("before", "after", "check_before", "check_after")] + ["%.1f" % row["seconds"]]
+            stream.write("| " + " | ".join(cells) + " |\n")
 
 
 def open_cases():
@@ -245,6 +269,7 @@ def arguments():
     parser.add_argument("--drawn", metavar="DIR", help="the cases that draw.py has written there instead")
     parser.add_argument("--without-truth", action="store_true", help="truth and class mates are taken from the catalogue")
     parser.add_argument("--with-truth", action="store_true", help="no diagnosis: add the truth, fit, compare estimates")
+    parser.add_argument("--page", metavar="FILE", help="write the table as a page of docs/results, too")
     parser.add_argument("--generate", action="store_true", help="only make the recordings")
     return parser.parse_args()
 
@@ -269,6 +294,8 @@ def save(rows, path):
 
 def main():
     options = arguments()
+    if options.page and (options.with_truth or options.generate):
+        raise SystemExit("--page: only a diagnosis has a page")
     program = os.path.join(options.build, "beamfit")
     chosen = choose(options)
     if options.without_truth:
@@ -293,7 +320,10 @@ def main():
             show(rows[-1])
             save(rows, result)
         print()
-        met = totals(rows, options.without_truth)
+        lines, met = totals(rows, options.without_truth)
+        print("\n".join(lines))
+        if options.page:
+            write_page(rows, lines, options)
     print("rows: " + result)
     return 0 if met else 1
 
