@@ -2,8 +2,8 @@
 /*
  * candidate.h — which effects of the catalogue could act on a model and its records, and where a scan of each would look.
  *
- * Every effect of the build is considered (no list of names): what matters is which slots it uses, what its parameters
- * are flagged as, and whether the model has the channels, the patch or the clamp that it needs.
+ * Every effect of the build is considered (no list of names): what matters is which slots it uses, the roles and flags of
+ * its parameters, and whether the model has the channels, the patch or the clamp that it needs.
  */
 #ifndef BEAMFIT_CANDIDATE_H
 #define BEAMFIT_CANDIDATE_H
@@ -63,8 +63,8 @@ struct candidate_list {
 };
 
 /*
- * Grids: places at twelfths of the length within the effect's range; time constants from dt to the longest record;
- * frequencies as in the options; levels relative to the largest value of the channels they limit; anything else on a
+ * Grids, by enum beam_role: places at twelfths of the length within the effect's range; times from dt to the longest
+ * record; frequencies as in the options; levels of a channel relative to its largest value; anything else on a
  * logarithmic scale about the catalogue's start. BF_USAGE: an id of `without` is unknown. options may be NULL.
  */
 enum bf_status candidate_list_new(const struct model *model, const struct record records[], size_t n_records,

@@ -7,7 +7,7 @@
  *     W r ≈ W (J Δθ + a S(p)),   S(p) = −H f(ŵ, ŵ_t; p),   priors as rows
  *
  * Parameters in which the force is not linear (flag INNER: place, gap, threshold, rate) are scanned: places along the span,
- * parameters of the unit of the coordinate, its rate, or strength × coordinate on the scale of the measured motion,
+ * levels (enum beam_level) of the coordinate, its rate, or strength × either on the scale of the measured motion,
  * others on a logarithmic grid about the catalogue's start. Then refined, the motion and θ renewed, and again.
  */
 #ifndef BEAMFIT_TRIAL_H
