@@ -78,7 +78,7 @@ static struct beam_law_place law_place_of(const struct beam_effect *effect)
     beam_real p[BEAM_EFFECT_PARAMETERS];
     start_values(effect, p);
     if (effect->law_place && effect->law_place(p, &place, &out) != 0)
-        fail_msg("%s: its start is outside the beam", effect->id);
+        fail_msg("%s: its start is outside the beam; is its place a BEAM_ROLE_PLACE?", effect->id);
     return out;
 }
 
@@ -92,8 +92,8 @@ static void test_places_are_what_the_slots_name(void **state)
         beam_real p[BEAM_EFFECT_PARAMETERS];
         int named[BEAM_EFFECT_PARAMETERS + 1] = {0};
         start_values(effect, p);
-        if (effect->terms)
-            assert_int_equal(effect->terms(p, &place, terms), 0);
+        if (effect->terms && effect->terms(p, &place, terms) != 0)
+            fail_msg("%s: its start is outside the beam; is its place a BEAM_ROLE_PLACE?", effect->id);
         for (int t = 0; t < effect->n_terms; t++)
             named[terms[t].place.at_parameter] = 1;
         named[law_place_of(effect).at_parameter] = 1;
