@@ -294,7 +294,7 @@ static enum beam_status check_use(const struct beam_use *use, beam_real length_m
         return BEAM_ERROR_NEEDS_HOST;
     for (int i = 0; i < effect->n_parameters; i++) {
         const struct beam_parameter_info *info = &effect->parameters[i];
-        const beam_real unit = info->flags & BEAM_PARAMETER_POSITION ? length_m : BEAM_K(1.0);
+        const beam_real unit = info->role == BEAM_ROLE_PLACE ? length_m : BEAM_K(1.0);
         const beam_real slack = BEAM_K(8.0) * BEAM_EPSILON;
         const beam_real least = (beam_real)info->minimum * unit, most = (beam_real)info->maximum * unit;
         if (beam_less(use->p[i], least - slack * beam_fabs(least)) ||

@@ -50,29 +50,62 @@ enum {
 
 /* ---- Parameters ---- */
 
-enum beam_parameter_flag {
-    BEAM_PARAMETER_POSITION = 1,   /* a coordinate x (m): held in a fit unless the user frees it; see `at` */
-    BEAM_PARAMETER_PER_RECORD = 2, /* one unknown per record (a hum's phase) */
-    BEAM_PARAMETER_LOG = 4,        /* positive, estimated as its logarithm */
-    BEAM_PARAMETER_INNER = 8, /* no influence while the others are neutral (place, time constant, threshold, phase): */
-                              /* its `neutral` only stands in; scanned on a grid before a search */
-    BEAM_PARAMETER_HELD = 16  /* held in a fit unless the user frees it; every POSITION is held too */
+/*
+ * What kind of quantity a parameter is, and so on which scale a search tries values of it. A parameter's role does not say
+ * whether it makes the effect present; the flag INNER does: sensor_delay is nothing but a delay (TIME), whereas the
+ * relaxation time (TIME) of viscoelastic has no influence while the strength is 0. A role of 0 is not stated; the tests of
+ * effects refuse it.
+ */
+enum beam_role {
+    BEAM_ROLE_PLACE = 1, /* a coordinate x at which the effect acts (m): along the span; held until it is freed */
+    BEAM_ROLE_STRENGTH,  /* how much of the effect there is: none at 0, and its action begins in proportion */
+    BEAM_ROLE_TIME,      /* a time constant or a delay (s): from the sample interval to the length of a record */
+    BEAM_ROLE_LEVEL,     /* a size at which the form bends (gap, slip moment, limit, width): as `level_of` says */
+    BEAM_ROLE_PHASE,     /* the angle of a sinusoid at a record's first sample (rad): any, one for each record */
+    BEAM_ROLE_FREQUENCY, /* the frequency of a sinusoid (Hz): where the residual's spectrum has a line */
+    BEAM_ROLE_SHARE,     /* a part of something that is there without the effect (no unit): between −1 and 1 */
+    BEAM_ROLE_LOSS       /* damping over the stiffness that it belongs to (no unit, or s): 0 or small */
 };
 
 /*
- * Of a BEAM_PARAMETER_POSITION the numbers neutral, minimum, maximum and start are fractions of the beam's length
- * (start 1: the free end), because an effect does not know the beam; its value p[] is in metres.
+ * What a BEAM_ROLE_LEVEL is a value of, which a role cannot say: its scale is the largest value of that in the records.
+ * Levels of force (ELASTIC, VISCOUS) are proportional to the strength: a search that scales one scales the other, so that
+ * the form of the force stays.
+ */
+enum beam_level {
+    BEAM_LEVEL_OWN = 0,    /* nothing that is measured: tried about the catalogue's start */
+    BEAM_LEVEL_CHANNEL,    /* the channel that the effect acts on (a saturation's limit) */
+    BEAM_LEVEL_COORDINATE, /* the law's coordinate w (a gap) */
+    BEAM_LEVEL_RATE,       /* its rate w_t (the speed at which friction is built up) */
+    BEAM_LEVEL_ELASTIC,    /* strength × w (the moment at which a spring slips) */
+    BEAM_LEVEL_VISCOUS     /* strength × w_t */
+};
+
+/* Every PLACE, PHASE and FREQUENCY is INNER, every PHASE is PER_RECORD, and every PLACE is treated as HELD. */
+enum beam_parameter_flag {
+    BEAM_PARAMETER_PER_RECORD = 1, /* one unknown per record (a hum's phase) */
+    BEAM_PARAMETER_LOG = 2,        /* positive, estimated as its logarithm */
+    BEAM_PARAMETER_INNER = 4,      /* no influence while the others are neutral (place, time constant, threshold): */
+                                   /* its `neutral` only stands in; scanned on a grid before a search */
+    BEAM_PARAMETER_HELD = 8        /* held in a fit unless the user frees it */
+};
+
+/*
+ * Of a BEAM_ROLE_PLACE the numbers neutral, minimum, maximum and start are fractions of the beam's length (start 1: the
+ * free end), because an effect does not know the beam; its value p[] is in metres.
  */
 
 struct beam_parameter_info {
     const char *name; /* catalogue name, ends in its unit: "mass_kg" */
-    const char *unit; /* "kg"; "" when dimensionless */
+    const char *unit; /* "kg"; "" when dimensionless; text for people: programs go by the role */
     const char *what; /* one phrase for a person */
     double neutral;   /* the effect is absent at this value; INFINITY is allowed (sensor_highpass tau_s) */
     double minimum;   /* physical range, inclusive */
     double maximum;
-    double start;   /* a typical small value, from which a search starts */
-    unsigned flags; /* enum beam_parameter_flag */
+    double start;           /* a typical small value, from which a search starts */
+    unsigned flags;         /* enum beam_parameter_flag */
+    unsigned char role;     /* enum beam_role; a byte fits into the padding behind `flags` and takes no flash */
+    unsigned char level_of; /* enum beam_level, of a BEAM_ROLE_LEVEL; likewise */
 };
 
 /* ---- Places: linear operators on the deflection y ---- */

@@ -28,7 +28,7 @@ static inline double draw_signed(uint64_t *seed, double low_exponent, double hig
 /* Within a decade of the start value, either sign where the range allows it; a position anywhere on the beam. */
 static inline double draw_parameter(const struct beam_parameter_info *info, double length_m, uint64_t *seed)
 {
-    if (info->flags & BEAM_PARAMETER_POSITION)
+    if (info->role == BEAM_ROLE_PLACE)
         return length_m * draw_uniform(seed, info->minimum, info->maximum);
     double x =
         info->start == 0.0 ? draw_uniform(seed, -1.0, 1.0) : info->start * pow(10.0, draw_uniform(seed, -1.0, 1.0));

@@ -147,8 +147,7 @@ static inline double natural_scale(const struct predict_case *c, size_t i, const
         scale = fmin(scale, channel_norm(y, NULL, ch, n) / channel_norm(J + i * rows, NULL, ch, n));
     if (ref->role == ROLE_RESIDUAL)
         return isfinite(scale) ? scale : 1.0;
-    if (ref->role == ROLE_EFFECT &&
-        c->model.effects[ref->owner].effect->parameters[ref->slot].flags & BEAM_PARAMETER_POSITION)
+    if (ref->role == ROLE_EFFECT && c->model.effects[ref->owner].effect->parameters[ref->slot].role == BEAM_ROLE_PLACE)
         return 0.09; /* m: a tenth of it stays inside one element */
     size = size > 0.0 ? size : 1.0;
     return fmin(fmax(scale, size), 9.0 * size);

@@ -32,7 +32,7 @@ if [ "${1:-write}" = check ]; then
     build "" double
     build -DBEAM_FLOAT float
     build -DBEAM_COMPLEX complex
-    for test in test_effects test_effects_derivatives test_effects_laws; do
+    for test in test_effects test_effects_roles test_effects_derivatives test_effects_laws; do
         $CC -std=c11 -D_GNU_SOURCE -O1 -I"$top/lib" -I"$top/tests" "$top/tests/unit/$test.c" "$work"/double/*.o \
             "$work"/float/*.o "$work"/complex/*.o -lcmocka -lm -o "$work/$test"
         "$work/$test"

@@ -19,9 +19,10 @@ static const char help[] =
     "\"confused_with\",\n"
     "            \"target_cost\", \"parameters\": [{\"name\", \"unit\", \"what\", \"neutral\", \"minimum\", "
     "\"maximum\", \"start\",\n"
-    "            \"position\", \"per_record\", \"held\"}]}]}; with ID that one alone. A position's numbers are "
-    "fractions of\n"
-    "            the length. null: infinite\n"
+    "            \"role\", \"position\", \"per_record\", \"held\"}]}]}; with ID that one alone. A position's "
+    "numbers\n"
+    "            are fractions of the length. null: infinite. Roles: place, strength, time, level, phase,\n"
+    "            frequency, share, loss\n"
     "\n"
     "Example:\n"
     "  beamfit effects root_compliance\n"
@@ -36,6 +37,17 @@ static const struct {
     [BEAM_FAMILY_NONLINEAR] = {"nonlinear", "Nonlinear stiffness and friction"},
     [BEAM_FAMILY_MEASUREMENT] = {"measurement", "Measurement chain"},
     [BEAM_FAMILY_ENVIRONMENT] = {"environment", "Environment"},
+};
+static const char *const roles[] = {
+    "not stated",
+    [BEAM_ROLE_PLACE] = "place",
+    [BEAM_ROLE_STRENGTH] = "strength",
+    [BEAM_ROLE_TIME] = "time",
+    [BEAM_ROLE_LEVEL] = "level",
+    [BEAM_ROLE_PHASE] = "phase",
+    [BEAM_ROLE_FREQUENCY] = "frequency",
+    [BEAM_ROLE_SHARE] = "share",
+    [BEAM_ROLE_LOSS] = "loss",
 };
 enum { FAMILIES = sizeof families / sizeof *families };
 
@@ -53,6 +65,7 @@ static void put_effect(struct json *object, const struct beam_effect *effect)
     for (int i = 0; i < effect->n_parameters; i++) {
         const struct beam_parameter_info *info = &effect->parameters[i];
         struct json *parameter = json_push(parameters, json_new_object());
+        const bool position = info->role == BEAM_ROLE_PLACE;
         json_put_text(parameter, "name", info->name);
         json_put_text(parameter, "unit", info->unit);
         json_put_text(parameter, "what", info->what);
@@ -60,9 +73,10 @@ static void put_effect(struct json *object, const struct beam_effect *effect)
         json_put_number(parameter, "minimum", info->minimum);
         json_put_number(parameter, "maximum", info->maximum);
         json_put_number(parameter, "start", info->start);
-        json_put_bool(parameter, "position", (info->flags & BEAM_PARAMETER_POSITION) != 0);
+        json_put_text(parameter, "role", roles[info->role]);
+        json_put_bool(parameter, "position", position);
         json_put_bool(parameter, "per_record", (info->flags & BEAM_PARAMETER_PER_RECORD) != 0);
-        json_put_bool(parameter, "held", (info->flags & (BEAM_PARAMETER_POSITION | BEAM_PARAMETER_HELD)) != 0);
+        json_put_bool(parameter, "held", position || (info->flags & BEAM_PARAMETER_HELD) != 0);
     }
 }
 
@@ -123,7 +137,7 @@ static void print_number(char text[DECIMAL_TEXT], double x)
 static void print_parameter(const struct beam_parameter_info *info)
 {
     char line[512], neutral[DECIMAL_TEXT], minimum[DECIMAL_TEXT], maximum[DECIMAL_TEXT], start[DECIMAL_TEXT];
-    bool position = (info->flags & BEAM_PARAMETER_POSITION) != 0, inner = (info->flags & BEAM_PARAMETER_INNER) != 0;
+    bool position = info->role == BEAM_ROLE_PLACE, inner = (info->flags & BEAM_PARAMETER_INNER) != 0;
     print_number(neutral, info->neutral);
     print_number(minimum, info->minimum);
     print_number(maximum, info->maximum);

@@ -25,9 +25,9 @@ static enum candidate_role role_of(const struct beam_parameter_info *info)
 {
     if (info->flags & BEAM_PARAMETER_HELD)
         return CANDIDATE_KEPT;
-    if ((info->flags & BEAM_PARAMETER_PER_RECORD) && strcmp(info->unit, "rad") == 0)
+    if (info->role == BEAM_ROLE_PHASE)
         return CANDIDATE_PHASE;
-    if (info->flags & (BEAM_PARAMETER_INNER | BEAM_PARAMETER_POSITION))
+    if (info->flags & BEAM_PARAMETER_INNER)
         return CANDIDATE_INNER;
     return isinf(info->neutral) ? CANDIDATE_INVERSE : CANDIDATE_STRENGTH;
 }
@@ -125,14 +125,14 @@ static void fill_grid(const struct scan *s, struct candidate *c, int slot)
     }
     if (c->role[slot] != CANDIDATE_INNER && c->role[slot] != CANDIDATE_INVERSE)
         return;
-    if (info->flags & BEAM_PARAMETER_POSITION) {
+    if (info->role == BEAM_ROLE_PLACE) {
         for (int i = PLACES; i >= 1; i--)
             add_value(c, slot, s->model->length_m * ((double)i / PLACES));
-    } else if (strcmp(info->unit, "s") == 0 && (info->flags & BEAM_PARAMETER_LOG)) {
+    } else if (info->role == BEAM_ROLE_TIME) {
         time_constants(s, c, slot);
-    } else if (strcmp(info->unit, "Hz") == 0) {
+    } else if (info->role == BEAM_ROLE_FREQUENCY) {
         frequencies(s, c, slot);
-    } else if (c->role[slot] == CANDIDATE_INVERSE) {
+    } else if (info->level_of == BEAM_LEVEL_CHANNEL) {
         const double size = largest_value(s, c);
         scale_values(c, slot, size > 0.0 ? size : c->start[slot], levels, sizeof levels / sizeof *levels);
     } else {
@@ -149,7 +149,7 @@ static void fill(const struct scan *s, const struct beam_effect *effect, const c
     (void)snprintf(c->channel, sizeof c->channel, "%s", channel);
     for (int i = 0; i < effect->n_parameters; i++) {
         const struct beam_parameter_info *info = &effect->parameters[i];
-        const double unit = info->flags & BEAM_PARAMETER_POSITION ? s->model->length_m : 1.0;
+        const double unit = info->role == BEAM_ROLE_PLACE ? s->model->length_m : 1.0;
         c->role[i] = role_of(info);
         c->start[i] = info->start * unit;
         c->lower[i] = info->minimum * unit;

@@ -274,8 +274,8 @@ void refit_into_model(const struct record records[], size_t n_records, const dou
 /*
  * CANDIDATE — which effects of the catalogue could act on a model and its records, and where a scan of each would look.
  *
- * Every effect of the build is considered (no list of names): what matters is which slots it uses, what its parameters
- * are flagged as, and whether the model has the channels, the patch or the clamp that it needs.
+ * Every effect of the build is considered (no list of names): what matters is which slots it uses, the roles and flags of
+ * its parameters, and whether the model has the channels, the patch or the clamp that it needs.
  */
 
 enum {
@@ -330,8 +330,8 @@ struct candidate_list {
 };
 
 /*
- * Grids: places at twelfths of the length within the effect's range; time constants from dt to the longest record;
- * frequencies as in the options; levels relative to the largest value of the channels they limit; anything else on a
+ * Grids, by enum beam_role: places at twelfths of the length within the effect's range; times from dt to the longest
+ * record; frequencies as in the options; levels of a channel relative to its largest value; anything else on a
  * logarithmic scale about the catalogue's start. BF_USAGE: an id of `without` is unknown. options may be NULL.
  */
 enum bf_status candidate_list_new(const struct model *model, const struct record records[], size_t n_records,
@@ -498,7 +498,7 @@ void motion_free(struct motion *motion);
  *     W r ≈ W (J Δθ + a S(p)),   S(p) = −H f(ŵ, ŵ_t; p),   priors as rows
  *
  * Parameters in which the force is not linear (flag INNER: place, gap, threshold, rate) are scanned: places along the span,
- * parameters of the unit of the coordinate, its rate, or strength × coordinate on the scale of the measured motion,
+ * levels (enum beam_level) of the coordinate, its rate, or strength × either on the scale of the measured motion,
  * others on a logarithmic grid about the catalogue's start. Then refined, the motion and θ renewed, and again.
  */
 

@@ -33,6 +33,11 @@ static bool is_missing(const struct model *model, const struct parameter_ref *re
     return ref->record >= 0 && !ref->info->fixed && !has_value(&model->effects[ref->owner], ref->slot, name);
 }
 
+static bool is_phase(const struct model *model, const struct parameter_ref *ref)
+{
+    return ref->role == ROLE_EFFECT && model->effects[ref->owner].effect->parameters[ref->slot].role == BEAM_ROLE_PHASE;
+}
+
 static struct parameter *parameter_of(struct model *model, const struct parameter_ref *ref)
 {
     return &model->effects[ref->owner].parameters[ref->slot];
@@ -52,7 +57,7 @@ static void prepare(const struct model *model, const struct parameter_ref refs[]
             continue;
         struct parameter *p = parameter_of(trial, &refs[i]);
         p->fixed = !is_missing(model, &refs[i], name);
-        if (!p->fixed && strcmp(refs[i].info->unit, "rad") == 0)
+        if (!p->fixed && is_phase(model, &refs[i]))
             p->value += turn;
     }
 }
@@ -119,7 +124,7 @@ static enum bf_status complete(const struct model *model, const struct record *r
             own->model = own->copy;
         }
         double value = result.parameters[i].value;
-        if (strcmp(refs[i].info->unit, "rad") == 0)
+        if (is_phase(model, &refs[i]))
             value = remainder(value, 2.0 * M_PI);
         if (!status) {
             model_set_parameters(own->copy, &refs[i], 1, &value, &result.parameters[i].sd, &name);

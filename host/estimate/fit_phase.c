@@ -20,11 +20,6 @@ struct sinusoid {
 };
 static const size_t none = (size_t)-1;
 
-static bool is_phase(const struct beam_parameter_info *info)
-{
-    return strcmp(info->unit, "rad") == 0 && (info->flags & BEAM_PARAMETER_PER_RECORD);
-}
-
 /* False when effect e is none, or its amplitude or a phase is held. Free out->phase in any case. */
 static bool find_sinusoid(const struct fit_problem *p, size_t e, struct sinusoid *out)
 {
@@ -36,12 +31,12 @@ static bool find_sinusoid(const struct fit_problem *p, size_t e, struct sinusoid
         if (ref->role != ROLE_EFFECT || ref->owner != e)
             continue;
         const struct beam_parameter_info *info = &effect->parameters[ref->slot];
-        if (is_phase(info) && ref->record >= 0) {
+        if (info->role == BEAM_ROLE_PHASE && ref->record >= 0) {
             out->phase[ref->record] = i;
             phases++;
-        } else if (strcmp(info->unit, "Hz") == 0) {
+        } else if (info->role == BEAM_ROLE_FREQUENCY) {
             out->frequency = i;
-        } else if (info->neutral == 0.0 && !(info->flags & BEAM_PARAMETER_INNER)) {
+        } else if (info->role == BEAM_ROLE_STRENGTH) {
             out->amplitude = i;
         }
     }
@@ -265,7 +260,7 @@ void phases_wrap(const struct fit_problem *p, double x[])
         const struct unknown *u = &p->unknowns[i];
         const struct parameter_ref *ref = &p->refs[u->ref];
         if (ref->role == ROLE_EFFECT && ref->record >= 0 && !u->logarithmic &&
-            is_phase(&p->model->effects[ref->owner].effect->parameters[ref->slot]))
+            p->model->effects[ref->owner].effect->parameters[ref->slot].role == BEAM_ROLE_PHASE)
             x[i] = remainder(x[i] * u->scale, 2.0 * M_PI) / u->scale;
     }
 }

@@ -20,7 +20,7 @@ static double scale_of(const struct model *model, const struct parameter_ref *re
     if (ref->role != ROLE_EFFECT)
         return value > 0.0 ? value : 1.0;
     const struct beam_parameter_info *info = &model->effects[ref->owner].effect->parameters[ref->slot];
-    if (info->flags & BEAM_PARAMETER_POSITION)
+    if (info->role == BEAM_ROLE_PLACE)
         return 0.1 * model->length_m;
     const double start = isfinite(info->start) ? fabs(info->start) : 0.0;
     const double scale = fmax(value, start);
@@ -236,7 +236,7 @@ void fit_problem_rescale(struct fit_problem *p, double x[])
             continue;
         const struct beam_parameter_info *info = &p->model->effects[ref->owner].effect->parameters[ref->slot];
         const double scale = fmax(u->least_scale, fabs(x[i]) * u->scale), factor = u->scale / scale;
-        if (info->flags & (BEAM_PARAMETER_POSITION | BEAM_PARAMETER_PER_RECORD) || !isfinite(scale))
+        if (info->role == BEAM_ROLE_PLACE || info->flags & BEAM_PARAMETER_PER_RECORD || !isfinite(scale))
             continue;
         u->scale = scale;
         x[i] *= factor, p->base[i] *= factor;

@@ -136,9 +136,7 @@ static void warn_about_parameter(const struct fit_problem *p, const struct model
     if (ref->role != ROLE_EFFECT || !f->identifiable)
         return;
     const struct beam_parameter_info *info = &model->effects[ref->owner].effect->parameters[ref->slot];
-    const bool amplitude =
-        info->neutral == 0.0 &&
-        !(info->flags & (BEAM_PARAMETER_POSITION | BEAM_PARAMETER_INNER | BEAM_PARAMETER_PER_RECORD));
+    const bool amplitude = info->neutral == 0.0 && !(info->flags & (BEAM_PARAMETER_INNER | BEAM_PARAMETER_PER_RECORD));
     if (amplitude && fabs(f->value) < 2.0 * f->sd)
         warn(out, "%s is not significant: %.3g ± %.3g %s; the records do not ask for this effect", f->label, f->value,
              f->sd, f->unit);

@@ -115,12 +115,12 @@ const struct beam_parameter_info *effect_parameter(const struct fit_problem *p, 
 
 bool is_position(const struct beam_parameter_info *info)
 {
-    return info && info->flags & BEAM_PARAMETER_POSITION;
+    return info && info->role == BEAM_ROLE_PLACE;
 }
 
 bool is_strength(const struct beam_parameter_info *info)
 {
-    return info && !(info->flags & (BEAM_PARAMETER_INNER | BEAM_PARAMETER_POSITION | BEAM_PARAMETER_PER_RECORD));
+    return info && !(info->flags & (BEAM_PARAMETER_INNER | BEAM_PARAMETER_PER_RECORD));
 }
 
 /* start · 10^(k/per_decade) for k = least … most, and the negatives where allowed. */
@@ -154,7 +154,7 @@ static size_t values_of(const struct fit_problem *p, size_t i, int density, bool
             out[k - 1] = p->model->length_m * k / places;
         return (size_t)places;
     }
-    if (strcmp(info->unit, "rad") == 0 && info->flags & BEAM_PARAMETER_PER_RECORD) {
+    if (info->role == BEAM_ROLE_PHASE) {
         for (int k = 0; k < 4; k++)
             out[k] = ref->value + 0.5 * M_PI * k;
         return 4;

@@ -163,7 +163,7 @@ static double bracket(const struct candidate *c, int slot, double value, double 
 {
     const struct beam_parameter_info *info = &c->effect->parameters[slot];
     *logarithmic = (info->flags & BEAM_PARAMETER_LOG) && value > 0.0;
-    if (strcmp(info->unit, "Hz") == 0)
+    if (info->role == BEAM_ROLE_FREQUENCY)
         return 0.5 / longest_s;
     double nearest = INFINITY;
     for (size_t i = 0; i < c->n_grid[slot]; i++) {

@@ -140,7 +140,7 @@ static enum bf_status candidates(const struct motion *motion, const struct regre
     const struct trial_options at_start = {.rounds = options->rounds, .keep_positions = true};
     bool has_place = false;
     for (int k = 0; k < effect->n_parameters; k++)
-        has_place = has_place || (effect->parameters[k].flags & BEAM_PARAMETER_POSITION) != 0;
+        has_place = has_place || effect->parameters[k].role == BEAM_ROLE_PLACE;
     struct trial *first = &list[(*n)++];
     enum bf_status status = first_round(motion, regression, effect, &at_start, first, err);
     if (status != BF_OK || !has_place || options->keep_positions)

@@ -115,7 +115,7 @@ static void base_point(const struct trial_search *search, double p[])
 
 static void scan_inner(struct trial_search *search, int slot)
 {
-    bool own = search->roles.scale[slot] == TRIAL_OWN;
+    bool own = search->roles.scale[slot] == BEAM_LEVEL_OWN;
     size_t count = own ? sizeof multiples / sizeof *multiples : sizeof levels / sizeof *levels;
     double p[BEAM_EFFECT_PARAMETERS], unit = trial_unit(&search->force, &search->roles, slot);
     base_point(search, p);

@@ -48,16 +48,15 @@ enum bf_status trial_force_assume(struct trial_force *force, struct motion *moti
                                   const double p[BEAM_EFFECT_PARAMETERS], int times, struct bf_error *err);
 
 /* What each parameter is to the trial. */
-enum trial_scale { TRIAL_OWN, TRIAL_OF_W, TRIAL_OF_V, TRIAL_OF_KW, TRIAL_OF_KV };
 struct trial_roles {
-    int strength;                               /* the force is linear in it */
-    bool with_strength[BEAM_EFFECT_PARAMETERS]; /* carries the unit of force: scaled with the strength, by dimension */
-    int position;                               /* −1: none */
-    int n_inner, inner[BEAM_EFFECT_PARAMETERS]; /* scanned, the position left out */
-    enum trial_scale scale[BEAM_EFFECT_PARAMETERS]; /* what an inner parameter is compared with */
+    int strength;                                  /* the force is linear in it */
+    bool with_strength[BEAM_EFFECT_PARAMETERS];    /* the strength and levels of force: scaled together */
+    int position;                                  /* −1: none */
+    int n_inner, inner[BEAM_EFFECT_PARAMETERS];    /* scanned, the position left out */
+    enum beam_level scale[BEAM_EFFECT_PARAMETERS]; /* what an inner parameter is compared with */
 };
 enum bf_status trial_roles(const struct trial_force *force, struct trial_roles *out, struct bf_error *err);
-/* The quantity that inner parameter `slot` is compared with, at the place in use; its start for TRIAL_OWN. */
+/* The quantity that inner parameter `slot` is compared with, at the place in use; its start for BEAM_LEVEL_OWN. */
 double trial_unit(const struct trial_force *force, const struct trial_roles *roles, int slot);
 
 /* One trial point: parameters with the strength estimated. */

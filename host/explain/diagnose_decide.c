@@ -202,10 +202,10 @@ static bool special_case(const struct beam_effect *small, const struct beam_effe
         small->n_parameters >= large->n_parameters)
         return false;
     for (int j = 0; j < small->n_parameters; j++)
-        ps[j] = small->parameters[j].flags & BEAM_PARAMETER_POSITION ? model->length_m : small->parameters[j].start;
+        ps[j] = small->parameters[j].role == BEAM_ROLE_PLACE ? model->length_m : small->parameters[j].start;
     for (int i = 0; i < large->n_parameters; i++) {
         const struct beam_parameter_info *info = &large->parameters[i];
-        pl[i] = info->flags & BEAM_PARAMETER_POSITION ? model->length_m : info->neutral;
+        pl[i] = info->role == BEAM_ROLE_PLACE ? model->length_m : info->neutral;
         for (int j = 0; j < small->n_parameters; j++)
             if (strcmp(info->name, small->parameters[j].name) == 0)
                 pl[i] = ps[j];

@@ -30,7 +30,7 @@ struct settle_jobs {
 
 static bool is_free_place(const struct model_effect *own, int i)
 {
-    return (own->effect->parameters[i].flags & BEAM_PARAMETER_POSITION) != 0 && !own->parameters[i].fixed;
+    return own->effect->parameters[i].role == BEAM_ROLE_PLACE && !own->parameters[i].fixed;
 }
 
 /* The free place of its only effect; NaN: it has none. */

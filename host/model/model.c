@@ -47,12 +47,12 @@ void model_effect_parameter(const struct model *model, const struct beam_effect 
                             struct parameter *out)
 {
     const struct beam_parameter_info *info = &effect->parameters[slot];
-    double scale = info->flags & BEAM_PARAMETER_POSITION ? model->length_m : 1.0;
+    double scale = info->role == BEAM_ROLE_PLACE ? model->length_m : 1.0;
     model_parameter_init(out, info->name, info->unit, true);
     out->value = info->start * scale;
     out->min = info->minimum * scale;
     out->max = info->maximum * scale;
-    out->fixed = (info->flags & (BEAM_PARAMETER_POSITION | BEAM_PARAMETER_HELD)) != 0;
+    out->fixed = info->role == BEAM_ROLE_PLACE || (info->flags & BEAM_PARAMETER_HELD) != 0;
     out->logarithmic = (info->flags & BEAM_PARAMETER_LOG) != 0 && out->value > 0.0;
 }
 

@@ -234,7 +234,7 @@ static enum bf_status check_effects(struct check *c)
             const struct beam_parameter_info *info = &effect->effect->parameters[j];
             const struct model_where where = {"effects", NULL, i, info->name};
             enum bf_status status = BF_OK;
-            if (info->flags & BEAM_PARAMETER_POSITION)
+            if (info->role == BEAM_ROLE_PLACE)
                 status = check_place(c, where, info->name, p->value);
             if (status == BF_OK)
                 status = check_range(c, p, where, isinf(info->neutral));

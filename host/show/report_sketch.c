@@ -57,7 +57,7 @@ static struct items outputs_of(const struct model *m)
     }
     for (size_t i = 0; i < m->n_effects; i++)
         for (int j = 0; j < m->effects[i].effect->n_parameters; j++)
-            if (m->effects[i].effect->parameters[j].flags & BEAM_PARAMETER_POSITION) {
+            if (m->effects[i].effect->parameters[j].role == BEAM_ROLE_PLACE) {
                 add_item(&items, m->effects[i].effect->id, m->effects[i].parameters[j].value, false);
                 break;
             }

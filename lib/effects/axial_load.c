@@ -31,6 +31,7 @@ const struct beam_effect BEAM_NAME(effect_axial_load) = {
     .parameters = {{.name = BEAM_TEXT("force_N"),
                     .unit = BEAM_TEXT("N"),
                     .what = BEAM_TEXT("axial force, positive in tension"),
+                    .role = BEAM_ROLE_STRENGTH,
                     .neutral = 0.0,
                     .minimum = -1e4,
                     .maximum = 1e5,

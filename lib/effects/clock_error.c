@@ -26,6 +26,7 @@ const struct beam_effect BEAM_NAME(effect_clock_error) = {
     .parameters = {{.name = BEAM_TEXT("relative"),
                     .unit = BEAM_TEXT(""),
                     .what = BEAM_TEXT("relative error of the stated sample interval (positive: it is longer)"),
+                    .role = BEAM_ROLE_SHARE,
                     .neutral = 0.0,
                     .minimum = -0.1,
                     .maximum = 0.1,

@@ -141,6 +141,7 @@ const struct beam_effect BEAM_NAME(effect_drive_hysteresis) = {
     .parameters = {{.name = BEAM_TEXT("share"),
                     .unit = BEAM_TEXT(""),
                     .what = BEAM_TEXT("a: share of a small drive that is lost"),
+                    .role = BEAM_ROLE_SHARE,
                     .neutral = 0.0,
                     .minimum = 0.0,
                     .maximum = 1.0,
@@ -149,6 +150,7 @@ const struct beam_effect BEAM_NAME(effect_drive_hysteresis) = {
                    {.name = BEAM_TEXT("slip_pV"),
                     .unit = BEAM_TEXT("1/V"),
                     .what = BEAM_TEXT("β: how fast z yields when the drive goes on"),
+                    .role = BEAM_ROLE_LEVEL,
                     .neutral = 0.1,
                     .minimum = 1e-6,
                     .maximum = 1e3,
@@ -158,6 +160,7 @@ const struct beam_effect BEAM_NAME(effect_drive_hysteresis) = {
                     .unit = BEAM_TEXT("1/V"),
                     .what =
                         BEAM_TEXT("ζ ≥ −β: part of the yielding that ignores the direction; z stays within 1/(β + ζ)"),
+                    .role = BEAM_ROLE_LEVEL,
                     .neutral = 0.05,
                     .minimum = -1e3,
                     .maximum = 1e3,

@@ -39,6 +39,8 @@ const struct beam_effect BEAM_NAME(effect_drive_saturation) = {
     .parameters = {{.name = BEAM_TEXT("level_V"),
                     .unit = BEAM_TEXT("V"),
                     .what = BEAM_TEXT("voltage that the drive cannot pass"),
+                    .role = BEAM_ROLE_LEVEL,
+                    .level_of = BEAM_LEVEL_CHANNEL,
                     .neutral = INFINITY,
                     .minimum = 1e-6,
                     .maximum = INFINITY,

@@ -31,6 +31,7 @@ const struct beam_effect BEAM_NAME(effect_feedthrough) = {
     .parameters = {{.name = BEAM_TEXT("gain"),
                     .unit = BEAM_TEXT("channel unit/V"),
                     .what = BEAM_TEXT("channel value per volt of drive"),
+                    .role = BEAM_ROLE_STRENGTH,
                     .neutral = 0.0,
                     .minimum = -1e6,
                     .maximum = 1e6,

@@ -31,6 +31,7 @@ const struct beam_effect BEAM_NAME(effect_hysteretic_damping) = {
     .parameters = {{.name = BEAM_TEXT("loss_factor"),
                     .unit = BEAM_TEXT(""),
                     .what = BEAM_TEXT("share of the elastic energy lost per radian of vibration"),
+                    .role = BEAM_ROLE_LOSS,
                     .neutral = 0.0,
                     .minimum = 0.0,
                     .maximum = 1.0,

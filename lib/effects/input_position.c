@@ -28,6 +28,7 @@ const struct beam_effect BEAM_NAME(effect_input_position) = {
     .parameters = {{.name = BEAM_TEXT("shift_m"),
                     .unit = BEAM_TEXT("m"),
                     .what = BEAM_TEXT("shift of the strike away from the clamp"),
+                    .role = BEAM_ROLE_STRENGTH,
                     .neutral = 0.0,
                     .minimum = -0.5,
                     .maximum = 0.5,

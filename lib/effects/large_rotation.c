@@ -55,6 +55,7 @@ const struct beam_effect BEAM_NAME(effect_large_rotation) = {
     .parameters = {{.name = BEAM_TEXT("scale"),
                     .unit = BEAM_TEXT(""),
                     .what = BEAM_TEXT("κ: 1 for an inextensible beam"),
+                    .role = BEAM_ROLE_STRENGTH,
                     .neutral = 0.0,
                     .minimum = 0.0,
                     .maximum = 100.0,

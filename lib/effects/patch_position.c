@@ -29,6 +29,7 @@ const struct beam_effect BEAM_NAME(effect_patch_position) = {
     .parameters = {{.name = BEAM_TEXT("shift_m"),
                     .unit = BEAM_TEXT("m"),
                     .what = BEAM_TEXT("shift of the patch away from the clamp"),
+                    .role = BEAM_ROLE_STRENGTH,
                     .neutral = 0.0,
                     .minimum = -0.2,
                     .maximum = 0.2,

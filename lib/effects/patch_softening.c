@@ -39,6 +39,7 @@ const struct beam_effect BEAM_NAME(effect_patch_softening) = {
     .parameters = {{.name = BEAM_TEXT("coefficient_Nmprad2"),
                     .unit = BEAM_TEXT("N·m/rad²"),
                     .what = BEAM_TEXT("moment per square of the patch's slope difference (negative softens)"),
+                    .role = BEAM_ROLE_STRENGTH,
                     .neutral = 0.0,
                     .minimum = -1e6,
                     .maximum = 1e6,

@@ -43,6 +43,7 @@ const struct beam_effect BEAM_NAME(effect_quadratic_drag) = {
                     .unit = BEAM_TEXT("N·s²/m³"),
                     .what = BEAM_TEXT(
                         "drag force per length over speed squared (½ air density × drag coefficient × width)"),
+                    .role = BEAM_ROLE_STRENGTH,
                     .neutral = 0.0,
                     .minimum = 0.0,
                     .maximum = 1e3,

@@ -42,6 +42,7 @@ const struct beam_effect BEAM_NAME(effect_rotary_inertia) = {
     .parameters = {{.name = BEAM_TEXT("scale"),
                     .unit = BEAM_TEXT(""),
                     .what = BEAM_TEXT("κ: 1 for the rotation and shear of a solid metal bar"),
+                    .role = BEAM_ROLE_STRENGTH,
                     .neutral = 0.0,
                     .minimum = 0.0,
                     .maximum = 1e5,

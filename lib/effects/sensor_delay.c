@@ -31,6 +31,7 @@ const struct beam_effect BEAM_NAME(effect_sensor_delay) = {
     .parameters = {{.name = BEAM_TEXT("delay_s"),
                     .unit = BEAM_TEXT("s"),
                     .what = BEAM_TEXT("time by which the outputs are late against the inputs"),
+                    .role = BEAM_ROLE_TIME,
                     .neutral = 0.0,
                     .minimum = 0.0,
                     .maximum = 1.0,

@@ -38,6 +38,7 @@ const struct beam_effect BEAM_NAME(effect_sensor_highpass) = {
     .parameters = {{.name = BEAM_TEXT("tau_s"),
                     .unit = BEAM_TEXT("s"),
                     .what = BEAM_TEXT("time constant of the leak (sensor capacitance × input resistance)"),
+                    .role = BEAM_ROLE_TIME,
                     .neutral = INFINITY,
                     .minimum = 1e-5,
                     .maximum = INFINITY,

@@ -29,6 +29,7 @@ const struct beam_effect BEAM_NAME(effect_sensor_lag) = {
     .parameters = {{.name = BEAM_TEXT("tau_s"),
                     .unit = BEAM_TEXT("s"),
                     .what = BEAM_TEXT("time constant of the low-pass"),
+                    .role = BEAM_ROLE_TIME,
                     .neutral = 0.0,
                     .minimum = 0.0,
                     .maximum = 10.0,

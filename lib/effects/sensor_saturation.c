@@ -39,6 +39,8 @@ const struct beam_effect BEAM_NAME(effect_sensor_saturation) = {
     .parameters = {{.name = BEAM_TEXT("level"),
                     .unit = BEAM_TEXT("channel unit"),
                     .what = BEAM_TEXT("value that the channel cannot pass"),
+                    .role = BEAM_ROLE_LEVEL,
+                    .level_of = BEAM_LEVEL_CHANNEL,
                     .neutral = INFINITY,
                     .minimum = 1e-9,
                     .maximum = INFINITY,

@@ -31,6 +31,7 @@ const struct beam_effect BEAM_NAME(effect_square_root_damping) = {
     .parameters = {{.name = BEAM_TEXT("coefficient_Ns"),
                     .unit = BEAM_TEXT("N·s"),
                     .what = BEAM_TEXT("damping moment per rate of slope and length"),
+                    .role = BEAM_ROLE_STRENGTH,
                     .neutral = 0.0,
                     .minimum = 0.0,
                     .maximum = 10.0,

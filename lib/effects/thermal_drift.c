@@ -40,6 +40,7 @@ const struct beam_effect BEAM_NAME(effect_thermal_drift) = {
     .parameters = {{.name = BEAM_TEXT("rate_ps"),
                     .unit = BEAM_TEXT("1/s"),
                     .what = BEAM_TEXT("relative change of EI per second, from the record's first sample"),
+                    .role = BEAM_ROLE_STRENGTH,
                     .neutral = 0.0,
                     .minimum = -0.1,
                     .maximum = 0.1,

@@ -33,6 +33,7 @@ const struct beam_effect BEAM_NAME(effect_tip_mass) = {
     .parameters = {{.name = BEAM_TEXT("mass_kg"),
                     .unit = BEAM_TEXT("kg"),
                     .what = BEAM_TEXT("mass at the free end beyond the beam's own"),
+                    .role = BEAM_ROLE_STRENGTH,
                     .neutral = 0.0,
                     .minimum = 0.0,
                     .maximum = 5.0,

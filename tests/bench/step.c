@@ -44,7 +44,7 @@ int main(int argc, char **argv)
         use->effect = beam_effect_find(argv[i]);
         for (int j = 0; use->effect != NULL && j < use->effect->n_parameters; j++) {
             const struct beam_parameter_info *info = &use->effect->parameters[j];
-            use->p[j] = (beam_real)info->start * (info->flags & BEAM_PARAMETER_POSITION ? beam_length() : BEAM_K(1.0));
+            use->p[j] = (beam_real)info->start * (info->role == BEAM_ROLE_PLACE ? beam_length() : BEAM_K(1.0));
         }
     }
     must(beam_assemble(&description, &model), "assemble");

@@ -45,7 +45,7 @@ static void add_effect(const char *id)
     must(use->effect != NULL, id);
     for (int j = 0; j < use->effect->n_parameters; j++) {
         const struct beam_parameter_info *info = &use->effect->parameters[j];
-        use->p[j] = (float)info->start * (info->flags & BEAM_PARAMETER_POSITION ? beam_length() : 1.0F);
+        use->p[j] = (float)info->start * (info->role == BEAM_ROLE_PLACE ? beam_length() : 1.0F);
     }
 }
 

@@ -213,8 +213,8 @@ static void every_effect_of_the_build_assembles_or_says_why_not(void **state)
         static struct beam_model model;
         case_add_effect(&d, effect, 0, 0, 0, 0);
         for (int i = 0; i < effect->n_parameters; i++)
-            d.use[0].p[i] = effect->parameters[i].start *
-                            (effect->parameters[i].flags & BEAM_PARAMETER_POSITION ? beam_length() : 1.0);
+            d.use[0].p[i] =
+                effect->parameters[i].start * (effect->parameters[i].role == BEAM_ROLE_PLACE ? beam_length() : 1.0);
         const enum beam_status status = beam_assemble(&d, &model);
         if (effect->releases_root || effect->geometry)
             assert_int_equal(status, BEAM_ERROR_NEEDS_HOST);

@@ -27,8 +27,7 @@ static void build(const char *const effects[], size_t n, enum beam_hold hold)
         const struct beam_effect *effect = beam_effect_find(effects[i]);
         double p[3] = {0};
         for (int j = 0; j < effect->n_parameters; j++)
-            p[j] = effect->parameters[j].start *
-                   (effect->parameters[j].flags & BEAM_PARAMETER_POSITION ? beam_length() : 1.0);
+            p[j] = effect->parameters[j].start * (effect->parameters[j].role == BEAM_ROLE_PLACE ? beam_length() : 1.0);
         case_add_effect(&c.description, effect, 0, p[0], p[1], p[2]);
     }
     case_build(&c, 1.0 / rate_Hz, hold);

@@ -151,7 +151,7 @@ static void test_parameters_are_sane(void **state)
                 fail_msg("%s %s: the neutral value lies outside the range", e->id, p->name);
             if ((p->flags & BEAM_PARAMETER_LOG) && !(p->minimum > 0.0))
                 fail_msg("%s %s: a logarithm wants a positive range", e->id, p->name);
-            if ((p->flags & BEAM_PARAMETER_POSITION) && (p->minimum < 0.0 || p->maximum > 1.0))
+            if (p->role == BEAM_ROLE_PLACE && (p->minimum < 0.0 || p->maximum > 1.0))
                 fail_msg("%s %s: a position is a fraction of the length", e->id, p->name);
             if (!(p->flags & BEAM_PARAMETER_INNER)) {
                 strengths++;
@@ -283,7 +283,7 @@ static void test_places_off_the_beam_are_refused(void **state)
     (void)state;
     for (int e = 0; e < beam_effects_count; e++)
         for (int j = 0; j < beam_effects[e]->n_parameters; j++) {
-            if (!(beam_effects[e]->parameters[j].flags & BEAM_PARAMETER_POSITION))
+            if (beam_effects[e]->parameters[j].role != BEAM_ROLE_PLACE)
                 continue;
             uint64_t seed = 5;
             for (int slot = SHADOW_TERMS; slot <= SHADOW_LAW_PLACE; slot++)

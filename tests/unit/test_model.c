@@ -102,7 +102,7 @@ static void every_effect_can_be_added_and_dropped(void **state)
         const struct model_effect *added = &m.effects[m.n_effects - 1];
         for (int j = 0; j < added->effect->n_parameters; j++) {
             const struct parameter *p = &added->parameters[j];
-            bool position = (added->effect->parameters[j].flags & BEAM_PARAMETER_POSITION) != 0;
+            bool position = added->effect->parameters[j].role == BEAM_ROLE_PLACE;
             assert_true(p->value >= p->min && p->value <= p->max);
             assert_true(!position || (p->fixed && p->max <= 0.4573));
         }

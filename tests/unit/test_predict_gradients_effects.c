@@ -16,7 +16,7 @@ static void strengthen(struct predict_case *c)
     struct model_effect *e = &c->model.effects[0];
     double factor = 5.0;
     for (int i = 0; i < e->effect->n_parameters; i++) {
-        if (e->effect->parameters[i].flags & BEAM_PARAMETER_POSITION)
+        if (e->effect->parameters[i].role == BEAM_ROLE_PLACE)
             factor = 50.0, e->parameters[i].value = 0.3507; /* the middle of an element of 19.4 mm */
         if (strcmp(e->parameters[i].name, "gap_m") == 0)
             e->parameters[i].value = 1e-5;
