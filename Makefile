@@ -189,8 +189,8 @@ deps: ## install every Debian package that is missing (apt-get; sudo when not ro
 lint: export LINT_FLAGS = $(STD) $(INC)
 lint: ## clang-format, clang-tidy, cppcheck and shell syntax over every source
 	+@JOBS='$(JOBS)' tools/lint.sh
-layers: ## who includes whom, which file sees which library, licence lines
-	@tools/layers.sh
+layers: $(B)/libhost.a ## who includes whom and who calls whom, circles, which file sees which library, licence lines
+	@python3 -B tools/layers.py $(B)
 size: ## sizes and stacks per function, flash, RAM, stack and instructions of the firmware against their bounds
 	@tools/deps.sh build target
 	+@$(MAKE) --no-print-directory -j$(JOBS) firmware-elf target-counts

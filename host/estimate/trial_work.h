@@ -4,7 +4,6 @@
 #define BEAMFIT_TRIAL_WORK_H
 
 #include "response/response.h"
-#include "response/law.h"
 #include "regression.h"
 #include "estimate.h"
 #include "trial.h"
