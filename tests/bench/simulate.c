@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
- * simulate MODEL REC... — seconds of one prediction of all records: by host/predict.h (with and without derivatives by
+ * simulate MODEL REC... — seconds of one prediction of all records: by host/response/ (with and without derivatives by
  * every parameter) and by the plain dense loop of reference_model.h. Median of several runs.
  */
 #include <stdio.h>
