@@ -24,16 +24,18 @@ STD   := -std=c11 -D_GNU_SOURCE -DBEAMFIT_VERSION='"$(VERSION)"'
 PKGS  := nlopt libserialport libfyaml jansson matio fftw3 lapacke openblas sndfile
 INC   := -Ilib -Ihost -I/usr/include/suitesparse -I/usr/include/arpack $(shell pkg-config --cflags $(PKGS) 2>/dev/null)
 LIBS  := $(shell pkg-config --libs $(PKGS) 2>/dev/null) -lcholmod -larpack -lbearssl -lpthread -lm
-ALLFLAGS = $(STD) $(OPT) $(WARN) $(INC) $(CFLAGS)
+# Position independent, so that the objects of the program also make the shared library of the tests; calls bind as in a program.
+PIC   := -fPIC -fno-semantic-interposition
+ALLFLAGS = $(STD) $(OPT) $(WARN) $(PIC) $(INC) $(CFLAGS)
 # The library sees its own headers only; no contraction, so that every target rounds alike.
-LIBFLAGS = $(STD) $(OPT) $(WARN) -Ilib $(CFLAGS) -ffp-contract=off
+LIBFLAGS = $(STD) $(OPT) $(WARN) $(PIC) -Ilib $(CFLAGS) -ffp-contract=off
 SANITIZE := -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer
 
 say = $(if $(V),,@echo "  $1";) # V=1 prints whole commands
 
 # ---- Sources: found, not listed ----
 LIB_SRC    := $(wildcard lib/*.c) $(wildcard lib/effects/*.c)
-HOST_SRC   := $(filter-out host/main.c,$(wildcard host/*.c)) $(wildcard host/cmd/*.c)
+HOST_SRC   := $(filter-out host/main.c,$(wildcard host/*.c host/*/*.c host/*/*/*.c))
 UNIT_SRC   := $(wildcard tests/unit/test_*.c)
 SYSTEM_SRC := $(wildcard tests/system/test_*.c)
 LIB_OBJ   = $(LIB_SRC:%.c=$(B)/double/%.o) $(B)/double/effects_table.o $(B)/double/galerkin_tables.o
@@ -41,7 +43,7 @@ FLOAT_OBJ = $(LIB_SRC:%.c=$(B)/float/%.o) $(B)/float/effects_table.o $(B)/float/
 TARGET_OBJ = $(LIB_SRC:%.c=$(B)/target/%.o) $(B)/target/effects_table.o $(B)/target/galerkin_tables.o
 CPLX_OBJ  = $(patsubst %.c,$(B)/complex/%.o,$(wildcard lib/effects/*.c)) $(B)/complex/effects_table.o
 HOST_OBJ  = $(HOST_SRC:%.c=$(B)/%.o)
-ARCHIVES  = $(B)/libfirmware.a $(B)/libhost.a $(B)/libbeam.a $(B)/libbeamf.a $(B)/libbeamt.a $(B)/libbeamc.a
+TESTED    = $(B)/libhost.a $(B)/libtruth.a $(B)/libbeam.a $(B)/libbeamf.a $(B)/libbeamt.a $(B)/libbeamc.a
 
 all: $(B)/beamfit $(B)/beamfit.1 $(B)/libbeamf.a ## build the program and the libraries
 
@@ -126,7 +128,7 @@ TRUTH_LIBS := -lsundials_cvode -lsundials_nvecserial -lsundials_sunmatrixdense -
               -llapacke -lopenblas -lm
 $(B)/truth/%.o: tests/truth/%.c
 	@mkdir -p $(@D)
-	$(call say,$@)$(CC) $(STD) $(OPT) $(WARN) $(shell pkg-config --cflags lapacke openblas 2>/dev/null) $(CFLAGS) -MMD -MP -c $< -o $@
+	$(call say,$@)$(CC) $(STD) $(OPT) $(WARN) $(PIC) $(shell pkg-config --cflags lapacke openblas 2>/dev/null) $(CFLAGS) -MMD -MP -c $< -o $@
 $(B)/libtruth.a: $(filter-out $(B)/truth/main.o,$(TRUTH_OBJ))
 	$(call say,$@)rm -f $@; ar rcs $@ $^
 $(B)/beam_truth: $(B)/truth/main.o $(B)/libtruth.a
@@ -137,14 +139,20 @@ include firmware/build.mk tests/target/build.mk
 # ---- Tests: tests/unit/test_x.c -> $(B)/tests/test_x, tests/system/test_y.c -> $(B)/system/test_y ----
 UNIT_TESTS   := $(UNIT_SRC:tests/unit/%.c=$(B)/tests/%)
 SYSTEM_TESTS := $(SYSTEM_SRC:tests/system/%.c=$(B)/system/%)
-$(B)/tests/%: tests/unit/%.c $(ARCHIVES) $(B)/libtruth.a
+# All that unit tests call stands in one shared library: a changed source links it anew, and no test. Inside it, names are
+# bound to the library's own, as in an archive, even if a test uses one of them for something else.
+$(B)/libtested.so: $(TESTED)
+	$(call say,$@)$(CC) $(OPT) $(CFLAGS) -shared -Wl,-soname,$(@F) -Wl,-Bsymbolic -Wl,--whole-archive $(TESTED) -Wl,--no-whole-archive \
+	    -Wl,--as-needed $(LIBS) $(TRUTH_LIBS) -o $@
+$(B)/tests/%: tests/unit/%.c | $(B)/libtested.so
 	@mkdir -p $(@D)
-	$(call say,$@)$(CC) $(ALLFLAGS) -Itests -Itests/truth -MMD -MP $< $(filter %.o,$^) $(B)/libtruth.a $(ARCHIVES) \
-	    -Wl,--as-needed $(LIBS) $(TRUTH_LIBS) -lcmocka -o $@
+	$(call say,$@)$(CC) $(ALLFLAGS) -Itests -Itests/truth -MMD -MP $< $(filter %.o,$^) $(filter %.a,$^) $(B)/libtested.so \
+	    -Wl,-rpath,'$$ORIGIN/..' -Wl,--as-needed $(LIBS) $(TRUTH_LIBS) -lcmocka -o $@
 $(B)/system/%.o: tests/system/%.c
 	@mkdir -p $(@D)
 	$(call say,$@)$(CC) $(STD) $(OPT) $(WARN) $(CFLAGS) -MMD -MP -c $< -o $@
-# tests of the firmware see lib/ in a controller's sizes, as it does
+# tests of the firmware see lib/ in a controller's sizes, as it does, and are the board below it
+$(filter $(B)/tests/test_firmware%,$(UNIT_TESTS)): $(B)/libfirmware.a
 $(filter $(B)/tests/test_firmware%,$(UNIT_TESTS)): private ALLFLAGS += -DBEAM_FLOAT -DBEAM_TARGET -Ifirmware -ffp-contract=off
 # tests of the effects run them in all three arithmetics at once
 SHADOWS := $(B)/double/tests/effects_shadow.o $(B)/float/tests/effects_shadow.o $(B)/complex/tests/effects_shadow.o
@@ -202,7 +210,7 @@ COVERAGE_TESTS := $(filter-out test_effects_docs,$(notdir $(basename $(wildcard 
 coverage: ## line coverage of lib/ and firmware/ by their unit tests: per file, total, fails below 95 %
 	@tools/deps.sh build test
 	+@$(MAKE) --no-print-directory -j$(JOBS) B=$(B)/coverage OPT=-O0 CFLAGS='--coverage $(CFLAGS)' \
-	    ARCHIVES='$$(B)/libfirmware.a $$(addprefix $$(B)/libbeam,.a f.a t.a c.a)' $(COVERAGE_TESTS:%=$(B)/coverage/tests/%)
+	    TESTED='$$(addprefix $$(B)/libbeam,.a f.a t.a c.a)' $(COVERAGE_TESTS:%=$(B)/coverage/tests/%)
 	@tools/coverage.sh $(B)/coverage
 BENCH := $(addprefix $(B)/bench/,reference_fit_24x16 reference_fit_40x64 reference_fit_60x128 simulate step_float step_double)
 bench: all $(B)/beam_truth $(BENCH) ## our fit and diagnosis beside plain references, their cost, and the instructions of one step
