@@ -157,7 +157,7 @@ $(filter $(B)/tests/test_firmware%,$(UNIT_TESTS)): private ALLFLAGS += -DBEAM_FL
 # tests of the effects run them in all three arithmetics at once
 SHADOWS := $(B)/double/tests/effects_shadow.o $(B)/float/tests/effects_shadow.o $(B)/complex/tests/effects_shadow.o
 $(filter $(B)/tests/test_effects%,$(UNIT_TESTS)): $(SHADOWS)
-BEAM_SHADOWS := $(B)/double/tests/beam_case.o $(B)/float/tests/beam_shadow.o
+BEAM_SHADOWS := $(B)/double/tests/beam_case.o $(B)/double/tests/newmark.o $(B)/float/tests/beam_shadow.o
 $(filter $(B)/tests/test_beam%,$(UNIT_TESTS)): $(BEAM_SHADOWS)
 # main() of the firmware under the name that the PC's build gives it
 $(B)/tests/test_firmware_main: $(B)/firmware/board_host/main.o

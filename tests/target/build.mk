@@ -46,7 +46,7 @@ $(B)/arm/$(1)/%.o: $(B)/gen/%.c
 	$$(call say,$$@)$(CROSS)gcc $$(UNIT_$(1)) -MMD -MP -c $$< -o $$@
 endef
 $(foreach kind,double float complex,$(eval $(call unit_objects,$(kind))))
-UNIT_OBJ := $(patsubst $(B)/double/%,$(B)/arm/double/%,$(LIB_OBJ) $(B)/double/tests/beam_case.o $(B)/double/tests/effects_shadow.o) \
+UNIT_OBJ := $(patsubst $(B)/double/%,$(B)/arm/double/%,$(LIB_OBJ) $(B)/double/tests/beam_case.o $(B)/double/tests/newmark.o $(B)/double/tests/effects_shadow.o) \
     $(patsubst $(B)/float/%,$(B)/arm/float/%,$(FLOAT_OBJ) $(B)/float/tests/beam_shadow.o $(B)/float/tests/effects_shadow.o) \
     $(patsubst $(B)/complex/%,$(B)/arm/complex/%,$(CPLX_OBJ) $(B)/complex/tests/effects_shadow.o) \
     $(B)/arm/double/tests/target/shim/cmocka.o
