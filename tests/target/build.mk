@@ -58,9 +58,9 @@ $(B)/target_unit_%.elf: $(B)/arm/double/tests/unit/%.o $(B)/arm/libunit.a $(B)/a
 TARGET_PROGRAMS := $(FIRMWARE_ELF) $(B)/arm/layout.o $(B)/replay_live $(B)/beamfit $(B)/beam_truth $(B)/replay_cases \
     $(B)/replay_run $(B)/stm32f405.so $(TARGET_BOARDS:%=$(B)/target_%_replay.elf) $(FIRMWARE_BOARDS:%=$(B)/target_store_%.elf) \
     $(UNIT_ON_TARGET:%=$(B)/target_unit_%.elf)
-target: ## on emulated boards: same bits, instructions, unit tests, power cuts, kills, the product with its beam [NAMES='bits counts']
+target: ## test: emulated boards: bits, instructions, power cuts, kills, the product [NAMES='bits counts']
 	@tools/deps.sh build test target
-	+@$(MAKE) --no-print-directory -j$(JOBS) target-programs
+	$(SUBMAKE) target-programs
 	@python3 -B tests/target/run.py --build $(B) $(NAMES)
 target-programs: $(TARGET_PROGRAMS)
 target-counts: $(B)/replay_cases $(B)/replay_run $(TARGET_BOARDS:%=$(B)/target_%_replay.elf)
