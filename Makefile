@@ -24,11 +24,15 @@ STD   := -std=c11 -D_GNU_SOURCE -DBEAMFIT_VERSION='"$(VERSION)"'
 PKGS  := nlopt libserialport libfyaml jansson matio fftw3 lapacke openblas sndfile
 INC   := -Ilib -Ihost -I/usr/include/suitesparse -I/usr/include/arpack $(shell pkg-config --cflags $(PKGS) 2>/dev/null)
 LIBS  := $(shell pkg-config --libs $(PKGS) 2>/dev/null) -lcholmod -larpack -lbearssl -lpthread -lm
-ALLFLAGS = $(STD) $(OPT) $(WARN) $(INC) $(CFLAGS)
+# Position independent, so that the objects of the program also make the shared library of the tests; calls bind as in a program.
+PIC   := -fPIC -fno-semantic-interposition
+ALLFLAGS = $(STD) $(OPT) $(WARN) $(PIC) $(INC) $(CFLAGS)
 # The library sees its own headers only; no contraction, so that every target rounds alike.
-LIBFLAGS = $(STD) $(OPT) $(WARN) -Ilib $(CFLAGS) -ffp-contract=off
+LIBFLAGS = $(STD) $(OPT) $(WARN) $(PIC) -Ilib $(CFLAGS) -ffp-contract=off
 SANITIZE := -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer
 
+# Runs make with JOBS jobs; when it fails, the first error is said again at the end, below what the other jobs printed.
+SUBMAKE = +@tools/first_error.sh $(B)/make.log $(MAKE) --no-print-directory -j$(JOBS)
 say = $(if $(V),,@echo "  $1";) # V=1 prints whole commands
 
 # ---- Sources: found, not listed ----
@@ -41,9 +45,9 @@ FLOAT_OBJ = $(LIB_SRC:%.c=$(B)/float/%.o) $(B)/float/effects_table.o $(B)/float/
 TARGET_OBJ = $(LIB_SRC:%.c=$(B)/target/%.o) $(B)/target/effects_table.o $(B)/target/galerkin_tables.o
 CPLX_OBJ  = $(patsubst %.c,$(B)/complex/%.o,$(wildcard lib/effects/*.c)) $(B)/complex/effects_table.o
 HOST_OBJ  = $(HOST_SRC:%.c=$(B)/%.o)
-ARCHIVES  = $(B)/libfirmware.a $(B)/libhost.a $(B)/libbeam.a $(B)/libbeamf.a $(B)/libbeamt.a $(B)/libbeamc.a
+TESTED    = $(B)/libhost.a $(B)/libtruth.a $(B)/libbeam.a $(B)/libbeamf.a $(B)/libbeamt.a $(B)/libbeamc.a
 
-all: $(B)/beamfit $(B)/beamfit.1 $(B)/libbeamf.a ## build the program and the libraries
+all: $(B)/beamfit $(B)/beamfit.1 $(B)/libbeamf.a ## build: the program, its manual page and the libraries
 
 # ---- Objects ----
 $(B)/gen/effects_table.c: tools/effects_table.sh $(wildcard lib/effects/*.c)
@@ -126,7 +130,7 @@ TRUTH_LIBS := -lsundials_cvode -lsundials_nvecserial -lsundials_sunmatrixdense -
               -llapacke -lopenblas -lm
 $(B)/truth/%.o: tests/truth/%.c
 	@mkdir -p $(@D)
-	$(call say,$@)$(CC) $(STD) $(OPT) $(WARN) $(shell pkg-config --cflags lapacke openblas 2>/dev/null) $(CFLAGS) -MMD -MP -c $< -o $@
+	$(call say,$@)$(CC) $(STD) $(OPT) $(WARN) $(PIC) $(shell pkg-config --cflags lapacke openblas 2>/dev/null) $(CFLAGS) -MMD -MP -c $< -o $@
 $(B)/libtruth.a: $(filter-out $(B)/truth/main.o,$(TRUTH_OBJ))
 	$(call say,$@)rm -f $@; ar rcs $@ $^
 $(B)/beam_truth: $(B)/truth/main.o $(B)/libtruth.a
@@ -137,19 +141,25 @@ include firmware/build.mk tests/target/build.mk
 # ---- Tests: tests/unit/test_x.c -> $(B)/tests/test_x, tests/system/test_y.c -> $(B)/system/test_y ----
 UNIT_TESTS   := $(UNIT_SRC:tests/unit/%.c=$(B)/tests/%)
 SYSTEM_TESTS := $(SYSTEM_SRC:tests/system/%.c=$(B)/system/%)
-$(B)/tests/%: tests/unit/%.c $(ARCHIVES) $(B)/libtruth.a
+# All that unit tests call stands in one shared library: a changed source links it anew, and no test. Inside it, names are
+# bound to the library's own, as in an archive, even if a test uses one of them for something else.
+$(B)/libtested.so: $(TESTED)
+	$(call say,$@)$(CC) $(OPT) $(CFLAGS) -shared -Wl,-soname,$(@F) -Wl,-Bsymbolic -Wl,--whole-archive $(TESTED) -Wl,--no-whole-archive \
+	    -Wl,--as-needed $(LIBS) $(TRUTH_LIBS) -o $@
+$(B)/tests/%: tests/unit/%.c | $(B)/libtested.so
 	@mkdir -p $(@D)
-	$(call say,$@)$(CC) $(ALLFLAGS) -Itests -Itests/truth -MMD -MP $< $(filter %.o,$^) $(B)/libtruth.a $(ARCHIVES) \
-	    -Wl,--as-needed $(LIBS) $(TRUTH_LIBS) -lcmocka -o $@
+	$(call say,$@)$(CC) $(ALLFLAGS) -Itests -Itests/truth -MMD -MP $< $(filter %.o,$^) $(filter %.a,$^) $(B)/libtested.so \
+	    -Wl,-rpath,'$$ORIGIN/..' -Wl,--as-needed $(LIBS) $(TRUTH_LIBS) -lcmocka -o $@
 $(B)/system/%.o: tests/system/%.c
 	@mkdir -p $(@D)
 	$(call say,$@)$(CC) $(STD) $(OPT) $(WARN) $(CFLAGS) -MMD -MP -c $< -o $@
-# tests of the firmware see lib/ in a controller's sizes, as it does
+# tests of the firmware see lib/ in a controller's sizes, as it does, and are the board below it
+$(filter $(B)/tests/test_firmware%,$(UNIT_TESTS)): $(B)/libfirmware.a
 $(filter $(B)/tests/test_firmware%,$(UNIT_TESTS)): private ALLFLAGS += -DBEAM_FLOAT -DBEAM_TARGET -Ifirmware -ffp-contract=off
 # tests of the effects run them in all three arithmetics at once
 SHADOWS := $(B)/double/tests/effects_shadow.o $(B)/float/tests/effects_shadow.o $(B)/complex/tests/effects_shadow.o
 $(filter $(B)/tests/test_effects%,$(UNIT_TESTS)): $(SHADOWS)
-BEAM_SHADOWS := $(B)/double/tests/beam_case.o $(B)/float/tests/beam_shadow.o
+BEAM_SHADOWS := $(B)/double/tests/beam_case.o $(B)/double/tests/newmark.o $(B)/float/tests/beam_shadow.o
 $(filter $(B)/tests/test_beam%,$(UNIT_TESTS)): $(BEAM_SHADOWS)
 # main() of the firmware under the name that the PC's build gives it
 $(B)/tests/test_firmware_main: $(B)/firmware/board_host/main.o
@@ -165,47 +175,48 @@ $(B)/shim/%.so: tests/shim/%.c
 	@mkdir -p $(@D)
 	$(call say,$@)$(CC) $(STD) -O2 $(WARN) -fPIC -shared $< -o $@
 
-tests: all $(B)/beam_truth $(B)/board_host $(B)/shim/pty_serial.so $(UNIT_TESTS) $(SYSTEM_TESTS)
-unit: $(UNIT_TESTS) ## build and run the unit tests of one build (no sanitizers)
-	tests/run $(B)
+BESIDE_TESTS = all $(B)/beam_truth $(B)/board_host $(B)/shim/pty_serial.so # programs that tests start
+tests: $(BESIDE_TESTS) $(UNIT_TESTS) $(SYSTEM_TESTS)
+unit: $(BESIDE_TESTS) $(UNIT_TESTS) ## test: the unit tests of the plain build
+	BEAMFIT_TESTS="/tests/$$BEAMFIT_TESTS" tests/run $(B)
 
-test: ## everything: install what is missing, build twice (sanitizers, plain), run all tests
+test: ## test: install what is missing, build twice (sanitizers, plain), run all tests of both
 	@tools/deps.sh build test
 	@$(MAKE) --no-print-directory test-both
 test-both:
-	+$(MAKE) --no-print-directory -j$(JOBS) B=$(B) tests
-	+$(MAKE) --no-print-directory -j$(JOBS) B=$(B)/san OPT="-O1 -g" CFLAGS="$(SANITIZE) $(CFLAGS)" tests
+	$(SUBMAKE) B=$(B) tests
+	$(SUBMAKE) B=$(B)/san OPT="-O1 -g" CFLAGS="$(SANITIZE) $(CFLAGS)" tests
 	tests/run $(B)/san $(B)
 
-demo: ## install what is missing, build, fit the paper's two experiments, find a hidden effect, draw the pictures
+demo: ## test: fit the paper's two experiments, find a hidden effect, draw the pictures
 	@tools/deps.sh build test
-	@$(MAKE) --no-print-directory -j$(JOBS) all $(B)/beam_truth
+	$(SUBMAKE) all $(B)/beam_truth
 	@tools/demo.sh $(B) $(B)/demo
 
-deps: ## install every Debian package that is missing (apt-get; sudo when not root)
+deps: ## install: every Debian package that is missing (apt-get; sudo when not root)
 	@tools/deps.sh build test check target
 
 # ---- Checks ----
 lint: export LINT_FLAGS = $(STD) $(INC)
-lint: ## clang-format, clang-tidy, cppcheck and shell syntax over every source
-	+@JOBS='$(JOBS)' tools/lint.sh
-layers: $(B)/libhost.a ## who includes whom and who calls whom, circles, which file sees which library, licence lines
+lint: ## check: clang-format, clang-tidy, cppcheck and shell syntax of every source
+	+@JOBS='$(JOBS)' tools/lint.sh $(FILES)
+layers: $(B)/libhost.a ## check: who includes whom, who calls whom, circles, which file sees which library
 	@python3 -B tools/layers.py $(B)
-size: ## sizes and stacks per function, flash, RAM, stack and instructions of the firmware against their bounds
+size: ## check: sizes and stacks of functions; flash, RAM, stack, instructions of the firmware
 	@tools/deps.sh build target
-	+@$(MAKE) --no-print-directory -j$(JOBS) firmware-elf target-counts
+	$(SUBMAKE) firmware-elf target-counts
 	@tools/size.sh $(B)/size
 	@tools/firmware_size.sh $(B) $(FIRMWARE_BOARDS)
 	@python3 -B tests/target/run.py --build $(B) counts
 # Only what tests lib/ and firmware/ is built: the host's archive stays out.
 COVERAGE_TESTS := $(filter-out test_effects_docs,$(notdir $(basename $(wildcard $(addprefix tests/unit/test_,beam_*.c effects*.c firmware_*.c)))))
-coverage: ## line coverage of lib/ and firmware/ by their unit tests: per file, total, fails below 95 %
+coverage: ## check: lines of lib/ and firmware/ that their unit tests run; fails below 95 %
 	@tools/deps.sh build test
-	+@$(MAKE) --no-print-directory -j$(JOBS) B=$(B)/coverage OPT=-O0 CFLAGS='--coverage $(CFLAGS)' \
-	    ARCHIVES='$$(B)/libfirmware.a $$(addprefix $$(B)/libbeam,.a f.a t.a c.a)' $(COVERAGE_TESTS:%=$(B)/coverage/tests/%)
+	$(SUBMAKE) B=$(B)/coverage OPT=-O0 CFLAGS='--coverage $(CFLAGS)' \
+	    TESTED='$$(addprefix $$(B)/libbeam,.a f.a t.a c.a)' $(COVERAGE_TESTS:%=$(B)/coverage/tests/%)
 	@tools/coverage.sh $(B)/coverage
 BENCH := $(addprefix $(B)/bench/,reference_fit_24x16 reference_fit_40x64 reference_fit_60x128 simulate step_float step_double)
-bench: all $(B)/beam_truth $(BENCH) ## our fit and diagnosis beside plain references, their cost, and the instructions of one step
+bench: all $(B)/beam_truth $(BENCH) ## measure: fit, diagnosis and one step beside plain references
 	@tests/bench/run.sh $(B)
 	@tests/bench/diagnose.sh $(B)
 $(B)/bench/reference_fit_%: tests/bench/reference_fit.c tests/bench/reference_model.c tests/bench/reference_model.h
@@ -226,50 +237,50 @@ HIDDEN ?= build/hidden
 CASES  ?=
 N      ?= 200
 PAGE   ?=
-hidden: $(B)/beamfit $(B)/beam_truth ## diagnose the hidden cases and judge it [CASES='h08 subtle tip_mass --open' PAGE=docs/results/hidden.md]
+hidden: $(B)/beamfit $(B)/beam_truth ## measure: diagnose the hidden cases and judge it [CASES='h08 subtle tip_mass --open' PAGE=]
 	@tools/deps.sh build test
 	@python3 -B tests/hidden/run.py --build $(B) --work $(HIDDEN) --jobs $(JOBS) $(CASES) $(PAGE:%=--page %)
 SEED ?= 1
-drawn: $(B)/beamfit $(B)/beam_truth ## draw subtle cases that nobody has seen and diagnose them, with and without the truth in the catalogue [SEED=1]
+drawn: $(B)/beamfit $(B)/beam_truth ## measure: diagnose subtle cases drawn at random, with and without the truth in the catalogue [SEED=1]
 	@tools/deps.sh build test
 	@python3 -B tests/hidden/draw.py --build $(B) --jobs $(JOBS) $(SEED) $(HIDDEN)/drawn$(SEED)
 	-@python3 -B tests/hidden/run.py --build $(B) --work $(HIDDEN)/drawn$(SEED) --drawn $(HIDDEN)/drawn$(SEED) --jobs $(JOBS)
 	@python3 -B tests/hidden/run.py --build $(B) --work $(HIDDEN)/drawn$(SEED) --drawn $(HIDDEN)/drawn$(SEED) --without-truth
-false-alarms: $(B)/beamfit $(B)/beam_truth ## diagnose N=200 sets that hide nothing under coloured noise [PAGE=docs/results/false_alarms.md]
+false-alarms: $(B)/beamfit $(B)/beam_truth ## measure: diagnose sets that hide nothing under coloured noise [N=200 PAGE=]
 	@python3 -B tests/hidden/false_alarms.py --build $(B) --work $(HIDDEN)/false_alarms --jobs $(JOBS) $(PAGE:%=--page %) $(N)
-own-effect: $(B)/beamfit $(B)/libbeamf.a $(B)/beam_truth ## docs/own_effect.md: a user's effect in a copy of the tree, built and diagnosed
+own-effect: $(B)/beamfit $(B)/libbeamf.a $(B)/beam_truth ## test: a user's effect in a copy of the tree, built and diagnosed (docs/own_effect.md)
 	@tools/own_effect.sh $(B)
 BOARD  ?= host
 HIDES  ?= mass
 LIVE_host := $(B)/board_host
 LIVE_stm32f405 := $(B)/firmware_stm32f405.elf $(B)/stm32f405.so
-live-demo: $(B)/beamfit $(B)/beam_truth $(LIVE_$(BOARD)) ## docs/live_demo.md: a board with a wrong model, from high residual to the noise [BOARD=stm32f405 HIDES=spring]
+live-demo: $(B)/beamfit $(B)/beam_truth $(LIVE_$(BOARD)) ## test: a board with a wrong model, from its alarm to the noise (docs/live_demo.md) [BOARD=stm32f405 HIDES=spring]
 	@tools/live_demo.sh $(B) $(B)/live_demo $(BOARD) $(HIDES)
-conformance: $(B)/beamfit $(LIVE_$(BOARD)) ## pyxcp and pya2ldb (PyPI, pinned) on a board [BOARD=stm32f405]
+conformance: $(B)/beamfit $(LIVE_$(BOARD)) ## test: pyxcp and pya2ldb (PyPI, pinned) on a board [BOARD=stm32f405]
 	@tools/deps.sh build test
 	@tests/conformance/run.sh $(B) $(BOARD)
 SHARE ?= 1
 $(B)/survival_steps: tests/survival/steps.c $(B)/libbeamt.a
 	$(call say,$@)$(CC) $(LIBFLAGS) $^ -lm -o $@
-survival: $(B)/beamfit $(LIVE_$(BOARD)) $(B)/survival_steps ## what a board must survive: tried and lost, SHARE=1 of the full counts [SHARE=0.02 CASES='kills noise' BOARD=stm32f405]
+survival: $(B)/beamfit $(LIVE_$(BOARD)) $(B)/survival_steps ## test: what a board must survive [SHARE=0.02 of the full counts, CASES='kills noise' BOARD=stm32f405]
 	@python3 -B tests/survival/run.py --build $(B) --board $(BOARD) --share $(SHARE) $(CASES)
 WHAT ?=
-results: ## write docs/results/NAME.md anew for each NAME of WHAT [WHAT='bench boards conformance coverage experiments fuzz live_demo survival']
+results: ## documents: docs/results/NAME.md for each NAME of WHAT [WHAT='bench boards experiments fuzz live_demo survival']
 	@tools/results_page.sh $(WHAT)
-constants: ## write docs/constants.md from the sources of the host
+constants: ## documents: docs/constants.md from the sources of the host
 	@tools/constants.py
-docs: ## links of the pages, pages named in sources, docs/constants.md against the sources
+docs: ## check: links of the pages, pages named in sources, docs/constants.md against the sources
 	@tools/docs_check.sh
-experiments: $(B)/beamfit $(B)/beam_truth ## docs/experiments.md: estimates against the dimension N, and EI(x) in pieces
+experiments: $(B)/beamfit $(B)/beam_truth ## documents: estimates against the dimension N, and EI(x) in pieces
 	@tools/experiments.sh $(B) $(B)/experiments
-data: $(B)/beam_truth ## make data/paper again: simulated recordings with the paper's values
+data: $(B)/beam_truth ## documents: data/paper, simulated recordings with the paper's values
 	$(B)/beam_truth data/paper/b1tapih.txt data/paper/b1taoiv.txt -o data/paper
 	cd data && sha256sum paper/*.csv > SHA256SUMS
-fuzz: ## feed hostile bytes to every reader for FUZZ_SECONDS each
+fuzz: ## test: hostile bytes for every reader, FUZZ_SECONDS=20 for each
 	+@FUZZ_SECONDS=$(FUZZ_SECONDS) JOBS=$(JOBS) tools/fuzz.sh $(B)/fuzz
 
 # ---- Installation ----
-install: all ## install program, libraries, headers, pkg-config file and man page under DESTDIR/PREFIX
+install: all ## install: program, libraries, headers, pkg-config file and manual page under DESTDIR/PREFIX
 	install -d $(DESTDIR)$(PREFIX)/bin $(DESTDIR)$(PREFIX)/lib/pkgconfig $(DESTDIR)$(PREFIX)/include/beamfit \
 	    $(DESTDIR)$(PREFIX)/share/man/man1
 	install -m 755 $(B)/beamfit $(DESTDIR)$(PREFIX)/bin/
@@ -278,16 +289,16 @@ install: all ## install program, libraries, headers, pkg-config file and man pag
 	sed -e 's|@PREFIX@|$(PREFIX)|; s|@VERSION@|$(VERSION)|' packaging/beamfit.pc.in \
 	    > $(DESTDIR)$(PREFIX)/lib/pkgconfig/beamfit.pc
 	install -m 644 $(B)/beamfit.1 $(DESTDIR)$(PREFIX)/share/man/man1/
-uninstall: ## remove what install put there
+uninstall: ## install: remove what install put there
 	rm -f $(DESTDIR)$(PREFIX)/bin/beamfit $(DESTDIR)$(PREFIX)/lib/libbeam.a $(DESTDIR)$(PREFIX)/lib/libbeamf.a \
 	    $(DESTDIR)$(PREFIX)/lib/pkgconfig/beamfit.pc $(DESTDIR)$(PREFIX)/share/man/man1/beamfit.1
 	rm -rf $(DESTDIR)$(PREFIX)/include/beamfit
 
-clean: ## remove everything built
+clean: ## build: remove everything built
 	rm -rf build
 
-help: ## this list
-	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 18
+help: ## build: this list
+	@tools/help.sh $(MAKEFILE_LIST)
 
 DEPFILES = $(FW_OBJ:.o=.d) $(BOARD_HOST_OBJ:.o=.d) $(SHADOWS:.o=.d) $(BEAM_SHADOWS:.o=.d) $(LIB_OBJ:.o=.d) $(FLOAT_OBJ:.o=.d) $(TARGET_OBJ:.o=.d) $(CPLX_OBJ:.o=.d) $(HOST_OBJ:.o=.d) $(B)/host/main.d \
            $(UNIT_TESTS:%=%.d) $(SYSTEM_TESTS:%=%.d) $(SYSTEM_COMMON:.o=.d) $(TRUTH_OBJ:.o=.d)

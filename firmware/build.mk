@@ -46,8 +46,8 @@ $(B)/firmware_$(1).elf: $(call BOARD_OBJ,$(1)) $(FIRMWARE_OBJ) $(BEARSSL_OBJ) $(
 endef
 $(foreach board,$(FIRMWARE_BOARDS),$(eval $(call firmware_elf,$(board))))
 firmware-elf: $(FIRMWARE_ELF)
-firmware: ## install what is missing, cross-compile the firmware of every board; link maps beside the ELF files
+firmware: ## build: cross-compile the firmware of every board; link maps beside the ELF files
 	@tools/deps.sh build target
-	+@$(MAKE) --no-print-directory -j$(JOBS) firmware-elf
+	$(SUBMAKE) firmware-elf
 -include $(wildcard $(FIRMWARE_OBJ:.o=.d) $(foreach board,$(FIRMWARE_BOARDS),$(patsubst %.o,%.d,$(call BOARD_OBJ,$(board)))))
 .PHONY: firmware firmware-elf

@@ -43,12 +43,12 @@ void sampler_step(struct sampler *s, const struct beam_image *image, uint16_t se
     s->past[newest] = sensor_code;
     const uint16_t code = s->past[(newest - (uint32_t)image->plan.n.latency) % SAMPLER_PAST]; /* same sample as y */
 
-    const float input = ((float)drive_code - setup->drive_zero_code) * setup->drive_V_per_code;
+    const float input = beam_image_drive_value(setup, drive_code);
     const float u[BEAM_INPUTS] = {input};
     float y[BEAM_OUTPUTS] = {0.0F};
     *out = (struct beam_live){.sequence = s->sequence++, .step = s->state.k, .input = input};
     out->codes = (uint32_t)sensor_code | (uint32_t)drive_code << 16;
-    out->measured = ((float)code - setup->sensor_zero_code) * setup->sensor_V_per_code;
+    out->measured = beam_image_sensor_value(setup, code);
 
     const enum beam_status status = beam_step(&image->plan, &s->state, u, y);
     const float residual = out->measured - y[0];

@@ -79,7 +79,6 @@ enum beam_status {
     BEAM_ERROR_CAPACITY = -3,   /* more ports, taps, states or history than the sizes above */
     BEAM_ERROR_EFFECT = -4,     /* unknown effect id, or no effect */
     BEAM_ERROR_NEEDS_HOST = -5, /* an effect that changes the space (root, geometry): a reduced model is needed */
-    BEAM_ERROR_NEWMARK = -6,    /* memory in a model given to the Newmark reference */
     /* the owner of the model */
     BEAM_ERROR_NOT_FINITE = -20,   /* NaN or infinity in parameters or matrices */
     BEAM_ERROR_PARAMETER = -21,    /* EI, ρ ≤ 0 or cDI, γ < 0 */
@@ -377,36 +376,5 @@ void beam_start(const struct beam_model *model, const struct beam_work *work, co
  * Cost: docs/library.md. SOLVE, STATE, EFFECT_RANGE; y is written in every case.
  */
 enum beam_status beam_step(const struct beam_plan *plan, struct beam_state *state, const beam_real u[], beam_real y[]);
-
-/* ---- 5. The textbook reference: Newmark average acceleration ---- */
-
-/* Second order: frequency is warped by (2/ωΔt) atan(ωΔt/2). Inputs sampled, outputs without chain, drives or base. */
-struct beam_newmark {
-    beam_real dt_s;
-    beam_real C[BEAM_N][BEAM_N], K[BEAM_N][BEAM_N];
-    beam_real S[BEAM_N][BEAM_N]; /* Cholesky factor of M + Δt/2 C + Δt²/4 K */
-    int n_inputs, n_outputs, n_ports, law_evaluations;
-    beam_real input[BEAM_INPUTS][BEAM_N], output[BEAM_OUTPUTS][BEAM_N], port[BEAM_PORTS][BEAM_N];
-    beam_real port_response[BEAM_PORTS][BEAM_N];      /* S⁻¹ g */
-    beam_real compliance[2 * BEAM_PORTS][BEAM_PORTS]; /* Δt²/4 GᵀS⁻¹G and Δt/2 GᵀS⁻¹G, rows interleaved */
-    beam_real weight[BEAM_PORTS];
-    int port_use[BEAM_PORTS], port_coordinate[BEAM_PORTS];
-    enum beam_output_kind kind[BEAM_OUTPUTS];
-    struct beam_use use[BEAM_USES];
-};
-
-struct beam_newmark_state {
-    uint32_t k;
-    beam_real y[BEAM_N], v[BEAM_N], a[BEAM_N];
-    beam_real force[BEAM_PORTS], w_old[BEAM_PORTS], z[BEAM_PORTS][BEAM_LAW_STATES];
-};
-
-#define beam_newmark_factor BEAM_NAME(newmark_factor)
-#define beam_newmark_step   BEAM_NAME(newmark_step)
-
-/* Zero a state to start from rest, or set y, v, a. MASS when S is not positive definite; NEWMARK, INTERVAL, ARGUMENT. */
-enum beam_status beam_newmark_factor(const struct beam_model *model, beam_real dt_s, struct beam_newmark *out);
-enum beam_status beam_newmark_step(const struct beam_newmark *newmark, struct beam_newmark_state *state,
-                                   const beam_real u[], beam_real y[]);
 
 #endif /* BEAM_H */

@@ -14,7 +14,6 @@
 typedef beam_real beam_matrix[BEAM_STATES][BEAM_STATES];
 
 #define beam_cholesky               BEAM_NAME(cholesky)
-#define beam_cholesky_solve         BEAM_NAME(cholesky_solve)
 #define beam_lower_solve            BEAM_NAME(lower_solve)
 #define beam_lower_transposed_solve BEAM_NAME(lower_transposed_solve)
 #define beam_symmetric_eigen        BEAM_NAME(symmetric_eigen)

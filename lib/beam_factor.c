@@ -24,7 +24,8 @@ static beam_real dot(const beam_real a[BEAM_N], const beam_real b[BEAM_N])
     return sum;
 }
 
-unsigned beam_use_channels(const struct beam_model *model, const struct beam_use *use)
+/* Channels of an effect: its own mask, or the default channels of its kind in this model. */
+static unsigned use_channels(const struct beam_model *model, const struct beam_use *use)
 {
     unsigned mask = use->channels;
     const enum beam_channels kind = use->effect->channels;
@@ -211,7 +212,7 @@ static enum beam_status make_counts(const struct beam_model *model, const struct
         return BEAM_ERROR_ARGUMENT;
     for (int u = 0; u < model->n_uses; u++) {
         plan->use[u] = model->use[u];
-        plan->use[u].channels = beam_use_channels(model, &model->use[u]);
+        plan->use[u].channels = use_channels(model, &model->use[u]);
         if (model->use[u].effect->base && n->base_use < 0)
             n->base_use = u;
     }

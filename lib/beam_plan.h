@@ -16,10 +16,6 @@
 #define beam_general_step BEAM_NAME(general_step)
 #define beam_ring_filter  BEAM_NAME(ring_filter)
 #define beam_laws_solve   BEAM_NAME(laws_solve)
-#define beam_use_channels BEAM_NAME(use_channels)
-
-/* Channels of an effect: its own mask, or the default channels of its kind in this model. */
-unsigned beam_use_channels(const struct beam_model *model, const struct beam_use *use);
 
 /* A ring of this length from the history pool; *used counts what is taken. CAPACITY. */
 enum beam_status beam_plan_reserve(int length, int *used, struct beam_ring *out);

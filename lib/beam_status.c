@@ -17,8 +17,6 @@ const char *beam_status_text(enum beam_status status)
         return "no such effect in this build";
     case BEAM_ERROR_NEEDS_HOST:
         return "this effect changes the space; deploy a reduced model made by the host";
-    case BEAM_ERROR_NEWMARK:
-        return "the Newmark reference has no memory terms; use the exact step";
     case BEAM_ERROR_NOT_FINITE:
         return "a number is NaN or infinite";
     case BEAM_ERROR_PARAMETER:

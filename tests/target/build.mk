@@ -46,7 +46,7 @@ $(B)/arm/$(1)/%.o: $(B)/gen/%.c
 	$$(call say,$$@)$(CROSS)gcc $$(UNIT_$(1)) -MMD -MP -c $$< -o $$@
 endef
 $(foreach kind,double float complex,$(eval $(call unit_objects,$(kind))))
-UNIT_OBJ := $(patsubst $(B)/double/%,$(B)/arm/double/%,$(LIB_OBJ) $(B)/double/tests/beam_case.o $(B)/double/tests/effects_shadow.o) \
+UNIT_OBJ := $(patsubst $(B)/double/%,$(B)/arm/double/%,$(LIB_OBJ) $(B)/double/tests/beam_case.o $(B)/double/tests/newmark.o $(B)/double/tests/effects_shadow.o) \
     $(patsubst $(B)/float/%,$(B)/arm/float/%,$(FLOAT_OBJ) $(B)/float/tests/beam_shadow.o $(B)/float/tests/effects_shadow.o) \
     $(patsubst $(B)/complex/%,$(B)/arm/complex/%,$(CPLX_OBJ) $(B)/complex/tests/effects_shadow.o) \
     $(B)/arm/double/tests/target/shim/cmocka.o
@@ -58,9 +58,9 @@ $(B)/target_unit_%.elf: $(B)/arm/double/tests/unit/%.o $(B)/arm/libunit.a $(B)/a
 TARGET_PROGRAMS := $(FIRMWARE_ELF) $(B)/arm/layout.o $(B)/replay_live $(B)/beamfit $(B)/beam_truth $(B)/replay_cases \
     $(B)/replay_run $(B)/stm32f405.so $(TARGET_BOARDS:%=$(B)/target_%_replay.elf) $(FIRMWARE_BOARDS:%=$(B)/target_store_%.elf) \
     $(UNIT_ON_TARGET:%=$(B)/target_unit_%.elf)
-target: ## on emulated boards: same bits, instructions, unit tests, power cuts, kills, the product with its beam [NAMES='bits counts']
+target: ## test: emulated boards: bits, instructions, power cuts, kills, the product [NAMES='bits counts']
 	@tools/deps.sh build test target
-	+@$(MAKE) --no-print-directory -j$(JOBS) target-programs
+	$(SUBMAKE) target-programs
 	@python3 -B tests/target/run.py --build $(B) $(NAMES)
 target-programs: $(TARGET_PROGRAMS)
 target-counts: $(B)/replay_cases $(B)/replay_run $(TARGET_BOARDS:%=$(B)/target_%_replay.elf)

@@ -1,5 +1,6 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Newmark's average acceleration (β = 1/4, γ = 1/2): Newmark 1959; Hughes, The Finite Element Method, chapter 9. */
+#include "newmark.h"
 #include "beam_plan.h"
 
 enum beam_status beam_newmark_factor(const struct beam_model *model, beam_real dt_s, struct beam_newmark *out)
@@ -10,7 +11,7 @@ enum beam_status beam_newmark_factor(const struct beam_model *model, beam_real d
     if (status != BEAM_OK)
         return status;
     if (model->n_memories > 0)
-        return BEAM_ERROR_NEWMARK;
+        return BEAM_ERROR_MEMORY;
     *out = (struct beam_newmark){.dt_s = dt_s};
     const beam_real half = BEAM_K(0.5) * dt_s, quarter = half * half;
     for (int i = 0; i < BEAM_N; i++)
