@@ -400,10 +400,6 @@ struct score {
     double chi_square; /* Σ (r/σ)² + Σ priors after the steps; NaN before */
     double *theta;     /* [n_theta] parameters of the refined candidate model */
     size_t n_theta;
-    /* projected response, for cosines */
-    size_t n_rows, rank;
-    float *basis;  /* [rank][n_rows] orthonormal basis of P S̃ */
-    double *along; /* [rank] the part that explains the residual, in that basis */
 };
 
 /*

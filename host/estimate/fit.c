@@ -6,7 +6,9 @@
 #include <string.h>
 #include <time.h>
 #include "maths/maths.h"
+#include "fit_law.h"
 #include "fit_result.h"
+#include "fit_search.h"
 #include "fit_stages.h"
 #include "fit_starts.h"
 #include "noise/noise.h"
@@ -242,7 +244,23 @@ static enum bf_status verify(struct fit_work *w, const struct optimise_result *f
     return BF_OK;
 }
 
-/* The first descent: a nonlinear effect needs starts of its own, see refit_search.h. */
+/* A nonlinear effect needs starts of its own, see refit_search.h. */
+static enum bf_status descend_to_law(struct fit_work *w, const struct fit_options *options,
+                                     const struct staircase *stairs, struct progress *bar, double theta[],
+                                     struct optimise_result *found, struct bf_error *err)
+{
+    struct refit_search search = {
+        .p = &w->problem, .stairs = *stairs, .theta0 = theta, .predict = options->predict, .bar = bar};
+    double *baseline = bf_alloc(w->n_refs, sizeof *baseline);
+    bool possible;
+    enum bf_status status = fit_without_law(&w->problem, &options->predict, theta, baseline, &possible, err);
+    search.baseline = possible ? baseline : NULL;
+    if (!status)
+        status = refit_search_run(&search, w->x, found, err);
+    free(baseline);
+    return status;
+}
+
 static enum bf_status first_descent(struct fit_work *w, const struct fit_options *options,
                                     const struct staircase *stairs, struct progress *bar, struct optimise_result *found,
                                     struct bf_error *err)
@@ -255,9 +273,7 @@ static enum bf_status first_descent(struct fit_work *w, const struct fit_options
         theta[i] = w->refs[i].value;
     enum bf_status status = BF_OK;
     if (law_is_new(p, 0)) {
-        struct tournament tournament = {
-            .p = p, .stairs = *stairs, .theta0 = theta, .predict = options->predict, .bar = bar};
-        status = tournament_run(&tournament, w->x, found, err);
+        status = descend_to_law(w, options, stairs, bar, theta, found, err);
     } else {
         status = starts_lift_sunken(p, theta, err);
         starts_to_x(p, theta, w->x);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The global stage: many starts at the cheapest window, the best few through the staircase. */
-#include "fit_stages.h"
+#include "fit_search.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include "fit_phase.h"
 #include "fit_starts.h"
 #include "ground/ground.h"
 #include "refit_horizon.h"

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* What a reconstructed force looks like: shares, growth with amplitude, frequency, curves. */
-#include "reconstruct_work.h"
+#include "reconstruct_shape.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include "fit_phase.h"
 #include "fit_starts.h"
 #include "refit_horizon.h"
 #include "refit_law.h"
@@ -12,14 +13,14 @@ enum { SCAN_VALUES = 96, RANK_ITERATIONS = 8 };
 static const double hopeless = 4.0; /* times the ½χ² of the best start: not followed */
 static const double reached = 1.1;  /* root mean square in noises up to which no other start is tried */
 
-static bool is_new(const struct tournament *t, size_t unknown)
+static bool is_new(const struct refit_search *t, size_t unknown)
 {
     const struct parameter_ref *ref = &t->p->refs[t->p->unknowns[unknown].ref];
     return ref->role == ROLE_EFFECT && ref->owner >= t->first_effect;
 }
 
 /* What the linearised problem says about the amount of the new effects, before small steps creep there. */
-static enum bf_status leap(struct tournament *t, double theta[], struct bf_error *err)
+static enum bf_status leap(struct refit_search *t, double theta[], struct bf_error *err)
 {
     struct fit_problem *p = t->p;
     const size_t n = p->n_unknowns;
@@ -43,7 +44,7 @@ static enum bf_status leap(struct tournament *t, double theta[], struct bf_error
 }
 
 /* A few steps in the window as it is. */
-static enum bf_status try_start(struct tournament *t, const double theta[], struct starts *kept, struct bf_error *err)
+static enum bf_status try_start(struct refit_search *t, const double theta[], struct starts *kept, struct bf_error *err)
 {
     struct fit_problem *p = t->p;
     double *x = bf_alloc(p->n_unknowns, sizeof *x), *moved = bf_alloc(t->p->n_refs, sizeof *moved);
@@ -66,7 +67,7 @@ static enum bf_status try_start(struct tournament *t, const double theta[], stru
 }
 
 /* Ranks the model's values, the caller's starts and a grid of thresholds and places in a short window. */
-static enum bf_status rank_starts(struct tournament *t, struct starts *kept, struct bf_error *err)
+static enum bf_status rank_starts(struct refit_search *t, struct starts *kept, struct bf_error *err)
 {
     static const double floor = 0.02;
     struct fit_problem *p = t->p;
@@ -94,7 +95,7 @@ static enum bf_status rank_starts(struct tournament *t, struct starts *kept, str
 }
 
 /* The same for nonlinear effects: the given values, the caller's starts, and those of law_starts(), after a few steps. */
-static enum bf_status rank_laws(struct tournament *t, struct starts *kept, struct bf_error *err)
+static enum bf_status rank_laws(struct refit_search *t, struct starts *kept, struct bf_error *err)
 {
     struct fit_problem *p = t->p;
     struct starts found = starts_new(t->quick ? 3 : 6, p->n_refs, p->refs, t->first_effect);
@@ -114,7 +115,7 @@ static enum bf_status rank_laws(struct tournament *t, struct starts *kept, struc
 }
 
 /* Longer windows by the factor, each with fewer starts; what is left goes down the staircase from there. */
-static enum bf_status rank_again(struct tournament *t, double longer, struct starts *starts, size_t room,
+static enum bf_status rank_again(struct refit_search *t, double longer, struct starts *starts, size_t room,
                                  struct bf_error *err)
 {
     struct fit_problem *p = t->p;
@@ -160,7 +161,7 @@ static bool explained(const struct champion *best)
 }
 
 /* x of a whole staircase: keeps it when its mean square is the lowest. */
-static void crown(const struct tournament *t, const double x[], const struct optimise_result *found,
+static void crown(const struct refit_search *t, const double x[], const struct optimise_result *found,
                   struct champion *best)
 {
     const struct fit_problem *p = t->p;
@@ -175,14 +176,14 @@ static void crown(const struct tournament *t, const double x[], const struct opt
 }
 
 /* The law is known from windows many times the first; what is left of the records cannot be predicted, or lacks something else. */
-static bool far_explained(const struct tournament *t, const struct champion *best)
+static bool far_explained(const struct refit_search *t, const struct champion *best)
 {
     static const double far = 8.0;
     return best->have && best->explained_ps > 0.0 && best->explained_ps * far < t->stairs.first_ps;
 }
 
 /* Down the staircase from each, until one explains the records. */
-static enum bf_status descend(struct tournament *t, const struct starts *starts, struct champion *best,
+static enum bf_status descend(struct refit_search *t, const struct starts *starts, struct champion *best,
                               struct bf_error *err)
 {
     struct fit_problem *p = t->p;
@@ -205,13 +206,15 @@ static enum bf_status descend(struct tournament *t, const struct starts *starts,
 }
 
 /* Equation error gives a start that may be so good that no other is needed. */
-static enum bf_status descend_trial(struct tournament *t, struct champion *best, struct bf_error *err)
+static enum bf_status descend_trial(struct refit_search *t, struct champion *best, struct bf_error *err)
 {
     struct fit_problem *p = t->p;
+    if (t->baseline == NULL)
+        return BF_OK;
     struct starts one = starts_new(1, p->n_refs, p->refs, t->first_effect);
     double *theta = bf_alloc(p->n_refs, sizeof *theta);
     bool possible;
-    enum bf_status status = law_trial(p, &t->predict, t->first_effect, t->fitted, t->theta0, theta, &possible, err);
+    enum bf_status status = law_trial(p, &t->predict, t->first_effect, t->baseline, t->theta0, theta, &possible, err);
     if (!status && possible) {
         starts_add(&one, theta, 0.0);
         status = descend(t, &one, best, err);
@@ -222,7 +225,7 @@ static enum bf_status descend_trial(struct tournament *t, struct champion *best,
 }
 
 /* Ranked in two or three windows, then down. */
-static enum bf_status compete(struct tournament *t, bool law, struct champion *best, struct bf_error *err)
+static enum bf_status compete(struct refit_search *t, bool law, struct champion *best, struct bf_error *err)
 {
     struct fit_problem *p = t->p;
     struct starts starts = starts_new(t->quick ? 3 : 6, p->n_refs, p->refs, t->first_effect);
@@ -240,7 +243,7 @@ static enum bf_status compete(struct tournament *t, bool law, struct champion *b
 }
 
 /* The horizon moves with the values: once more with the rows that can be predicted from the best. */
-static enum bf_status move_horizon(struct tournament *t, struct champion *best, struct bf_error *err)
+static enum bf_status move_horizon(struct refit_search *t, struct champion *best, struct bf_error *err)
 {
     struct fit_problem *p = t->p;
     double *x = bf_alloc(p->n_unknowns, sizeof *x);
@@ -258,7 +261,7 @@ static enum bf_status move_horizon(struct tournament *t, struct champion *best, 
     return status == BF_NUMERIC ? BF_OK : status;
 }
 
-static bool is_cut(const struct tournament *t, const struct champion *best)
+static bool is_cut(const struct refit_search *t, const struct champion *best)
 {
     for (size_t r = 0; r < t->p->n_records; r++)
         if (isfinite(best->horizon_s[r]))
@@ -267,7 +270,7 @@ static bool is_cut(const struct tournament *t, const struct champion *best)
 }
 
 /* The values are nearly right: no window, no other start. Rows that no values near them can predict do not count. */
-static enum bf_status stay_near(struct tournament *t, double x[], struct optimise_result *found, struct bf_error *err)
+static enum bf_status stay_near(struct refit_search *t, double x[], struct optimise_result *found, struct bf_error *err)
 {
     struct fit_problem *p = t->p;
     bool cut;
@@ -283,7 +286,7 @@ static enum bf_status stay_near(struct tournament *t, double x[], struct optimis
     return status;
 }
 
-enum bf_status tournament_run(struct tournament *t, double x[], struct optimise_result *found, struct bf_error *err)
+enum bf_status refit_search_run(struct refit_search *t, double x[], struct optimise_result *found, struct bf_error *err)
 {
     if (t->near)
         return stay_near(t, x, found, err);

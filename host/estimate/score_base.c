@@ -5,7 +5,7 @@
 #include <string.h>
 #include "maths/maths.h"
 #include "fit_problem.h"
-#include "score_work.h"
+#include "score_base.h"
 
 static const double dependent = 1e-9; /* columns that depend on others to this share add nothing */
 static const double pressed = 1e-9;   /* this near to a bound (in x) an unknown cannot absorb anything */
@@ -305,9 +305,4 @@ double score_base_misfit(const struct score_base *base, double *degrees_of_freed
 {
     *degrees_of_freedom = (double)base->n_all - (double)base->rank;
     return base->misfit;
-}
-
-double score_base_chi_square(const struct score_base *base)
-{
-    return base->white_misfit;
 }

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include "maths/maths.h"
-#include "score_work.h"
+#include "score_probe.h"
 
 static const double absorbed_all = 1e-7; /* what is left after projection is rounding below this share */
 

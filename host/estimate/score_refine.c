@@ -4,7 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 #include "fit_stages.h"
-#include "score_work.h"
+#include "score_refine.h"
+#include "score_probe.h"
 
 enum { STEPS = 8, LAST = 2, WINDOWS = 2 };
 static const double window[WINDOWS] = {0.3, 0.03}; /* of the staircase's first decay */

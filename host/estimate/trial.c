@@ -1,12 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "estimate.h"
-#include "trial.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "trial_work.h"
+#include "trial_search.h"
 
 /* Rounds are for candidates that explain at least this part of what the best explains. */
 static const double worth_a_round = 0.05;
@@ -111,11 +110,6 @@ static enum bf_status rounds(const struct motion *motion, const struct trial_opt
 }
 
 /* ---- Public ---- */
-
-bool trial_possible(const struct beam_effect *effect)
-{
-    return effect->law != NULL && effect->law_place != NULL;
-}
 
 void trial_free(struct trial *trial)
 {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The search of one effect's parameters along one motion: grids, refinement, and what comes out. */
-#include "trial_work.h"
+#include "trial_search.h"
 
 #include <math.h>
 #include <stdlib.h>

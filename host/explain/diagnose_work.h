@@ -5,8 +5,6 @@
 
 #include "estimate/estimate.h"
 #include "explain.h"
-#include "estimate/score.h"
-#include "estimate/trial.h"
 
 struct progress;
 
