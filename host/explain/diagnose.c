@@ -10,9 +10,9 @@
 #include "ground/ground.h"
 
 /* Refits per stage, at most. */
-static const size_t most_singles[] = {[KIND_LINEAR] = 6, [KIND_BENT] = 3, [KIND_LAW] = 4};
-static const size_t most_pairs[] = {[KIND_LINEAR] = 4, [KIND_BENT] = 2, [KIND_LAW] = 3};
-static const size_t most_on_law[] = {[KIND_LINEAR] = 2, [KIND_BENT] = 0, [KIND_LAW] = 0}; /* seconds each */
+static const size_t most_singles[] = {[KIND_LINEAR] = 6, [KIND_NONLINEAR_CHAIN] = 3, [KIND_LAW] = 4};
+static const size_t most_pairs[] = {[KIND_LINEAR] = 4, [KIND_NONLINEAR_CHAIN] = 2, [KIND_LAW] = 3};
+static const size_t most_on_law[] = {[KIND_LINEAR] = 2, [KIND_NONLINEAR_CHAIN] = 0, [KIND_LAW] = 0}; /* seconds each */
 enum { PAIR_ROOTS = 2 };
 /*
  * One more effect is sought when the last one has left at most this part of the excess over the noise (in power). Of effects that act
@@ -27,16 +27,16 @@ static const double law_root = 1.5;
 /* Bands of the misfit: one a mode. */
 enum { MOST_MODES = 16, SPLINES = 100 };
 /* Parts of the progress bar. */
-static const double part_baseline = 0.15, part_singles = 0.45, part_pairs = 0.2, part_settle = 0.05;
+static const double part_baseline = 0.15, part_singles = 0.45, part_pairs = 0.2, part_places = 0.05;
 
-static void tell(struct diagnose_work *w, double done, const char *note)
+static void tell(struct diagnose_state *w, double done, const char *note)
 {
     w->done = done;
     if (w->bar)
         progress_update(w->bar, done, note);
 }
 
-static enum bf_status look(struct diagnose_work *w, struct bf_error *err)
+static enum bf_status look(struct diagnose_state *w, struct bf_error *err)
 {
     struct diagnosis *d = w->d;
     tell(w, part_baseline, "linearity");
@@ -65,7 +65,7 @@ static bool is_root(const struct diagnosis *d, const struct hypothesis *h, size_
 }
 
 /* One more effect on the best hypotheses with n_effects of them, those that step through time or those that do not. */
-static enum bf_status extend_roots(struct diagnose_work *w, size_t n_effects, bool stepping, size_t most_roots,
+static enum bf_status extend_roots(struct diagnose_state *w, size_t n_effects, bool stepping, size_t most_roots,
                                    const size_t most[], double span, struct bf_error *err)
 {
     struct diagnosis *d = w->d;
@@ -87,7 +87,7 @@ static enum bf_status extend_roots(struct diagnose_work *w, size_t n_effects, bo
  * One more effect. On a hypothesis without a law a law is tried along the measured motion, without a step through time, so a
  * law and a linear effect are sought from the linear one's side first; from the law's side when that has not found them.
  */
-static enum bf_status one_more(struct diagnose_work *w, size_t n_effects, struct bf_error *err)
+static enum bf_status one_more(struct diagnose_state *w, size_t n_effects, struct bf_error *err)
 {
     enum bf_status status = extend_roots(w, n_effects, false, PAIR_ROOTS, most_pairs, 0.5 * part_pairs, err);
     const bool far = diagnose_is_far(&w->d->baseline); /* a weak misfit does not show two effects */
@@ -103,7 +103,7 @@ static bool may_be_fewer(const struct hypothesis *best)
 }
 
 /* The best hypothesis again without one of its effects: what was added first may have stood in for what came later. */
-static enum bf_status without_one(struct diagnose_work *w, struct bf_error *err)
+static enum bf_status without_one(struct diagnose_state *w, struct bf_error *err)
 {
     const struct hypothesis *best = &w->d->hypotheses[0];
     struct refit_job jobs[DIAGNOSE_EFFECTS];
@@ -136,7 +136,7 @@ static bool gets_somewhere(const struct diagnosis *d, size_t n_effects)
     return now * now - 1.0 <= least_progress * fmax(before * before - 1.0, 0.0);
 }
 
-static enum bf_status search(struct diagnose_work *w, struct bf_error *err)
+static enum bf_status search(struct diagnose_state *w, struct bf_error *err)
 {
     const size_t most = w->options->most_effects > 0 ? w->options->most_effects : DIAGNOSE_EFFECTS;
     tell(w, part_baseline, "short list");
@@ -153,7 +153,7 @@ static enum bf_status search(struct diagnose_work *w, struct bf_error *err)
     return status;
 }
 
-static enum bf_status localise(struct diagnose_work *w, struct bf_error *err)
+static enum bf_status localise(struct diagnose_state *w, struct bf_error *err)
 {
     struct diagnosis *d = w->d;
     struct misfit_channel *channels = hypothesis_channels(d, &d->baseline);
@@ -171,7 +171,7 @@ static enum bf_status localise(struct diagnose_work *w, struct bf_error *err)
 }
 
 /* The force that the baseline lacks, for a verdict `unknown`. */
-static enum bf_status reconstruct(struct diagnose_work *w, struct bf_error *err)
+static enum bf_status reconstruct(struct diagnose_state *w, struct bf_error *err)
 {
     struct diagnosis *d = w->d;
     struct predictor *predictor;
@@ -190,7 +190,7 @@ static enum bf_status reconstruct(struct diagnose_work *w, struct bf_error *err)
     return status == BF_USAGE ? BF_OK : status;
 }
 
-static void work_free(struct diagnose_work *w)
+static void work_free(struct diagnose_state *w)
 {
     for (size_t c = 0; w->check_noise && c < w->n_check_channels; c++)
         noise_free(&w->check_noise[c]);
@@ -198,7 +198,7 @@ static void work_free(struct diagnose_work *w)
 }
 
 /* A local minimum is not physics: what is named must be better than the best that the baseline can do. */
-static enum bf_status restart(struct diagnose_work *w, struct bf_error *err)
+static enum bf_status restart(struct diagnose_state *w, struct bf_error *err)
 {
     bool lower;
     enum bf_status status = diagnose_restart(w, &lower, err);
@@ -218,7 +218,7 @@ static bool about_to_name(const struct diagnosis *d)
 }
 
 /* Of the best, and of what becomes the best when that one leaves too much, itself from another place first. */
-static enum bf_status look_for_remains(struct diagnose_work *w, struct bf_error *err)
+static enum bf_status look_for_remains(struct diagnose_state *w, struct bf_error *err)
 {
     struct diagnosis *d = w->d;
     enum bf_status status = BF_OK;
@@ -226,7 +226,7 @@ static enum bf_status look_for_remains(struct diagnose_work *w, struct bf_error 
         d->hypotheses[0].looked = true;
         status = diagnose_remains(w, err);
         if (!status && !progress_interrupted() && diagnose_leaves_more(d, &d->hypotheses[0]))
-            status = diagnose_settle(w, 0.0, err);
+            status = diagnose_other_places(w, 0.0, err);
         d->interrupted = progress_interrupted();
         diagnose_decide(d);
     }
@@ -234,12 +234,12 @@ static enum bf_status look_for_remains(struct diagnose_work *w, struct bf_error 
 }
 
 /* What the verdict hangs on, once more: its own optimum, the baseline's, what it leaves, records left out. */
-static enum bf_status confirm(struct diagnose_work *w, struct bf_error *err)
+static enum bf_status confirm(struct diagnose_state *w, struct bf_error *err)
 {
     struct diagnosis *d = w->d;
     enum bf_status status = BF_OK;
     if (about_to_name(d)) {
-        status = diagnose_settle(w, part_settle, err);
+        status = diagnose_other_places(w, part_places, err);
         d->interrupted = progress_interrupted();
         diagnose_decide(d);
     }
@@ -252,7 +252,7 @@ static enum bf_status confirm(struct diagnose_work *w, struct bf_error *err)
     return status;
 }
 
-static enum bf_status stages(struct diagnose_work *w, struct bf_error *err)
+static enum bf_status stages(struct diagnose_state *w, struct bf_error *err)
 {
     struct diagnosis *d = w->d;
     tell(w, 0.0, "baseline");
@@ -289,7 +289,7 @@ enum bf_status diagnose_run(const struct model *model, const struct record recor
         .model = model, .records = records, .n_records = n_records, .checks = checks, .n_checks = n_checks};
     out->check_kind = n_checks > 0 ? CHECK_RECORDS : CHECK_NONE;
     clock_gettime(CLOCK_MONOTONIC, &begin);
-    struct diagnose_work w = {.d = out, .options = options ? options : &defaults};
+    struct diagnose_state w = {.d = out, .options = options ? options : &defaults};
     w.threads = workers_wanted(w.options->threads);
     w.bar = w.options->quiet ? NULL : progress_begin("diagnose");
     const enum bf_status status = stages(&w, err);

@@ -3,7 +3,7 @@
  * From fitted hypotheses to a verdict. Every threshold is a named constant with its reason; docs/diagnose.md, 'Decision',
  * says by which simulation each was set.
  */
-#include "diagnose_work.h"
+#include "diagnose_state.h"
 
 #include <math.h>
 #include <stdlib.h>

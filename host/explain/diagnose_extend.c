@@ -43,7 +43,7 @@ static enum bf_status look_at(struct shortlist *s, enum effect_kind kind, struct
 {
     if (kind == KIND_LAW)
         return shortlist_try_laws(s, err);
-    return kind == KIND_BENT && linear_does(s) ? BF_OK : shortlist_score(s, kind, err);
+    return kind == KIND_NONLINEAR_CHAIN && linear_does(s) ? BF_OK : shortlist_score(s, kind, err);
 }
 
 /* Scores, trials and refits of the kinds. */
@@ -78,11 +78,11 @@ static void last_resort(struct shortlist *s)
     diagnose_rank(s->w->d, s->w->n_tried);
 }
 
-enum bf_status diagnose_extend(struct diagnose_work *w, const struct hypothesis *from, const size_t most[], double span,
+enum bf_status diagnose_extend(struct diagnose_state *w, const struct hypothesis *from, const size_t most[], double span,
                                struct bf_error *err)
 {
-    static const enum effect_kind bent_first[] = {KIND_LAW, KIND_BENT, KIND_LINEAR},
-                                  linear_first[] = {KIND_LINEAR, KIND_BENT, KIND_LAW};
+    static const enum effect_kind bent_first[] = {KIND_LAW, KIND_NONLINEAR_CHAIN, KIND_LINEAR},
+                                  linear_first[] = {KIND_LINEAR, KIND_NONLINEAR_CHAIN, KIND_LAW};
     const bool bent = from->n_effects == 0 && w->d->linearity.verdict == LINEARITY_NONLINEAR;
     const enum effect_kind *kinds = bent ? bent_first : linear_first;
     struct shortlist s;

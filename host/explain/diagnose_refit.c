@@ -10,7 +10,7 @@
 #include "ground/ground.h"
 
 struct refit_queue {
-    struct diagnose_work *w;
+    struct diagnose_state *w;
     struct refit_job *jobs;
     size_t n, next, done;
     double begin, span; /* of the progress bar */
@@ -43,7 +43,7 @@ static bool takes_long(const struct hypothesis *h)
 static bool run_job(struct refit_queue *queue, struct refit_job *job, int threads, double abandon_above,
                     struct hypothesis *h)
 {
-    const struct diagnose_work *w = queue->w;
+    const struct diagnose_state *w = queue->w;
     const struct diagnosis *d = w->d;
     struct bf_error err;
     struct refit_options options = {.sigma = w->sigma,
@@ -63,7 +63,7 @@ static bool run_job(struct refit_queue *queue, struct refit_job *job, int thread
     refit_into_model(d->records, d->n_records, h->fit.value, h->fit.sd, &h->model);
     h->n_added = h->fit.n_unknowns > d->baseline.fit.n_unknowns ? h->fit.n_unknowns - d->baseline.fit.n_unknowns : 1;
     h->refitted = true;
-    h->settled = job->settled;
+    h->places_tried = job->places_tried;
     return hypothesis_measure(w, h, &err) == BF_OK;
 }
 
@@ -82,7 +82,7 @@ static double hopeless(const struct diagnosis *d, size_t n_effects)
 static void *work(void *argument)
 {
     struct refit_queue *queue = argument;
-    struct diagnose_work *w = queue->w;
+    struct diagnose_state *w = queue->w;
     (void)pthread_mutex_lock(&queue->lock);
     while (queue->next < queue->n && !progress_interrupted()) {
         struct refit_job *job = &queue->jobs[queue->next++];
@@ -114,7 +114,7 @@ static void *work(void *argument)
     return NULL;
 }
 
-void diagnose_refits(struct diagnose_work *w, struct refit_job jobs[], size_t n, double span)
+void diagnose_refits(struct diagnose_state *w, struct refit_job jobs[], size_t n, double span)
 {
     struct refit_queue queue = {.w = w, .jobs = jobs, .n = n, .begin = w->done, .span = span};
     (void)pthread_mutex_init(&queue.lock, NULL);

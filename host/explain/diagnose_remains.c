@@ -9,7 +9,7 @@
 #include <stdlib.h>
 
 /* Of the noise in units of its rms, as scores take it. */
-static struct ar_model *colours(const struct diagnose_work *w)
+static struct ar_model *colours(const struct diagnose_state *w)
 {
     struct ar_model *colour = bf_alloc(w->d->n_channels + 1, sizeof *colour);
     for (size_t c = 0; c < w->d->n_channels; c++) {
@@ -19,7 +19,7 @@ static struct ar_model *colours(const struct diagnose_work *w)
     return colour;
 }
 
-enum bf_status diagnose_remains(struct diagnose_work *w, struct bf_error *err)
+enum bf_status diagnose_remains(struct diagnose_state *w, struct bf_error *err)
 {
     struct hypothesis *best = &w->d->hypotheses[0];
     struct shortlist s;
@@ -28,7 +28,7 @@ enum bf_status diagnose_remains(struct diagnose_work *w, struct bf_error *err)
     enum bf_status status = shortlist_new(w, best, &s, err);
     s.first_order = true;
     s.colour = colour;
-    for (enum effect_kind kind = KIND_LINEAR; kind <= KIND_BENT && !status; kind++) {
+    for (enum effect_kind kind = KIND_LINEAR; kind <= KIND_NONLINEAR_CHAIN && !status; kind++) {
         status = shortlist_score(&s, kind, err);
         best->remains = status ? 0.0 : fmax(best->remains, shortlist_fall(&s, kind));
     }

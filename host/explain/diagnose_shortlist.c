@@ -14,7 +14,7 @@
  */
 const double diagnose_worth = 3.0;
 /* Below this misfit (× noise) an effect of one kind may pass for one of the other: a breathing crack at 1.4 × was taken for a point mass. */
-static const double mimicry = 3.0;
+static const double far_misfit = 3.0;
 const double diagnose_at_noise = 1.025;
 /* … and takes away at least this part of the excess over the noise that the best takes: near the noise 3 × means nothing. */
 static const double worth_share = 0.5;
@@ -30,14 +30,7 @@ enum { REFINED = 14, TRIAL_ROUNDS = 3 };
 
 bool diagnose_is_far(const struct hypothesis *h)
 {
-    return h->fitted.noise_ratio > mimicry;
-}
-
-enum effect_kind effect_kind(const struct beam_effect *effect)
-{
-    if (effect->law != NULL)
-        return KIND_LAW;
-    return effect->drive != NULL || effect->map != NULL ? KIND_BENT : KIND_LINEAR;
+    return h->fitted.noise_ratio > far_misfit;
 }
 
 double shortlist_left(const struct shortlist *s, size_t i)
@@ -105,7 +98,7 @@ static bool reaches(const struct model *model, enum effect_kind kind)
 
 enum bf_status shortlist_score(struct shortlist *s, enum effect_kind kind, struct bf_error *err)
 {
-    struct diagnose_work *w = s->w;
+    struct diagnose_state *w = s->w;
     if (s->order[kind] != NULL)
         return BF_OK;
     if (s->base == NULL) {
@@ -117,11 +110,11 @@ enum bf_status shortlist_score(struct shortlist *s, enum effect_kind kind, struc
         enum bf_status status = BF_OK;
         s->has_law = reaches(&s->from->model, KIND_LAW);
         if (s->has_law)
-            status = bare_new(w, s->from, &s->bare, err);
+            status = linear_part_new(w, s->from, &s->linear_part, err);
         if (!status)
             status =
-                score_base_new(s->has_law ? &s->bare.model : &s->from->model,
-                               s->has_law ? s->bare.records : w->d->records, w->d->n_records, &options, &s->base, err);
+                score_base_new(s->has_law ? &s->linear_part.model : &s->from->model,
+                               s->has_law ? s->linear_part.records : w->d->records, w->d->n_records, &options, &s->base, err);
         if (status)
             return status;
         s->scores = bf_alloc(s->list.n, sizeof *s->scores);
@@ -136,7 +129,7 @@ double shortlist_fall(const struct shortlist *s, enum effect_kind kind)
     return s->n_order[kind] > 0 ? s->scores[s->order[kind][0]].LM : 0.0;
 }
 
-static bool excluded(const struct diagnose_work *w, const char *id)
+static bool excluded(const struct diagnose_state *w, const char *id)
 {
     for (size_t i = 0; i < w->options->n_without; i++)
         if (strcmp(w->options->without[i], id) == 0)
@@ -146,10 +139,10 @@ static bool excluded(const struct diagnose_work *w, const char *id)
 
 enum bf_status shortlist_try_laws(struct shortlist *s, struct bf_error *err)
 {
-    struct diagnose_work *w = s->w;
+    struct diagnose_state *w = s->w;
     struct predictor *predictor;
     struct motion motion;
-    if (s->tried || reaches(&s->from->model, KIND_BENT))
+    if (s->tried || reaches(&s->from->model, KIND_NONLINEAR_CHAIN))
         return BF_OK;
     s->tried = true;
     enum bf_status status =
@@ -213,25 +206,25 @@ static enum bf_status job_of_candidate(const struct shortlist *s, const struct c
 /* The score's start on a hypothesis with laws: all but the laws' own parameters as the score ended. */
 static enum bf_status job_on_law(const struct shortlist *s, size_t i, struct refit_job *job, struct bf_error *err)
 {
-    struct model bare;
+    struct model linear_part;
     enum bf_status status = job_of_candidate(s, &s->list.candidates[i], s->scores[i].p, job, err);
     if (status)
         return status;
-    status = score_model(s->base, &s->list.candidates[i], &s->scores[i], &bare, err);
+    status = score_model(s->base, &s->list.candidates[i], &s->scores[i], &linear_part, err);
     if (status) {
         model_free(&job->model);
         return status;
     }
-    for (size_t m = 0; m < bare.n_materials; m++) {
-        job->model.materials[m].EI.value = bare.materials[m].EI.value;
-        job->model.materials[m].rho.value = bare.materials[m].rho.value;
-        job->model.materials[m].cDI.value = bare.materials[m].cDI.value;
+    for (size_t m = 0; m < linear_part.n_materials; m++) {
+        job->model.materials[m].EI.value = linear_part.materials[m].EI.value;
+        job->model.materials[m].rho.value = linear_part.materials[m].rho.value;
+        job->model.materials[m].cDI.value = linear_part.materials[m].cDI.value;
     }
-    job->model.gamma.value = bare.gamma.value;
-    job->model.Ks.value = bare.Ks.value;
-    job->model.KB.value = bare.KB.value;
+    job->model.gamma.value = linear_part.gamma.value;
+    job->model.Ks.value = linear_part.Ks.value;
+    job->model.KB.value = linear_part.KB.value;
     job->first_new = job->model.n_effects;
-    model_free(&bare);
+    model_free(&linear_part);
     return BF_OK;
 }
 
@@ -349,7 +342,7 @@ void shortlist_choose(struct shortlist *s, enum effect_kind kind, size_t most, d
 
 /* ---- Begin and end ---- */
 
-enum bf_status shortlist_new(struct diagnose_work *w, const struct hypothesis *from, struct shortlist *out,
+enum bf_status shortlist_new(struct diagnose_state *w, const struct hypothesis *from, struct shortlist *out,
                              struct bf_error *err)
 {
     enum { MOST_LINES = 16 };
@@ -379,6 +372,6 @@ void shortlist_free(struct shortlist *s)
     if (s->base)
         score_base_free(s->base);
     if (s->has_law)
-        bare_free(&s->bare);
+        linear_part_free(&s->linear_part);
     candidate_list_free(&s->list);
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The verdict in words. */
-#include "diagnose_work.h"
+#include "diagnose_state.h"
 
 #include <math.h>
 #include <stdlib.h>

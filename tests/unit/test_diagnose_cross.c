@@ -188,7 +188,7 @@ static void an_interrupt_leaves_what_is_known(void **state)
     struct bench *b = bench_new("{kind: tip_mass, mass_kg: 0.002}", 2, LONG, 0.01, masses);
     diagnose(b, 1, 0);
     double sigma[] = {b->d.noise[0].rms, b->d.noise[1].rms};
-    struct diagnose_work w = {.d = &b->d, .options = &b->options, .threads = 2, .n_tried = 10, .sigma = sigma};
+    struct diagnose_state w = {.d = &b->d, .options = &b->options, .threads = 2, .n_tried = 10, .sigma = sigma};
     b->d.n_records = 2;
     progress_catch_interrupts();
     (void)raise(SIGINT);

@@ -10,7 +10,7 @@
 
 #include <cmocka.h>
 
-#include "explain/diagnose_work.h"
+#include "explain/diagnose_state.h"
 #include "model_fixture.h"
 
 enum { ROWS = 24000, CHANNELS = 6, TRIED = 400 };

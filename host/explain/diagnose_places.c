@@ -4,7 +4,7 @@
  * to be named is refitted from where it is and with each of its places elsewhere, when it has not converged or leaves a part for
  * one more effect to take; on a weak misfit so are single effects near the noise, among which any may be the lowest then.
  */
-#include "diagnose_work.h"
+#include "diagnose_state.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -21,7 +21,7 @@ static const double near_noise = 1.05;
 /* Part of the length: places closer than this are one. */
 static const double same_place = 0.05;
 
-struct settle_jobs {
+struct place_jobs {
     size_t n;
     struct refit_job job[ALL_JOBS];
 };
@@ -43,27 +43,27 @@ static double only_place(const struct hypothesis *h)
     return nan("");
 }
 
-/* ---- What is settled ---- */
+/* ---- What is places_tried ---- */
 
-static bool can_settle(const struct hypothesis *h)
+static bool can_move(const struct hypothesis *h)
 {
-    return !h->settled && !hypothesis_has_law(h) && !h->fit.interrupted;
+    return !h->places_tried && !hypothesis_has_law(h) && !h->fit.interrupted;
 }
 
 static bool is_wanted(const struct diagnosis *d, const struct hypothesis *h)
 {
     const bool best = h == &d->hypotheses[0];
-    if (!can_settle(h))
+    if (!can_move(h))
         return false;
     if (best && (!h->fit.converged || diagnose_leaves_more(d, h)))
         return true;
     return !diagnose_is_far(&d->baseline) && !isnan(only_place(h)) && h->fitted.noise_ratio <= near_noise;
 }
 
-static enum bf_status push_copy(const struct hypothesis *h, struct settle_jobs *jobs, struct bf_error *err)
+static enum bf_status push_copy(const struct hypothesis *h, struct place_jobs *jobs, struct bf_error *err)
 {
     struct refit_job *job = &jobs->job[jobs->n];
-    *job = (struct refit_job){.n_effects = h->n_effects, .n_tried = h->n_tried, .to_the_end = true, .settled = true};
+    *job = (struct refit_job){.n_effects = h->n_effects, .n_tried = h->n_tried, .to_the_end = true, .places_tried = true};
     const enum bf_status status = model_copy(&h->model, &job->model, err);
     job->first_new = h->model.n_effects; /* every value is a fitted one */
     jobs->n += status == BF_OK;
@@ -71,7 +71,7 @@ static enum bf_status push_copy(const struct hypothesis *h, struct settle_jobs *
 }
 
 /* From where it is, and with one place at each sixth of the length but the one where it stands. */
-static enum bf_status push_jobs(const struct hypothesis *h, struct settle_jobs *jobs, struct bf_error *err)
+static enum bf_status push_jobs(const struct hypothesis *h, struct place_jobs *jobs, struct bf_error *err)
 {
     enum bf_status status = push_copy(h, jobs, err);
     for (size_t e = h->n_base; e < h->model.n_effects && !status; e++) {
@@ -135,15 +135,15 @@ void diagnose_drop_repeats(struct diagnosis *d)
     d->n_hypotheses = kept;
 }
 
-enum bf_status diagnose_settle(struct diagnose_work *w, double span, struct bf_error *err)
+enum bf_status diagnose_other_places(struct diagnose_state *w, double span, struct bf_error *err)
 {
     struct diagnosis *d = w->d;
-    struct settle_jobs jobs = {0};
+    struct place_jobs jobs = {0};
     enum bf_status status = BF_OK;
     for (size_t i = 0, near = 0; i < d->n_hypotheses && near <= MOST_NEAR && !status; i++)
         if (is_wanted(d, &d->hypotheses[i])) {
             status = push_jobs(&d->hypotheses[i], &jobs, err);
-            d->hypotheses[i].settled = true;
+            d->hypotheses[i].places_tried = true;
             near++;
         }
     for (size_t i = 0; status && i < jobs.n; i++)
