@@ -365,8 +365,8 @@ struct score_options {
     const double *sigma;           /* [n_channels] noise rms in the order of predictor_channels(), > 0 */
     const struct ar_model *colour; /* [n_channels] of the noise in units of sigma; NULL: white */
     int threads;                   /* 0: one a processor */
-    bool race; /* one refinement that comes down to the noise leaves the others their first walk only */
-    bool laws; /* also candidates with a law (each stepped through time: slow); else they are skipped */
+    bool stop_at_noise; /* one refinement that comes down to the noise leaves the others their first walk only */
+    bool laws;          /* also candidates with a law (each stepped through time: slow); else they are skipped */
     bool (*interrupted)(void *context); /* asked between candidates; NULL: Ctrl-C only */
     void *context;
     struct predict_options predict; /* its threads are ignored */

@@ -8,9 +8,9 @@
 struct progress;
 
 /*
- * The ladder of windows e^(−s t): s falls from about 4.5 times the first frequency (a fifth of its period is seen) until
- * the window is longer than the records, then 0. A window turns the maze of local minima of a time-domain fit into a
- * homotopy: at large s only the first instants count, where no phase error can have grown.
+ * The windows e^(−s t): s falls from about 4.5 times the first frequency (a fifth of its period is seen) until
+ * the window is longer than the records, then 0. At large s only the first instants count, where no phase error has
+ * grown, so that the fit has one minimum; each window starts where the one before ended (continuation).
  */
 struct staircase {
     double first_ps;  /* largest s */

@@ -73,15 +73,15 @@ static enum bf_status work_new(struct refit_work *w, const struct model *model, 
         w->theta0[i] = w->refs[i].value;
     w->x = bf_alloc(p->n_unknowns, sizeof *w->x);
     w->search = (struct refit_search){.p = p,
-                                        .stairs = staircase_for(&w->model, records, n_records),
-                                        .first_effect = options->first_new,
-                                        .baseline = w->theta0,
-                                        .quick = options->quick,
-                                        .near = options->near,
-                                        .predict = predict,
-                                        .theta0 = w->theta0,
-                                        .n_starts = options->n_starts,
-                                        .starts = options->starts};
+                                      .stairs = staircase_for(&w->model, records, n_records),
+                                      .first_effect = options->first_new,
+                                      .baseline = w->theta0,
+                                      .quick = options->quick,
+                                      .near = options->near,
+                                      .predict = predict,
+                                      .theta0 = w->theta0,
+                                      .n_starts = options->n_starts,
+                                      .starts = options->starts};
     w->search.stairs.relative = 2e-3;
     w->search.stairs.iterations = options->quick ? 5 : 15;
     w->search.stairs.rounds = options->quick ? 1 : 4;

@@ -93,7 +93,7 @@ static int degrees(const struct probe *probe, const struct answer *a, bool *one_
     return (int)(moving < most || most == 0 ? moving : most);
 }
 
-static void settle(const struct probe *probe, const struct answer *a, struct score *out)
+static void fill_score(const struct probe *probe, const struct answer *a, struct score *out)
 {
     const struct score_base *base = probe->base;
     start_values(probe, a, out);
@@ -138,7 +138,7 @@ static void score_one(const struct score_base *base, const struct candidate *c, 
     else if (best.n == 0 || best.LM < 0.0)
         refuse(out, "no point of its scan has a value");
     else
-        settle(&probe, &best, out);
+        fill_score(&probe, &best, out);
     answer_free(&now), answer_free(&best);
     probe_free(&probe);
 }
@@ -153,7 +153,7 @@ struct queue {
     int steps;           /* of the refinement; −1: score */
     size_t n;
     atomic_size_t next;
-    struct race race;
+    struct lowest_misfit lowest;
 };
 
 static bool interrupted(const struct score_base *base)
@@ -168,7 +168,7 @@ static void work_on(struct queue *queue, size_t i)
     if (queue->steps >= 0) {
         struct bf_error err;
         if (!stop) /* without a value there is nothing to refine: `refined` stays false */
-            (void)refine_walks(queue->base, &queue->candidates[i], queue->steps, &queue->race, score, &err);
+            (void)score_descend(queue->base, &queue->candidates[i], queue->steps, &queue->lowest, score, &err);
     } else if (stop) {
         *score = (struct score){.chi_square = (double)NAN, .estimate_sd = (double)NAN};
         refuse(score, "interrupted");
@@ -188,9 +188,9 @@ static void *work(void *argument)
 
 static void run_queue(struct queue *queue)
 {
-    race_begin(&queue->race);
+    lowest_begin(&queue->lowest);
     workers_run(queue->base->options.threads, queue->n, work, queue);
-    race_end(&queue->race);
+    lowest_end(&queue->lowest);
 }
 
 void score_run(const struct score_base *base, const struct candidate candidates[], size_t n, struct score scores[])

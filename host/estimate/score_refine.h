@@ -7,16 +7,16 @@
 
 #include "score_base.h"
 
-/* The lowest χ² of all refinements so far: what is far above it is given up. */
-struct race {
+/* The lowest χ² of all refinements so far, shared by all threads: a refinement far above it is given up. */
+struct lowest_misfit {
     pthread_mutex_t lock;
     double lowest;
 };
-void race_begin(struct race *race);
-void race_end(struct race *race);
+void lowest_begin(struct lowest_misfit *lowest);
+void lowest_end(struct lowest_misfit *lowest);
 
-/* The walks of one candidate; BF_USAGE: it has no score, BF_NUMERIC: no walk has a value at its start. */
-enum bf_status refine_walks(const struct score_base *base, const struct candidate *candidate, int steps,
-                            struct race *race, struct score *score, struct bf_error *err);
+/* Refines one candidate from several starts; BF_USAGE: it has no score, BF_NUMERIC: no start has a value. */
+enum bf_status score_descend(const struct score_base *base, const struct candidate *candidate, int steps,
+                             struct lowest_misfit *lowest, struct score *score, struct bf_error *err);
 
 #endif

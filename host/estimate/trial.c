@@ -125,7 +125,7 @@ static int by_chi_square(const void *a, const void *b)
 
 /*
  * An effect with a place is tried where the catalogue puts it and, beside that, where the scan finds it best: a scan along a
- * motion without the force may be misled, the renewed motion decides. Adds one or two to list[*n].
+ * motion without the force may be wrong, so the renewed motion decides. Adds one or two to list[*n].
  */
 static enum bf_status candidates(const struct motion *motion, const struct regression *regression,
                                  const struct beam_effect *effect, const struct trial_options *options,

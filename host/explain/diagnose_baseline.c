@@ -117,8 +117,8 @@ enum bf_status diagnose_restart(struct diagnose_state *w, bool *lower, struct bf
         status = hypothesis_measure(w, &again, err);
     }
     if (*lower && !status) {
-        const struct hypothesis trapped = *h;
-        *h = again, again = trapped;
+        const struct hypothesis old = *h;
+        *h = again, again = old;
         d->converged = h->fit.converged;
     }
     hypothesis_free(&again);

@@ -14,7 +14,7 @@
 #include "ground/ground.h"
 
 enum {
-    MOST_FOLDS = 6, /* more teach little about whole records, and each costs a refit */
+    MOST_FOLDS = 6, /* each costs a refit of every hypothesis that is checked */
     MOST_CHECKED = 4
 };
 
@@ -250,7 +250,7 @@ static void cross_validate(struct diagnose_state *w, struct hypothesis *const hy
     free(jobs);
 }
 
-/* ---- What the verdict hangs on ---- */
+/* ---- Which hypotheses are cross-validated ---- */
 
 static bool lacks_check(const struct hypothesis *h)
 {

@@ -44,8 +44,8 @@ static void replace(struct record *record, const char *name, size_t n, const dou
             record->columns[i].x[k] = y[k] + residual[k];
 }
 
-static enum bf_status take_laws_off(struct linear_part *linear_part, const struct diagnose_state *w, const struct hypothesis *h,
-                                    struct bf_error *err)
+static enum bf_status take_laws_off(struct linear_part *linear_part, const struct diagnose_state *w,
+                                    const struct hypothesis *h, struct bf_error *err)
 {
     struct predictor *predictor = NULL;
     struct prediction prediction;
@@ -55,8 +55,8 @@ static enum bf_status take_laws_off(struct linear_part *linear_part, const struc
     double *theta = bf_alloc(n + 1, sizeof *theta);
     for (size_t i = 0; i < n; i++)
         theta[i] = refs[i].value;
-    enum bf_status status =
-        predictor_new(&linear_part->model, linear_part->records, linear_part->n_records, &w->options->predict, &predictor, err);
+    enum bf_status status = predictor_new(&linear_part->model, linear_part->records, linear_part->n_records,
+                                          &w->options->predict, &predictor, err);
     if (!status)
         status = predictor_run(predictor, theta, NULL, &prediction, err);
     for (size_t c = 0; !status && c < h->fit.n_channels; c++) {
@@ -70,7 +70,7 @@ static enum bf_status take_laws_off(struct linear_part *linear_part, const struc
 }
 
 enum bf_status linear_part_new(const struct diagnose_state *w, const struct hypothesis *h, struct linear_part *out,
-                        struct bf_error *err)
+                               struct bf_error *err)
 {
     *out = (struct linear_part){0};
     enum bf_status status = drop_laws(&h->model, &out->model, err);

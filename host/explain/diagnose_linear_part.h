@@ -12,7 +12,7 @@ struct linear_part {
     struct record *records;
 };
 enum bf_status linear_part_new(const struct diagnose_state *w, const struct hypothesis *h, struct linear_part *out,
-                        struct bf_error *err);
+                               struct bf_error *err);
 void linear_part_free(struct linear_part *linear_part);
 
 #endif

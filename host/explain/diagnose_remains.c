@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
- * What the explanation that is about to be named leaves, told without the level of the noise: the true effect leaves nothing
- * that one more effect could take, a stand-in leaves the difference between the two.
+ * How much one more effect would take of what the best explanation leaves. The true effect leaves nothing to take, a wrong one that
+ * fits about as well leaves the difference between the two. This does not depend on the level of the noise.
  */
 #include "diagnose_shortlist.h"
 

@@ -9,21 +9,20 @@
 
 /*
  * A candidate is refitted when what it leaves (rms, after its few steps) is at most this many times what the best one
- * leaves; a refit that will end above it is given up. The true effect was the best of its list in all 17 linear cases of
- * docs/diagnose.md, 'Short list', and the best or second law in 9 of 10: three leaves room for what was not tried.
+ * leaves; a refit that will end above it is given up. docs/diagnose.md, 'Short list'.
  */
 const double diagnose_worth = 3.0;
-/* Below this misfit (× noise) an effect of one kind may pass for one of the other: a breathing crack at 1.4 × was taken for a point mass. */
+/* Below this misfit (× noise) effects of different kinds fit the records alike: a misfit above it is far from the noise, below it weak. */
 static const double far_misfit = 3.0;
 const double diagnose_at_noise = 1.025;
-/* … and takes away at least this part of the excess over the noise that the best takes: near the noise 3 × means nothing. */
+/* It must also take away at least this part of the excess over the noise that the best takes: a ratio of rms values means little on a weak misfit. */
 static const double worth_share = 0.5;
 /*
- * Candidates whose score or trial has a p-value above this are not refitted. Generous: an omission is final. Scores are held
- * to it only where the baseline is near the noise; far from it the first order means little (a compensated baseline can turn
- * the sign of a true effect), and the refinement decides.
+ * Candidates whose score or trial has a p-value above this are not refitted. The limit is generous because an
+ * omission is final. For scores it holds only up to first_order_ratio times the noise; above, the first order means little (a
+ * baseline that compensates for an effect can turn its sign), and the refinement decides.
  */
-static const double hopeless_p = 0.05;
+static const double highest_p = 0.05;
 static const double first_order_ratio = 1.5;
 /* Best first-order scores that are refined, and renewals of a trial's motion. */
 enum { REFINED = 14, TRIAL_ROUNDS = 3 };
@@ -54,7 +53,7 @@ static size_t keep_likely(const struct score scores[], size_t order[], size_t n)
 {
     size_t kept = 0;
     for (size_t k = 0; k < n; k++)
-        if (scores[order[k]].p_value <= hopeless_p)
+        if (scores[order[k]].p_value <= highest_p)
             order[kept++] = order[k];
     return kept;
 }
@@ -87,7 +86,7 @@ static void score_kind(struct shortlist *s, enum effect_kind kind)
     free(some), free(scores), free(at), free(order);
 }
 
-/* Is there an effect of this kind or a dearer one? */
+/* The model has an effect of this kind or of a costlier one. */
 static bool reaches(const struct model *model, enum effect_kind kind)
 {
     for (size_t e = 0; e < model->n_effects; e++)
@@ -105,16 +104,16 @@ enum bf_status shortlist_score(struct shortlist *s, enum effect_kind kind, struc
         const struct score_options options = {.sigma = w->sigma,
                                               .colour = s->colour,
                                               .threads = w->threads,
-                                              .race = diagnose_is_far(&w->d->baseline),
+                                              .stop_at_noise = diagnose_is_far(&w->d->baseline),
                                               .predict = w->options->predict};
         enum bf_status status = BF_OK;
         s->has_law = reaches(&s->from->model, KIND_LAW);
         if (s->has_law)
             status = linear_part_new(w, s->from, &s->linear_part, err);
         if (!status)
-            status =
-                score_base_new(s->has_law ? &s->linear_part.model : &s->from->model,
-                               s->has_law ? s->linear_part.records : w->d->records, w->d->n_records, &options, &s->base, err);
+            status = score_base_new(s->has_law ? &s->linear_part.model : &s->from->model,
+                                    s->has_law ? s->linear_part.records : w->d->records, w->d->n_records, &options,
+                                    &s->base, err);
         if (status)
             return status;
         s->scores = bf_alloc(s->list.n, sizeof *s->scores);
@@ -186,7 +185,7 @@ static void push(struct refit_job **jobs, size_t *n, const struct refit_job *job
     (*jobs)[(*n)++] = *job;
 }
 
-/* The score's start is near: the refit needs no starts of its own. */
+/* The refined score is a start close to the optimum: the refit needs no starts of its own. */
 static enum bf_status job_of_score(const struct shortlist *s, size_t i, struct refit_job *job, struct bf_error *err)
 {
     *job = (struct refit_job){.n_effects = s->n_effects, .n_tried = s->w->n_tried};
@@ -273,7 +272,7 @@ static bool trial_promises(const struct trial *trial)
 
 static bool law_is_likely(const struct shortlist *s, const struct trial *trial, double best)
 {
-    return worth_refit(s, trial->unexplained, best) && trial->p_value <= hopeless_p &&
+    return worth_refit(s, trial->unexplained, best) && trial->p_value <= highest_p &&
            !(s->linear && !of_degree_one(trial->effect));
 }
 

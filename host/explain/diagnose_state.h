@@ -25,11 +25,11 @@ struct diagnose_state {
 /* A model to refit, and where the answer goes. The model moves into the hypothesis. */
 struct refit_job {
     struct model model;
-    size_t first_new; /* effects of the model from here on have starts of their own */
-    size_t n_effects; /* effects more than the baseline, the last ones of the model */
-    size_t n_tried;   /* scan points that led here */
-    bool to_the_end;  /* not given up, however much it leaves: a pair may grow from it */
-    bool places_tried;     /* from diagnose_other_places() */
+    size_t first_new;  /* effects of the model from here on have starts of their own */
+    size_t n_effects;  /* effects more than the baseline, the last ones of the model */
+    size_t n_tried;    /* scan points that led here */
+    bool to_the_end;   /* not given up, however much it leaves: a pair may grow from it */
+    bool places_tried; /* the hypothesis is not refitted from other places again */
 };
 
 /* diagnose_baseline.c: noise of all channels; the model given, fitted; its predictor. */
@@ -62,7 +62,7 @@ void diagnose_refits(struct diagnose_state *w, struct refit_job jobs[], size_t n
 
 /* diagnose_shortlist.c */
 extern const double diagnose_worth; /* a candidate that will leave more than this times the best is given up */
-/* The misfit is so far above the noise that the noise is a test which only the true kind of effect passes. */
+/* The misfit is many times the noise; only the true kind of effect then comes down to the noise. Otherwise the misfit is weak. */
 bool diagnose_is_far(const struct hypothesis *h);
 extern const double diagnose_at_noise; /* fitted noise ratio that passes it; the floor's own error is about 1 % */
 
@@ -70,12 +70,13 @@ extern const double diagnose_at_noise; /* fitted noise ratio that passes it; the
  * diagnose_extend.c: one more effect on this hypothesis (the baseline, or a best one so far): short list, refits, ranking.
  * `from` must not lie in d->hypotheses, which grows. most: refits at most, by enum effect_kind.
  */
-enum bf_status diagnose_extend(struct diagnose_state *w, const struct hypothesis *from, const size_t most[], double span,
-                               struct bf_error *err);
+enum bf_status diagnose_extend(struct diagnose_state *w, const struct hypothesis *from, const size_t most[],
+                               double span, struct bf_error *err);
 
 /*
- * diagnose_other_places.c: what may be named, from other places on the beam: the best, when its refit has not converged or leaves a part
- * for one more effect to take; on a weak misfit single effects near the noise. Nothing twice. Linear refits, some tenths of a second each.
+ * diagnose_places.c: refits from other places of the best hypothesis, when it has not converged or leaves a part for one more effect to
+ * take, and on a weak misfit of single effects that leave little more than the noise. Each hypothesis once. Cost: linear refits, some
+ * tenths of a second each.
  */
 enum bf_status diagnose_other_places(struct diagnose_state *w, double span, struct bf_error *err);
 /* Of refits of the same effects the best stays; it notes where another place is as good. After diagnose_rank(). */
@@ -103,11 +104,11 @@ bool diagnose_more_wanted(const struct diagnosis *d);
  * They are not named; who has reason to expect one of them adds it and asks again.
  */
 bool diagnose_too_many(const struct diagnosis *d, const struct hypothesis *h);
-/* It is near the noise, or of several effects, so that what is not the cause may bend until it fits: `remains` is wanted. */
-bool diagnose_may_stand_in(const struct diagnosis *d, const struct hypothesis *h);
+/* The misfit is weak, or h has several effects: a wrong explanation may fit too, so h->remains has to be known. */
+bool diagnose_is_doubtful(const struct diagnosis *d, const struct hypothesis *h);
 /* The records cannot tell `h` from `best`: within the search's share of the whitened misfit. */
 bool diagnose_as_good(const struct diagnosis *d, const struct hypothesis *h, const struct hypothesis *best);
-/* … and one more effect would take what the cause would not have left. */
+/* h is doubtful, and one more effect would take a part of what it leaves: it is not the cause, which leaves nothing to take. */
 bool diagnose_leaves_more(const struct diagnosis *d, const struct hypothesis *h);
 
 /* diagnose_words.c */

@@ -101,8 +101,8 @@ static void judge(const struct discriminate_state *w, struct experiment *x)
     x->wrong_choice = 0.5 * erfc(sqrt(x->evidence / 8.0));
 }
 
-static enum bf_status all_pairs(const struct discriminate_state *w, const struct forecast forecasts[], double *const H[],
-                                struct experiment out[], struct bf_error *err)
+static enum bf_status all_pairs(const struct discriminate_state *w, const struct forecast forecasts[],
+                                double *const H[], struct experiment out[], struct bf_error *err)
 {
     const struct discrimination *d = w->d;
     const size_t sets = d->n_sensors + 1;

@@ -166,7 +166,8 @@ static void *refit(void *argument)
     return NULL;
 }
 
-enum bf_status rivals_refit(struct discriminate_state *w, const struct discriminate_rival rivals[], struct bf_error *err)
+enum bf_status rivals_refit(struct discriminate_state *w, const struct discriminate_rival rivals[],
+                            struct bf_error *err)
 {
     struct discrimination *d = w->d;
     struct refit_task tasks[DISCRIMINATE_RIVALS];

@@ -7,9 +7,9 @@
 
 /* In the order of their price. */
 enum effect_kind {
-    KIND_LINEAR, /* terms, filters, signals, places */
-    KIND_NONLINEAR_CHAIN,   /* drives and sensors that are not linear: still no step through time */
-    KIND_LAW     /* forces that are not linear */
+    KIND_LINEAR,          /* terms, filters, signals, places */
+    KIND_NONLINEAR_CHAIN, /* drives and sensors that are not linear: still no step through time */
+    KIND_LAW              /* forces that are not linear */
 };
 enum effect_kind effect_kind(const struct beam_effect *effect);
 

@@ -57,7 +57,7 @@ struct hypothesis {
     double p_value;           /* of the evidence, family-wise (Holm) over all that were tried */
     double remains;           /* fall of its misfit that one more effect promises, by score */
     bool looked;              /* … and that was asked */
-    bool places_tried;             /* refitted with its places elsewhere */
+    bool places_tried;        /* refitted with its places elsewhere */
     bool has_other_place;     /* a single effect, and the records allow another place as well: */
     double other_at_m;        /* m from the clamp */
     bool refitted;            /* false: only scored; fit, model and errors are empty */

@@ -80,7 +80,7 @@ static void two_records_predict_each_other(void **state)
 }
 
 /*
- * A mass elsewhere, short records, much noise: a wrong effect bends until both fit, and neither record foretells the other. (Two effects
+ * A mass elsewhere, short records, much noise: a wrong effect fits both, and neither record foretells the other. (Two effects
  * on so weak a misfit would not be named anyway.)
  */
 static void an_overfitting_effect_is_refuted(void **state)

@@ -58,8 +58,8 @@ static void another_place_is_found(void **state)
     bench_free(b);
 }
 
-/* Converged, but one more effect would take a part of what it leaves: only near the noise, where a stand-in may be at work. */
-static void what_leaves_a_part_is_settled(void **state)
+/* Converged, but one more effect would take a part of what it leaves: that counts on a weak misfit only. */
+static void what_leaves_a_part_is_tried_elsewhere(void **state)
 {
     (void)state;
     struct bf_error err;
@@ -122,7 +122,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(another_place_is_found),
-        cmocka_unit_test(what_leaves_a_part_is_settled),
+        cmocka_unit_test(what_leaves_a_part_is_tried_elsewhere),
         cmocka_unit_test(another_place_that_does_as_well_is_told),
         cmocka_unit_test(what_has_converged_stays),
     };

@@ -212,7 +212,7 @@ static void a_quick_refit_ranks_alike(void **state)
 }
 
 /* The logarithm of a positive parameter that a wrong baseline drove to nothing has no gradient there. */
-static void a_sunken_parameter_comes_back(void **state)
+static void a_vanished_parameter_comes_back(void **state)
 {
     (void)state;
     struct rig rig;
@@ -354,7 +354,7 @@ int main(void)
         cmocka_unit_test(a_hidden_mass_is_found_at_its_place),
         cmocka_unit_test(the_answer_is_consistent),
         cmocka_unit_test(a_quick_refit_ranks_alike),
-        cmocka_unit_test(a_sunken_parameter_comes_back),
+        cmocka_unit_test(a_vanished_parameter_comes_back),
         cmocka_unit_test(a_place_that_nothing_tells_has_no_error),
         cmocka_unit_test(a_refit_gives_up_when_told),
         cmocka_unit_test(two_refits_at_once_are_those_of_one_after_the_other),

@@ -201,7 +201,7 @@ static void a_line_is_found_with_a_phase_for_each_record(void **state)
 
 /* ---- Strong effects ---- */
 
-static void steps_through_short_windows_lead_a_strong_mass_home(void **state)
+static void steps_through_short_windows_find_a_strong_mass(void **state)
 {
     (void)state;
     struct rig r;
@@ -266,7 +266,7 @@ int main(void)
         cmocka_unit_test(a_strength_of_the_wrong_sign_explains_nothing),
         cmocka_unit_test(a_finite_trial_finds_a_saturated_sensor),
         cmocka_unit_test(a_line_is_found_with_a_phase_for_each_record),
-        cmocka_unit_test(steps_through_short_windows_lead_a_strong_mass_home),
+        cmocka_unit_test(steps_through_short_windows_find_a_strong_mass),
         cmocka_unit_test(a_law_is_left_to_the_trial_unless_asked_for),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
