@@ -1,5 +1,15 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* score_base.h — the baseline at its optimum, as every score sees it: residual and what it can absorb; private to estimate/. */
+/*
+ * score_base.h — the baseline at its optimum, as every score sees it; private to estimate/.
+ *
+ *     LM = (S̃ᵀP r̃)ᵀ (S̃ᵀP S̃)⁻¹ (S̃ᵀP r̃),   P = I − J̃ (J̃ᵀJ̃)⁻¹ J̃ᵀ
+ *
+ * r = z − ŷ(θ̂) and S = ∂ŷ/∂c weighted by the noise (and whitened by the channel's colour), J the baseline's Jacobian
+ * with the rows of its priors, the free initial states of decays and unknown levels: P takes out what the baseline could
+ * absorb (Rao's score test; Newey 1985 for the projection). Strengths that cannot be negative are held at 0 when the data
+ * ask for less. Inner parameters (places, time constants, frequencies) are scanned and refined; effects whose response does
+ * not begin linearly (a clamp that turns, saturation) get finite trials instead of the derivative.
+ */
 #ifndef BEAMFIT_SCORE_BASE_H
 #define BEAMFIT_SCORE_BASE_H
 

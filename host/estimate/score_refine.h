@@ -15,7 +15,12 @@ struct lowest_misfit {
 void lowest_begin(struct lowest_misfit *lowest);
 void lowest_end(struct lowest_misfit *lowest);
 
-/* Refines one candidate from several starts; BF_USAGE: it has no score, BF_NUMERIC: no start has a value. */
+/*
+ * Refines one candidate: steps in two short windows e^(−s t), then twice as many over whole records; once with small and once with large
+ * steps. When both end above the baseline's misfit, over whole records from a tenth of the strength, and on a weak misfit from the
+ * catalogue's start. The lowest end counts; what cannot come within ten times the lowest χ² so far is given up. BF_USAGE: the candidate
+ * has no score, BF_NUMERIC: no start has a value.
+ */
 enum bf_status score_descend(const struct score_base *base, const struct candidate *candidate, int steps,
                              struct lowest_misfit *lowest, struct score *score, struct bf_error *err);
 

@@ -1,5 +1,13 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* trial_search.h — the search of one effect's parameters along one motion; private to estimate/. */
+/*
+ * trial_search.h — the search of one effect's parameters along one motion; private to estimate/.
+ *
+ *     W r ≈ W (J Δθ + a S(p)),   S(p) = −H f(ŵ, ŵ_t; p),   priors as rows
+ *
+ * Parameters in which the force is not linear (flag INNER: place, gap, threshold, rate) are scanned: places along the span,
+ * levels (enum beam_level) of the coordinate, its rate, or strength × either on the scale of the measured motion,
+ * others on a logarithmic grid about the catalogue's start. Then refined, the motion and θ renewed, and again.
+ */
 #ifndef BEAMFIT_TRIAL_SEARCH_H
 #define BEAMFIT_TRIAL_SEARCH_H
 
