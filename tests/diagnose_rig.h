@@ -15,7 +15,7 @@
 
 #include "beam_effect.h"
 #include "maths/maths.h"
-#include "explain/diagnose_work.h"
+#include "explain/diagnose_state.h"
 
 enum { LONG = 800, SHORT = 160, MOST_RECORDS = 8, MOST_EFFECTS = 64 };
 static const double dt_s = 1e-3;

@@ -1,5 +1,15 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* estimate.h — records + model -> parameters with standard errors; refits with an effect more, their starts and scores. */
+/*
+ * estimate.h — records + model -> parameters with standard errors; what an effect more would explain.
+ *
+ * fit_run() poses a weighted least-squares problem in the model's free parameters, finds starts for it, searches from them through
+ * windows that grow to whole records, and returns values with standard errors and with what the records cannot determine
+ * (docs/estimation.md). fit_errors() judges a model on records that were not fitted, own_values_find() estimates what belongs to
+ * such a record alone, fit_finer() tells the error of the computation. The rest is for a caller that compares many models (host/explain):
+ * candidate_list_new() lists the effects that could act, score_run() and trial_all() tell cheaply what each would explain of a fitted
+ * baseline's residual and where a fit of it should start, refit_run() fits one of them, and reconstruct_run() describes the missing force
+ * when none fits. Units are SI. What a call fills is freed with the function named at it.
+ */
 #ifndef BEAMFIT_ESTIMATE_H
 #define BEAMFIT_ESTIMATE_H
 
@@ -12,49 +22,17 @@
 #include "record/record.h"
 #include "response/response.h"
 
-/*
- * IDENTIFIABILITY — which combinations of parameters the records determine, from the singular values of the weighted
- * Jacobian J (rows in units of the noise, columns by ln θ or θ/scale): a direction v with ‖J v‖ < 1 can move by 100 %
- * without leaving the noise. Computed from the data alone, and again with the priors.
- */
-
-struct null_direction {
-    double ratio;   /* singular value over the largest one; below 1e-9 it is zero to rounding */
-    double *weight; /* [n] unit 2-norm, largest element positive; d ln θ (or dθ/scale) along the direction */
-    bool pinned;    /* a prior determines it to better than 100 % */
-};
-
-struct identifiability {
-    size_t n;
-    double *singular;  /* [n] descending, of the data rows */
-    double *posterior; /* [n] descending, of data and prior rows */
-    double *V;         /* [n × n] right singular vectors of data and prior rows, columns */
-    size_t kept;       /* leading columns of V that are above rounding: the space in which covariances exist */
-    bool *determined;  /* [n] by data and priors, to better than 100 % */
-    size_t n_null;
-    struct null_direction *null;
-};
-
-/*
- * One direction in words for a person: which parameters move together or against each other, and what would fix it.
- * labels: [n]. Returns a string to free().
- */
-char *identifiability_text(size_t n, const char *const labels[], const struct null_direction *direction);
-
-/*
- * FIT — the estimator: model + records -> fitted parameter values with standard errors, what cannot be identified, and
- * whether the search really ended at an optimum. See docs/estimation.md for the method and its measurements.
- */
+/* FIT — model + records -> parameter values with standard errors, and whether the search ended at an optimum. */
 
 enum fit_start {
-    FIT_GIVEN, /* the model's values, through the staircase of windows; a search when that misses the noise floor */
-    FIT_NEAR,  /* the model's values are nearly right (a refit): whole records at once */
-    FIT_SEARCH /* staircase and search, whatever the staircase found */
+    FIT_GIVEN, /* from the model's values through windows that grow; a global search when that misses the noise floor */
+    FIT_NEAR,  /* the model's values are near the optimum: whole records at once */
+    FIT_SEARCH /* windows and global search in any case */
 };
 
 struct fit_options {
     enum fit_start start;
-    bool never_search;   /* report what the staircase found, even when it misses the noise floor */
+    bool never_search;   /* no global search, even when the noise floor is missed */
     bool quiet;          /* no progress bar */
     const double *sigma; /* noise rms per channel in the order of predictor_channels(); NULL: estimated */
     struct predict_options predict;
@@ -87,6 +65,28 @@ struct fit_parameter {
 struct fit_minimum {
     double noise_ratio;
     double *value; /* [n_parameters] */
+};
+
+/*
+ * Which combinations of parameters the records determine, from the singular values of the weighted Jacobian J (rows in units of the
+ * noise, columns by ln θ or θ/scale): a direction v with ‖J v‖ < 1 can move by 100 % without leaving the noise. Computed from the data
+ * alone, and again with the priors.
+ */
+struct null_direction {
+    double ratio;   /* singular value over the largest one; below 1e-9 it is zero to rounding */
+    double *weight; /* [n] unit 2-norm, largest element positive; d ln θ (or dθ/scale) along the direction */
+    bool pinned;    /* a prior determines it to better than 100 % */
+};
+
+struct identifiability {
+    size_t n;
+    double *singular;  /* [n] descending, of the data rows */
+    double *posterior; /* [n] descending, of data and prior rows */
+    double *V;         /* [n × n] right singular vectors of data and prior rows, columns */
+    size_t kept;       /* leading columns of V that are above rounding: the space in which covariances exist */
+    bool *determined;  /* [n] by data and priors, to better than 100 % */
+    size_t n_null;
+    struct null_direction *null;
 };
 
 struct fit_result {
@@ -123,8 +123,16 @@ enum bf_status fit_run(const struct model *model, const struct record records[],
 void fit_free(struct fit_result *result);
 
 /*
- * Errors of a model on records it is not fitted to (free-decay states and unknown levels are still solved for). With a nonlinear
- * effect rows that cannot be predicted (refit_horizon.h) are left out: then n of a channel is less than the record's.
+ * One direction in words for a person: which parameters move together or against each other, and what would fix it.
+ * labels: [n]. Returns a string to free().
+ */
+char *identifiability_text(size_t n, const char *const labels[], const struct null_direction *direction);
+
+/* ERRORS — a model on records that it was not fitted to, and the fitted model. */
+
+/*
+ * Errors per channel; states of free decays and unknown levels are still solved for. With a nonlinear effect the rows that no model can
+ * predict (see refit_result.horizon_s) are left out: n of a channel is then less than the record's. Caller frees *channels.
  */
 enum bf_status fit_errors(const struct model *model, const struct record records[], size_t n_records,
                           const struct fit_options *options, struct fit_channel_error **channels, size_t *n_channels,
@@ -139,7 +147,7 @@ struct fit_check {
     size_t n;
     const struct fit_channel_error *channels;
     size_t n_channels;
-    size_t n_notes; /* what was estimated from the records themselves (fit_own.h) */
+    size_t n_notes; /* what was estimated from the records themselves (own_values_find()) */
     char *const *notes;
 };
 
@@ -148,7 +156,7 @@ void fit_into_model(const struct fit_result *result, const struct record records
                     struct model *model);
 
 /*
- * FIT OWN — values that belong to one record alone (BEAM_PARAMETER_PER_RECORD: a hum's phase, where the hammer
+ * OWN VALUES — values that belong to one record alone (BEAM_PARAMETER_PER_RECORD: a hum's phase, where the hammer
  * struck) for records that were not fitted: without them a held-out record cannot be judged.
  */
 
@@ -189,21 +197,17 @@ enum bf_status fit_finer(const struct model *model, const struct record records[
 void finer_prediction_free(struct finer_prediction *finer);
 
 /*
- * REFIT — one candidate model fitted to records, silently, from a baseline that is already fitted: for a caller that
- * compares many candidates (diagnose) and for `fit`'s own starts of nonlinear effects. Noise is given, not estimated.
+ * REFIT — one candidate model fitted to records, silently, from a baseline that is already fitted; the noise is given.
  *
- * New effects (those from options.first_new on) have starts of their own: a grid of thresholds, time constants and places,
- * the amount by the linearised problem, ranked by a few steps in a short window; the best go through the staircase of
- * fit_stages.h. Places are estimated, although a fit would hold them; a place or threshold of an effect that is not
- * there has no standard error. Nonlinear effects begin with an equation-error trial (trial.h), then refit_law.h; rows
- * that nobody can predict are left out (refit_horizon.h).
- *
- * Thread-safe: two refits may run at once (records, model and sigma are only read; they must outlive the call).
+ * New effects (those from options.first_new on) have starts of their own (refit_search.h). Their places are estimated, although a fit
+ * would hold them; a place or threshold of an effect whose strength is not significant has no standard error. Thread-safe: two refits
+ * may run at once (records, model and sigma are only read; they must outlive the call).
  */
 
 /*
- * A value whose standard error grows k times when n rows are left out adds (k² − 1)/n to the power of the noise where those rows are
- * predicted: with 5 and 4096 rows 0.3 % of the rms. Far above, the rows left out are missed by what nobody can know of them.
+ * With options.known_sd a value keeps what it has when its standard error here is more than this many times the known one. One that
+ * grows k times when n rows are left out adds (k² − 1)/n to the power of the noise where those rows are predicted: 0.3 % of the rms with
+ * 5 and 4096 rows.
  */
 #define REFIT_WEAK 5.0
 
@@ -212,12 +216,9 @@ struct refit_options {
     int threads;          /* for records of nonlinear models; 0: 1 */
     double abandon_above; /* χ²/n: stop when ten more steps like the next would not get below it; 0: never */
     bool quick;           /* best start, few steps: good enough to rank, not for values; sd is NaN */
-    bool near; /* the values are a fit to more of such records: whole records at once, from there alone; sd is NaN */
-    /*
-     * [n_parameters] with near: standard errors of those values. What these records tell more than REFIT_WEAK times worse keeps
-     * its value; NULL: all are estimated.
-     */
-    const double *known_sd;
+    bool near; /* the model's values are near the optimum: whole records at once, no other start; sd is NaN */
+    const double *
+        known_sd; /* [n_parameters] with near: standard errors of the values, see REFIT_WEAK; NULL: all are estimated */
     size_t first_new; /* effects of the model before this index hold fitted values and have no starts of their own */
     size_t n_starts;  /* further starts, from elsewhere */
     const double *starts;               /* [n_starts][n_parameters], order of model_parameters() */
@@ -237,9 +238,9 @@ struct refit_result {
     double half_square;  /* ½ Σ (r/σ)² + ½ Σ priors */
     double chi2_per_row; /* Σ (r/σ)² / n_used */
     double noise_ratio;  /* root mean square over channels of rms(r)/σ, rows in use */
-    double *horizon_s; /* [n_records] since the first row: rows from here on cannot be predicted (refit_horizon.h); ∞ */
-    size_t n_used;     /* rows before the horizons */
-    size_t n_unknowns; /* estimated parameters; linear unknowns of free decays not counted */
+    double *horizon_s;   /* [n_records] since the first row: rows from here on cannot be predicted ; ∞ */
+    size_t n_used;       /* rows before the horizons */
+    size_t n_unknowns;   /* estimated parameters; linear unknowns of free decays not counted */
     size_t n_rows;
     double
         *residual; /* [n_rows] z − ŷ, stacked channel by channel, unit of the channel; all rows, also those left out */
@@ -272,10 +273,8 @@ void refit_into_model(const struct record records[], size_t n_records, const dou
                       struct model *model);
 
 /*
- * CANDIDATE — which effects of the catalogue could act on a model and its records, and where a scan of each would look.
- *
- * Every effect of the build is considered (no list of names): what matters is which slots it uses, the roles and flags of
- * its parameters, and whether the model has the channels, the patch or the clamp that it needs.
+ * CANDIDATES — which effects of the catalogue could act on a model and its records, and where a scan of each would look. Told by the
+ * roles and flags of an effect's parameters and by whether the model has the channels, the patch or the clamp that it needs.
  */
 
 enum {
@@ -347,26 +346,18 @@ enum bf_status candidate_model(const struct model *base, const struct candidate 
                                struct model *out, struct bf_error *err);
 
 /*
- * SCORE — how much of a fitted baseline's misfit would each candidate explain, without refitting?
- *
- *     LM = (S̃ᵀP r̃)ᵀ (S̃ᵀP S̃)⁻¹ (S̃ᵀP r̃),   P = I − J̃ (J̃ᵀJ̃)⁻¹ J̃ᵀ
- *
- * r = z − ŷ(θ̂) and S = ∂ŷ/∂c weighted by the noise (and whitened by the channel's colour), J the baseline's Jacobian
- * with the rows of its priors, the free initial states of decays and unknown levels: P takes out what the baseline could
- * absorb (Rao's score test; Newey 1985 for the projection). Strengths that cannot be negative are held at 0 when the data
- * ask for less. Inner parameters (places, time constants, frequencies) are scanned and refined; effects whose response does
- * not begin linearly (a clamp that turns, saturation) get finite trials instead of the derivative.
- *
- * A score only short-lists: it is a linearisation at the baseline's optimum and misleads for strong effects. score_refine() takes
- * a few Gauss–Newton steps with everything free.
+ * SCORE — how much of a fitted baseline's misfit would each candidate explain, without refitting? Rao's score test, with everything that
+ * the baseline could absorb projected out (score_base.h); inner parameters (places, time constants, frequencies) are scanned. A score is a
+ * linearisation at the baseline's optimum and misleads for strong effects, so it only short-lists: score_refine_all() takes a few
+ * Gauss–Newton steps with everything free.
  */
 
 struct score_options {
     const double *sigma;           /* [n_channels] noise rms in the order of predictor_channels(), > 0 */
     const struct ar_model *colour; /* [n_channels] of the noise in units of sigma; NULL: white */
     int threads;                   /* 0: one a processor */
-    bool race; /* one refinement that comes down to the noise leaves the others their first walk only */
-    bool laws; /* also candidates with a law (each stepped through time: slow); else they are skipped */
+    bool stop_at_noise; /* once one refinement comes down to the noise, the others stop after their first descent */
+    bool laws;          /* also candidates with a law (each stepped through time: slow); else they are skipped */
     bool (*interrupted)(void *context); /* asked between candidates; NULL: Ctrl-C only */
     void *context;
     struct predict_options predict; /* its threads are ignored */
@@ -395,15 +386,11 @@ struct score {
     size_t n_tried;     /* points of the scan */
     double p_value;     /* of LM over the remaining misfit's variance, χ² with one-sided strengths, times n_tried */
     double explained;   /* LM over the misfit in excess of the noise, 0 … 1 (0 where there is no excess) */
-    /* after score_refine() */
+    /* after score_refine_all() */
     bool refined;
     double chi_square; /* Σ (r/σ)² + Σ priors after the steps; NaN before */
     double *theta;     /* [n_theta] parameters of the refined candidate model */
     size_t n_theta;
-    /* projected response, for cosines */
-    size_t n_rows, rank;
-    float *basis;  /* [rank][n_rows] orthonormal basis of P S̃ */
-    double *along; /* [rank] the part that explains the residual, in that basis */
 };
 
 /*
@@ -419,11 +406,8 @@ size_t score_rank(const struct candidate candidates[], const struct score scores
 
 /*
  * Refines scores[order[0 … n − 1]], best first, on the threads of the options: baseline and effect together from the score's start,
- * at most `steps` trust-region steps (0: 8) in each of two short windows e^(−s t), then twice as many over whole records; once
- * with small and once with large steps, and when both end above the baseline's misfit, over whole records from near the
- * baseline. The lowest end counts. Fills the refined part and replaces p. About 50 evaluations of the prediction each.
- * What cannot come within ten times the lowest χ² so far is not walked to its end; options.race: nor does anything walk again once one
- * candidate leaves no more than the noise. What failed, was interrupted or has no score is not `refined`.
+ * at most `steps` trust-region steps (0: 8) in each window (score_refine.h). Fills the refined part and replaces p. What failed, was
+ * interrupted or has no score is not `refined`. Cost: about 50 evaluations of the prediction each.
  */
 void score_refine_all(const struct score_base *base, const struct candidate candidates[], struct score scores[],
                       const size_t order[], size_t n, int steps);
@@ -491,15 +475,9 @@ enum bf_status motion_prepare(struct predictor *predictor, const double theta[],
 void motion_free(struct motion *motion);
 
 /*
- * TRIAL — would this nonlinear effect explain the residual? An equation-error trial: the force that the effect would
- * exert along the measured motion (motion.h) is computed once, its response is regressed on the residual together with the
- * baseline's parameters. No simulation, so no local minima and no stability limits; start values for a refit come out.
- *
- *     W r ≈ W (J Δθ + a S(p)),   S(p) = −H f(ŵ, ŵ_t; p),   priors as rows
- *
- * Parameters in which the force is not linear (flag INNER: place, gap, threshold, rate) are scanned: places along the span,
- * levels (enum beam_level) of the coordinate, its rate, or strength × either on the scale of the measured motion,
- * others on a logarithmic grid about the catalogue's start. Then refined, the motion and θ renewed, and again.
+ * TRIAL — would this nonlinear effect explain the residual? The force that the effect would exert along the measured motion is computed
+ * once, and its response is regressed on the residual together with the baseline's parameters (equation error, trial_search.h). Nothing
+ * is simulated, so there are no local minima and no stability limits; the result is a start for a refit.
  */
 
 struct trial_options {

@@ -6,7 +6,9 @@
 #include <string.h>
 #include <time.h>
 #include "maths/maths.h"
+#include "fit_law.h"
 #include "fit_result.h"
+#include "fit_search.h"
 #include "fit_stages.h"
 #include "fit_starts.h"
 #include "noise/noise.h"
@@ -15,7 +17,7 @@
 #include "refit_law.h"
 #include "refit_search.h"
 
-static const double reached = 1.1;    /* noise_ratio up to which nothing else is searched */
+static const double reached = 1.1;    /* noise_ratio below which no search follows the staircase */
 static const double at_optimum = 0.1; /* distance from the optimum, in standard errors, that counts as there */
 static const double guess = 1e-3;     /* of the signal: stands for a noise that cannot be seen */
 
@@ -137,8 +139,9 @@ static double total_noise_ratio(const struct fit_work *w)
     return ratio;
 }
 
-/* Rows that nobody can predict count neither for nor against a model. */
-static enum bf_status look_ahead(struct fit_work *w, const struct fit_options *options, struct bf_error *err)
+/* Leaves out the rows that no model can predict. */
+static enum bf_status leave_out_unpredictable(struct fit_work *w, const struct fit_options *options,
+                                              struct bf_error *err)
 {
     struct fit_problem *p = &w->problem;
     double *theta = bf_alloc(w->n_refs, sizeof *theta);
@@ -166,7 +169,7 @@ enum bf_status fit_errors(const struct model *model, const struct record records
     if (!status)
         status = fit_problem_stage(&w.problem, 0.0, 0.0, w.x, err);
     if (!status && model_has_law(model))
-        status = look_ahead(&w, options, err);
+        status = leave_out_unpredictable(&w, options, err);
     if (!status)
         status = fit_problem_evaluate(&w.problem, w.x, false, &square, err);
     if (!status) {
@@ -242,7 +245,23 @@ static enum bf_status verify(struct fit_work *w, const struct optimise_result *f
     return BF_OK;
 }
 
-/* The first descent: a nonlinear effect needs starts of its own, see refit_search.h. */
+/* A nonlinear effect needs starts of its own, see refit_search.h. */
+static enum bf_status descend_to_law(struct fit_work *w, const struct fit_options *options,
+                                     const struct staircase *stairs, struct progress *bar, double theta[],
+                                     struct optimise_result *found, struct bf_error *err)
+{
+    struct refit_search search = {
+        .p = &w->problem, .stairs = *stairs, .theta0 = theta, .predict = options->predict, .bar = bar};
+    double *baseline = bf_alloc(w->n_refs, sizeof *baseline);
+    bool possible;
+    enum bf_status status = fit_without_law(&w->problem, &options->predict, theta, baseline, &possible, err);
+    search.baseline = possible ? baseline : NULL;
+    if (!status)
+        status = refit_search_run(&search, w->x, found, err);
+    free(baseline);
+    return status;
+}
+
 static enum bf_status first_descent(struct fit_work *w, const struct fit_options *options,
                                     const struct staircase *stairs, struct progress *bar, struct optimise_result *found,
                                     struct bf_error *err)
@@ -255,11 +274,9 @@ static enum bf_status first_descent(struct fit_work *w, const struct fit_options
         theta[i] = w->refs[i].value;
     enum bf_status status = BF_OK;
     if (law_is_new(p, 0)) {
-        struct tournament tournament = {
-            .p = p, .stairs = *stairs, .theta0 = theta, .predict = options->predict, .bar = bar};
-        status = tournament_run(&tournament, w->x, found, err);
+        status = descend_to_law(w, options, stairs, bar, theta, found, err);
     } else {
-        status = starts_lift_sunken(p, theta, err);
+        status = starts_restore_vanished(p, theta, err);
         starts_to_x(p, theta, w->x);
         if (!status)
             status = staircase_run(p, stairs, bar, w->x, found, err);

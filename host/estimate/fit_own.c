@@ -73,13 +73,13 @@ static enum bf_status fit_one(const struct model *model, const struct record *re
     for (int k = 0; k < STARTS && !status; k++) {
         struct model trial;
         struct fit_result result;
-        const struct fit_options near = {
+        const struct fit_options own_options = {
             .start = FIT_NEAR, .never_search = true, .quiet = true, .predict = options->predict};
         status = model_copy(model, &trial, err);
         if (status)
             return status;
         prepare(model, refs, n, name, 2.0 * M_PI * k / STARTS, &trial);
-        status = fit_run(&trial, record, 1, &near, &result, err);
+        status = fit_run(&trial, record, 1, &own_options, &result, err);
         model_free(&trial);
         if (!status && result.nrmse < lowest) {
             lowest = result.nrmse;

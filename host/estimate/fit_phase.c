@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* Sinusoidal effects: amplitude, phases and frequency from the residual instead of by descent. See fit_stages.h. */
+/* Sinusoidal effects: amplitude, phases and frequency from the residual instead of by descent. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include "maths/maths.h"
-#include "fit_stages.h"
+#include "fit_phase.h"
 
 enum {
     PEAKS = 6,   /* of the residual's spectrum that are tried */

@@ -87,7 +87,7 @@ static double scale_by_data(const struct fit_problem *p, const double column[])
 }
 
 /* Scales that the data tell, from the first samples after the excitation; then priors and bounds in x. */
-static enum bf_status settle_unknowns(struct fit_problem *p, struct bf_error *err)
+static enum bf_status scale_unknowns(struct fit_problem *p, struct bf_error *err)
 {
     enum { SAMPLES = 256 };
     bool open = false;
@@ -193,7 +193,7 @@ enum bf_status fit_problem_new(struct fit_problem *p, const struct model *model,
         return bf_fail(err, BF_BAD_FILE, "no record has a column that the model names as an output");
     p->sigma = bf_alloc(p->n_channels, sizeof *p->sigma);
     memcpy(p->sigma, sigma, p->n_channels * sizeof *p->sigma);
-    return settle_unknowns(p, err);
+    return scale_unknowns(p, err);
 }
 
 void fit_problem_free(struct fit_problem *p)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* The global stage: many starts at the cheapest window, the best few through the staircase. */
-#include "fit_stages.h"
+/* Global search: many starts in the shortest window, then the staircase from the best few. */
+#include "fit_search.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -19,11 +19,11 @@ static const double tied_box = 2.0; /* … in standard deviations of a prior */
 
 static bool same_minimum(const struct minima *minima, size_t i, size_t n_unknowns, const double x[], double half_square)
 {
-    static const double near = 0.1; /* in x */
+    static const double same = 0.1; /* in x */
     if (fabs(minima->half_square[i] - half_square) > fmax(1.0, 0.01 * half_square))
         return false;
     for (size_t j = 0; j < n_unknowns; j++)
-        if (fabs(minima->x[i * n_unknowns + j] - x[j]) > near)
+        if (fabs(minima->x[i * n_unknowns + j] - x[j]) > same)
             return false;
     return true;
 }
@@ -143,7 +143,7 @@ static enum bf_status scan_box(struct search_state *s)
     return status == BF_NUMERIC ? BF_OK : status;
 }
 
-static enum bf_status climb(struct search_state *s, struct progress *bar, struct minima *minima)
+static enum bf_status descend_promising(struct search_state *s, struct progress *bar, struct minima *minima)
 {
     const size_t n = s->p->n_unknowns;
     double *x = bf_alloc(n, sizeof *x);
@@ -177,7 +177,7 @@ enum bf_status search_run(struct fit_problem *p, const struct model *model, cons
     if (!status)
         status = scan_box(&s);
     if (!status)
-        status = climb(&s, bar, minima);
+        status = descend_promising(&s, bar, minima);
     minima_free(&promising);
     return status;
 }

@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include "fit_phase.h"
 #include "fit_starts.h"
 #include "ground/ground.h"
 #include "refit_horizon.h"
@@ -59,7 +60,7 @@ static void say(struct progress *bar, double decay_ps, const struct staircase *s
 enum bf_status staircase_last(struct fit_problem *p, const struct staircase *stairs, double x[],
                               struct optimise_result *out, struct bf_error *err)
 {
-    static const double settled = 1e-3; /* the reduced space is exact to second order in this */
+    static const double unmoved = 1e-3; /* the reduced space is exact to second order in this */
     fit_problem_rescale(p, x);
     enum bf_status status = fit_problem_stage(p, 0.0, 0.0, x, err);
     int values = 0, derivatives = 0;
@@ -72,7 +73,7 @@ enum bf_status staircase_last(struct fit_problem *p, const struct staircase *sta
         status = optimise_local(&view, &options, x, out, err);
         values += out->values, derivatives += out->derivatives;
         if (status || out->end == OPTIMISE_INTERRUPTED || out->end == OPTIMISE_HOPELESS ||
-            fit_problem_moved(p, x) < settled)
+            fit_problem_moved(p, x) < unmoved)
             break;
         status = fit_problem_rebase(p, x, err);
     }
@@ -81,7 +82,7 @@ enum bf_status staircase_last(struct fit_problem *p, const struct staircase *sta
 }
 
 /*
- * Early stages only need to bring x into the valley of the next one, and a model that lacks something must not be driven
+ * An early window only has to bring x to where the next converges, and a model that lacks something must not be driven
  * by the little it cannot explain: the floor caps the weights at a share of the signal.
  */
 enum bf_status staircase_step(struct fit_problem *p, double decay_ps, int iterations, double x[],
@@ -138,8 +139,8 @@ static enum bf_status careful_step(struct fit_problem *p, double decay_ps, doubl
 }
 
 /* Rows that cannot be predicted from p->explained are left out; x[] becomes that θ. *cut: there were some. */
-static enum bf_status look_ahead(struct fit_problem *p, const struct staircase *stairs, double x[], bool *cut,
-                                 struct bf_error *err)
+static enum bf_status leave_out_unpredictable(struct fit_problem *p, const struct staircase *stairs, double x[],
+                                              bool *cut, struct bf_error *err)
 {
     *cut = false;
     if (!stairs->predict)
@@ -157,7 +158,7 @@ static enum bf_status look_ahead(struct fit_problem *p, const struct staircase *
 static enum bf_status careful_windows(struct fit_problem *p, const struct staircase *stairs, struct progress *bar,
                                       double x[], struct optimise_result *out, struct bf_error *err)
 {
-    static const double usual = 3.0, least = 1.15, last_share = 0.7, strange = 2.0;
+    static const double usual = 3.0, least = 1.15, last_share = 0.7, misfit_growth = 2.0;
     int retries = 6;
     bool looked = false, cut;
     double s = stairs->first_ps, known = 0.0, known_noises = 0.0, factor = usual, misfit;
@@ -174,8 +175,8 @@ static enum bf_status careful_windows(struct fit_problem *p, const struct stairc
             break;
         say(bar, s, stairs, p);
         const double noises = p->floor > 0.0 ? HUGE_VAL : staircase_misfit(p);
-        if ((misfit > 1.0 || noises > strange * known_noises) && known > 0.0 && !looked) {
-            status = look_ahead(p, stairs, x, &cut, err);
+        if ((misfit > 1.0 || noises > misfit_growth * known_noises) && known > 0.0 && !looked) {
+            status = leave_out_unpredictable(p, stairs, x, &cut, err);
             looked = true;
             if (cut)
                 continue;

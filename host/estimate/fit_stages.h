@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* fit_stages.h — the order of a fit: staircase of windows, search, polish; inside the fit stage only. */
+/* fit_stages.h — a fit in windows that grow, down to whole records; private to estimate/. */
 #ifndef BEAMFIT_FIT_STAGES_H
 #define BEAMFIT_FIT_STAGES_H
 
@@ -8,9 +8,9 @@
 struct progress;
 
 /*
- * The ladder of windows e^(−s t): s falls from about 4.5 times the first frequency (a fifth of its period is seen) until
- * the window is longer than the records, then 0. A window turns the maze of local minima of a time-domain fit into a
- * homotopy: at large s only the first instants count, where no phase error can have grown.
+ * The windows e^(−s t): s falls from about 4.5 times the first frequency (a fifth of its period is seen) until
+ * the window is longer than the records, then 0. At large s only the first instants count, where no phase error has
+ * grown, so that the fit has one minimum; each window starts where the one before ended (continuation).
  */
 struct staircase {
     double first_ps;  /* largest s */
@@ -35,33 +35,5 @@ enum bf_status staircase_step(struct fit_problem *p, double decay_ps, int iterat
                               struct optimise_result *out, struct bf_error *err);
 /* Residual of the last evaluation in floors, over the rows that count: rows that have decayed to nothing are not rows. */
 double staircase_misfit(const struct fit_problem *p);
-
-/*
- * Effects that are a sinusoid of unknown amplitude and phase (hum, base motion) have a minimum in every wrong phase, and
- * nothing to say in a short window. phases_hold() takes them out (amplitude 0, not moved); phases_find() puts them back
- * where the residual of the whole records says: a linear fit of sine and cosine per record, at the best of the start and
- * the six most prominent lines of the residual's spectrum when the frequency is free.
- */
-void phases_hold(struct fit_problem *p, double x[]);
-enum bf_status phases_find(struct fit_problem *p, double x[], struct bf_error *err);
-/* Free phases into −π … π; the prediction stays. */
-void phases_wrap(const struct fit_problem *p, double x[]);
-
-/* Minima found by a search, best first; x of each is [n_unknowns]. */
-struct minima {
-    size_t n, room;
-    double *half_square;
-    double *x; /* [room][n_unknowns] */
-};
-/* Keeps the best `room` distinct ones: two are the same when ½χ² agrees to 1 % (or 1) and x to 0.1. */
-void minima_add(struct minima *minima, size_t n_unknowns, const double x[], double half_square);
-void minima_free(struct minima *minima);
-
-/*
- * Global stage: scales, signs and places of effect parameters, and a controlled random search (NLopt) over what sets the
- * frequencies, all at the cheapest window; the best few go through the staircase. minima holds all that came out.
- */
-enum bf_status search_run(struct fit_problem *p, const struct model *model, const struct staircase *stairs,
-                          struct progress *bar, const double start[], struct minima *minima, struct bf_error *err);
 
 #endif

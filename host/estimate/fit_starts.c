@@ -28,12 +28,12 @@ void starts_free(struct starts *starts)
 
 static bool same_start(const struct starts *s, size_t k, const double theta[], double half_square)
 {
-    static const double near = 0.05;
+    static const double same = 0.05;
     const double *other = s->theta + k * s->n_refs;
-    if (fabs(half_square - s->half_square[k]) > near * fmax(half_square, s->half_square[k]))
+    if (fabs(half_square - s->half_square[k]) > same * fmax(half_square, s->half_square[k]))
         return false;
     for (size_t i = 0; i < s->n_refs; i++)
-        if (s->compared[i] && fabs(theta[i] - other[i]) > near * fmax(fabs(theta[i]), fabs(other[i])))
+        if (s->compared[i] && fabs(theta[i] - other[i]) > same * fmax(fabs(theta[i]), fabs(other[i])))
             return false;
     return true;
 }
@@ -82,9 +82,9 @@ void starts_to_x(struct fit_problem *p, const double theta[], double x[])
     fit_problem_rescale(p, x);
 }
 
-enum bf_status starts_lift_sunken(struct fit_problem *p, double theta[], struct bf_error *err)
+enum bf_status starts_restore_vanished(struct fit_problem *p, double theta[], struct bf_error *err)
 {
-    static const double floor = 0.02, sunken = 0.1, lifted = 0.5, most = 1e6; /* sunken, lifted: in floors */
+    static const double floor = 0.02, vanished = 0.1, restored = 0.5, most = 1e6; /* vanished, restored: in floors */
     double square, *x = bf_alloc(p->n_unknowns + 1, sizeof *x);
     starts_to_x(p, theta, x);
     enum bf_status status = fit_problem_stage(p, 0.0, floor, x, err);
@@ -94,9 +94,9 @@ enum bf_status starts_lift_sunken(struct fit_problem *p, double theta[], struct 
         const struct unknown *u = &p->unknowns[i];
         const enum parameter_role role = p->refs[u->ref].role;
         const double size = dense_norm(p->n_rows, p->jacobian + i * p->n_rows) / sqrt((double)p->n_rows);
-        if (!u->logarithmic || role == ROLE_EFFECT || size > sunken)
+        if (!u->logarithmic || role == ROLE_EFFECT || size > vanished)
             continue;
-        const double factor = fmin(lifted / size, most);
+        const double factor = fmin(restored / size, most);
         theta[u->ref] *= role == ROLE_EI ? 1.0 / factor : factor;
     }
     free(x);

@@ -22,11 +22,11 @@ void starts_prune(struct starts *starts, double factor);
 void starts_to_x(struct fit_problem *p, const double theta[], double x[]);
 
 /*
- * A model that lacks something may have driven a positive parameter to where it does nothing; its logarithm has no gradient there
- * and would stay. In theta[n_refs] it begins where it changes the signals by about 1 %; effects' own are left alone. Cost: one
- * Jacobian.
+ * A fit of a model that lacks something may have driven a positive parameter to where it changes nothing; its logarithm has no
+ * gradient there, so a search would leave it. Such elements of theta[n_refs] are set to where they change the signals by about 1 %;
+ * parameters of effects are left alone. Cost: one Jacobian.
  */
-enum bf_status starts_lift_sunken(struct fit_problem *p, double theta[], struct bf_error *err);
+enum bf_status starts_restore_vanished(struct fit_problem *p, double theta[], struct bf_error *err);
 
 enum { GRID_VALUES = 26 };
 

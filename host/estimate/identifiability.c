@@ -8,7 +8,7 @@
 #include "maths/maths.h"
 
 static const double rounding = 1e-9;     /* singular values below this share of the largest are zero */
-static const double hopeless = 1e-3;     /* … and those that would need a standard error of 1000 × 100 % */
+static const double unknown = 1e-3;      /* … and those that mean a standard error of 1000 × 100 % */
 static const double shown_weight = 0.02; /* smaller weights are left out of the words */
 
 /* Singular values and right vectors of the triangle R stacked on the prior rows, both by x/extent. */
@@ -107,12 +107,12 @@ static void find_determined(struct identifiability *out)
     const size_t n = out->n;
     const double largest = out->posterior[0];
     out->kept = 0;
-    while (out->kept < n && out->posterior[out->kept] > fmax(rounding * largest, hopeless))
+    while (out->kept < n && out->posterior[out->kept] > fmax(rounding * largest, unknown))
         out->kept++;
     for (size_t i = 0; i < n; i++) {
         double variance = 0.0;
         for (size_t j = 0; j < n; j++)
-            variance += pow(out->V[i + j * n] / fmax(out->posterior[j], rounding * hopeless), 2.0);
+            variance += pow(out->V[i + j * n] / fmax(out->posterior[j], rounding * unknown), 2.0);
         out->determined[i] = variance <= 1.0;
     }
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Some function of displacement and velocity at a place: a regression of the residual on features of the measured motion. */
-#include "reconstruct_work.h"
+#include "reconstruct_law.h"
 
 #include <math.h>
 #include <stdlib.h>

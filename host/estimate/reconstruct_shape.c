@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* What a reconstructed force looks like: shares, growth with amplitude, frequency, curves. */
-#include "reconstruct_work.h"
+#include "reconstruct_shape.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -123,17 +123,17 @@ static enum bf_status line_of(const struct reconstruct_record *record, double *f
                               struct bf_error *err)
 {
     size_t n_lines = record->n / 2 + 1, top = 1;
-    double *a = bf_alloc(n_lines, sizeof *a), df = 1.0 / (record->dt_s * (double)record->n), sum = 0.0, near = 0.0;
+    double *a = bf_alloc(n_lines, sizeof *a), df = 1.0 / (record->dt_s * (double)record->n), sum = 0.0, around = 0.0;
     enum bf_status status = spectrum_amplitude(record->f, record->n, WINDOW_HANN, a, err);
     for (size_t k = 1; k < n_lines; k++)
         top = a[k] > a[top] ? k : top;
     for (size_t k = 1; k < n_lines; k++) {
         sum += a[k] * a[k];
         if (fabs((double)k - (double)top) <= fmax(2.0, line_width * (double)top))
-            near += a[k] * a[k];
+            around += a[k] * a[k];
     }
     *frequency_Hz = df * (double)top;
-    *share = sum > 0.0 ? near / sum : 0.0;
+    *share = sum > 0.0 ? around / sum : 0.0;
     free(a);
     return status;
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* One or two plain sentences about a reconstructed force. */
-#include "reconstruct_work.h"
+#include "reconstruct_text.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "estimate.h"
-#include "refit.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -22,7 +21,7 @@ struct refit_work {
     size_t n_refs;
     struct predictor *predictor;
     struct fit_problem problem;
-    struct tournament tournament;
+    struct refit_search search;
     double *theta0; /* [n_refs] of the model */
     double *x;      /* [n_unknowns] the best so far */
     struct optimise_result found;
@@ -73,19 +72,19 @@ static enum bf_status work_new(struct refit_work *w, const struct model *model, 
     for (size_t i = 0; i < w->n_refs; i++)
         w->theta0[i] = w->refs[i].value;
     w->x = bf_alloc(p->n_unknowns, sizeof *w->x);
-    w->tournament = (struct tournament){.p = p,
-                                        .stairs = staircase_for(&w->model, records, n_records),
-                                        .first_effect = options->first_new,
-                                        .fitted = true,
-                                        .quick = options->quick,
-                                        .near = options->near,
-                                        .predict = predict,
-                                        .theta0 = w->theta0,
-                                        .n_starts = options->n_starts,
-                                        .starts = options->starts};
-    w->tournament.stairs.relative = 2e-3;
-    w->tournament.stairs.iterations = options->quick ? 5 : 15;
-    w->tournament.stairs.rounds = options->quick ? 1 : 4;
+    w->search = (struct refit_search){.p = p,
+                                      .stairs = staircase_for(&w->model, records, n_records),
+                                      .first_effect = options->first_new,
+                                      .baseline = w->theta0,
+                                      .quick = options->quick,
+                                      .near = options->near,
+                                      .predict = predict,
+                                      .theta0 = w->theta0,
+                                      .n_starts = options->n_starts,
+                                      .starts = options->starts};
+    w->search.stairs.relative = 2e-3;
+    w->search.stairs.iterations = options->quick ? 5 : 15;
+    w->search.stairs.rounds = options->quick ? 1 : 4;
     return BF_OK;
 }
 
@@ -147,7 +146,7 @@ static void fill_values(const struct refit_work *w, struct refit_result *out)
 {
     const struct fit_problem *p = &w->problem;
     const size_t n = w->n_refs;
-    out->n_parameters = n, out->n_records = w->n_records, out->n_starts = w->tournament.tried;
+    out->n_parameters = n, out->n_records = w->n_records, out->n_starts = w->search.tried;
     out->value = bf_alloc(n, sizeof *out->value), out->sd = bf_alloc(n, sizeof *out->sd);
     out->estimated = bf_alloc(n, sizeof *out->estimated), out->at_bound = bf_alloc(n, sizeof *out->at_bound);
     out->level = bf_alloc(w->n_records, sizeof *out->level);
@@ -235,7 +234,7 @@ enum bf_status refit_run(const struct model *model, const struct record records[
     if (!status && options->near && options->known_sd)
         status = hold_weak(&w, err);
     if (!status)
-        status = tournament_run(&w.tournament, w.x, &w.found, err);
+        status = refit_search_run(&w.search, w.x, &w.found, err);
     if (!status)
         status = finish(&w, out, err);
     out->evaluations = w.problem.runs;
@@ -262,31 +261,4 @@ void refit_into_model(const struct record records[], size_t n_records, const dou
     const size_t n = model_parameters(model, names, n_records, &refs);
     model_set_parameters(model, refs, n, value, sd, names);
     free(refs), free(names);
-}
-
-enum bf_status refit_check(const struct model *model, const struct record records[], size_t n_records,
-                           const double sigma[], const struct predict_options *predict, double *chi2_per_row,
-                           double *noise_ratio, struct bf_error *err)
-{
-    struct fit_options options = {.quiet = true};
-    struct own_values own;
-    struct fit_channel_error *channels = NULL;
-    size_t n = 0;
-    if (predict)
-        options.predict = *predict;
-    options.predict.quiet = true;
-    enum bf_status status = own_values_find(model, records, n_records, &options, &own, err);
-    options.sigma = sigma;
-    if (!status)
-        status = fit_errors(own.model, records, n_records, &options, &channels, &n, err);
-    double square = 0.0, rows = 0.0, error;
-    for (size_t c = 0; c < n; c++) {
-        square += (double)channels[c].n * channels[c].noise_ratio * channels[c].noise_ratio;
-        rows += (double)channels[c].n;
-    }
-    *chi2_per_row = rows > 0.0 ? square / rows : 0.0;
-    fit_totals(channels, n, &error, noise_ratio);
-    free(channels);
-    own_values_free(&own);
-    return status;
 }

@@ -18,11 +18,19 @@ bool law_is_new(const struct fit_problem *p, size_t first_effect);
 enum bf_status law_starts(struct fit_problem *p, size_t first_effect, size_t values, double first_ps, double last_ps,
                           const double theta0[], struct starts *out, double *scanned_ps, struct bf_error *err);
 
+/* Index of the only law among the effects from first_effect on; n_effects when there is none, or others have one too. */
+size_t law_only(const struct model *model, size_t first_effect);
+/* p's model at theta[n_refs] without effect e; its parameters are p's in the same order, without those of e. Free with model_free(). */
+enum bf_status law_drop(const struct fit_problem *p, size_t e, const double theta[], struct model *out,
+                        struct bf_error *err);
+
 /*
- * One more start: the equation-error trial of trial.h when exactly one effect of the model, from first_effect on, has a law.
- * theta0: the baseline, `fitted` to the records or to be fitted first. *possible: theta[n_refs] is a start.
+ * One more start, by the equation-error trial trial_run(), when law_only() finds a law. baseline[n_refs]: the model without that law,
+ * fitted to the records (the law's own elements are not read). theta0[n_refs]: start of what the trial does not estimate. *possible:
+ * theta[n_refs] is a start.
  */
 enum bf_status law_trial(const struct fit_problem *p, const struct predict_options *predict, size_t first_effect,
-                         bool fitted, const double theta0[], double theta[], bool *possible, struct bf_error *err);
+                         const double baseline[], const double theta0[], double theta[], bool *possible,
+                         struct bf_error *err);
 
 #endif

@@ -4,22 +4,23 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include "fit_phase.h"
 #include "fit_starts.h"
 #include "refit_horizon.h"
 #include "refit_law.h"
 
 enum { SCAN_VALUES = 96, RANK_ITERATIONS = 8 };
-static const double hopeless = 4.0; /* times the ½χ² of the best start: not followed */
-static const double reached = 1.1;  /* root mean square in noises up to which no other start is tried */
+static const double follow_within = 4.0; /* times the ½χ² of the best start: starts above are dropped */
+static const double reached = 1.1;       /* root mean square in noises up to which no other start is tried */
 
-static bool is_new(const struct tournament *t, size_t unknown)
+static bool is_new(const struct refit_search *t, size_t unknown)
 {
     const struct parameter_ref *ref = &t->p->refs[t->p->unknowns[unknown].ref];
     return ref->role == ROLE_EFFECT && ref->owner >= t->first_effect;
 }
 
-/* What the linearised problem says about the amount of the new effects, before small steps creep there. */
-static enum bf_status leap(struct tournament *t, double theta[], struct bf_error *err)
+/* Strengths of the new effects from one linear least-squares step: they may be far larger than the start. */
+static enum bf_status linear_amount(struct refit_search *t, double theta[], struct bf_error *err)
 {
     struct fit_problem *p = t->p;
     const size_t n = p->n_unknowns;
@@ -43,14 +44,14 @@ static enum bf_status leap(struct tournament *t, double theta[], struct bf_error
 }
 
 /* A few steps in the window as it is. */
-static enum bf_status try_start(struct tournament *t, const double theta[], struct starts *kept, struct bf_error *err)
+static enum bf_status try_start(struct refit_search *t, const double theta[], struct starts *kept, struct bf_error *err)
 {
     struct fit_problem *p = t->p;
     double *x = bf_alloc(p->n_unknowns, sizeof *x), *moved = bf_alloc(t->p->n_refs, sizeof *moved);
     const struct optimise_options options = {.iterations = 4, .tolerance = 1e-2, .relative = 1e-2};
     struct optimise_result result = {0};
     memcpy(moved, theta, t->p->n_refs * sizeof *moved);
-    enum bf_status status = leap(t, moved, err);
+    enum bf_status status = linear_amount(t, moved, err);
     if (!status) {
         const struct least_squares view = fit_problem_view(p);
         starts_to_x(p, moved, x);
@@ -66,7 +67,7 @@ static enum bf_status try_start(struct tournament *t, const double theta[], stru
 }
 
 /* Ranks the model's values, the caller's starts and a grid of thresholds and places in a short window. */
-static enum bf_status rank_starts(struct tournament *t, struct starts *kept, struct bf_error *err)
+static enum bf_status rank_starts(struct refit_search *t, struct starts *kept, struct bf_error *err)
 {
     static const double floor = 0.02;
     struct fit_problem *p = t->p;
@@ -93,8 +94,8 @@ static enum bf_status rank_starts(struct tournament *t, struct starts *kept, str
     return status;
 }
 
-/* The same for nonlinear effects: the given values, the caller's starts, and those of law_starts(), after a few steps. */
-static enum bf_status rank_laws(struct tournament *t, struct starts *kept, struct bf_error *err)
+/* As rank_starts(), for nonlinear effects: the given values, the caller's starts, and those of law_starts(), after a few steps. */
+static enum bf_status rank_laws(struct refit_search *t, struct starts *kept, struct bf_error *err)
 {
     struct fit_problem *p = t->p;
     struct starts found = starts_new(t->quick ? 3 : 6, p->n_refs, p->refs, t->first_effect);
@@ -113,12 +114,12 @@ static enum bf_status rank_laws(struct tournament *t, struct starts *kept, struc
     return status;
 }
 
-/* Longer windows by the factor, each with fewer starts; what is left goes down the staircase from there. */
-static enum bf_status rank_again(struct tournament *t, double longer, struct starts *starts, size_t room,
+/* Ranks the starts again in a window that is longer by the factor and keeps `room` of them; the staircase begins with that window. */
+static enum bf_status rank_again(struct refit_search *t, double longer, struct starts *starts, size_t room,
                                  struct bf_error *err)
 {
     struct fit_problem *p = t->p;
-    starts_prune(starts, hopeless);
+    starts_prune(starts, follow_within);
     if (starts->n <= room)
         return BF_OK;
     struct starts fewer = starts_new(room, t->p->n_refs, t->p->refs, t->first_effect);
@@ -143,8 +144,8 @@ static enum bf_status rank_again(struct tournament *t, double longer, struct sta
     return status;
 }
 
-/* The best so far. */
-struct champion {
+/* The lowest end of a staircase so far. */
+struct best_end {
     bool have;
     double *theta;     /* [n_refs] */
     double *explained; /* [n_refs] of the longest window that was explained, if any: explained_ps > 0 */
@@ -154,14 +155,14 @@ struct champion {
     struct optimise_result found;
 };
 
-static bool explained(const struct champion *best)
+static bool explained(const struct best_end *best)
 {
     return best->have && 2.0 * best->found.half_square <= reached * reached * (double)best->n_used;
 }
 
-/* x of a whole staircase: keeps it when its mean square is the lowest. */
-static void crown(const struct tournament *t, const double x[], const struct optimise_result *found,
-                  struct champion *best)
+/* Keeps x, the end of a staircase, when its mean square is the lowest. */
+static void keep_lowest(const struct refit_search *t, const double x[], const struct optimise_result *found,
+                        struct best_end *best)
 {
     const struct fit_problem *p = t->p;
     if (p->n_used == 0 ||
@@ -174,15 +175,15 @@ static void crown(const struct tournament *t, const double x[], const struct opt
     best->have = true, best->explained_ps = p->explained_ps, best->n_used = p->n_used, best->found = *found;
 }
 
-/* The law is known from windows many times the first; what is left of the records cannot be predicted, or lacks something else. */
-static bool far_explained(const struct tournament *t, const struct champion *best)
+/* A window many times the first is explained, so the law is known: the rest of the records lacks something else or cannot be predicted. */
+static bool far_explained(const struct refit_search *t, const struct best_end *best)
 {
     static const double far = 8.0;
     return best->have && best->explained_ps > 0.0 && best->explained_ps * far < t->stairs.first_ps;
 }
 
-/* Down the staircase from each, until one explains the records. */
-static enum bf_status descend(struct tournament *t, const struct starts *starts, struct champion *best,
+/* Goes down the staircase from each start, until one explains the records. */
+static enum bf_status descend(struct refit_search *t, const struct starts *starts, struct best_end *best,
                               struct bf_error *err)
 {
     struct fit_problem *p = t->p;
@@ -196,7 +197,7 @@ static enum bf_status descend(struct tournament *t, const struct starts *starts,
         if (status && status != BF_NUMERIC)
             break;
         if (!status)
-            crown(t, x, &found, best);
+            keep_lowest(t, x, &found, best);
         if (fit_problem_interrupted(p) || explained(best))
             break;
     }
@@ -204,14 +205,16 @@ static enum bf_status descend(struct tournament *t, const struct starts *starts,
     return status == BF_NUMERIC ? BF_OK : status;
 }
 
-/* Equation error gives a start that may be so good that no other is needed. */
-static enum bf_status descend_trial(struct tournament *t, struct champion *best, struct bf_error *err)
+/* Goes down from the start that the equation-error trial gives; when it explains the records, no other start is tried. */
+static enum bf_status descend_trial(struct refit_search *t, struct best_end *best, struct bf_error *err)
 {
     struct fit_problem *p = t->p;
+    if (t->baseline == NULL)
+        return BF_OK;
     struct starts one = starts_new(1, p->n_refs, p->refs, t->first_effect);
     double *theta = bf_alloc(p->n_refs, sizeof *theta);
     bool possible;
-    enum bf_status status = law_trial(p, &t->predict, t->first_effect, t->fitted, t->theta0, theta, &possible, err);
+    enum bf_status status = law_trial(p, &t->predict, t->first_effect, t->baseline, t->theta0, theta, &possible, err);
     if (!status && possible) {
         starts_add(&one, theta, 0.0);
         status = descend(t, &one, best, err);
@@ -221,12 +224,12 @@ static enum bf_status descend_trial(struct tournament *t, struct champion *best,
     return status;
 }
 
-/* Ranked in two or three windows, then down. */
-static enum bf_status compete(struct tournament *t, bool law, struct champion *best, struct bf_error *err)
+/* Ranks the starts in two or three windows and goes down the staircase from the best. */
+static enum bf_status descend_from_ranked(struct refit_search *t, bool law, struct best_end *best, struct bf_error *err)
 {
     struct fit_problem *p = t->p;
     struct starts starts = starts_new(t->quick ? 3 : 6, p->n_refs, p->refs, t->first_effect);
-    enum bf_status status = law ? BF_OK : starts_lift_sunken(p, t->theta0, err);
+    enum bf_status status = law ? BF_OK : starts_restore_vanished(p, t->theta0, err);
     if (!status)
         status = law ? rank_laws(t, &starts, err) : rank_starts(t, &starts, err);
     if (!status && law)
@@ -239,8 +242,8 @@ static enum bf_status compete(struct tournament *t, bool law, struct champion *b
     return status;
 }
 
-/* The horizon moves with the values: once more with the rows that can be predicted from the best. */
-static enum bf_status move_horizon(struct tournament *t, struct champion *best, struct bf_error *err)
+/* Refits with the rows that can be predicted from the best values: the horizon depends on the values. */
+static enum bf_status move_horizon(struct refit_search *t, struct best_end *best, struct bf_error *err)
 {
     struct fit_problem *p = t->p;
     double *x = bf_alloc(p->n_unknowns, sizeof *x);
@@ -252,13 +255,13 @@ static enum bf_status move_horizon(struct tournament *t, struct champion *best, 
         status = staircase_last(p, &t->stairs, x, &found, err);
     if (!status && p->n_used > 0 && 2.0 * found.half_square <= reached * reached * (double)p->n_used) {
         best->have = false;
-        crown(t, x, &found, best);
+        keep_lowest(t, x, &found, best);
     }
     free(x);
     return status == BF_NUMERIC ? BF_OK : status;
 }
 
-static bool is_cut(const struct tournament *t, const struct champion *best)
+static bool is_cut(const struct refit_search *t, const struct best_end *best)
 {
     for (size_t r = 0; r < t->p->n_records; r++)
         if (isfinite(best->horizon_s[r]))
@@ -266,8 +269,9 @@ static bool is_cut(const struct tournament *t, const struct champion *best)
     return false;
 }
 
-/* The values are nearly right: no window, no other start. Rows that no values near them can predict do not count. */
-static enum bf_status stay_near(struct tournament *t, double x[], struct optimise_result *found, struct bf_error *err)
+/* Refits whole records from theta0 alone. Rows that cannot be predicted from theta0 do not count. */
+static enum bf_status refine_near(struct refit_search *t, double x[], struct optimise_result *found,
+                                  struct bf_error *err)
 {
     struct fit_problem *p = t->p;
     bool cut;
@@ -283,13 +287,13 @@ static enum bf_status stay_near(struct tournament *t, double x[], struct optimis
     return status;
 }
 
-enum bf_status tournament_run(struct tournament *t, double x[], struct optimise_result *found, struct bf_error *err)
+enum bf_status refit_search_run(struct refit_search *t, double x[], struct optimise_result *found, struct bf_error *err)
 {
     if (t->near)
-        return stay_near(t, x, found, err);
+        return refine_near(t, x, found, err);
     struct fit_problem *p = t->p;
     const bool law = law_is_new(p, t->first_effect);
-    struct champion best = {.theta = bf_alloc(p->n_refs, sizeof *best.theta),
+    struct best_end best = {.theta = bf_alloc(p->n_refs, sizeof *best.theta),
                             .explained = bf_alloc(p->n_refs, sizeof *best.explained),
                             .horizon_s = bf_alloc(p->n_records, sizeof *best.horizon_s)};
     t->stairs.predict = &t->predict;
@@ -297,7 +301,7 @@ enum bf_status tournament_run(struct tournament *t, double x[], struct optimise_
     enum bf_status status = law ? descend_trial(t, &best, err) : BF_OK;
     if (!status && !(best.have && (t->quick || explained(&best) || fit_problem_interrupted(p))) &&
         !far_explained(t, &best))
-        status = compete(t, law, &best, err);
+        status = descend_from_ranked(t, law, &best, err);
     if (!status && !best.have)
         status = bf_fail(err, BF_NUMERIC, "no start of the new effects has a value");
     if (!status && is_cut(t, &best) && explained(&best) && !fit_problem_interrupted(p))

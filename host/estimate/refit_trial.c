@@ -1,13 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* A start of a nonlinear effect by equation error: trial.h, along the motion that the recordings tell. */
+/* A start of a nonlinear effect by equation error: trial_run(), along the motion that the recordings tell. */
 #include <stdlib.h>
 #include <string.h>
 #include "estimate.h"
 #include "refit_law.h"
-#include "trial.h"
+#include "trial_roles.h"
 
-/* Index of the only law among the effects from first_effect on; n_effects when there is none, or others have one too. */
-static size_t only_law(const struct model *model, size_t first_effect)
+size_t law_only(const struct model *model, size_t first_effect)
 {
     size_t found = model->n_effects, laws = 0;
     for (size_t e = 0; e < model->n_effects; e++) {
@@ -20,9 +19,8 @@ static size_t only_law(const struct model *model, size_t first_effect)
     return laws == 1 ? found : model->n_effects;
 }
 
-/* p's model at theta without effect e. */
-static enum bf_status without(const struct fit_problem *p, size_t e, const double theta[], struct model *out,
-                              struct bf_error *err)
+enum bf_status law_drop(const struct fit_problem *p, size_t e, const double theta[], struct model *out,
+                        struct bf_error *err)
 {
     const enum bf_status status = model_copy(p->model, out, err);
     if (status)
@@ -45,23 +43,6 @@ static void merge(const struct fit_problem *p, size_t e, const double small[], c
         else if (!ref->info->fixed)
             theta[i] = law[ref->slot];
     }
-}
-
-/* θ of the model without the law, fitted to the records. */
-static enum bf_status fit_baseline(const struct fit_problem *p, const struct predict_options *predict,
-                                   const struct model *model, double theta[], struct bf_error *err)
-{
-    struct refit_result result;
-    const struct refit_options options = {.sigma = p->sigma,
-                                          .first_new = model->n_effects,
-                                          .interrupted = p->interrupted,
-                                          .context = p->context,
-                                          .predict = *predict};
-    const enum bf_status status = refit_run(model, p->records, p->n_records, &options, &result, err);
-    if (!status)
-        memcpy(theta, result.value, result.n_parameters * sizeof *theta);
-    refit_free(&result);
-    return status;
 }
 
 static enum bf_status try_law(const struct fit_problem *p, const struct predict_options *predict,
@@ -94,27 +75,25 @@ static enum bf_status try_law(const struct fit_problem *p, const struct predict_
 }
 
 enum bf_status law_trial(const struct fit_problem *p, const struct predict_options *predict, size_t first_effect,
-                         bool fitted, const double theta0[], double theta[], bool *possible, struct bf_error *err)
+                         const double baseline[], const double theta0[], double theta[], bool *possible,
+                         struct bf_error *err)
 {
-    const size_t e = only_law(p->model, first_effect);
+    const size_t e = law_only(p->model, first_effect);
     struct model model;
     *possible = false;
     if (e == p->model->n_effects || !trial_possible(p->model->effects[e].effect))
         return BF_OK;
-    double *small = bf_alloc(p->n_refs, sizeof *small);
-    enum bf_status status = without(p, e, theta0, &model, err);
+    enum bf_status status = law_drop(p, e, theta0, &model, err);
     if (!status) {
+        double *small = bf_alloc(p->n_refs, sizeof *small);
         size_t n = 0;
         for (size_t i = 0; i < p->n_refs; i++)
             if (p->refs[i].role != ROLE_EFFECT || p->refs[i].owner != e)
-                small[n++] = theta0[i];
-        if (!fitted)
-            status = fit_baseline(p, predict, &model, small, err);
+                small[n++] = baseline[i];
         memcpy(theta, theta0, p->n_refs * sizeof *theta);
-        if (!status)
-            status = try_law(p, predict, &model, e, small, theta, possible, err);
+        status = try_law(p, predict, &model, e, small, theta, possible, err);
         model_free(&model);
+        free(small);
     }
-    free(small);
-    return status == BF_NUMERIC ? BF_OK : status; /* no start from here; there are others */
+    return status == BF_NUMERIC ? BF_OK : status; /* the other starts remain */
 }

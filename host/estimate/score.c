@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "estimate.h"
-#include "score.h"
 
 #include <math.h>
 #include <pthread.h>
@@ -10,7 +9,8 @@
 #include <string.h>
 #include "maths/maths.h"
 #include "ground/ground.h"
-#include "score_work.h"
+#include "score_refine.h"
+#include "score_scan.h"
 
 /* ---- From the best point to a score ---- */
 
@@ -93,7 +93,7 @@ static int degrees(const struct probe *probe, const struct answer *a, bool *one_
     return (int)(moving < most || most == 0 ? moving : most);
 }
 
-static void settle(const struct probe *probe, const struct answer *a, struct score *out)
+static void fill_score(const struct probe *probe, const struct answer *a, struct score *out)
 {
     const struct score_base *base = probe->base;
     start_values(probe, a, out);
@@ -109,13 +109,6 @@ static void settle(const struct probe *probe, const struct answer *a, struct sco
     out->p_value = fmin(1.0, (double)out->n_tried * (one_sided && out->dof > 0 ? 0.5 : 1.0) * tail);
     const double excess = misfit - rows;
     out->explained = excess > 2.0 * sqrt(2.0 * rows) ? fmin(fmax(a->LM / excess, 0.0), 1.0) : 0.0;
-    out->n_rows = base->n_all;
-    out->rank = a->rank;
-    out->basis = bf_alloc(a->rank * base->n_all + 1, sizeof *out->basis);
-    out->along = bf_alloc(a->rank + 1, sizeof *out->along);
-    for (size_t k = 0; k < a->rank * base->n_all; k++)
-        out->basis[k] = (float)a->Q[k];
-    memcpy(out->along, a->along, a->rank * sizeof *out->along);
 }
 
 static void refuse(struct score *out, const char *reason)
@@ -145,7 +138,7 @@ static void score_one(const struct score_base *base, const struct candidate *c, 
     else if (best.n == 0 || best.LM < 0.0)
         refuse(out, "no point of its scan has a value");
     else
-        settle(&probe, &best, out);
+        fill_score(&probe, &best, out);
     answer_free(&now), answer_free(&best);
     probe_free(&probe);
 }
@@ -160,7 +153,7 @@ struct queue {
     int steps;           /* of the refinement; −1: score */
     size_t n;
     atomic_size_t next;
-    struct race race;
+    struct lowest_misfit lowest;
 };
 
 static bool interrupted(const struct score_base *base)
@@ -175,7 +168,7 @@ static void work_on(struct queue *queue, size_t i)
     if (queue->steps >= 0) {
         struct bf_error err;
         if (!stop) /* without a value there is nothing to refine: `refined` stays false */
-            (void)refine_walks(queue->base, &queue->candidates[i], queue->steps, &queue->race, score, &err);
+            (void)score_descend(queue->base, &queue->candidates[i], queue->steps, &queue->lowest, score, &err);
     } else if (stop) {
         *score = (struct score){.chi_square = (double)NAN, .estimate_sd = (double)NAN};
         refuse(score, "interrupted");
@@ -195,9 +188,9 @@ static void *work(void *argument)
 
 static void run_queue(struct queue *queue)
 {
-    race_begin(&queue->race);
+    lowest_begin(&queue->lowest);
     workers_run(queue->base->options.threads, queue->n, work, queue);
-    race_end(&queue->race);
+    lowest_end(&queue->lowest);
 }
 
 void score_run(const struct score_base *base, const struct candidate candidates[], size_t n, struct score scores[])
@@ -220,11 +213,11 @@ void score_refine_all(const struct score_base *base, const struct candidate cand
 
 void score_free(struct score *score)
 {
-    free(score->per_record), free(score->theta), free(score->basis), free(score->along);
+    free(score->per_record), free(score->theta);
     *score = (struct score){0};
 }
 
-/* ---- Ranking and resemblance ---- */
+/* ---- Ranking ---- */
 
 static bool before(const struct candidate candidates[], const struct score scores[], size_t i, size_t j)
 {
@@ -249,33 +242,4 @@ size_t score_rank(const struct candidate candidates[], const struct score scores
         order[at] = i;
     }
     return count;
-}
-
-/* ‖basis_jᵀ d_k‖/‖d_k‖ with d_k = basis_k along_k. */
-static double stands_for(const struct score *j, const struct score *k)
-{
-    double size = 0.0, square = 0.0;
-    double *d = bf_alloc(k->n_rows, sizeof *d);
-    for (size_t c = 0; c < k->rank; c++) {
-        size += k->along[c] * k->along[c];
-        for (size_t i = 0; i < k->n_rows; i++)
-            d[i] += k->along[c] * (double)k->basis[c * k->n_rows + i];
-    }
-    for (size_t c = 0; c < j->rank; c++) {
-        double dot = 0.0;
-        for (size_t i = 0; i < k->n_rows; i++)
-            dot += d[i] * (double)j->basis[c * j->n_rows + i];
-        square += dot * dot;
-    }
-    free(d);
-    return size > 0.0 ? fmin(sqrt(square / size), 1.0) : 0.0;
-}
-
-void score_cosines(const struct score scores[], size_t n, double cosine[])
-{
-    for (size_t k = 0; k < n; k++)
-        for (size_t j = 0; j < n; j++) {
-            const bool both = scores[j].possible && scores[k].possible;
-            cosine[j + n * k] = !both ? 0.0 : j == k ? 1.0 : stands_for(&scores[j], &scores[k]);
-        }
 }

@@ -5,15 +5,15 @@
 #include <string.h>
 #include "maths/maths.h"
 #include "fit_problem.h"
-#include "score_work.h"
+#include "score_base.h"
 
 static const double dependent = 1e-9; /* columns that depend on others to this share add nothing */
-static const double pressed = 1e-9;   /* this near to a bound (in x) an unknown cannot absorb anything */
+static const double at_bound = 1e-9;  /* closer than this to a bound (in x) an unknown does not move */
 /*
- * A parameter estimated as its logarithm may have vanished: then it can hardly be seen, and the linear step to the optimum
- * is many times its value. Down: it is at a bound, although not at a number. Up: the search left it there by mistake.
+ * A parameter estimated as its logarithm may have vanished: it has next to no influence, and the linear step to the optimum is more
+ * than this many times its value. A step down means that it is held at 0, a step up that the search stopped too early.
  */
-static const double runaway = 5.0;
+static const double far_step = 5.0;
 static const double seen = 0.1; /* of the residual: from where a vanished parameter is found again */
 
 /* rows[n_rows] in units of the noise -> whitened by the colour of each channel. */
@@ -99,7 +99,7 @@ static void unknown_columns(const struct score_base *base, const struct fit_prob
         zero_prior_rows(base, column);
         if (p->unknowns[i].prior > 0.0)
             column[prior++] = 1.0 / p->unknowns[i].prior;
-        if (x[i] > p->lower[i] + pressed && x[i] < p->upper[i] - pressed)
+        if (x[i] > p->lower[i] + at_bound && x[i] < p->upper[i] - at_bound)
             add_column(base, a, p->unknowns[i].logarithmic, p->unknowns[i].ref);
     }
 }
@@ -166,7 +166,7 @@ static enum bf_status span(struct score_base *base, struct absorbent *a, struct 
     enum bf_status status = BF_OK;
     for (bool done = false; !done && !status;) {
         size_t worst = a->n;
-        double furthest = runaway;
+        double furthest = far_step;
         status = dense_orthonormal(base->n_all, a->n, a->A, dependent, base->absorbed, &base->rank, err);
         if (!status)
             status = linear_step(base, a, step, err);
@@ -182,7 +182,7 @@ static enum bf_status span(struct score_base *base, struct absorbent *a, struct 
             limit(base, a, worst);
     }
     for (size_t j = 0; j < a->n && !status; j++)
-        if (a->logarithmic[j] && step[j] > runaway * a->size[j])
+        if (a->logarithmic[j] && step[j] > far_step * a->size[j])
             raise_start(base, a, j, 1.0 + step[j] / a->size[j]);
     free(step);
     return status;
@@ -305,9 +305,4 @@ double score_base_misfit(const struct score_base *base, double *degrees_of_freed
 {
     *degrees_of_freedom = (double)base->n_all - (double)base->rank;
     return base->misfit;
-}
-
-double score_base_chi_square(const struct score_base *base)
-{
-    return base->white_misfit;
 }

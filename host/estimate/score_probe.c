@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include "maths/maths.h"
-#include "score_work.h"
+#include "score_probe.h"
 
 static const double absorbed_all = 1e-7; /* what is left after projection is rounding below this share */
 
@@ -68,7 +68,7 @@ void probe_free(struct probe *probe)
 /* ---- Predictions ---- */
 
 /* Initial states of the free decays: those with which this prediction is nearest to the baseline's. */
-static enum bf_status settle_decays(struct probe *probe, const struct prediction *y, struct bf_error *err)
+static enum bf_status solve_decays(struct probe *probe, const struct prediction *y, struct bf_error *err)
 {
     const struct score_base *base = probe->base;
     double *A = bf_alloc(base->n_rows * y->n_nuisance, sizeof *A), *b = bf_alloc(base->n_rows, sizeof *b);
@@ -102,7 +102,7 @@ static enum bf_status predict(struct probe *probe, bool derivatives, struct pred
     if (probe->base->has_decay) {
         status = predictor_run(probe->predictor, probe->theta, NULL, y, err);
         if (!status && y->n_rows == probe->base->n_rows && y->n_nuisance > 0)
-            status = settle_decays(probe, y, err);
+            status = solve_decays(probe, y, err);
     }
     if (!status)
         status = predictor_run(probe->predictor, probe->theta, derivatives ? probe->want : NULL, y, err);

@@ -4,17 +4,18 @@
 #include <stdlib.h>
 #include <string.h>
 #include "fit_stages.h"
-#include "score_work.h"
+#include "score_refine.h"
+#include "score_probe.h"
 
 enum { STEPS = 8, LAST = 2, WINDOWS = 2 };
 static const double window[WINDOWS] = {0.3, 0.03}; /* of the staircase's first decay */
 static const double window_floor = 0.02;
-static const double home = 1.2; /* χ²/n below which no second walk is needed */
-static const double near =
-    9.0; /* χ²/n of a baseline to which a minor minimum of an effect is not far above the major one */
-static const double far = 10.0;      /* times the lowest χ²: a factor of 3 in rms, no rival any more */
-static const double at_noise = 1.05; /* χ²/n of a winner of the race: 2.5 % of the noise's rms */
-static const double settled = 3e-3;  /* a window ends when the misfit would fall by less than this share */
+static const double explained = 1.2; /* χ²/n below which no second descent is needed */
+static const double weak = 9.0;      /* χ²/n of a baseline below which all minima of an effect leave about as much */
+static const double far = 10.0;      /* times the lowest χ²: a factor of 3 in rms, worse than any rival */
+static const double at_noise = 1.05; /* χ²/n that is the noise: 2.5 % of its rms above it */
+static const double least_fall = 3e-3; /* a window ends when the misfit would fall by less than this share */
+
 enum bf_status score_model(const struct score_base *base, const struct candidate *candidate, const struct score *score,
                            struct model *out, struct bf_error *err)
 {
@@ -81,7 +82,7 @@ static enum bf_status step_window(struct fit_problem *p, double decay_ps, double
                                              .radius = reach,
                                              .radius_max = 4.0 * reach,
                                              .tolerance = 1e-2,
-                                             .relative = settled,
+                                             .relative = least_fall,
                                              .hopeless = hopeless};
     const struct least_squares view = fit_problem_view(p);
     struct optimise_result result = {0};
@@ -94,32 +95,32 @@ static enum bf_status step_window(struct fit_problem *p, double decay_ps, double
     return status;
 }
 
-/* Where a walk begins and how. */
-struct walk {
+/* Where a descent begins and how. */
+struct descent {
     bool windows; /* short windows first */
     double reach; /* trust radius in x */
     double share; /* of the score's strength; 0: the catalogue's start instead of the score's */
 };
 /*
  * Small steps keep weakly seen logarithms from vanishing in the early windows, large ones reach strong effects in few steps;
- * from near the baseline over whole records the misfit cannot end above where it was. The catalogue's start is for effects
+ * a tenth of the strength over whole records cannot end above the baseline's misfit. The catalogue's start is for effects
  * with two minima (a clamp that yields, or one that damps: the first order does not know which).
  */
-static const struct walk walks[] = {{true, 1.0, 1.0}, {true, 6.0, 1.0}, {false, 1.0, 0.1}, {true, 1.0, 0.0}};
+static const struct descent descents[] = {{true, 1.0, 1.0}, {true, 6.0, 1.0}, {false, 1.0, 0.1}, {true, 1.0, 0.0}};
 
-/* χ² that ends the search before this walk. */
-static double enough_before(const struct score_base *base, const struct walk *walk)
+/* χ² below which this descent and all after it are not needed. */
+static double enough_before(const struct score_base *base, const struct descent *descent)
 {
     const double rows = (double)base->n_rows;
-    if (walk->share > 0.0)
-        return walk->windows ? home * rows : base->white_misfit;
-    return base->white_misfit < near * rows ? home * rows : HUGE_VAL;
+    if (descent->share > 0.0)
+        return descent->windows ? explained * rows : base->white_misfit;
+    return base->white_misfit < weak * rows ? explained * rows : HUGE_VAL;
 }
 
 /* theta[n_refs] is where it ends. */
-static enum bf_status walk_from(struct mover *m, const struct score_base *base, const struct candidate *c,
-                                const struct walk *walk, int steps, double hopeless, double theta[],
-                                double *half_square, struct bf_error *err)
+static enum bf_status descend_from(struct mover *m, const struct score_base *base, const struct candidate *c,
+                                   const struct descent *descent, int steps, double hopeless, double theta[],
+                                   double *half_square, struct bf_error *err)
 {
     struct fit_problem *p = &m->problem;
     const double first_ps = staircase_for(base->model, base->records, base->n_records).first_ps;
@@ -128,18 +129,18 @@ static enum bf_status walk_from(struct mover *m, const struct score_base *base, 
         const struct parameter_ref *ref = &m->refs[i];
         const bool own = ref->role == ROLE_EFFECT && ref->owner + 1 == m->model.n_effects;
         theta[i] = ref->value;
-        if (own && walk->share <= 0.0)
+        if (own && descent->share <= 0.0)
             theta[i] = c->start[ref->slot];
         else if (own && c->role[ref->slot] == CANDIDATE_STRENGTH)
-            theta[i] = walk->share * ref->value;
+            theta[i] = descent->share * ref->value;
     }
     fit_problem_to_x(p, theta, x);
     enum bf_status status = BF_OK;
-    const bool windows = walk->windows && !candidate_is_sinusoid(c); /* a phase needs whole records */
+    const bool windows = descent->windows && !candidate_is_sinusoid(c); /* a phase needs whole records */
     for (size_t k = 0; k < WINDOWS && !status && windows; k++)
-        status = step_window(p, window[k] * first_ps, window_floor, steps, walk->reach, 0.0, x, half_square, err);
+        status = step_window(p, window[k] * first_ps, window_floor, steps, descent->reach, 0.0, x, half_square, err);
     if (!status)
-        status = step_window(p, 0.0, 0.0, LAST * steps, walk->reach, hopeless, x, half_square, err);
+        status = step_window(p, 0.0, 0.0, LAST * steps, descent->reach, hopeless, x, half_square, err);
     if (!status)
         fit_problem_to_theta(p, x, theta);
     free(x);
@@ -164,67 +165,67 @@ static void keep(const struct mover *m, const double theta[], double chi_square,
     }
 }
 
-/* ---- The race ---- */
+/* ---- The lowest χ² of all candidates ---- */
 
-void race_begin(struct race *race)
+void lowest_begin(struct lowest_misfit *shared)
 {
-    pthread_mutex_init(&race->lock, NULL);
-    race->lowest = INFINITY;
+    pthread_mutex_init(&shared->lock, NULL);
+    shared->lowest = INFINITY;
 }
 
-void race_end(struct race *race)
+void lowest_end(struct lowest_misfit *shared)
 {
-    pthread_mutex_destroy(&race->lock);
+    pthread_mutex_destroy(&shared->lock);
 }
 
-/* Tells an end of a walk (INFINITY: none yet) and returns the lowest so far. */
-static double race_tell(struct race *race, double chi_square)
+/* Takes the χ² at the end of a descent (INFINITY: none yet) and returns the lowest so far. */
+static double lowest_update(struct lowest_misfit *shared, double chi_square)
 {
-    pthread_mutex_lock(&race->lock);
-    const double lowest = race->lowest = fmin(race->lowest, chi_square);
-    pthread_mutex_unlock(&race->lock);
+    pthread_mutex_lock(&shared->lock);
+    const double lowest = shared->lowest = fmin(shared->lowest, chi_square);
+    pthread_mutex_unlock(&shared->lock);
     return lowest;
 }
 
-/* Near the noise one amount alone is nearly a linear problem: its walks end where the first does. */
+/* On a weak misfit an effect with one parameter is nearly a linear problem: every descent ends where the first does. */
 static bool has_one_minimum(const struct score_base *base, const struct candidate *candidate)
 {
-    return base->white_misfit < near * (double)base->n_rows && candidate->effect->n_parameters == 1;
+    return base->white_misfit < weak * (double)base->n_rows && candidate->effect->n_parameters == 1;
 }
 
-static bool wants_walk(const struct score_base *base, const struct candidate *candidate, size_t k, double own,
-                       double lowest)
+static bool wants_descent(const struct score_base *base, const struct candidate *candidate, size_t k, double own,
+                          double lowest)
 {
     if (k == 0)
         return true;
-    if (base->options.race && lowest < at_noise * (double)base->n_rows)
+    if (base->options.stop_at_noise && lowest < at_noise * (double)base->n_rows)
         return false;
-    if (walks[k].windows && has_one_minimum(base, candidate) && isfinite(own))
+    if (descents[k].windows && has_one_minimum(base, candidate) && isfinite(own))
         return false;
-    return own >= enough_before(base, &walks[k]);
+    return own >= enough_before(base, &descents[k]);
 }
 
-enum bf_status refine_walks(const struct score_base *base, const struct candidate *candidate, int steps,
-                            struct race *race, struct score *score, struct bf_error *err)
+enum bf_status score_descend(const struct score_base *base, const struct candidate *candidate, int steps,
+                             struct lowest_misfit *shared, struct score *score, struct bf_error *err)
 {
     if (!score->possible)
         return bf_fail(err, BF_USAGE, "effect %s has no score to refine: %s", candidate->effect->id, score->reason);
     struct mover m;
     enum bf_status status = mover_new(base, candidate, score, &m, err);
     double *theta = bf_alloc(m.n_refs + 1, sizeof *theta), *best = bf_alloc(m.n_refs + 1, sizeof *best);
-    double own = INFINITY, lowest = race_tell(race, own);
+    double own = INFINITY, lowest = lowest_update(shared, own);
     bool ready = status == BF_OK;
-    for (size_t k = 0; k < sizeof walks / sizeof *walks && ready && (!status || status == BF_NUMERIC); k++) {
+    for (size_t k = 0; k < sizeof descents / sizeof *descents && ready && (!status || status == BF_NUMERIC); k++) {
         double half_square;
-        if (!wants_walk(base, candidate, k, own, lowest))
+        if (!wants_descent(base, candidate, k, own, lowest))
             continue;
-        status = walk_from(&m, base, candidate, &walks[k], steps > 0 ? steps : STEPS,
-                           isfinite(lowest) ? 0.5 * far * lowest : 0.0, theta, &half_square, err);
+        status = descend_from(&m, base, candidate, &descents[k], steps > 0 ? steps : STEPS,
+                              isfinite(lowest) ? 0.5 * far * lowest : 0.0, theta, &half_square, err);
         if (!status && 2.0 * half_square < own) {
             own = 2.0 * half_square;
             memcpy(best, theta, m.n_refs * sizeof *best);
         }
-        lowest = race_tell(race, own);
+        lowest = lowest_update(shared, own);
     }
     if (isfinite(own)) {
         status = BF_OK;

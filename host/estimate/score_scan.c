@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include "maths/maths.h"
-#include "score_work.h"
+#include "score_scan.h"
 
 enum { REFINEMENTS = 5, SECANTS = 2 };
 static const double golden = 0.6180339887498949;

@@ -1,12 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "estimate.h"
-#include "trial.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "trial_work.h"
+#include "trial_search.h"
 
 /* Rounds are for candidates that explain at least this part of what the best explains. */
 static const double worth_a_round = 0.05;
@@ -112,11 +111,6 @@ static enum bf_status rounds(const struct motion *motion, const struct trial_opt
 
 /* ---- Public ---- */
 
-bool trial_possible(const struct beam_effect *effect)
-{
-    return effect->law != NULL && effect->law_place != NULL;
-}
-
 void trial_free(struct trial *trial)
 {
     free(trial->theta);
@@ -131,7 +125,7 @@ static int by_chi_square(const void *a, const void *b)
 
 /*
  * An effect with a place is tried where the catalogue puts it and, beside that, where the scan finds it best: a scan along a
- * motion without the force may be misled, the renewed motion decides. Adds one or two to list[*n].
+ * motion without the force may be wrong, so the renewed motion decides. Adds one or two to list[*n].
  */
 static enum bf_status candidates(const struct motion *motion, const struct regression *regression,
                                  const struct beam_effect *effect, const struct trial_options *options,

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "trial_work.h"
+#include "trial_force.h"
 
 #include <math.h>
 #include <stdint.h>

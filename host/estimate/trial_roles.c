@@ -1,6 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* What an effect's parameters are to its trial, told from the catalogue: strength, place, thresholds and their scales. */
-#include "trial_work.h"
+#include "trial_roles.h"
+
+bool trial_possible(const struct beam_effect *effect)
+{
+    return effect->law != NULL && effect->law_place != NULL;
+}
 
 /* The force is proportional to all its strengths and levels of force together. */
 static bool scales_force(const struct beam_parameter_info *info)

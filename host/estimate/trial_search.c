@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The search of one effect's parameters along one motion: grids, refinement, and what comes out. */
-#include "trial_work.h"
+#include "trial_search.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -17,8 +17,8 @@ static const double places[] = {0.08, 0.2, 0.35, 0.5, 0.65, 0.8, 1.0};
 /* Refinement: steps in the logarithm of an inner parameter, in the span for a place. */
 static const double first_step = 0.5, last_step = 0.1;
 static const double first_place = 0.06, last_place = 0.015;
-/* A force whose response the baseline's parameters imitate to this part of its square says nothing. */
-static const double imitated = 1e-7;
+/* A force cannot be estimated when all but this part of its response (in power) is a combination of the baseline's columns. */
+static const double collinear = 1e-7;
 enum { MOST_TRIES = 8 };
 
 void trial_search_bind(struct trial_search *search, const struct regression *regression)
@@ -84,7 +84,7 @@ static struct trial_point attempt(struct trial_search *search, const double p[])
         return out;
     regression_project(regression, search->rows, search->s, &norm);
     out.norm2 = dense_dot(regression->m, search->s, search->s);
-    if (!(out.norm2 > imitated * norm * norm) || !(norm > 0.0))
+    if (!(out.norm2 > collinear * norm * norm) || !(norm > 0.0))
         return out;
     double product = dense_dot(regression->m, search->s, regression->left);
     out.factor = allowed(search, p, product / out.norm2);

@@ -10,13 +10,13 @@
 #include "ground/ground.h"
 
 /* Refits per stage, at most. */
-static const size_t most_singles[] = {[KIND_LINEAR] = 6, [KIND_BENT] = 3, [KIND_LAW] = 4};
-static const size_t most_pairs[] = {[KIND_LINEAR] = 4, [KIND_BENT] = 2, [KIND_LAW] = 3};
-static const size_t most_on_law[] = {[KIND_LINEAR] = 2, [KIND_BENT] = 0, [KIND_LAW] = 0}; /* seconds each */
+static const size_t most_singles[] = {[KIND_LINEAR] = 6, [KIND_NONLINEAR_CHAIN] = 3, [KIND_LAW] = 4};
+static const size_t most_pairs[] = {[KIND_LINEAR] = 4, [KIND_NONLINEAR_CHAIN] = 2, [KIND_LAW] = 3};
+static const size_t most_on_law[] = {[KIND_LINEAR] = 2, [KIND_NONLINEAR_CHAIN] = 0, [KIND_LAW] = 0}; /* seconds each */
 enum { PAIR_ROOTS = 2 };
 /*
- * One more effect is sought when the last one has left at most this part of the excess over the noise (in power). Of effects that act
- * alike strongly and apart from each other the first of three leaves 2/3, the first of two (or second of three) 1/2.
+ * One more effect is sought when the last one has left at most this part of the excess over the noise (in power). Of effects of equal
+ * strength and unlike shape the first of three leaves 2/3, the first of two (or second of three) 1/2.
  */
 static const double least_progress = 0.75;
 /*
@@ -27,19 +27,19 @@ static const double law_root = 1.5;
 /* Bands of the misfit: one a mode. */
 enum { MOST_MODES = 16, SPLINES = 100 };
 /* Parts of the progress bar. */
-static const double part_baseline = 0.15, part_singles = 0.45, part_pairs = 0.2, part_settle = 0.05;
+static const double part_baseline = 0.15, part_singles = 0.45, part_pairs = 0.2, part_places = 0.05;
 
-static void tell(struct diagnose_work *w, double done, const char *note)
+static void set_progress(struct diagnose_state *w, double done, const char *note)
 {
     w->done = done;
     if (w->bar)
         progress_update(w->bar, done, note);
 }
 
-static enum bf_status look(struct diagnose_work *w, struct bf_error *err)
+static enum bf_status test_linearity(struct diagnose_state *w, struct bf_error *err)
 {
     struct diagnosis *d = w->d;
-    tell(w, part_baseline, "linearity");
+    set_progress(w, part_baseline, "linearity");
     return linearity_test(d->model, d->records, d->n_records, NULL, &d->linearity, err);
 }
 
@@ -65,7 +65,7 @@ static bool is_root(const struct diagnosis *d, const struct hypothesis *h, size_
 }
 
 /* One more effect on the best hypotheses with n_effects of them, those that step through time or those that do not. */
-static enum bf_status extend_roots(struct diagnose_work *w, size_t n_effects, bool stepping, size_t most_roots,
+static enum bf_status extend_roots(struct diagnose_state *w, size_t n_effects, bool stepping, size_t most_roots,
                                    const size_t most[], double span, struct bf_error *err)
 {
     struct diagnosis *d = w->d;
@@ -87,7 +87,7 @@ static enum bf_status extend_roots(struct diagnose_work *w, size_t n_effects, bo
  * One more effect. On a hypothesis without a law a law is tried along the measured motion, without a step through time, so a
  * law and a linear effect are sought from the linear one's side first; from the law's side when that has not found them.
  */
-static enum bf_status one_more(struct diagnose_work *w, size_t n_effects, struct bf_error *err)
+static enum bf_status one_more(struct diagnose_state *w, size_t n_effects, struct bf_error *err)
 {
     enum bf_status status = extend_roots(w, n_effects, false, PAIR_ROOTS, most_pairs, 0.5 * part_pairs, err);
     const bool far = diagnose_is_far(&w->d->baseline); /* a weak misfit does not show two effects */
@@ -96,14 +96,14 @@ static enum bf_status one_more(struct diagnose_work *w, size_t n_effects, struct
     return status;
 }
 
-/* Of three linear effects two may do; of a pair the law that came second may do alone: its own refit may have gone astray. */
+/* Of three linear effects two may be enough; of a pair, the law that came second alone, when its own refit ended in a local minimum. */
 static bool may_be_fewer(const struct hypothesis *best)
 {
     return best->n_effects >= 3 ? !hypothesis_has_law(best) : best->n_effects == 2 && best->effects[1]->law != NULL;
 }
 
-/* The best hypothesis again without one of its effects: what was added first may have stood in for what came later. */
-static enum bf_status without_one(struct diagnose_work *w, struct bf_error *err)
+/* Refits the best hypothesis without each of its effects: one that was added first may have fitted what a later one explains. */
+static enum bf_status without_one(struct diagnose_state *w, struct bf_error *err)
 {
     const struct hypothesis *best = &w->d->hypotheses[0];
     struct refit_job jobs[DIAGNOSE_EFFECTS];
@@ -129,22 +129,22 @@ static enum bf_status without_one(struct diagnose_work *w, struct bf_error *err)
     return status;
 }
 
-/* What was added last took its share, so that one more may take the rest. */
-static bool gets_somewhere(const struct diagnosis *d, size_t n_effects)
+/* The last effect took enough of the excess over the noise, so that one more is worth a search. */
+static bool last_one_helped(const struct diagnosis *d, size_t n_effects)
 {
     const double now = diagnose_best_left(d, n_effects), before = diagnose_best_left(d, n_effects - 1);
     return now * now - 1.0 <= least_progress * fmax(before * before - 1.0, 0.0);
 }
 
-static enum bf_status search(struct diagnose_work *w, struct bf_error *err)
+static enum bf_status search(struct diagnose_state *w, struct bf_error *err)
 {
     const size_t most = w->options->most_effects > 0 ? w->options->most_effects : DIAGNOSE_EFFECTS;
-    tell(w, part_baseline, "short list");
+    set_progress(w, part_baseline, "short list");
     enum bf_status status = diagnose_extend(w, &w->d->baseline, most_singles, part_singles, err);
     for (size_t n = 1; n < most && !status && !progress_interrupted(); n++) {
         const bool far = diagnose_is_far(&w->d->baseline);
-        if (w->d->n_hypotheses == 0 || !diagnose_more_wanted(w->d) || !gets_somewhere(w->d, n) || (n > 1 && !far))
-            break; /* two that fit a weak misfit are told, not named; three would be neither */
+        if (w->d->n_hypotheses == 0 || !diagnose_more_wanted(w->d) || !last_one_helped(w->d, n) || (n > 1 && !far))
+            break; /* a weak misfit does not tell three effects */
         status = one_more(w, n, err);
     }
     if (!status && !progress_interrupted())
@@ -153,7 +153,7 @@ static enum bf_status search(struct diagnose_work *w, struct bf_error *err)
     return status;
 }
 
-static enum bf_status localise(struct diagnose_work *w, struct bf_error *err)
+static enum bf_status localise(struct diagnose_state *w, struct bf_error *err)
 {
     struct diagnosis *d = w->d;
     struct misfit_channel *channels = hypothesis_channels(d, &d->baseline);
@@ -171,7 +171,7 @@ static enum bf_status localise(struct diagnose_work *w, struct bf_error *err)
 }
 
 /* The force that the baseline lacks, for a verdict `unknown`. */
-static enum bf_status reconstruct(struct diagnose_work *w, struct bf_error *err)
+static enum bf_status reconstruct(struct diagnose_state *w, struct bf_error *err)
 {
     struct diagnosis *d = w->d;
     struct predictor *predictor;
@@ -190,15 +190,15 @@ static enum bf_status reconstruct(struct diagnose_work *w, struct bf_error *err)
     return status == BF_USAGE ? BF_OK : status;
 }
 
-static void work_free(struct diagnose_work *w)
+static void work_free(struct diagnose_state *w)
 {
     for (size_t c = 0; w->check_noise && c < w->n_check_channels; c++)
         noise_free(&w->check_noise[c]);
     free(w->check_noise), free(w->whiteners), free(w->sigma), free(w->check_sigma);
 }
 
-/* A local minimum is not physics: what is named must be better than the best that the baseline can do. */
-static enum bf_status restart(struct diagnose_work *w, struct bf_error *err)
+/* Fits the baseline again from the best explanation, so that a local minimum of the baseline is not taken for missing physics. */
+static enum bf_status restart(struct diagnose_state *w, struct bf_error *err)
 {
     bool lower;
     enum bf_status status = diagnose_restart(w, &lower, err);
@@ -217,29 +217,29 @@ static bool about_to_name(const struct diagnosis *d)
     return !d->interrupted && (d->n_named > 0 || (d->unconfirmed && diagnose_can_cross(d)));
 }
 
-/* Of the best, and of what becomes the best when that one leaves too much, itself from another place first. */
-static enum bf_status look_for_remains(struct diagnose_work *w, struct bf_error *err)
+/* Scores one more effect on the best hypothesis, and on whichever becomes the best after that. */
+static enum bf_status look_for_remains(struct diagnose_state *w, struct bf_error *err)
 {
     struct diagnosis *d = w->d;
     enum bf_status status = BF_OK;
-    while (!status && about_to_name(d) && diagnose_may_stand_in(d, &d->hypotheses[0]) && !d->hypotheses[0].looked) {
+    while (!status && about_to_name(d) && diagnose_is_doubtful(d, &d->hypotheses[0]) && !d->hypotheses[0].looked) {
         d->hypotheses[0].looked = true;
         status = diagnose_remains(w, err);
         if (!status && !progress_interrupted() && diagnose_leaves_more(d, &d->hypotheses[0]))
-            status = diagnose_settle(w, 0.0, err);
+            status = diagnose_other_places(w, 0.0, err);
         d->interrupted = progress_interrupted();
         diagnose_decide(d);
     }
     return status;
 }
 
-/* What the verdict hangs on, once more: its own optimum, the baseline's, what it leaves, records left out. */
-static enum bf_status confirm(struct diagnose_work *w, struct bf_error *err)
+/* Checks what is about to be named: refits from other places, the baseline again, what one more effect would take, cross-validation. */
+static enum bf_status confirm(struct diagnose_state *w, struct bf_error *err)
 {
     struct diagnosis *d = w->d;
     enum bf_status status = BF_OK;
     if (about_to_name(d)) {
-        status = diagnose_settle(w, part_settle, err);
+        status = diagnose_other_places(w, part_places, err);
         d->interrupted = progress_interrupted();
         diagnose_decide(d);
     }
@@ -252,17 +252,17 @@ static enum bf_status confirm(struct diagnose_work *w, struct bf_error *err)
     return status;
 }
 
-static enum bf_status stages(struct diagnose_work *w, struct bf_error *err)
+static enum bf_status stages(struct diagnose_state *w, struct bf_error *err)
 {
     struct diagnosis *d = w->d;
-    tell(w, 0.0, "baseline");
+    set_progress(w, 0.0, "baseline");
     enum bf_status status = diagnose_noise(w, err);
     if (!status)
         status = diagnose_baseline(w, err);
     if (!status && !progress_interrupted())
         status = diagnose_numerics(w, err);
     if (!status)
-        status = look(w, err);
+        status = test_linearity(w, err);
     if (!status)
         status = localise(w, err);
     if (!status && !progress_interrupted() && diagnose_computed(d))
@@ -289,7 +289,7 @@ enum bf_status diagnose_run(const struct model *model, const struct record recor
         .model = model, .records = records, .n_records = n_records, .checks = checks, .n_checks = n_checks};
     out->check_kind = n_checks > 0 ? CHECK_RECORDS : CHECK_NONE;
     clock_gettime(CLOCK_MONOTONIC, &begin);
-    struct diagnose_work w = {.d = out, .options = options ? options : &defaults};
+    struct diagnose_state w = {.d = out, .options = options ? options : &defaults};
     w.threads = workers_wanted(w.options->threads);
     w.bar = w.options->quiet ? NULL : progress_begin("diagnose");
     const enum bf_status status = stages(&w, err);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The model as given, fitted: what every hypothesis is measured against. */
-#include "diagnose_work.h"
+#include "diagnose_state.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -36,7 +36,7 @@ static enum bf_status noise_of(const struct model *model, const struct record re
     return status;
 }
 
-enum bf_status diagnose_noise(struct diagnose_work *w, struct bf_error *err)
+enum bf_status diagnose_noise(struct diagnose_state *w, struct bf_error *err)
 {
     struct diagnosis *d = w->d;
     enum bf_status status =
@@ -54,7 +54,7 @@ enum bf_status diagnose_noise(struct diagnose_work *w, struct bf_error *err)
 }
 
 /* fit_run() knows how to begin far off; refit_run() then gives residual and errors in the form of every hypothesis. */
-enum bf_status diagnose_baseline(struct diagnose_work *w, struct bf_error *err)
+enum bf_status diagnose_baseline(struct diagnose_state *w, struct bf_error *err)
 {
     struct diagnosis *d = w->d;
     struct hypothesis *h = &d->baseline;
@@ -96,7 +96,7 @@ static enum bf_status without_its_effects(const struct diagnosis *d, const struc
     return status;
 }
 
-enum bf_status diagnose_restart(struct diagnose_work *w, bool *lower, struct bf_error *err)
+enum bf_status diagnose_restart(struct diagnose_state *w, bool *lower, struct bf_error *err)
 {
     struct diagnosis *d = w->d;
     struct hypothesis *h = &d->baseline, again = {.n_base = h->n_base, .refitted = true};
@@ -117,8 +117,8 @@ enum bf_status diagnose_restart(struct diagnose_work *w, bool *lower, struct bf_
         status = hypothesis_measure(w, &again, err);
     }
     if (*lower && !status) {
-        const struct hypothesis trapped = *h;
-        *h = again, again = trapped;
+        const struct hypothesis old = *h;
+        *h = again, again = old;
         d->converged = h->fit.converged;
     }
     hypothesis_free(&again);

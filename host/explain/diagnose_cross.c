@@ -3,7 +3,7 @@
  * Cross-validation over whole records, for a diagnosis without held-out ones. Records are left out in groups (one each, as
  * long as there are few), the model is fitted to the others from where it stands, and predicts those left out.
  */
-#include "diagnose_work.h"
+#include "diagnose_state.h"
 
 #include <math.h>
 #include <pthread.h>
@@ -14,7 +14,7 @@
 #include "ground/ground.h"
 
 enum {
-    MOST_FOLDS = 6, /* more teach little about whole records, and each costs a refit */
+    MOST_FOLDS = 6, /* each costs a refit of every hypothesis that is checked */
     MOST_CHECKED = 4
 };
 
@@ -37,7 +37,7 @@ struct fold_job {
 };
 
 struct fold_queue {
-    struct diagnose_work *w;
+    struct diagnose_state *w;
     struct fold_job *jobs;
     size_t n, next, finished;
     double begin, span; /* of the progress bar */
@@ -62,7 +62,7 @@ static void set_free(struct record_set *set)
 }
 
 /* Channels are in the order of the records, so those of some records are in the same order. */
-static struct record_set set_new(const struct diagnose_work *w, size_t fold, bool left_out)
+static struct record_set set_new(const struct diagnose_state *w, size_t fold, bool left_out)
 {
     const struct diagnosis *d = w->d;
     const size_t n_folds = folds(d);
@@ -126,7 +126,7 @@ static void forget_own(struct model *model, const struct record_set *out)
     }
 }
 
-static enum bf_status refit_without(const struct diagnose_work *w, const struct record_set *kept, int threads,
+static enum bf_status refit_without(const struct diagnose_state *w, const struct record_set *kept, int threads,
                                     struct model *model, struct fold_job *job, struct bf_error *err)
 {
     double *sd = free_estimated(w->d, job->h, kept, model);
@@ -147,7 +147,7 @@ static enum bf_status refit_without(const struct diagnose_work *w, const struct 
     return BF_OK;
 }
 
-static enum bf_status predict_left_out(const struct diagnose_work *w, const struct record_set *out, int threads,
+static enum bf_status predict_left_out(const struct diagnose_state *w, const struct record_set *out, int threads,
                                        const struct model *model, struct fold_job *job, struct bf_error *err)
 {
     struct fit_options options = {.quiet = true, .sigma = out->sigma, .predict = w->options->predict};
@@ -161,7 +161,7 @@ static enum bf_status predict_left_out(const struct diagnose_work *w, const stru
     return status;
 }
 
-static void run_fold(const struct diagnose_work *w, struct fold_job *job, int threads)
+static void run_fold(const struct diagnose_state *w, struct fold_job *job, int threads)
 {
     struct record_set kept = set_new(w, job->fold, false), out = set_new(w, job->fold, true);
     struct model model;
@@ -184,7 +184,7 @@ static void run_fold(const struct diagnose_work *w, struct fold_job *job, int th
 static void *work(void *argument)
 {
     struct fold_queue *queue = argument;
-    struct diagnose_work *w = queue->w;
+    struct diagnose_state *w = queue->w;
     (void)pthread_mutex_lock(&queue->lock);
     while (queue->next < queue->n && !progress_interrupted()) {
         struct fold_job *job = &queue->jobs[queue->next++];
@@ -203,7 +203,7 @@ static void *work(void *argument)
     return NULL;
 }
 
-static void run_jobs(struct diagnose_work *w, struct fold_job jobs[], size_t n, double span)
+static void run_jobs(struct diagnose_state *w, struct fold_job jobs[], size_t n, double span)
 {
     struct fold_queue queue = {.w = w, .jobs = jobs, .n = n, .begin = w->done, .span = span};
     (void)pthread_mutex_init(&queue.lock, NULL);
@@ -213,7 +213,7 @@ static void run_jobs(struct diagnose_work *w, struct fold_job jobs[], size_t n, 
 }
 
 /* The channels of all records from those of the folds. */
-static void gather(const struct diagnose_work *w, const struct fold_job jobs[], struct hypothesis *h)
+static void gather(const struct diagnose_state *w, const struct fold_job jobs[], struct hypothesis *h)
 {
     const struct diagnosis *d = w->d;
     const size_t n_folds = folds(d);
@@ -235,7 +235,7 @@ static void gather(const struct diagnose_work *w, const struct fold_job jobs[], 
     free(all);
 }
 
-static void cross_validate(struct diagnose_work *w, struct hypothesis *const hypotheses[], size_t n, double span)
+static void cross_validate(struct diagnose_state *w, struct hypothesis *const hypotheses[], size_t n, double span)
 {
     const size_t n_folds = folds(w->d);
     struct fold_job *jobs = bf_alloc(n * n_folds, sizeof *jobs);
@@ -250,7 +250,7 @@ static void cross_validate(struct diagnose_work *w, struct hypothesis *const hyp
     free(jobs);
 }
 
-/* ---- What the verdict hangs on ---- */
+/* ---- Which hypotheses are cross-validated ---- */
 
 static bool lacks_check(const struct hypothesis *h)
 {
@@ -269,7 +269,7 @@ static size_t wanted(const struct diagnosis *d, struct hypothesis *out[], size_t
     return n;
 }
 
-void diagnose_cross(struct diagnose_work *w, double span)
+void diagnose_cross(struct diagnose_state *w, double span)
 {
     struct diagnosis *d = w->d;
     struct hypothesis *chosen[1 + MOST_CHECKED] = {&d->baseline};

@@ -3,7 +3,7 @@
  * From fitted hypotheses to a verdict. Every threshold is a named constant with its reason; docs/diagnose.md, 'Decision',
  * says by which simulation each was set.
  */
-#include "diagnose_work.h"
+#include "diagnose_state.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -13,19 +13,18 @@
 static const double alpha = 0.01;
 /* Noise ratios up to which nothing is left that matters: the floor itself is known to about 1.2 % a channel, held-out
  * records may be cut while the drive still runs. */
-static const double near_fitted = 1.10, near_check = 1.15, near_one_channel = 1.35;
-/* … and of a weak misfit at most this part of the excess (in power) may remain, unless what remains is within the floor's own error. */
+static const double noise_fitted = 1.10, noise_check = 1.15, noise_one_channel = 1.35;
+/* Of a weak misfit at most this part of the excess (in power) may remain as well, unless what remains is within the floor's own error. */
 static const double weak_share = 0.15, within_floor = 1.03;
 /*
- * … or, for a law or a damping alone, whose forms are idealisations, the excess over the noise (in power) that may remain of a misfit
- * many times the noise: 7 % of its rms. Masses, springs, loads, filters are what they are: a point spring leaves 1.39 × of the 43 ×
- * that an axial load makes, a sensor's delay 1.38 × of the 35 × of a lag.
+ * A law or a damping alone explains a misfit many times the noise also when this part of the excess (in power) remains, 7 % of its rms:
+ * their forms are idealisations. Masses, springs, loads and filters have exact forms and must come down to the noise.
  */
 static const double left_share = 0.005;
 /*
- * Two or three effects that together leave more than the noise have not explained anything, nor has one that leaves more of a weak
- * misfit: they bend until they fit. A channel's floor is known to this part, so over n channels what is left may be several / √n of
- * that. A law's own error is larger.
+ * Several effects, and on a weak misfit a single one, have parameters enough to fit part of what they do not cause, so they must come
+ * down to the noise itself. A channel's floor is known to floor_error, so over n channels the rms may be several · floor_error/√n above
+ * it. Laws are excepted, because their form has a larger error.
  */
 static const double floor_error = 0.012, several = 3.5;
 /* One more effect must lower the fitted rms by this much, or nobody would see the difference. */
@@ -36,13 +35,13 @@ static const double least_gain = 0.02;
  */
 static const double rival_fall = 20.0, rival_share = 0.002;
 /*
- * What is near the noise because it is the cause left one more effect at most 0.14 % of the whitened misfit to take, eight of 13 that stood
- * in for it 0.3 % or more, beside what a search finds in noise. Chosen on the cases that judge it.
+ * The cause leaves nothing systematic; a wrong effect that fits as well leaves the difference. An explanation of which one more effect
+ * would take more than this share of the whitened misfit, beyond what a search finds in noise, is taken for a wrong one.
  */
 static const double remainder_share = 0.003;
 /*
  * An explanation whose held-out records are this much (rms) worse predicted than by the best is no rival. Both are measured on the same
- * noise, so its level cancels; class mates differ by 0.005 at most.
+ * noise, so its level cancels; effects that act alike differ by less.
  */
 static const double refuted_by_check = 1.015;
 /* Below this ratio a baseline that no effect improves is complete. */
@@ -69,17 +68,17 @@ static double excess(double ratio)
 
 static bool at_noise(const struct hypothesis_errors *e, double limit)
 {
-    return e->n_channels == 0 || (e->noise_ratio <= limit && e->worst_ratio <= near_one_channel);
+    return e->n_channels == 0 || (e->noise_ratio <= limit && e->worst_ratio <= noise_one_channel);
 }
 
-/* Most of what the baseline leaves is explained: 1.09 × the noise is not the end of a misfit of 1.4 ×. */
+/* Most of the excess over the noise that the baseline leaves is explained. */
 static bool most_explained(const struct hypothesis_errors *e, const struct hypothesis_errors *before)
 {
     return e->noise_ratio <= within_floor || excess(e->noise_ratio) <= weak_share * excess(before->noise_ratio);
 }
 
-static bool near(const struct hypothesis_errors *e, const struct hypothesis_errors *before, double limit,
-                 bool idealised)
+static bool is_reached(const struct hypothesis_errors *e, const struct hypothesis_errors *before, double limit,
+                       bool idealised)
 {
     return at_noise(e, limit) || (idealised && excess(e->noise_ratio) <= left_share * excess(before->noise_ratio));
 }
@@ -90,14 +89,11 @@ static bool is_idealised(const struct hypothesis *h)
     return h->n_effects == 1 && (hypothesis_has_law(h) || h->effects[0]->family == BEAM_FAMILY_DAMPING);
 }
 
-/*
- * Up to which ratio the fitted records are at the noise. Several effects bend until they nearly fit, and near the noise even one that is
- * not the cause does.
- */
+/* Ratio up to which the fitted records are at the noise; see floor_error. */
 static double fitted_limit(const struct diagnosis *d, const struct hypothesis *h)
 {
     if (hypothesis_has_law(h) || h->fitted.n_channels == 0 || (h->n_effects < 2 && diagnose_is_far(&d->baseline)))
-        return near_fitted;
+        return noise_fitted;
     return 1.0 + several * floor_error / sqrt((double)h->fitted.n_channels);
 }
 
@@ -106,14 +102,14 @@ bool diagnose_too_many(const struct diagnosis *d, const struct hypothesis *h)
     return h->n_effects > 1 && !diagnose_is_far(&d->baseline);
 }
 
-bool diagnose_may_stand_in(const struct diagnosis *d, const struct hypothesis *h)
+bool diagnose_is_doubtful(const struct diagnosis *d, const struct hypothesis *h)
 {
     return h->n_effects > 1 || !diagnose_is_far(&d->baseline);
 }
 
 bool diagnose_leaves_more(const struct diagnosis *d, const struct hypothesis *h)
 {
-    return diagnose_may_stand_in(d, h) && h->remains > rival_fall + remainder_share * (double)h->fitted.misfit.n;
+    return diagnose_is_doubtful(d, h) && h->remains > rival_fall + remainder_share * (double)h->fitted.misfit.n;
 }
 
 /* Whitened misfit with a price for parameters; comparable between hypotheses. */
@@ -148,8 +144,8 @@ void diagnose_rank(struct diagnosis *d, size_t n_tried)
         evidence_compare(&d->baseline.fitted.misfit, &h->fitted.misfit, h->n_added, 0, n_tried, &h->evidence);
         h->explains = !diagnose_too_many(d, h) && !diagnose_leaves_more(d, h) &&
                       most_explained(&h->fitted, &d->baseline.fitted) &&
-                      near(&h->fitted, &d->baseline.fitted, fitted_limit(d, h), is_idealised(h)) &&
-                      near(&h->check, &d->baseline.check, near_check, is_idealised(h));
+                      is_reached(&h->fitted, &d->baseline.fitted, fitted_limit(d, h), is_idealised(h)) &&
+                      is_reached(&h->check, &d->baseline.check, noise_check, is_idealised(h));
         p[i] = fmin(h->evidence.p_value * (double)n_tried / (double)d->n_hypotheses, 1.0);
     }
     holm_adjust(p, d->n_hypotheses, p);
@@ -318,7 +314,7 @@ bool diagnose_more_wanted(const struct diagnosis *d)
     if (d->n_hypotheses == 0)
         return false;
     if (hypothesis_has_law(best))
-        return !best->explains || best->fitted.noise_ratio > near_fitted; /* a law's own error leaves a few per cent */
+        return !best->explains || best->fitted.noise_ratio > noise_fitted; /* a law's own error leaves a few per cent */
     return best->fitted.noise_ratio > fmin(wanted_fitted, fitted_limit(d, best)) ||
            best->check.noise_ratio > wanted_check;
 }
@@ -339,7 +335,7 @@ void diagnose_decide(struct diagnosis *d)
     if (best == NULL || !significant(d, best)) {
         const bool fine =
             d->baseline.fitted.noise_ratio <= complete_ratio ||
-            (d->baseline.fitted.noise_ratio <= near_fitted && d->baseline.check.noise_ratio <= near_check);
+            (d->baseline.fitted.noise_ratio <= noise_fitted && d->baseline.check.noise_ratio <= noise_check);
         d->verdict = fine ? VERDICT_COMPLETE : VERDICT_UNKNOWN;
         return;
     }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* How far a hypothesis is from the records, fitted and held out, measured by their noise. */
-#include "diagnose_work.h"
+#include "diagnose_state.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -33,7 +33,7 @@ struct misfit_channel *hypothesis_channels(const struct diagnosis *d, const stru
     return channels;
 }
 
-static void measure_fitted(const struct diagnose_work *w, struct hypothesis *h)
+static void measure_fitted(const struct diagnose_state *w, struct hypothesis *h)
 {
     const struct refit_result *fit = &h->fit;
     struct hypothesis_errors *e = &h->fitted;
@@ -74,7 +74,7 @@ void hypothesis_take_check(struct hypothesis *h, const struct fit_channel_error 
     }
 }
 
-static enum bf_status measure_check(const struct diagnose_work *w, struct hypothesis *h, struct bf_error *err)
+static enum bf_status measure_check(const struct diagnose_state *w, struct hypothesis *h, struct bf_error *err)
 {
     const struct diagnosis *d = w->d;
     h->check = (struct hypothesis_errors){.nrmse = NAN, .noise_ratio = NAN, .worst_ratio = NAN};
@@ -94,7 +94,7 @@ static enum bf_status measure_check(const struct diagnose_work *w, struct hypoth
     return status;
 }
 
-enum bf_status hypothesis_measure(const struct diagnose_work *w, struct hypothesis *h, struct bf_error *err)
+enum bf_status hypothesis_measure(const struct diagnose_state *w, struct hypothesis *h, struct bf_error *err)
 {
     measure_fitted(w, h);
     return measure_check(w, h, err);

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
- * One more effect on a hypothesis, in waves. What records of different level say comes first: a beam that is not linear
- * needs an effect that is not, and the others are tried only when none explains it; a linear beam needs no law when a
- * linear effect explains it.
+ * One more effect on a hypothesis, in two stages. When records of different level show a nonlinear beam, nonlinear effects are
+ * tried first and linear ones only when none of those explains it; otherwise linear effects come first.
  */
 #include "diagnose_shortlist.h"
 
@@ -32,7 +31,7 @@ static double best_left(const struct shortlist *s)
     return fmax(best, 1.0);
 }
 
-/* A linear effect takes a misfit far above the noise down to it: what bends drive or sensor is no rival then. */
+/* A linear effect takes a misfit far above the noise down to it: nonlinear drives and sensors need not be tried. */
 static bool linear_does(const struct shortlist *s)
 {
     return diagnose_is_far(&s->w->d->baseline) && s->n_order[KIND_LINEAR] > 0 &&
@@ -43,12 +42,12 @@ static enum bf_status look_at(struct shortlist *s, enum effect_kind kind, struct
 {
     if (kind == KIND_LAW)
         return shortlist_try_laws(s, err);
-    return kind == KIND_BENT && linear_does(s) ? BF_OK : shortlist_score(s, kind, err);
+    return kind == KIND_NONLINEAR_CHAIN && linear_does(s) ? BF_OK : shortlist_score(s, kind, err);
 }
 
 /* Scores, trials and refits of the kinds. */
-static enum bf_status wave(struct shortlist *s, const enum effect_kind kinds[], size_t n_kinds, const size_t most[],
-                           double span, struct bf_error *err)
+static enum bf_status stage(struct shortlist *s, const enum effect_kind kinds[], size_t n_kinds, const size_t most[],
+                            double span, struct bf_error *err)
 {
     struct refit_job *jobs = NULL;
     size_t n = 0;
@@ -66,8 +65,8 @@ static enum bf_status wave(struct shortlist *s, const enum effect_kind kinds[], 
     return status;
 }
 
-/* Nothing explains a beam that is not linear: its best law, whatever the trial says. */
-static void last_resort(struct shortlist *s)
+/* Refits the law with the best trial, whatever that leaves: nothing else explains a nonlinear beam. */
+static void refit_best_law(struct shortlist *s)
 {
     struct refit_job *jobs = NULL;
     size_t n = 0;
@@ -78,22 +77,22 @@ static void last_resort(struct shortlist *s)
     diagnose_rank(s->w->d, s->w->n_tried);
 }
 
-enum bf_status diagnose_extend(struct diagnose_work *w, const struct hypothesis *from, const size_t most[], double span,
-                               struct bf_error *err)
+enum bf_status diagnose_extend(struct diagnose_state *w, const struct hypothesis *from, const size_t most[],
+                               double span, struct bf_error *err)
 {
-    static const enum effect_kind bent_first[] = {KIND_LAW, KIND_BENT, KIND_LINEAR},
-                                  linear_first[] = {KIND_LINEAR, KIND_BENT, KIND_LAW};
-    const bool bent = from->n_effects == 0 && w->d->linearity.verdict == LINEARITY_NONLINEAR;
-    const enum effect_kind *kinds = bent ? bent_first : linear_first;
+    static const enum effect_kind nonlinear_first[] = {KIND_LAW, KIND_NONLINEAR_CHAIN, KIND_LINEAR},
+                                  linear_first[] = {KIND_LINEAR, KIND_NONLINEAR_CHAIN, KIND_LAW};
+    const bool nonlinear = from->n_effects == 0 && w->d->linearity.verdict == LINEARITY_NONLINEAR;
+    const enum effect_kind *kinds = nonlinear ? nonlinear_first : linear_first;
     struct shortlist s;
     enum bf_status status = shortlist_new(w, from, &s, err);
     if (!status)
-        status = wave(&s, kinds, 2, most, 0.6 * span, err);
+        status = stage(&s, kinds, 2, most, 0.6 * span, err);
     const bool enough = explained(&s) && w->d->linearity.verdict != LINEARITY_CANNOT_TELL && diagnose_is_far(from);
     if (!status && !progress_interrupted() && (!enough || w->options->everything))
-        status = wave(&s, kinds + 2, 1, most, 0.4 * span, err);
-    if (!status && bent && !w->options->everything && !progress_interrupted() && !explained(&s))
-        last_resort(&s);
+        status = stage(&s, kinds + 2, 1, most, 0.4 * span, err);
+    if (!status && nonlinear && !w->options->everything && !progress_interrupted() && !explained(&s))
+        refit_best_law(&s);
     shortlist_free(&s);
     return status;
 }

@@ -3,7 +3,7 @@
  * Is it the computation that is wrong, not the physics? The baseline is predicted once more at its optimum, in a finer space
  * and, where it steps through time, with a finer step; linear unknowns (states of free decays, unknown levels) are solved again.
  */
-#include "diagnose_work.h"
+#include "diagnose_state.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -28,7 +28,7 @@ static double change_of(const struct misfit_channel *channel, const double fitte
     return channel->n > 0 ? sqrt(square / (double)channel->n) / sigma : 0.0;
 }
 
-static void compare(const struct diagnose_work *w, const struct finer_prediction *finer, struct numerics *numerics)
+static void compare(const struct diagnose_state *w, const struct finer_prediction *finer, struct numerics *numerics)
 {
     struct misfit_channel *channels = hypothesis_channels(w->d, &w->d->baseline);
     numerics->change = 0.0;
@@ -43,7 +43,7 @@ static void compare(const struct diagnose_work *w, const struct finer_prediction
     free(channels);
 }
 
-enum bf_status diagnose_numerics(struct diagnose_work *w, struct bf_error *err)
+enum bf_status diagnose_numerics(struct diagnose_state *w, struct bf_error *err)
 {
     struct diagnosis *d = w->d;
     const struct model *model = &d->baseline.model;

@@ -10,20 +10,20 @@
 #include "ground/ground.h"
 
 struct refit_queue {
-    struct diagnose_work *w;
+    struct diagnose_state *w;
     struct refit_job *jobs;
     size_t n, next, done;
     double begin, span; /* of the progress bar */
     pthread_mutex_t lock;
-    atomic_bool passed; /* an answer has come down to the noise from far above */
+    atomic_bool explained; /* a hypothesis has come down from a large misfit to the noise */
 };
 
-static bool is_beaten(void *queue)
+static bool is_superseded(void *queue)
 {
-    return atomic_load(&((struct refit_queue *)queue)->passed);
+    return atomic_load(&((struct refit_queue *)queue)->explained);
 }
 
-static bool passes(const struct diagnosis *d, const struct hypothesis *h)
+static bool is_explained(const struct diagnosis *d, const struct hypothesis *h)
 {
     static const double check = 1.05;
     return diagnose_is_far(&d->baseline) && h->fitted.noise_ratio <= diagnose_at_noise &&
@@ -31,8 +31,8 @@ static bool passes(const struct diagnosis *d, const struct hypothesis *h)
 }
 
 /*
- * A law takes seconds to minutes: it need not end once another explanation has passed. Not so a linear effect on a root with a law: it
- * may be the simpler case of the one that passed.
+ * The refit of a law takes seconds to minutes and is stopped once another hypothesis explains the records. A linear effect added to a law
+ * is not stopped: it may be the simpler case of that hypothesis.
  */
 static bool takes_long(const struct hypothesis *h)
 {
@@ -43,7 +43,7 @@ static bool takes_long(const struct hypothesis *h)
 static bool run_job(struct refit_queue *queue, struct refit_job *job, int threads, double abandon_above,
                     struct hypothesis *h)
 {
-    const struct diagnose_work *w = queue->w;
+    const struct diagnose_state *w = queue->w;
     const struct diagnosis *d = w->d;
     struct bf_error err;
     struct refit_options options = {.sigma = w->sigma,
@@ -57,18 +57,18 @@ static bool run_job(struct refit_queue *queue, struct refit_job *job, int thread
     for (size_t i = 0; i < h->n_effects; i++)
         h->effects[i] = h->model.effects[h->n_base + i].effect;
     if (takes_long(h) && !w->options->everything)
-        options.interrupted = is_beaten, options.context = queue;
+        options.interrupted = is_superseded, options.context = queue;
     if (refit_run(&h->model, d->records, d->n_records, &options, &h->fit, &err) != BF_OK)
         return false;
     refit_into_model(d->records, d->n_records, h->fit.value, h->fit.sd, &h->model);
     h->n_added = h->fit.n_unknowns > d->baseline.fit.n_unknowns ? h->fit.n_unknowns - d->baseline.fit.n_unknowns : 1;
     h->refitted = true;
-    h->settled = job->settled;
+    h->places_tried = job->places_tried;
     return hypothesis_measure(w, h, &err) == BF_OK;
 }
 
 /* χ²/n that is far above what the best refit with as many effects leaves. */
-static double hopeless(const struct diagnosis *d, size_t n_effects)
+static double abandon_limit(const struct diagnosis *d, size_t n_effects)
 {
     double best = 0.0;
     for (size_t i = 0; i < d->n_hypotheses; i++) {
@@ -82,39 +82,40 @@ static double hopeless(const struct diagnosis *d, size_t n_effects)
 static void *work(void *argument)
 {
     struct refit_queue *queue = argument;
-    struct diagnose_work *w = queue->w;
+    struct diagnose_state *w = queue->w;
     (void)pthread_mutex_lock(&queue->lock);
     while (queue->next < queue->n && !progress_interrupted()) {
         struct refit_job *job = &queue->jobs[queue->next++];
         const size_t left = queue->n - queue->next + 1;
         const int threads = left >= (size_t)w->threads ? 1 : w->threads / (int)left;
-        const double abandon_above = w->options->everything || job->to_the_end ? 0.0 : hopeless(w->d, job->n_effects);
+        const double abandon_above =
+            w->options->everything || job->to_the_end ? 0.0 : abandon_limit(w->d, job->n_effects);
         (void)pthread_mutex_unlock(&queue->lock);
         struct hypothesis h;
         const bool usable = run_job(queue, job, threads, abandon_above, &h);
-        const bool beaten = h.fit.interrupted && !progress_interrupted();
+        const bool superseded = h.fit.interrupted && !progress_interrupted();
         (void)pthread_mutex_lock(&queue->lock);
         struct diagnosis *d = w->d;
         d->evaluations += h.fit.evaluations;
-        if (usable && !beaten) {
-            if (passes(d, &h))
-                atomic_store(&queue->passed, true);
+        if (usable && !superseded) {
+            if (is_explained(d, &h))
+                atomic_store(&queue->explained, true);
             d->hypotheses = bf_grow(d->hypotheses, d->n_hypotheses + 1, sizeof *d->hypotheses);
             d->hypotheses[d->n_hypotheses++] = h;
         } else {
-            d->n_failed += !beaten;
+            d->n_failed += !superseded;
             hypothesis_free(&h);
         }
         queue->done++;
         if (w->bar)
             progress_update(w->bar, queue->begin + queue->span * (double)queue->done / (double)queue->n,
-                            usable && !beaten ? h.effects[h.n_effects - 1]->id : NULL);
+                            usable && !superseded ? h.effects[h.n_effects - 1]->id : NULL);
     }
     (void)pthread_mutex_unlock(&queue->lock);
     return NULL;
 }
 
-void diagnose_refits(struct diagnose_work *w, struct refit_job jobs[], size_t n, double span)
+void diagnose_refits(struct diagnose_state *w, struct refit_job jobs[], size_t n, double span)
 {
     struct refit_queue queue = {.w = w, .jobs = jobs, .n = n, .begin = w->done, .span = span};
     (void)pthread_mutex_init(&queue.lock, NULL);

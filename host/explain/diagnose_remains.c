@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
- * What the explanation that is about to be named leaves, told without the level of the noise: the true effect leaves nothing
- * that one more effect could take, a stand-in leaves the difference between the two.
+ * How much one more effect would take of what the best explanation leaves. The true effect leaves nothing to take, a wrong one that
+ * fits about as well leaves the difference between the two. This does not depend on the level of the noise.
  */
 #include "diagnose_shortlist.h"
 
@@ -9,7 +9,7 @@
 #include <stdlib.h>
 
 /* Of the noise in units of its rms, as scores take it. */
-static struct ar_model *colours(const struct diagnose_work *w)
+static struct ar_model *colours(const struct diagnose_state *w)
 {
     struct ar_model *colour = bf_alloc(w->d->n_channels + 1, sizeof *colour);
     for (size_t c = 0; c < w->d->n_channels; c++) {
@@ -19,7 +19,7 @@ static struct ar_model *colours(const struct diagnose_work *w)
     return colour;
 }
 
-enum bf_status diagnose_remains(struct diagnose_work *w, struct bf_error *err)
+enum bf_status diagnose_remains(struct diagnose_state *w, struct bf_error *err)
 {
     struct hypothesis *best = &w->d->hypotheses[0];
     struct shortlist s;
@@ -28,7 +28,7 @@ enum bf_status diagnose_remains(struct diagnose_work *w, struct bf_error *err)
     enum bf_status status = shortlist_new(w, best, &s, err);
     s.first_order = true;
     s.colour = colour;
-    for (enum effect_kind kind = KIND_LINEAR; kind <= KIND_BENT && !status; kind++) {
+    for (enum effect_kind kind = KIND_LINEAR; kind <= KIND_NONLINEAR_CHAIN && !status; kind++) {
         status = shortlist_score(&s, kind, err);
         best->remains = status ? 0.0 : fmax(best->remains, shortlist_fall(&s, kind));
     }

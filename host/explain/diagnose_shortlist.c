@@ -9,35 +9,27 @@
 
 /*
  * A candidate is refitted when what it leaves (rms, after its few steps) is at most this many times what the best one
- * leaves; a refit that will end above it is given up. The true effect was the best of its list in all 17 linear cases of
- * docs/diagnose.md, 'Short list', and the best or second law in 9 of 10: three leaves room for what was not tried.
+ * leaves; a refit that will end above it is given up. docs/diagnose.md, 'Short list'.
  */
 const double diagnose_worth = 3.0;
-/* Below this misfit (× noise) an effect of one kind may pass for one of the other: a breathing crack at 1.4 × was taken for a point mass. */
-static const double mimicry = 3.0;
+/* Below this misfit (× noise) effects of different kinds fit the records alike: a misfit above it is far from the noise, below it weak. */
+static const double far_misfit = 3.0;
 const double diagnose_at_noise = 1.025;
-/* … and takes away at least this part of the excess over the noise that the best takes: near the noise 3 × means nothing. */
+/* It must also take away at least this part of the excess over the noise that the best takes: a ratio of rms values means little on a weak misfit. */
 static const double worth_share = 0.5;
 /*
- * Candidates whose score or trial has a p-value above this are not refitted. Generous: an omission is final. Scores are held
- * to it only where the baseline is near the noise; far from it the first order means little (a compensated baseline can turn
- * the sign of a true effect), and the refinement decides.
+ * Candidates whose score or trial has a p-value above this are not refitted. The limit is generous because an
+ * omission is final. For scores it holds only up to first_order_ratio times the noise; above, the first order means little (a
+ * baseline that compensates for an effect can turn its sign), and the refinement decides.
  */
-static const double hopeless_p = 0.05;
+static const double highest_p = 0.05;
 static const double first_order_ratio = 1.5;
 /* Best first-order scores that are refined, and renewals of a trial's motion. */
 enum { REFINED = 14, TRIAL_ROUNDS = 3 };
 
 bool diagnose_is_far(const struct hypothesis *h)
 {
-    return h->fitted.noise_ratio > mimicry;
-}
-
-enum effect_kind effect_kind(const struct beam_effect *effect)
-{
-    if (effect->law != NULL)
-        return KIND_LAW;
-    return effect->drive != NULL || effect->map != NULL ? KIND_BENT : KIND_LINEAR;
+    return h->fitted.noise_ratio > far_misfit;
 }
 
 double shortlist_left(const struct shortlist *s, size_t i)
@@ -61,7 +53,7 @@ static size_t keep_likely(const struct score scores[], size_t order[], size_t n)
 {
     size_t kept = 0;
     for (size_t k = 0; k < n; k++)
-        if (scores[order[k]].p_value <= hopeless_p)
+        if (scores[order[k]].p_value <= highest_p)
             order[kept++] = order[k];
     return kept;
 }
@@ -94,7 +86,7 @@ static void score_kind(struct shortlist *s, enum effect_kind kind)
     free(some), free(scores), free(at), free(order);
 }
 
-/* Is there an effect of this kind or a dearer one? */
+/* The model has an effect of this kind or of a costlier one. */
 static bool reaches(const struct model *model, enum effect_kind kind)
 {
     for (size_t e = 0; e < model->n_effects; e++)
@@ -105,23 +97,23 @@ static bool reaches(const struct model *model, enum effect_kind kind)
 
 enum bf_status shortlist_score(struct shortlist *s, enum effect_kind kind, struct bf_error *err)
 {
-    struct diagnose_work *w = s->w;
+    struct diagnose_state *w = s->w;
     if (s->order[kind] != NULL)
         return BF_OK;
     if (s->base == NULL) {
         const struct score_options options = {.sigma = w->sigma,
                                               .colour = s->colour,
                                               .threads = w->threads,
-                                              .race = diagnose_is_far(&w->d->baseline),
+                                              .stop_at_noise = diagnose_is_far(&w->d->baseline),
                                               .predict = w->options->predict};
         enum bf_status status = BF_OK;
         s->has_law = reaches(&s->from->model, KIND_LAW);
         if (s->has_law)
-            status = bare_new(w, s->from, &s->bare, err);
+            status = linear_part_new(w, s->from, &s->linear_part, err);
         if (!status)
-            status =
-                score_base_new(s->has_law ? &s->bare.model : &s->from->model,
-                               s->has_law ? s->bare.records : w->d->records, w->d->n_records, &options, &s->base, err);
+            status = score_base_new(s->has_law ? &s->linear_part.model : &s->from->model,
+                                    s->has_law ? s->linear_part.records : w->d->records, w->d->n_records, &options,
+                                    &s->base, err);
         if (status)
             return status;
         s->scores = bf_alloc(s->list.n, sizeof *s->scores);
@@ -136,7 +128,7 @@ double shortlist_fall(const struct shortlist *s, enum effect_kind kind)
     return s->n_order[kind] > 0 ? s->scores[s->order[kind][0]].LM : 0.0;
 }
 
-static bool excluded(const struct diagnose_work *w, const char *id)
+static bool excluded(const struct diagnose_state *w, const char *id)
 {
     for (size_t i = 0; i < w->options->n_without; i++)
         if (strcmp(w->options->without[i], id) == 0)
@@ -146,10 +138,10 @@ static bool excluded(const struct diagnose_work *w, const char *id)
 
 enum bf_status shortlist_try_laws(struct shortlist *s, struct bf_error *err)
 {
-    struct diagnose_work *w = s->w;
+    struct diagnose_state *w = s->w;
     struct predictor *predictor;
     struct motion motion;
-    if (s->tried || reaches(&s->from->model, KIND_BENT))
+    if (s->tried || reaches(&s->from->model, KIND_NONLINEAR_CHAIN))
         return BF_OK;
     s->tried = true;
     enum bf_status status =
@@ -193,7 +185,7 @@ static void push(struct refit_job **jobs, size_t *n, const struct refit_job *job
     (*jobs)[(*n)++] = *job;
 }
 
-/* The score's start is near: the refit needs no starts of its own. */
+/* The refined score is a start close to the optimum: the refit needs no starts of its own. */
 static enum bf_status job_of_score(const struct shortlist *s, size_t i, struct refit_job *job, struct bf_error *err)
 {
     *job = (struct refit_job){.n_effects = s->n_effects, .n_tried = s->w->n_tried};
@@ -213,25 +205,25 @@ static enum bf_status job_of_candidate(const struct shortlist *s, const struct c
 /* The score's start on a hypothesis with laws: all but the laws' own parameters as the score ended. */
 static enum bf_status job_on_law(const struct shortlist *s, size_t i, struct refit_job *job, struct bf_error *err)
 {
-    struct model bare;
+    struct model linear_part;
     enum bf_status status = job_of_candidate(s, &s->list.candidates[i], s->scores[i].p, job, err);
     if (status)
         return status;
-    status = score_model(s->base, &s->list.candidates[i], &s->scores[i], &bare, err);
+    status = score_model(s->base, &s->list.candidates[i], &s->scores[i], &linear_part, err);
     if (status) {
         model_free(&job->model);
         return status;
     }
-    for (size_t m = 0; m < bare.n_materials; m++) {
-        job->model.materials[m].EI.value = bare.materials[m].EI.value;
-        job->model.materials[m].rho.value = bare.materials[m].rho.value;
-        job->model.materials[m].cDI.value = bare.materials[m].cDI.value;
+    for (size_t m = 0; m < linear_part.n_materials; m++) {
+        job->model.materials[m].EI.value = linear_part.materials[m].EI.value;
+        job->model.materials[m].rho.value = linear_part.materials[m].rho.value;
+        job->model.materials[m].cDI.value = linear_part.materials[m].cDI.value;
     }
-    job->model.gamma.value = bare.gamma.value;
-    job->model.Ks.value = bare.Ks.value;
-    job->model.KB.value = bare.KB.value;
+    job->model.gamma.value = linear_part.gamma.value;
+    job->model.Ks.value = linear_part.Ks.value;
+    job->model.KB.value = linear_part.KB.value;
     job->first_new = job->model.n_effects;
-    model_free(&bare);
+    model_free(&linear_part);
     return BF_OK;
 }
 
@@ -280,7 +272,7 @@ static bool trial_promises(const struct trial *trial)
 
 static bool law_is_likely(const struct shortlist *s, const struct trial *trial, double best)
 {
-    return worth_refit(s, trial->unexplained, best) && trial->p_value <= hopeless_p &&
+    return worth_refit(s, trial->unexplained, best) && trial->p_value <= highest_p &&
            !(s->linear && !of_degree_one(trial->effect));
 }
 
@@ -349,7 +341,7 @@ void shortlist_choose(struct shortlist *s, enum effect_kind kind, size_t most, d
 
 /* ---- Begin and end ---- */
 
-enum bf_status shortlist_new(struct diagnose_work *w, const struct hypothesis *from, struct shortlist *out,
+enum bf_status shortlist_new(struct diagnose_state *w, const struct hypothesis *from, struct shortlist *out,
                              struct bf_error *err)
 {
     enum { MOST_LINES = 16 };
@@ -379,6 +371,6 @@ void shortlist_free(struct shortlist *s)
     if (s->base)
         score_base_free(s->base);
     if (s->has_law)
-        bare_free(&s->bare);
+        linear_part_free(&s->linear_part);
     candidate_list_free(&s->list);
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The verdict in words. */
-#include "diagnose_work.h"
+#include "diagnose_state.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -133,9 +133,9 @@ static void unconfirmed(FILE *out, const struct diagnosis *d)
     hypothesis_name(out, &d->hypotheses[0]);
     (void)fprintf(out, " leave ");
     ratios(out, d, &d->hypotheses[0]);
-    (void)fprintf(out,
-                  ", but several effects bend until they fit, and no record was left out to confirm them: give --check "
-                  "with a record of another excitation.");
+    (void)fprintf(out, ", but several effects together can fit what none of them causes, and no record was left out to "
+                       "confirm them: give --check "
+                       "with a record of another excitation.");
 }
 
 /* "accel_mps2 of chirp1.csv" */

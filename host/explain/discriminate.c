@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The order of work: noise, rivals, every drive of the menu on all threads, the choice. */
-#include "discriminate_work.h"
+#include "discriminate_state.h"
 
 #include <math.h>
 #include <pthread.h>
@@ -11,8 +11,8 @@
 #include "estimate/estimate.h"
 #include "ground/ground.h"
 
-const double discriminate_decisive = 10.0;
-const double discriminate_sensor_worth = 1.5;
+/* An added sensor is proposed when it multiplies the evidence by at least this: putting it on takes an afternoon. */
+static const double sensor_worth = 1.5;
 
 static double now_s(void)
 {
@@ -24,7 +24,7 @@ static double now_s(void)
 /* ---- All drives ---- */
 
 struct drive_queue {
-    struct discriminate_work *w;
+    struct discriminate_state *w;
     struct experiment *experiments; /* [n_drives][n_sensors + 1] */
     bool *usable;                   /* [n_drives] */
     size_t next, done;
@@ -71,7 +71,7 @@ static int by_evidence(const void *a, const void *b)
     return x->drive != y->drive ? (x->drive > y->drive ? 1 : -1) : (x->sensor > y->sensor) - (x->sensor < y->sensor);
 }
 
-static enum bf_status all_drives(struct discriminate_work *w, struct progress *bar, struct bf_error *err)
+static enum bf_status all_drives(struct discriminate_state *w, struct progress *bar, struct bf_error *err)
 {
     struct discrimination *d = w->d;
     const size_t sets = d->n_sensors + 1;
@@ -107,13 +107,13 @@ static void choose(struct discrimination *d)
     }
     d->best = plain < d->n ? plain : sensor < d->n ? sensor : 0;
     if (plain < d->n && sensor < d->n &&
-        d->experiments[sensor].evidence > discriminate_sensor_worth * d->experiments[plain].evidence)
+        d->experiments[sensor].evidence > sensor_worth * d->experiments[plain].evidence)
         d->best = sensor;
 }
 
 /* ---- Rivals ---- */
 
-static void present_pairs(const struct discriminate_work *w)
+static void present_pairs(const struct discriminate_state *w)
 {
     struct discrimination *d = w->d;
     size_t p = 0;
@@ -126,7 +126,7 @@ static void present_pairs(const struct discriminate_work *w)
 }
 
 /* A baseline that was never fitted is fitted first, as `diagnose` does. */
-static enum bf_status fitted_baseline(struct discriminate_work *w, struct model *own, struct bf_error *err)
+static enum bf_status fitted_baseline(struct discriminate_state *w, struct model *own, struct bf_error *err)
 {
     if (w->n_records == 0 || w->baseline->fit.n_records > 0)
         return BF_OK;
@@ -146,7 +146,7 @@ static enum bf_status fitted_baseline(struct discriminate_work *w, struct model 
     return status;
 }
 
-static enum bf_status make_rivals(struct discriminate_work *w, const struct discriminate_rival rivals[],
+static enum bf_status make_rivals(struct discriminate_state *w, const struct discriminate_rival rivals[],
                                   struct bf_error *err)
 {
     struct discrimination *d = w->d;
@@ -197,7 +197,7 @@ static enum bf_status check_rivals(const struct model *baseline, const struct di
     return BF_OK;
 }
 
-static void prepare(struct discriminate_work *w, const struct discriminate_rival rivals[], size_t n)
+static void prepare(struct discriminate_state *w, const struct discriminate_rival rivals[], size_t n)
 {
     struct discrimination *d = w->d;
     d->n_rivals = n;
@@ -213,7 +213,7 @@ static void prepare(struct discriminate_work *w, const struct discriminate_rival
     }
 }
 
-static enum bf_status run(struct discriminate_work *w, const struct discriminate_rival rivals[], struct progress *bar,
+static enum bf_status run(struct discriminate_state *w, const struct discriminate_rival rivals[], struct progress *bar,
                           struct bf_error *err)
 {
     struct discrimination *d = w->d;
@@ -244,7 +244,7 @@ enum bf_status discriminate_run(const struct model *baseline, const struct discr
                                 struct bf_error *err)
 {
     const double begin = now_s();
-    struct discriminate_work w = {
+    struct discriminate_state w = {
         .d = out, .options = options, .baseline = baseline, .records = records, .n_records = n_records};
     *out = (struct discrimination){0};
     enum bf_status status = check_rivals(baseline, rivals, n_rivals, err);

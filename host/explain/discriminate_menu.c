@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The menu: what an experimenter could do next, in the model's own inputs and within what the records show was possible. */
-#include "discriminate_work.h"
+#include "discriminate_state.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -42,7 +42,7 @@ bool record_has_known_inputs(const struct record *record)
     return excitation == NULL || (strcmp(excitation, "free_decay") != 0 && strcmp(excitation, "unknown_level") != 0);
 }
 
-static double largest_level(const struct discriminate_work *w, size_t input)
+static double largest_level(const struct discriminate_state *w, size_t input)
 {
     const struct model_input *in = &w->baseline->inputs[input];
     const bool force = in->kind == INPUT_POINT_FORCE;
@@ -58,7 +58,7 @@ static double largest_level(const struct discriminate_work *w, size_t input)
     return most > 0.0 ? most : force ? default_force_N : default_moment_V;
 }
 
-static void add_drive(struct discriminate_work *w, struct drive drive)
+static void add_drive(struct discriminate_state *w, struct drive drive)
 {
     struct discrimination *d = w->d;
     const char *input = w->baseline->inputs[drive.input].name,
@@ -81,7 +81,7 @@ static void add_drive(struct discriminate_work *w, struct drive drive)
     d->drives[d->n_drives++] = drive;
 }
 
-static void add_levels(struct discriminate_work *w, struct drive drive, double most)
+static void add_levels(struct discriminate_state *w, struct drive drive, double most)
 {
     if (w->options->without[drive.kind])
         return;
@@ -95,7 +95,7 @@ static void add_levels(struct discriminate_work *w, struct drive drive, double m
     }
 }
 
-static void add_hits(struct discriminate_work *w, size_t input)
+static void add_hits(struct discriminate_state *w, size_t input)
 {
     const double length = w->baseline->length_m, most = largest_level(w, input);
     struct drive hit = {.kind = DRIVE_HIT, .input = input, .at_m = w->baseline->inputs[input].at_m};
@@ -113,7 +113,7 @@ static void add_hits(struct discriminate_work *w, size_t input)
 }
 
 /* A cantilever pulled at its tip: w = F ℓ³/(3 EI). Other supports have no end to pull at. */
-static void add_release(struct discriminate_work *w, size_t input)
+static void add_release(struct discriminate_state *w, size_t input)
 {
     const struct model *model = w->baseline;
     if (model->support != SUPPORT_CLAMPED_FREE || model->n_regions == 0)
@@ -124,7 +124,7 @@ static void add_release(struct discriminate_work *w, size_t input)
     add_levels(w, pull, fmin(force, largest_level(w, input)));
 }
 
-static void add_sweeps(struct discriminate_work *w, size_t input)
+static void add_sweeps(struct discriminate_state *w, size_t input)
 {
     const double duration = (double)w->n * w->dt_s;
     struct drive sweep = {.kind = DRIVE_CHIRP, .input = input, .from_Hz = 2.0 / duration, .to_Hz = top_share / w->dt_s};
@@ -141,7 +141,7 @@ static bool have_sensor(const struct model *model, enum output_kind kind, double
     return false;
 }
 
-static void add_sensors(struct discriminate_work *w)
+static void add_sensors(struct discriminate_state *w)
 {
     static const enum output_kind kinds[] = {OUTPUT_DISPLACEMENT, OUTPUT_VELOCITY, OUTPUT_ACCELERATION};
     struct discrimination *d = w->d;
@@ -159,7 +159,7 @@ static void add_sensors(struct discriminate_work *w)
     }
 }
 
-static enum bf_status nothing_to_do(const struct discriminate_work *w, struct bf_error *err)
+static enum bf_status nothing_to_do(const struct discriminate_state *w, struct bf_error *err)
 {
     char kinds[DISCRIMINATE_NAME] = "";
     for (int k = 0; k < DRIVE_KINDS; k++)
@@ -173,7 +173,7 @@ static enum bf_status nothing_to_do(const struct discriminate_work *w, struct bf
         kinds[0] ? kinds : "a drive");
 }
 
-enum bf_status menu_make(struct discriminate_work *w, struct bf_error *err)
+enum bf_status menu_make(struct discriminate_state *w, struct bf_error *err)
 {
     const struct model *model = w->baseline;
     w->dt_s = w->n_records > 0 ? w->records[0].dt_s : default_dt_s;
@@ -199,7 +199,7 @@ enum bf_status menu_make(struct discriminate_work *w, struct bf_error *err)
     return BF_OK;
 }
 
-const struct drive *reference_drive(const struct discriminate_work *w)
+const struct drive *reference_drive(const struct discriminate_state *w)
 {
     const struct drive *found = &w->d->drives[0];
     for (size_t i = 0; i < w->d->n_drives; i++) {
@@ -227,7 +227,7 @@ static double plateau(double t, double rise, double end, double fall)
 }
 
 /* Sinusoids of equal amplitude on the lines of the driven part, phases after Schroeder (1970). */
-static void multisine(const struct discriminate_work *w, const struct drive *drive, double u[])
+static void multisine(const struct discriminate_state *w, const struct drive *drive, double u[])
 {
     const double end = driven_share * (double)w->n * w->dt_s;
     const size_t first = (size_t)fmax(1.0, ceil(drive->from_Hz * end)), last = (size_t)floor(drive->to_Hz * end);
@@ -240,7 +240,8 @@ static void multisine(const struct discriminate_work *w, const struct drive *dri
     }
 }
 
-void menu_signal(const struct discriminate_work *w, const struct drive *drive, double u[])
+/* u[n], level included. */
+static void signal_of(const struct discriminate_state *w, const struct drive *drive, double u[])
 {
     const double total = (double)w->n * w->dt_s, driven = driven_share * total, fade = 0.02 * total;
     double peak = 0.0;
@@ -263,12 +264,12 @@ void menu_signal(const struct discriminate_work *w, const struct drive *drive, d
         u[k] *= drive->level / peak;
 }
 
-void menu_record(const struct discriminate_work *w, const struct drive *drive, bool with_outputs, struct record *out)
+void menu_record(const struct discriminate_state *w, const struct drive *drive, bool with_outputs, struct record *out)
 {
     double *u = bf_alloc(w->n, sizeof *u), *zeros = bf_alloc(w->n, sizeof *zeros);
     char place[64];
     *out = (struct record){.path = bf_strdup(""), .n = w->n, .dt_s = w->dt_s};
-    menu_signal(w, drive, u);
+    signal_of(w, drive, u);
     for (size_t i = 0; i < w->baseline->n_inputs; i++)
         record_add_column(out, w->baseline->inputs[i].name, i == drive->input ? u : zeros);
     for (size_t o = 0; with_outputs && o < w->n_outputs; o++)
@@ -287,7 +288,7 @@ void menu_record(const struct discriminate_work *w, const struct drive *drive, b
     free(u), free(zeros);
 }
 
-enum bf_status menu_model(const struct discriminate_work *w, const struct model *rival, const struct drive *drive,
+enum bf_status menu_model(const struct discriminate_state *w, const struct model *rival, const struct drive *drive,
                           struct model *out, struct bf_error *err)
 {
     const enum bf_status status = model_copy(rival, out, err);

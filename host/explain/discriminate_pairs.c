@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* How far apart two rivals are in an experiment after the wrong one was fitted again. */
-#include "discriminate_work.h"
+#include "discriminate_state.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -12,7 +12,7 @@
 static const double ridge = 1e-12; /* relative to a unit diagonal */
 
 /* Gram matrix of (J_b, Δ) in one channel: [(m + 1)²] over the m free parameters. */
-static void channel_gram(const struct discriminate_work *w, const struct forecast *a, const struct forecast *b,
+static void channel_gram(const struct discriminate_state *w, const struct forecast *a, const struct forecast *b,
                          const size_t used[], size_t m, size_t channel, double *columns, double gram[])
 {
     const size_t n = w->n, rows = (w->n_outputs + w->d->n_sensors) * n;
@@ -46,7 +46,7 @@ static enum bf_status left_over(size_t m, const double gram[], const double H[],
     return status;
 }
 
-enum bf_status pair_evidence(const struct discriminate_work *w, const struct forecast *a, const struct forecast *b,
+enum bf_status pair_evidence(const struct discriminate_state *w, const struct forecast *a, const struct forecast *b,
                              const double H[], double evidence[], struct bf_error *err)
 {
     const size_t n_sensors = w->d->n_sensors, n_parameters = b->n_parameters;
@@ -87,7 +87,7 @@ static void name_experiment(const struct discrimination *d, struct experiment *x
 }
 
 /* The worst pair decides. */
-static void judge(const struct discriminate_work *w, struct experiment *x)
+static void judge(const struct discriminate_state *w, struct experiment *x)
 {
     const struct discrimination *d = w->d;
     x->evidence = INFINITY;
@@ -101,8 +101,8 @@ static void judge(const struct discriminate_work *w, struct experiment *x)
     x->wrong_choice = 0.5 * erfc(sqrt(x->evidence / 8.0));
 }
 
-static enum bf_status all_pairs(const struct discriminate_work *w, const struct forecast forecasts[], double *const H[],
-                                struct experiment out[], struct bf_error *err)
+static enum bf_status all_pairs(const struct discriminate_state *w, const struct forecast forecasts[],
+                                double *const H[], struct experiment out[], struct bf_error *err)
 {
     const struct discrimination *d = w->d;
     const size_t sets = d->n_sensors + 1;
@@ -122,7 +122,7 @@ static enum bf_status all_pairs(const struct discriminate_work *w, const struct 
     return status;
 }
 
-enum bf_status drive_experiments(const struct discriminate_work *w, size_t drive, struct experiment out[],
+enum bf_status drive_experiments(const struct discriminate_state *w, size_t drive, struct experiment out[],
                                  struct bf_error *err)
 {
     const struct discrimination *d = w->d;

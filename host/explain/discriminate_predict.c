@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* What a rival predicts for an experiment, in units of the expected noise, and what is known of its parameters by now. */
-#include "discriminate_work.h"
+#include "discriminate_state.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -14,7 +14,7 @@ static const double ridge = 1e-12; /* relative to a unit diagonal: keeps Cholesk
 
 /* ---- Prediction ---- */
 
-static enum bf_status run(const struct discriminate_work *w, struct predictor *predictor, bool with_jacobian,
+static enum bf_status run(const struct discriminate_state *w, struct predictor *predictor, bool with_jacobian,
                           struct forecast *f, struct bf_error *err)
 {
     const size_t n_channels = w->n_outputs + w->d->n_sensors, rows = n_channels * w->n;
@@ -47,7 +47,7 @@ static enum bf_status run(const struct discriminate_work *w, struct predictor *p
     return status;
 }
 
-enum bf_status forecast_make(const struct discriminate_work *w, const struct model *rival, const struct drive *drive,
+enum bf_status forecast_make(const struct discriminate_state *w, const struct model *rival, const struct drive *drive,
                              bool with_jacobian, struct forecast *out, struct bf_error *err)
 {
     struct predict_options how = w->options->predict;
@@ -94,7 +94,7 @@ static void learn(struct expected_noise *noise, double rms, double signal, const
 }
 
 /* Colour only from records sampled like the experiment. */
-static enum bf_status learn_outputs(struct discriminate_work *w, struct bf_error *err)
+static enum bf_status learn_outputs(struct discriminate_state *w, struct bf_error *err)
 {
     struct predictor *predictor;
     const struct predict_channel *channels;
@@ -119,7 +119,7 @@ static enum bf_status learn_outputs(struct discriminate_work *w, struct bf_error
     return status;
 }
 
-enum bf_status noise_from_records(struct discriminate_work *w, struct bf_error *err)
+enum bf_status noise_from_records(struct discriminate_state *w, struct bf_error *err)
 {
     const size_t n_channels = w->n_outputs + w->d->n_sensors;
     enum bf_status status = BF_OK;
@@ -141,7 +141,7 @@ enum bf_status noise_from_records(struct discriminate_work *w, struct bf_error *
     return status;
 }
 
-void noise_of_experiment(const struct discriminate_work *w, const struct forecast forecasts[], size_t n,
+void noise_of_experiment(const struct discriminate_state *w, const struct forecast forecasts[], size_t n,
                          struct whitener whiteners[])
 {
     for (size_t c = 0; c < w->n_outputs + w->d->n_sensors; c++) {
@@ -154,7 +154,7 @@ void noise_of_experiment(const struct discriminate_work *w, const struct forecas
     }
 }
 
-void forecast_whiten(const struct discriminate_work *w, const struct whitener whiteners[], struct forecast *forecast)
+void forecast_whiten(const struct discriminate_state *w, const struct whitener whiteners[], struct forecast *forecast)
 {
     const size_t n_channels = w->n_outputs + w->d->n_sensors,
                  n_columns = forecast->jacobian ? forecast->n_parameters : 0;
@@ -215,7 +215,7 @@ static void add_gram(size_t n, const struct prediction *p, const struct predict_
     free(J), free(one);
 }
 
-enum bf_status present_information(const struct discriminate_work *w, const struct model *model, double **out,
+enum bf_status present_information(const struct discriminate_state *w, const struct model *model, double **out,
                                    struct bf_error *err)
 {
     struct predictor *predictor;
@@ -245,7 +245,7 @@ enum bf_status present_information(const struct discriminate_work *w, const stru
     return status;
 }
 
-void forecast_information(const struct discriminate_work *w, const struct forecast *forecast, const double *present,
+void forecast_information(const struct discriminate_state *w, const struct forecast *forecast, const double *present,
                           const struct drive *drive, double H[])
 {
     const size_t n = forecast->n_parameters;

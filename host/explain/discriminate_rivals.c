@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The rivals as whole models: refitted to the records so far, or at typical strengths that matter alike. */
-#include "discriminate_work.h"
+#include "discriminate_state.h"
 
 #include <math.h>
 #include <pthread.h>
@@ -130,7 +130,7 @@ static enum bf_status rival_model(const struct model *base, const struct discrim
 /* ---- With records ---- */
 
 struct refit_task {
-    const struct discriminate_work *w;
+    const struct discriminate_state *w;
     size_t rival, first_new;
     enum bf_status status;
     struct bf_error err;
@@ -138,7 +138,7 @@ struct refit_task {
     bool started;
 };
 
-static void keep_fit(const struct discriminate_work *w, size_t rival, const struct refit_result *fit)
+static void keep_fit(const struct discriminate_state *w, size_t rival, const struct refit_result *fit)
 {
     struct model *model = &w->d->models[rival];
     refit_into_model(w->records, w->n_records, fit->value, fit->sd, model);
@@ -149,7 +149,7 @@ static void keep_fit(const struct discriminate_work *w, size_t rival, const stru
 static void *refit(void *argument)
 {
     struct refit_task *task = argument;
-    const struct discriminate_work *w = task->w;
+    const struct discriminate_state *w = task->w;
     struct model *model = &w->d->models[task->rival];
     const struct refit_options options = {.sigma = w->sigma,
                                           .threads = 1,
@@ -166,7 +166,8 @@ static void *refit(void *argument)
     return NULL;
 }
 
-enum bf_status rivals_refit(struct discriminate_work *w, const struct discriminate_rival rivals[], struct bf_error *err)
+enum bf_status rivals_refit(struct discriminate_state *w, const struct discriminate_rival rivals[],
+                            struct bf_error *err)
 {
     struct discrimination *d = w->d;
     struct refit_task tasks[DISCRIMINATE_RIVALS];
@@ -206,7 +207,7 @@ struct reference {
 };
 
 /* What a refit of the baseline could not absorb of the effect, in the present sensors: Σ over whitened rows. */
-static enum bf_status change(const struct discriminate_work *w, const struct reference *reference,
+static enum bf_status change(const struct discriminate_state *w, const struct reference *reference,
                              const struct model *model, double *out, struct bf_error *err)
 {
     struct forecast forecast;
@@ -222,7 +223,7 @@ static enum bf_status change(const struct discriminate_work *w, const struct ref
     return status;
 }
 
-static enum bf_status scale_rival(const struct discriminate_work *w, const struct reference *reference,
+static enum bf_status scale_rival(const struct discriminate_state *w, const struct reference *reference,
                                   const struct discriminate_rival *rival, struct model *out, struct bf_error *err)
 {
     const double wanted = typical_change * typical_change * (double)(w->n_outputs * w->n);
@@ -244,7 +245,7 @@ static enum bf_status scale_rival(const struct discriminate_work *w, const struc
     return status;
 }
 
-static enum bf_status make_reference(const struct discriminate_work *w, struct reference *r, struct bf_error *err)
+static enum bf_status make_reference(const struct discriminate_state *w, struct reference *r, struct bf_error *err)
 {
     const struct drive *drive = reference_drive(w);
     enum bf_status status = forecast_make(w, w->baseline, drive, true, &r->forecast, err);
@@ -262,7 +263,7 @@ static enum bf_status make_reference(const struct discriminate_work *w, struct r
     return BF_OK;
 }
 
-enum bf_status rivals_scaled(struct discriminate_work *w, const struct discriminate_rival rivals[],
+enum bf_status rivals_scaled(struct discriminate_state *w, const struct discriminate_rival rivals[],
                              struct bf_error *err)
 {
     struct reference reference = {0};

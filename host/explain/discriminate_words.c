@@ -1,11 +1,13 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* What to do next, in words. */
-#include "discriminate_work.h"
+#include "discriminate_state.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+/* Evidence (2 log of the likelihood ratio) from which one of two models is believed: 'very strong', Kass & Raftery 1995. */
+static const double decisive = 10.0;
 /* A search over starts and candidates earns some ten units by chance: twice 'decisive' leaves no doubt. */
 static const double present_is_enough = 20.0;
 /* Times the noise: no rival leaves less, so that none of them is the explanation and the evidence means little. */
@@ -63,7 +65,7 @@ static const struct experiment *beyond(const struct discrimination *d)
     return NULL;
 }
 
-char *discriminate_words(const struct discrimination *d, const struct discriminate_work *w)
+char *discriminate_words(const struct discrimination *d, const struct discriminate_state *w)
 {
     char *text = NULL;
     size_t size;
@@ -84,11 +86,11 @@ char *discriminate_words(const struct discrimination *d, const struct discrimina
         (void)fprintf(out, "; noise would turn the choice round with probability %.2g.", best->wrong_choice);
     else
         (void)fprintf(out, "; noise would practically never turn the choice round.");
-    if (best->evidence < discriminate_decisive)
+    if (best->evidence < decisive)
         (void)fprintf(out,
                       " That is not decisive (%.0f would be): within the levels so far treat them as one class, or "
                       "record longer and more often (evidence adds up).",
-                      discriminate_decisive);
+                      decisive);
     if (more != NULL && more->evidence > 2.0 * best->evidence)
         (void)fprintf(out, " If the beam and the sensors bear it, more would be gained by: %s (evidence %.3g).",
                       more->name, more->evidence);

@@ -1,5 +1,13 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* explain.h — which physics is missing, how sure that is, and which experiment settles a doubt. */
+/*
+ * explain.h — which physics is missing, how sure that is, and which experiment tells the remaining explanations apart.
+ *
+ * diagnose_run() fits the model to the records (the baseline) and collects facts: misfit against the noise, linearity, where the misfit
+ * stands, how exact the computation is. Candidates of the catalogue are ranked by scores and trials (estimate/estimate.h), the best are
+ * refitted, alone and together, and every refit is a hypothesis: a whole fitted model. Evidence, held-out records and cross-validation
+ * decide on one of four verdicts, told in a paragraph. When the verdict is `ambiguous`, discriminate_run() refits the rivals, predicts a
+ * menu of experiments with each, and proposes the one that tells them apart best. docs/diagnose.md has the method and its thresholds.
+ */
 #ifndef BEAMFIT_EXPLAIN_H
 #define BEAMFIT_EXPLAIN_H
 
@@ -11,13 +19,7 @@
 #include "noise/noise.h"
 #include "response/response.h"
 
-/*
- * DIAGNOSE — is some physics missing from a model, where does it show, which effect of the catalogue is it, how sure is
- * that, and what would settle a doubt. docs/diagnose.md: the method, its thresholds and how they were calibrated.
- *
- * The order: baseline fit → misfit, linearity, place of the misfit → short list (scores, trials) → refits → pairs →
- * decision with records held out → words. Every hypothesis is a whole fitted model; the baseline is the first of them.
- */
+/* DIAGNOSE — is physics missing from a model, where does it show, which effect is it, and how sure is that? */
 
 enum { DIAGNOSE_EFFECTS = 3 }; /* in one explanation, at most */
 
@@ -55,18 +57,18 @@ struct hypothesis {
     size_t n_tried;           /* models that were compared to choose this one, scan points included */
     struct evidence evidence; /* against the baseline */
     double p_value;           /* of the evidence, family-wise (Holm) over all that were tried */
-    double remains;           /* fall of its misfit that one more effect promises, by score */
-    bool looked;              /* … and that was asked */
-    bool settled;             /* refitted with its places elsewhere */
+    double remains;           /* fall of its misfit (χ²) that one more effect promises, by score */
+    bool looked;              /* `remains` was computed */
+    bool places_tried;        /* refitted with its places elsewhere */
     bool has_other_place;     /* a single effect, and the records allow another place as well: */
     double other_at_m;        /* m from the clamp */
     bool refitted;            /* false: only scored; fit, model and errors are empty */
     bool explains;            /* nothing that matters is left in fitted and held-out records */
-    bool rival;               /* the records cannot tell it from the best */
+    bool rival;               /* the records do not tell it from the best */
     bool cross_failed;        /* `check` is empty because a refit without some of the records has no value */
 };
 
-/* What of the baseline's prediction depends on how finely it is computed. diagnose_numerics.c */
+/* How much of the baseline's prediction depends on how finely it is computed. */
 struct numerics {
     double change;  /* when computed twice as finely: rms over the noise, of the worst channel; NaN: no value there */
     size_t channel; /* that channel, in the order of predictor_channels() */
@@ -78,7 +80,7 @@ struct numerics {
 enum check_kind {
     CHECK_NONE,
     CHECK_RECORDS, /* records held out altogether */
-    CHECK_CROSS    /* each fitted record left out in turn; only of what the verdict hangs on */
+    CHECK_CROSS    /* each fitted record left out in turn; of the baseline, the best hypothesis and its rivals only */
 };
 const char *check_kind_name(enum check_kind kind);
 
@@ -102,7 +104,7 @@ struct diagnosis {
     struct reconstruction reconstruction; /* of what the best explanation leaves, when the verdict is unknown */
     bool converged;                       /* the search for the baseline's values */
     bool interrupted;
-    bool unconfirmed; /* several effects explain the fitted records, and no record was left out: they are not named */
+    bool unconfirmed; /* several effects explain the fitted records, but no record was left out: they are not named */
     size_t n_failed;  /* refits without an answer */
     char *text;       /* one paragraph for a person */
     double seconds;

@@ -5,7 +5,6 @@
 #include "diagnose_rig.h"
 #include "ground/ground.h"
 #include "show/show.h"
-#include "estimate/refit.h"
 
 static void assert_json_kind(const struct diagnosis *d, const char *kind)
 {
@@ -55,7 +54,7 @@ static void two_records_predict_each_other(void **state)
         struct refit_result fit;
         struct parameter_ref *refs;
         struct bf_error err;
-        double sigma[4], chi2;
+        double sigma[4], nrmse;
         for (size_t c = 0; c < 4; c++)
             sigma[c] = b->d.noise[c].rms;
         const struct record *kept = &b->records[1 - out];
@@ -64,8 +63,12 @@ static void two_records_predict_each_other(void **state)
         assert_int_equal(refit_run(&model, kept, 1, &options, &fit, &err), BF_OK);
         const size_t n = model_parameters(&model, &name, 1, &refs);
         model_set_parameters(&model, refs, n, fit.value, NULL, &name);
-        assert_int_equal(refit_check(&model, &b->records[out], 1, sigma + 2 * out, NULL, &chi2, &ratio[out], &err),
-                         BF_OK);
+        const struct fit_options predict = {.quiet = true, .sigma = sigma + 2 * out, .predict = {.quiet = true}};
+        struct fit_channel_error *channels;
+        size_t n_channels;
+        assert_int_equal(fit_errors(&model, &b->records[out], 1, &predict, &channels, &n_channels, &err), BF_OK);
+        fit_totals(channels, n_channels, &nrmse, &ratio[out]);
+        free(channels);
         free(refs);
         refit_free(&fit);
         model_free(&model);
@@ -77,7 +80,7 @@ static void two_records_predict_each_other(void **state)
 }
 
 /*
- * A mass elsewhere, short records, much noise: a wrong effect bends until both fit, and neither record foretells the other. (Two effects
+ * A mass elsewhere, short records, much noise: a wrong effect fits both, and neither record foretells the other. (Two effects
  * on so weak a misfit would not be named anyway.)
  */
 static void an_overfitting_effect_is_refuted(void **state)
@@ -185,7 +188,7 @@ static void an_interrupt_leaves_what_is_known(void **state)
     struct bench *b = bench_new("{kind: tip_mass, mass_kg: 0.002}", 2, LONG, 0.01, masses);
     diagnose(b, 1, 0);
     double sigma[] = {b->d.noise[0].rms, b->d.noise[1].rms};
-    struct diagnose_work w = {.d = &b->d, .options = &b->options, .threads = 2, .n_tried = 10, .sigma = sigma};
+    struct diagnose_state w = {.d = &b->d, .options = &b->options, .threads = 2, .n_tried = 10, .sigma = sigma};
     b->d.n_records = 2;
     progress_catch_interrupts();
     (void)raise(SIGINT);

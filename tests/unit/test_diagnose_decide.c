@@ -10,7 +10,7 @@
 
 #include <cmocka.h>
 
-#include "explain/diagnose_work.h"
+#include "explain/diagnose_state.h"
 #include "model_fixture.h"
 
 enum { ROWS = 24000, CHANNELS = 6, TRIED = 400 };
@@ -161,17 +161,17 @@ static void several_that_bend_until_they_nearly_fit_are_not_named(void **state)
     assert_int_equal(d.n_named, 0);
 }
 
-/* At 1.4 × the noise a load passes for a spring down to 1.025 ×; six channels' floors are known to 1.7 % together. */
+/* On a weak misfit an explanation must come down to the noise, as far as the floors of six channels are known (1.7 %). */
 static void what_nearly_explains_a_weak_misfit_is_not_named(void **state)
 {
     struct diagnosis d;
-    struct hypothesis near[] = {refit("axial_load", NULL, 1, 1.025, 1.02)},
+    struct hypothesis weak[] = {refit("axial_load", NULL, 1, 1.025, 1.02)},
                       at[] = {refit("axial_load", NULL, 1, 1.01, 1.02)};
-    decide(&d, *state, 1.4, 1.4, near, 1);
+    decide(&d, *state, 1.4, 1.4, weak, 1);
     assert_int_equal(d.verdict, VERDICT_UNKNOWN);
     decide(&d, *state, 1.4, 1.4, at, 1);
     assert_int_equal(d.verdict, VERDICT_MISSING);
-    decide(&d, *state, 14.0, 14.0, near, 1);
+    decide(&d, *state, 14.0, 14.0, weak, 1);
     assert_int_equal(d.verdict, VERDICT_MISSING);
 }
 
@@ -192,8 +192,8 @@ static void a_weak_misfit_does_not_name_two(void **state)
     assert_string_equal(d.named[0], "point_spring");
 }
 
-/* A stand-in is told by what it leaves to others, whatever the level of the noise; far from the noise a form's own error leaves as much. */
-static void what_leaves_something_to_others_is_a_stand_in(void **state)
+/* On a weak misfit a wrong effect shows by what one more effect would take; on a large one the error of a law's form leaves as much. */
+static void what_leaves_something_to_others_is_not_named(void **state)
 {
     static const double remains = 0.004 * ROWS, chance = 0.001 * ROWS;
     struct diagnosis d;
@@ -307,7 +307,7 @@ int main(void)
         cmocka_unit_test(several_that_bend_until_they_nearly_fit_are_not_named),
         cmocka_unit_test(what_nearly_explains_a_weak_misfit_is_not_named),
         cmocka_unit_test(a_weak_misfit_does_not_name_two),
-        cmocka_unit_test(what_leaves_something_to_others_is_a_stand_in),
+        cmocka_unit_test(what_leaves_something_to_others_is_not_named),
         cmocka_unit_test(a_pair_without_held_out_records_is_not_named),
         cmocka_unit_test(a_weak_misfit_must_be_explained_for_the_most_part),
         cmocka_unit_test(a_damper_is_a_spring_without_stiffness),

@@ -7,7 +7,7 @@
 #include <cmocka.h>
 
 #include "beam_effect.h"
-#include "explain/diagnose_work.h"
+#include "explain/diagnose_state.h"
 #include "fit_rig.h"
 #include "model/model_private.h"
 
@@ -136,7 +136,7 @@ static bool restarts_lower(double stopped_at, double *after)
     make_model(&truth, &model);
     const struct diagnose_options options = {.predict.quiet = true};
     struct diagnosis d = {.model = &model, .records = &record, .n_records = 1};
-    struct diagnose_work w = {.d = &d, .options = &options, .threads = 1};
+    struct diagnose_state w = {.d = &d, .options = &options, .threads = 1};
     assert_int_equal(diagnose_noise(&w, &err), BF_OK);
     assert_int_equal(diagnose_baseline(&w, &err), BF_OK);
     assert_true(d.baseline.fit.chi2_per_row < 1.2);

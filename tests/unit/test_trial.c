@@ -8,7 +8,7 @@
 
 #include "motion_rig.h"
 #include "estimate/estimate.h"
-#include "estimate/trial.h"
+#include "estimate/trial_roles.h"
 
 static void try_all(struct motion_rig *rig, const char *effect, double wrong, struct trial **list, size_t *n)
 {

@@ -1,29 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* reconstruct_work.h — what reconstruct.c (places), reconstruct_shape.c (what it looks like) and reconstruct_text.c share. */
-#ifndef BEAMFIT_RECONSTRUCT_WORK_H
-#define BEAMFIT_RECONSTRUCT_WORK_H
+/* reconstruct_law.h — a force that is a function of displacement and velocity at its place; private to estimate/. */
+#ifndef BEAMFIT_RECONSTRUCT_LAW_H
+#define BEAMFIT_RECONSTRUCT_LAW_H
 
-#include "estimate.h"
+#include "reconstruct_force.h"
 #include "regression.h"
-
-/* A scalar force at one place, on the Laplace line of every record. */
-struct site_force {
-    const struct motion *motion;
-    double *g;                 /* [dimension] */
-    struct motion_paths paths; /* of g */
-    double complex **F;        /* [n_records][m] Wiener estimate; NULL for free decays */
-    double **seen; /* [n_records][m] Φ|h|²/(1 + Φ|h|²): how much of a force the channels show, 0 … 1 */
-};
-
-static inline double square(double complex z)
-{
-    return creal(z) * creal(z) + cimag(z) * cimag(z);
-}
-
-void site_force_new(const struct motion *motion, const struct reconstruct_site *site, struct site_force *out);
-void site_force_free(struct site_force *force);
-/* F and seen from residual[n_rows]. */
-enum bf_status site_force_estimate(struct site_force *force, const double residual[], struct bf_error *err);
 
 /*
  * Features of (w, v) over their largest values in all records: odd in w (w, w³, w⁵, a step, hinges), even in w (|w|, w²,
@@ -56,13 +37,5 @@ double site_law_fall(const struct site_law *law, const bool use[FEATURES], doubl
 /* rows[n_rows]: the response to the law's force Σ c_i feature_i. */
 enum bf_status site_law_rows(const struct site_force *force, const struct site_law *law, const double c[FEATURES],
                              double rows[], struct bf_error *err);
-
-/* Shares, curves, amplitude and frequency of *out from the force and law at its best place. */
-enum bf_status reconstruct_shape(const struct site_force *force, const struct site_law *law, struct reconstruction *out,
-                                 struct bf_error *err);
-/* sensor_like and channel. */
-void reconstruct_channels(const struct motion *motion, struct reconstruction *out);
-/* out->text. */
-void reconstruct_text(struct reconstruction *out);
 
 #endif

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
- * A refit stops when it is good enough to be compared, and a place on the beam has minima besides the lowest. What is about
- * to be named is refitted from where it is and with each of its places elsewhere, when it has not converged or leaves a part for
- * one more effect to take; on a weak misfit so are single effects near the noise, among which any may be the lowest then.
+ * A refit stops when it is good enough to be compared, and the misfit has several minima over the place of an effect. The best
+ * hypothesis is refitted from where it is and from other places, when it has not converged or one more effect would take a part of
+ * what it leaves. On a weak misfit so are the single effects that leave little more than the noise, because each may become the best.
  */
-#include "diagnose_work.h"
+#include "diagnose_state.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -13,15 +13,15 @@
 enum {
     PLACES = 6,
     MOST_JOBS = 1 + DIAGNOSE_EFFECTS * (PLACES - 1),
-    MOST_NEAR = 3,
-    ALL_JOBS = (1 + MOST_NEAR) * MOST_JOBS
+    MOST_SINGLES = 3,
+    ALL_JOBS = (1 + MOST_SINGLES) * MOST_JOBS
 };
-/* Times the noise: on a weak misfit a single effect below it may be the cause at a wrong place. */
-static const double near_noise = 1.05;
+/* On a weak misfit a single effect that leaves at most this many times the noise may be the cause at a wrong place. */
+static const double weak_ratio = 1.05;
 /* Part of the length: places closer than this are one. */
 static const double same_place = 0.05;
 
-struct settle_jobs {
+struct place_jobs {
     size_t n;
     struct refit_job job[ALL_JOBS];
 };
@@ -43,27 +43,28 @@ static double only_place(const struct hypothesis *h)
     return nan("");
 }
 
-/* ---- What is settled ---- */
+/* ---- Which hypotheses are refitted ---- */
 
-static bool can_settle(const struct hypothesis *h)
+static bool can_move(const struct hypothesis *h)
 {
-    return !h->settled && !hypothesis_has_law(h) && !h->fit.interrupted;
+    return !h->places_tried && !hypothesis_has_law(h) && !h->fit.interrupted;
 }
 
 static bool is_wanted(const struct diagnosis *d, const struct hypothesis *h)
 {
     const bool best = h == &d->hypotheses[0];
-    if (!can_settle(h))
+    if (!can_move(h))
         return false;
     if (best && (!h->fit.converged || diagnose_leaves_more(d, h)))
         return true;
-    return !diagnose_is_far(&d->baseline) && !isnan(only_place(h)) && h->fitted.noise_ratio <= near_noise;
+    return !diagnose_is_far(&d->baseline) && !isnan(only_place(h)) && h->fitted.noise_ratio <= weak_ratio;
 }
 
-static enum bf_status push_copy(const struct hypothesis *h, struct settle_jobs *jobs, struct bf_error *err)
+static enum bf_status push_copy(const struct hypothesis *h, struct place_jobs *jobs, struct bf_error *err)
 {
     struct refit_job *job = &jobs->job[jobs->n];
-    *job = (struct refit_job){.n_effects = h->n_effects, .n_tried = h->n_tried, .to_the_end = true, .settled = true};
+    *job =
+        (struct refit_job){.n_effects = h->n_effects, .n_tried = h->n_tried, .to_the_end = true, .places_tried = true};
     const enum bf_status status = model_copy(&h->model, &job->model, err);
     job->first_new = h->model.n_effects; /* every value is a fitted one */
     jobs->n += status == BF_OK;
@@ -71,7 +72,7 @@ static enum bf_status push_copy(const struct hypothesis *h, struct settle_jobs *
 }
 
 /* From where it is, and with one place at each sixth of the length but the one where it stands. */
-static enum bf_status push_jobs(const struct hypothesis *h, struct settle_jobs *jobs, struct bf_error *err)
+static enum bf_status push_jobs(const struct hypothesis *h, struct place_jobs *jobs, struct bf_error *err)
 {
     enum bf_status status = push_copy(h, jobs, err);
     for (size_t e = h->n_base; e < h->model.n_effects && !status; e++) {
@@ -135,16 +136,16 @@ void diagnose_drop_repeats(struct diagnosis *d)
     d->n_hypotheses = kept;
 }
 
-enum bf_status diagnose_settle(struct diagnose_work *w, double span, struct bf_error *err)
+enum bf_status diagnose_other_places(struct diagnose_state *w, double span, struct bf_error *err)
 {
     struct diagnosis *d = w->d;
-    struct settle_jobs jobs = {0};
+    struct place_jobs jobs = {0};
     enum bf_status status = BF_OK;
-    for (size_t i = 0, near = 0; i < d->n_hypotheses && near <= MOST_NEAR && !status; i++)
+    for (size_t i = 0, chosen = 0; i < d->n_hypotheses && chosen <= MOST_SINGLES && !status; i++)
         if (is_wanted(d, &d->hypotheses[i])) {
             status = push_jobs(&d->hypotheses[i], &jobs, err);
-            d->hypotheses[i].settled = true;
-            near++;
+            d->hypotheses[i].places_tried = true;
+            chosen++;
         }
     for (size_t i = 0; status && i < jobs.n; i++)
         model_free(&jobs.job[i].model);

@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* diagnose_work.h — what the diagnose_*.c files share; for nobody else. See diagnose.h. */
-#ifndef BEAMFIT_DIAGNOSE_WORK_H
-#define BEAMFIT_DIAGNOSE_WORK_H
+/* diagnose_state.h — one diagnosis as it runs, and what the diagnose*.c files ask of each other; private to explain/ */
+#ifndef BEAMFIT_DIAGNOSE_STATE_H
+#define BEAMFIT_DIAGNOSE_STATE_H
 
 #include "estimate/estimate.h"
 #include "explain.h"
 
 struct progress;
 
-struct diagnose_work {
+struct diagnose_state {
     struct diagnosis *d;
     const struct diagnose_options *options;
     int threads;
@@ -25,30 +25,30 @@ struct diagnose_work {
 /* A model to refit, and where the answer goes. The model moves into the hypothesis. */
 struct refit_job {
     struct model model;
-    size_t first_new; /* effects of the model from here on have starts of their own */
-    size_t n_effects; /* effects more than the baseline, the last ones of the model */
-    size_t n_tried;   /* scan points that led here */
-    bool to_the_end;  /* not given up, however much it leaves: a pair may grow from it */
-    bool settled;     /* from diagnose_settle() */
+    size_t first_new;  /* effects of the model from here on have starts of their own */
+    size_t n_effects;  /* effects more than the baseline, the last ones of the model */
+    size_t n_tried;    /* scan points that led here */
+    bool to_the_end;   /* not given up, however much it leaves: a pair may grow from it */
+    bool places_tried; /* the hypothesis is not refitted from other places again */
 };
 
 /* diagnose_baseline.c: noise of all channels; the model given, fitted; its predictor. */
-enum bf_status diagnose_noise(struct diagnose_work *w, struct bf_error *err);
-enum bf_status diagnose_baseline(struct diagnose_work *w, struct bf_error *err);
+enum bf_status diagnose_noise(struct diagnose_state *w, struct bf_error *err);
+enum bf_status diagnose_baseline(struct diagnose_state *w, struct bf_error *err);
 
 /*
  * A baseline that has not converged is fitted again from the values that the best explanation has found, without its
  * effects; where that ends lower (*lower) it becomes the baseline. Cost: a refit of the baseline; nothing when it has converged.
  */
-enum bf_status diagnose_restart(struct diagnose_work *w, bool *lower, struct bf_error *err);
+enum bf_status diagnose_restart(struct diagnose_state *w, bool *lower, struct bf_error *err);
 
 /* diagnose_numerics.c: the baseline computed twice as finely; cost: two predictors and one prediction. */
-enum bf_status diagnose_numerics(struct diagnose_work *w, struct bf_error *err);
+enum bf_status diagnose_numerics(struct diagnose_state *w, struct bf_error *err);
 /* What the baseline leaves cannot be the error of its computation, so that physics may be blamed. */
 bool diagnose_computed(const struct diagnosis *d);
 
 /* diagnose_errors.c: residual -> errors against the noise; the held-out records. */
-enum bf_status hypothesis_measure(const struct diagnose_work *w, struct hypothesis *h, struct bf_error *err);
+enum bf_status hypothesis_measure(const struct diagnose_state *w, struct hypothesis *h, struct bf_error *err);
 /* channels: [n] of records that were not fitted; they become the held-out errors of the hypothesis. */
 void hypothesis_take_check(struct hypothesis *h, const struct fit_channel_error channels[], size_t n);
 void hypothesis_free(struct hypothesis *h);
@@ -58,11 +58,11 @@ bool hypothesis_has_law(const struct hypothesis *h);
 double diagnose_best_left(const struct diagnosis *d, size_t n_effects);
 
 /* diagnose_refit.c: jobs on all threads; each job that has a value becomes a hypothesis of the diagnosis. */
-void diagnose_refits(struct diagnose_work *w, struct refit_job jobs[], size_t n, double span);
+void diagnose_refits(struct diagnose_state *w, struct refit_job jobs[], size_t n, double span);
 
 /* diagnose_shortlist.c */
 extern const double diagnose_worth; /* a candidate that will leave more than this times the best is given up */
-/* The misfit is so far above the noise that the noise is a test which only the true kind of effect passes. */
+/* The misfit is many times the noise; only the true kind of effect then comes down to the noise. Otherwise the misfit is weak. */
 bool diagnose_is_far(const struct hypothesis *h);
 extern const double diagnose_at_noise; /* fitted noise ratio that passes it; the floor's own error is about 1 % */
 
@@ -70,26 +70,27 @@ extern const double diagnose_at_noise; /* fitted noise ratio that passes it; the
  * diagnose_extend.c: one more effect on this hypothesis (the baseline, or a best one so far): short list, refits, ranking.
  * `from` must not lie in d->hypotheses, which grows. most: refits at most, by enum effect_kind.
  */
-enum bf_status diagnose_extend(struct diagnose_work *w, const struct hypothesis *from, const size_t most[], double span,
-                               struct bf_error *err);
+enum bf_status diagnose_extend(struct diagnose_state *w, const struct hypothesis *from, const size_t most[],
+                               double span, struct bf_error *err);
 
 /*
- * diagnose_settle.c: what may be named, from other places on the beam: the best, when its refit has not converged or leaves a part
- * for one more effect to take; on a weak misfit single effects near the noise. Nothing twice. Linear refits, some tenths of a second each.
+ * diagnose_places.c: refits from other places of the best hypothesis, when it has not converged or leaves a part for one more effect to
+ * take, and on a weak misfit of single effects that leave little more than the noise. Each hypothesis once. Cost: linear refits, some
+ * tenths of a second each.
  */
-enum bf_status diagnose_settle(struct diagnose_work *w, double span, struct bf_error *err);
+enum bf_status diagnose_other_places(struct diagnose_state *w, double span, struct bf_error *err);
 /* Of refits of the same effects the best stays; it notes where another place is as good. After diagnose_rank(). */
 void diagnose_drop_repeats(struct diagnosis *d);
 
 /* diagnose_remains.c: scores of one more effect on the best hypothesis, into its `remains`; ranks again. About a second. */
-enum bf_status diagnose_remains(struct diagnose_work *w, struct bf_error *err);
+enum bf_status diagnose_remains(struct diagnose_state *w, struct bf_error *err);
 
 /*
  * diagnose_cross.c: held-out errors where no record is held out: each record (or group) is left out in turn, everything is
  * fitted to the others from its fitted values, and the record is predicted. Of the baseline and of what the verdict hangs on;
  * decides again. Nothing to do with one record, or when records are held out.
  */
-void diagnose_cross(struct diagnose_work *w, double span);
+void diagnose_cross(struct diagnose_state *w, double span);
 bool diagnose_can_cross(const struct diagnosis *d);
 
 /* diagnose_decide.c */
@@ -103,11 +104,11 @@ bool diagnose_more_wanted(const struct diagnosis *d);
  * They are not named; who has reason to expect one of them adds it and asks again.
  */
 bool diagnose_too_many(const struct diagnosis *d, const struct hypothesis *h);
-/* It is near the noise, or of several effects, so that what is not the cause may bend until it fits: `remains` is wanted. */
-bool diagnose_may_stand_in(const struct diagnosis *d, const struct hypothesis *h);
+/* The misfit is weak, or h has several effects: a wrong explanation may fit too, so h->remains has to be known. */
+bool diagnose_is_doubtful(const struct diagnosis *d, const struct hypothesis *h);
 /* The records cannot tell `h` from `best`: within the search's share of the whitened misfit. */
 bool diagnose_as_good(const struct diagnosis *d, const struct hypothesis *h, const struct hypothesis *best);
-/* … and one more effect would take what the cause would not have left. */
+/* h is doubtful, and one more effect would take a part of what it leaves: it is not the cause, which leaves nothing to take. */
 bool diagnose_leaves_more(const struct diagnosis *d, const struct hypothesis *h);
 
 /* diagnose_words.c */

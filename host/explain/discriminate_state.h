@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* discriminate_work.h — what the discriminate*.c files share; for nobody else. See discriminate.h. */
-#ifndef BEAMFIT_DISCRIMINATE_WORK_H
-#define BEAMFIT_DISCRIMINATE_WORK_H
+/* discriminate_state.h — one discrimination as it runs, and what the discriminate*.c files ask of each other; private to explain/ */
+#ifndef BEAMFIT_DISCRIMINATE_STATE_H
+#define BEAMFIT_DISCRIMINATE_STATE_H
 
 #include "explain.h"
-#include "discriminate.h"
 #include "noise/noise.h"
 
 /*
@@ -17,7 +16,7 @@ struct expected_noise {
     double share;         /* of the signal's rms */
 };
 
-struct discriminate_work {
+struct discriminate_state {
     struct discrimination *d;
     const struct discriminate_options *options;
     const struct model *baseline; /* as given */
@@ -42,55 +41,53 @@ struct forecast {
 };
 
 /* ---- discriminate_menu.c: drives, sensors, signals; no rival is looked at ---- */
-enum bf_status menu_make(struct discriminate_work *w, struct bf_error *err);
+enum bf_status menu_make(struct discriminate_state *w, struct bf_error *err);
 /* What strengths without records refer to: the largest allowed hit nearest the end, else the first drive. */
-const struct drive *reference_drive(const struct discriminate_work *w);
-/* u[n], level included. */
-void menu_signal(const struct discriminate_work *w, const struct drive *drive, double u[]);
+const struct drive *reference_drive(const struct discriminate_state *w);
 /* The inputs of the baseline as columns; with_outputs: zeros for its outputs and the sensors, for a predictor to bind to. */
-void menu_record(const struct discriminate_work *w, const struct drive *drive, bool with_outputs, struct record *out);
+void menu_record(const struct discriminate_state *w, const struct drive *drive, bool with_outputs, struct record *out);
 /* The rival's model with the input where the drive wants it and every sensor of the menu added. */
-enum bf_status menu_model(const struct discriminate_work *w, const struct model *rival, const struct drive *drive,
+enum bf_status menu_model(const struct discriminate_state *w, const struct model *rival, const struct drive *drive,
                           struct model *out, struct bf_error *err);
 bool record_has_known_inputs(const struct record *record);
 
 /* ---- discriminate_predict.c ---- */
 /* Noise of each output from the records; of others as of a sensor of their kind, or a share of the signal. */
-enum bf_status noise_from_records(struct discriminate_work *w, struct bf_error *err);
+enum bf_status noise_from_records(struct discriminate_state *w, struct bf_error *err);
 /* Noise of an experiment that these forecasts (not whitened yet) are of: whiteners[n_outputs + n_sensors]. */
-void noise_of_experiment(const struct discriminate_work *w, const struct forecast forecasts[], size_t n,
+void noise_of_experiment(const struct discriminate_state *w, const struct forecast forecasts[], size_t n,
                          struct whitener whiteners[]);
-enum bf_status forecast_make(const struct discriminate_work *w, const struct model *rival, const struct drive *drive,
+enum bf_status forecast_make(const struct discriminate_state *w, const struct model *rival, const struct drive *drive,
                              bool with_jacobian, struct forecast *out, struct bf_error *err);
 /* Prediction and derivatives in units of the noise, colour taken out. */
-void forecast_whiten(const struct discriminate_work *w, const struct whitener whiteners[], struct forecast *forecast);
+void forecast_whiten(const struct discriminate_state *w, const struct whitener whiteners[], struct forecast *forecast);
 void forecast_free(struct forecast *forecast);
 /*
  * JᵀJ/σ² of the present records at the rival's values, [n²] over the parameters that all records share, those of single
  * records and decays without a known input taken out. Caller frees *out.
  */
-enum bf_status present_information(const struct discriminate_work *w, const struct model *model, double **out,
+enum bf_status present_information(const struct discriminate_state *w, const struct model *model, double **out,
                                    struct bf_error *err);
 /* H_b in the parameters of the forecast: present records where a parameter is the same one, and priors. [n²]. */
-void forecast_information(const struct discriminate_work *w, const struct forecast *forecast, const double *present,
+void forecast_information(const struct discriminate_state *w, const struct forecast *forecast, const double *present,
                           const struct drive *drive, double H[]);
 
 /* ---- discriminate_pairs.c ---- */
 /* evidence[n_sensors + 1]: a true, b refitted, with each sensor added; the last with none. */
-enum bf_status pair_evidence(const struct discriminate_work *w, const struct forecast *a, const struct forecast *b,
+enum bf_status pair_evidence(const struct discriminate_state *w, const struct forecast *a, const struct forecast *b,
                              const double H[], double evidence[], struct bf_error *err);
 /* All experiments of one drive: [n_sensors + 1] with their pairs. */
-enum bf_status drive_experiments(const struct discriminate_work *w, size_t drive, struct experiment out[],
+enum bf_status drive_experiments(const struct discriminate_state *w, size_t drive, struct experiment out[],
                                  struct bf_error *err);
 
 /* ---- discriminate_rivals.c ---- */
-enum bf_status rivals_refit(struct discriminate_work *w, const struct discriminate_rival rivals[],
+enum bf_status rivals_refit(struct discriminate_state *w, const struct discriminate_rival rivals[],
                             struct bf_error *err);
 /* Without records: catalogue's starts, scaled to change the response to the reference drive alike. */
-enum bf_status rivals_scaled(struct discriminate_work *w, const struct discriminate_rival rivals[],
+enum bf_status rivals_scaled(struct discriminate_state *w, const struct discriminate_rival rivals[],
                              struct bf_error *err);
 
 /* ---- discriminate_words.c ---- */
-char *discriminate_words(const struct discrimination *d, const struct discriminate_work *w);
+char *discriminate_words(const struct discrimination *d, const struct discriminate_state *w);
 
 #endif

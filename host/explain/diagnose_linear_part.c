@@ -6,7 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "diagnose_shortlist.h"
+#include "diagnose_linear_part.h"
+#include "effect_kind.h"
 #include "response/response.h"
 
 static enum bf_status drop_laws(const struct model *from, struct model *out, struct bf_error *err)
@@ -43,24 +44,24 @@ static void replace(struct record *record, const char *name, size_t n, const dou
             record->columns[i].x[k] = y[k] + residual[k];
 }
 
-static enum bf_status take_laws_off(struct bare *bare, const struct diagnose_work *w, const struct hypothesis *h,
-                                    struct bf_error *err)
+static enum bf_status take_laws_off(struct linear_part *linear_part, const struct diagnose_state *w,
+                                    const struct hypothesis *h, struct bf_error *err)
 {
     struct predictor *predictor = NULL;
     struct prediction prediction;
-    const char **names = record_base_names(bare->records, bare->n_records);
+    const char **names = record_base_names(linear_part->records, linear_part->n_records);
     struct parameter_ref *refs;
-    const size_t n = model_parameters(&bare->model, names, bare->n_records, &refs);
+    const size_t n = model_parameters(&linear_part->model, names, linear_part->n_records, &refs);
     double *theta = bf_alloc(n + 1, sizeof *theta);
     for (size_t i = 0; i < n; i++)
         theta[i] = refs[i].value;
-    enum bf_status status =
-        predictor_new(&bare->model, bare->records, bare->n_records, &w->options->predict, &predictor, err);
+    enum bf_status status = predictor_new(&linear_part->model, linear_part->records, linear_part->n_records,
+                                          &w->options->predict, &predictor, err);
     if (!status)
         status = predictor_run(predictor, theta, NULL, &prediction, err);
     for (size_t c = 0; !status && c < h->fit.n_channels; c++) {
         const struct predict_channel *channel = &h->fit.channels[c];
-        replace(&bare->records[channel->record], bare->model.outputs[channel->output].name, channel->n,
+        replace(&linear_part->records[channel->record], linear_part->model.outputs[channel->output].name, channel->n,
                 prediction.y + channel->row, h->fit.residual + channel->row);
     }
     predictor_free(predictor);
@@ -68,10 +69,10 @@ static enum bf_status take_laws_off(struct bare *bare, const struct diagnose_wor
     return status;
 }
 
-enum bf_status bare_new(const struct diagnose_work *w, const struct hypothesis *h, struct bare *out,
-                        struct bf_error *err)
+enum bf_status linear_part_new(const struct diagnose_state *w, const struct hypothesis *h, struct linear_part *out,
+                               struct bf_error *err)
 {
-    *out = (struct bare){0};
+    *out = (struct linear_part){0};
     enum bf_status status = drop_laws(&h->model, &out->model, err);
     if (status)
         return status;
@@ -81,18 +82,18 @@ enum bf_status bare_new(const struct diagnose_work *w, const struct hypothesis *
         out->records[r] = with_own_columns(&w->d->records[r]);
     status = take_laws_off(out, w, h, err);
     if (status)
-        bare_free(out);
+        linear_part_free(out);
     return status;
 }
 
-void bare_free(struct bare *bare)
+void linear_part_free(struct linear_part *linear_part)
 {
-    for (size_t r = 0; r < bare->n_records; r++) {
-        for (size_t i = 0; i < bare->records[r].n_columns; i++)
-            free(bare->records[r].columns[i].x);
-        free(bare->records[r].columns);
+    for (size_t r = 0; r < linear_part->n_records; r++) {
+        for (size_t i = 0; i < linear_part->records[r].n_columns; i++)
+            free(linear_part->records[r].columns[i].x);
+        free(linear_part->records[r].columns);
     }
-    free(bare->records);
-    model_free(&bare->model);
-    *bare = (struct bare){0};
+    free(linear_part->records);
+    model_free(&linear_part->model);
+    *linear_part = (struct linear_part){0};
 }

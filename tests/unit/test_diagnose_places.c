@@ -10,11 +10,11 @@ static double place(const struct hypothesis *h)
 }
 
 /* The diagnosis so far: the baseline, and a damper refitted from 0.36 m alone. */
-static struct diagnose_work trapped(struct bench *b)
+static struct diagnose_state trapped(struct bench *b)
 {
     struct bf_error err;
     b->d = (struct diagnosis){.model = &b->given, .records = b->records, .n_records = b->n};
-    struct diagnose_work w = {.d = &b->d, .options = &b->options, .threads = 2};
+    struct diagnose_state w = {.d = &b->d, .options = &b->options, .threads = 2};
     assert_int_equal(diagnose_noise(&w, &err), BF_OK);
     assert_int_equal(diagnose_baseline(&w, &err), BF_OK);
     struct refit_job job = {.model = make("{kind: point_damper, damping_Nspm: 0.001, at_m: 0.36}"),
@@ -28,7 +28,7 @@ static struct diagnose_work trapped(struct bench *b)
     return w;
 }
 
-static void work_free(struct diagnose_work *w)
+static void work_free(struct diagnose_state *w)
 {
     for (size_t c = 0; c < w->n_check_channels; c++)
         noise_free(&w->check_noise[c]);
@@ -46,11 +46,11 @@ static void another_place_is_found(void **state)
     (void)state;
     struct bf_error err;
     struct bench *b = with_damper();
-    struct diagnose_work w = trapped(b);
+    struct diagnose_state w = trapped(b);
     assert_true(fabs(place(&b->d.hypotheses[0]) - damper_at_m) > 0.05);
     assert_true(b->d.hypotheses[0].fitted.noise_ratio > 1.02);
     b->d.hypotheses[0].fit.converged = false;
-    assert_int_equal(diagnose_settle(&w, 0.0, &err), BF_OK);
+    assert_int_equal(diagnose_other_places(&w, 0.0, &err), BF_OK);
     assert_int_equal(b->d.n_hypotheses, 1); /* repeats of the same effects are gone */
     assert_true(fabs(place(&b->d.hypotheses[0]) - damper_at_m) < 0.02);
     assert_true(b->d.hypotheses[0].fitted.noise_ratio < 1.02);
@@ -58,14 +58,14 @@ static void another_place_is_found(void **state)
     bench_free(b);
 }
 
-/* Converged, but one more effect would take a part of what it leaves: only near the noise, where a stand-in may be at work. */
-static void what_leaves_a_part_is_settled(void **state)
+/* Converged, but one more effect would take a part of what it leaves: that counts on a weak misfit only. */
+static void what_leaves_a_part_is_tried_elsewhere(void **state)
 {
     (void)state;
     struct bf_error err;
     for (int weak = 0; weak < 2; weak++) {
         struct bench *b = with_damper();
-        struct diagnose_work w = trapped(b);
+        struct diagnose_state w = trapped(b);
         struct hypothesis *h = &b->d.hypotheses[0];
         h->fit.converged = true;
         h->remains = h->fitted.misfit.chi_square;
@@ -73,10 +73,10 @@ static void what_leaves_a_part_is_settled(void **state)
             b->d.baseline.fitted.noise_ratio = 1.5; /* as if */
         else
             assert_true(diagnose_is_far(&b->d.baseline));
-        assert_int_equal(diagnose_settle(&w, 0.0, &err), BF_OK);
+        assert_int_equal(diagnose_other_places(&w, 0.0, &err), BF_OK);
         assert_true((fabs(place(&b->d.hypotheses[0]) - damper_at_m) < 0.02) == (weak == 1));
         const size_t evaluations = b->d.evaluations;
-        assert_int_equal(diagnose_settle(&w, 0.0, &err), BF_OK); /* not twice */
+        assert_int_equal(diagnose_other_places(&w, 0.0, &err), BF_OK); /* not twice */
         assert_int_equal(b->d.evaluations, evaluations);
         work_free(&w);
         bench_free(b);
@@ -88,7 +88,7 @@ static void another_place_that_does_as_well_is_told(void **state)
 {
     (void)state;
     struct bench *b = with_damper();
-    struct diagnose_work w = trapped(b);
+    struct diagnose_state w = trapped(b);
     struct refit_job job = {.first_new = 1, .n_effects = 1, .to_the_end = true};
     struct bf_error err;
     assert_int_equal(model_copy(&b->d.hypotheses[0].model, &job.model, &err), BF_OK);
@@ -109,10 +109,10 @@ static void what_has_converged_stays(void **state)
     (void)state;
     struct bf_error err;
     struct bench *b = with_damper();
-    struct diagnose_work w = trapped(b);
+    struct diagnose_state w = trapped(b);
     const size_t evaluations = b->d.evaluations;
     b->d.hypotheses[0].fit.converged = true;
-    assert_int_equal(diagnose_settle(&w, 0.0, &err), BF_OK);
+    assert_int_equal(diagnose_other_places(&w, 0.0, &err), BF_OK);
     assert_int_equal(b->d.evaluations, evaluations);
     work_free(&w);
     bench_free(b);
@@ -122,7 +122,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(another_place_is_found),
-        cmocka_unit_test(what_leaves_a_part_is_settled),
+        cmocka_unit_test(what_leaves_a_part_is_tried_elsewhere),
         cmocka_unit_test(another_place_that_does_as_well_is_told),
         cmocka_unit_test(what_has_converged_stays),
     };
