@@ -5,7 +5,6 @@
 
 #include "board_options.h"
 #include "model/model.h"
-#include "model/model_private.h"
 #include "ground/ground.h"
 #include "record/record.h"
 
