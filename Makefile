@@ -44,7 +44,7 @@ LIB_OBJ   = $(LIB_SRC:%.c=$(B)/double/%.o) $(B)/double/effects_table.o $(B)/doub
 FLOAT_OBJ = $(LIB_SRC:%.c=$(B)/float/%.o) $(B)/float/effects_table.o $(B)/float/galerkin_tables.o
 TARGET_OBJ = $(LIB_SRC:%.c=$(B)/target/%.o) $(B)/target/effects_table.o $(B)/target/galerkin_tables.o
 CPLX_OBJ  = $(patsubst %.c,$(B)/complex/%.o,$(wildcard lib/effects/*.c)) $(B)/complex/effects_table.o
-HOST_OBJ  = $(HOST_SRC:%.c=$(B)/%.o)
+HOST_OBJ  = $(HOST_SRC:%.c=$(B)/%.o) $(B)/host/commands_table.o $(B)/host/import_formats_table.o
 TESTED    = $(B)/libhost.a $(B)/libtruth.a $(B)/libbeam.a $(B)/libbeamf.a $(B)/libbeamt.a $(B)/libbeamc.a
 
 all: $(B)/beamfit $(B)/beamfit.1 $(B)/libbeamf.a ## build: the program, its manual page and the libraries
@@ -53,6 +53,12 @@ all: $(B)/beamfit $(B)/beamfit.1 $(B)/libbeamf.a ## build: the program, its manu
 $(B)/gen/effects_table.c: tools/effects_table.sh $(wildcard lib/effects/*.c)
 	@mkdir -p $(@D)
 	$(call say,$@)sh tools/effects_table.sh lib/effects > $@
+$(B)/gen/commands_table.c: tools/table.sh $(wildcard host/cmd/*.c)
+	@mkdir -p $(@D)
+	$(call say,$@)sh tools/table.sh command cmd/commands.h $(filter %.c,$^) > $@.new && mv $@.new $@
+$(B)/gen/import_formats_table.c: tools/table.sh $(wildcard host/record/import/*.c)
+	@mkdir -p $(@D)
+	$(call say,$@)sh tools/table.sh import_format record/import/import_format.h $(filter %.c,$^) > $@.new && mv $@.new $@
 # The generator runs here, whatever CC compiles for. Its default geometry is the paper's.
 HOSTCC ?= gcc
 $(B)/gen/galerkin_tables.c: tools/galerkin_tables.c
@@ -95,6 +101,9 @@ $(B)/gen/built_in_image: tools/built_in_image.c $(B)/libbeam.a $(B)/libbeamt.a
 	$(call say,$@)$(CC) $(LIBFLAGS) $^ -lm -o $@
 $(B)/gen/built_in_image.c: $(B)/gen/built_in_image
 	$(call say,$@)$< $(BUILT_IN_HZ) > $@.new && mv $@.new $@
+$(B)/host/%_table.o: $(B)/gen/%_table.c
+	@mkdir -p $(@D)
+	$(call say,$@)$(CC) $(ALLFLAGS) -MMD -MP -c $< -o $@
 $(B)/host/%.o: host/%.c
 	@mkdir -p $(@D)
 	$(call say,$@)$(CC) $(ALLFLAGS) -MMD -MP -c $< -o $@

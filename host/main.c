@@ -1,28 +1,37 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* main.c — the table of commands; nothing else. */
+/* main.c — the command line: which command it names, and the list of them. */
 #include <errno.h>
 #include <getopt.h>
 #include <stdbool.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "cmd/commands.h"
 #include "ground/ground.h"
 
-static const struct command *const commands[] = {
-    &command_init,         &command_modes, &command_simulate, &command_fit,     &command_compare,  &command_diagnose,
-    &command_effects,      &command_add,   &command_drop,     &command_history, &command_report,   &command_import,
-    &command_discriminate, &command_info,  &command_record,   &command_upload,  &command_download, &command_monitor,
-    &command_export,       &command_sign,  &command_verify,   &command_replay,
-};
-enum { COMMANDS = sizeof commands / sizeof *commands };
-
 static const struct command *find(const char *name)
 {
-    for (size_t i = 0; i < COMMANDS; i++)
+    for (int i = 0; i < commands_count; i++)
         if (strcmp(commands[i]->name, name) == 0)
             return commands[i];
     return NULL;
+}
+
+static bool is_listed_before(const struct command *a, const struct command *b)
+{
+    return a->place != b->place ? a->place < b->place : strcmp(a->name, b->name) < 0;
+}
+
+/* The command that is listed after `last` (NULL: the first); NULL when `last` is the last. */
+static const struct command *next_in_list(const struct command *last)
+{
+    const struct command *next = NULL;
+    for (int i = 0; i < commands_count; i++)
+        if ((last == NULL || is_listed_before(last, commands[i])) &&
+            (next == NULL || is_listed_before(commands[i], next)))
+            next = commands[i];
+    return next;
 }
 
 static void list(void)
@@ -31,12 +40,12 @@ static void list(void)
     (void)fputs("beamfit " BEAMFIT_VERSION ": the model of a vibrating beam, fitted to recordings.\n\n"
                 "Usage: beamfit COMMAND [arguments]\n\n",
                 stdout);
-    for (size_t i = 0; i < COMMANDS; i++)
+    for (int i = 0; i < commands_count; i++)
         width = strlen(commands[i]->name) > width ? strlen(commands[i]->name) : width;
-    for (size_t i = 0; i < COMMANDS; i++) {
+    for (const struct command *one = next_in_list(NULL); one != NULL; one = next_in_list(one)) {
         (void)fputs("  ", stdout);
-        text_print_padded(stdout, commands[i]->name, width + 2);
-        text_print_wrapped(stdout, commands[i]->summary, width + 4, text_columns());
+        text_print_padded(stdout, one->name, width + 2);
+        text_print_wrapped(stdout, one->summary, width + 4, text_columns());
     }
     (void)fputs("\n`beamfit COMMAND --help` explains one; with --json a command answers in JSON.\n"
                 "Start with `beamfit init`.\n",
@@ -45,10 +54,11 @@ static void list(void)
 
 static enum bf_status unknown(const char *name, struct bf_error *err)
 {
-    const char *names[COMMANDS];
-    for (size_t i = 0; i < COMMANDS; i++)
+    const char **names = bf_alloc((size_t)commands_count, sizeof *names);
+    for (int i = 0; i < commands_count; i++)
         names[i] = commands[i]->name;
-    const char *closest = text_closest(name, names, COMMANDS);
+    const char *closest = text_closest(name, names, (size_t)commands_count);
+    free(names);
     return bf_fail(err, BF_USAGE, "unknown command '%.60s'; a bare `beamfit` lists them%s%s%s", name,
                    closest ? "; did you mean '" : "", closest ? closest : "", closest ? "'?" : "");
 }

@@ -7,7 +7,7 @@
 #include <string.h>
 #include "fit_rig.h"
 #include "estimate/estimate.h"
-#include "model/model_private.h"
+#include "add_effect.h"
 
 enum { RECORDS = 2, CHANNELS = 2 * RECORDS };
 
@@ -42,7 +42,7 @@ static inline void rig_effect(struct rig *r, const char *id, const double p[], s
         struct parameter_ref *refs;
         make_model(&truth, &model);
         if (with) {
-            assert_int_equal(model_add_effect(&model, id, "", &err), BF_OK);
+            assert_int_equal(add_effect(&model, id, "", &err), BF_OK);
             for (size_t i = 0; i < n; i++)
                 model.effects[0].parameters[i].value = p[i];
         }

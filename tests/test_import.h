@@ -30,7 +30,7 @@ static inline void put_text(struct bytes *b, const char *text)
 static inline enum bf_status read_as(const char *name, const void *data, size_t n, const struct import_reading *how,
                                      struct import_file *file, char **path, struct bf_error *err)
 {
-    static const struct import_reading find_out = {.format = IMPORT_UNKNOWN};
+    static const struct import_reading find_out = {.format = NULL};
     *path = temporary_file(name, data, n);
     err->text[0] = '\0';
     enum bf_status status = import_read(*path, how != NULL ? how : &find_out, file, err);
@@ -95,9 +95,9 @@ static inline const struct import_channel *channel_named(const struct import_fil
  * A damaged file must be refused or read, but never break the reader: cut off at every step-th byte, and every step-th
  * byte changed. Readers that run in a process of their own need a larger step, for time.
  */
-static inline void survives_damage(const char *name, const struct bytes *good, enum import_format format, size_t step)
+static inline void survives_damage(const char *name, const struct bytes *good, const char *format, size_t step)
 {
-    const struct import_reading how = {.format = format};
+    const struct import_reading how = {.format = import_format_by_name(format)};
     struct bytes *bad = malloc(sizeof *bad);
     for (size_t i = 0; i < 2 * good->n; i += step) {
         struct import_file file;

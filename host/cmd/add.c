@@ -199,4 +199,10 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     return status;
 }
 
-const struct command command_add = {"add", "add an effect to a model", help, run};
+const struct command command_add = {
+    .place = 80,
+    .name = "add",
+    .summary = "add an effect to a model",
+    .help = help,
+    .run = run,
+};

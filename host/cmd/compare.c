@@ -141,6 +141,7 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
 }
 
 const struct command command_compare = {
+    .place = 50,
     .name = "compare",
     .summary = "measured against model: errors, noise, where the misfit is, pictures",
     .help = help,

@@ -187,6 +187,7 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
 }
 
 const struct command command_diagnose = {
+    .place = 60,
     .name = "diagnose",
     .summary = "what physics the model lacks, where it shows, how sure that is",
     .help = help,

@@ -279,6 +279,7 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
 }
 
 const struct command command_discriminate = {
+    .place = 130,
     .name = "discriminate",
     .summary = "which next experiment tells rival effects apart, and its drive signal",
     .help = help,

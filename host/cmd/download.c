@@ -154,6 +154,7 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
 }
 
 const struct command command_download = {
+    .place = 170,
     .name = "download",
     .summary = "give the board a new model, while it runs",
     .help = help,

@@ -71,4 +71,10 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     return status;
 }
 
-const struct command command_drop = {"drop", "take an effect out of a model", help, run};
+const struct command command_drop = {
+    .place = 90,
+    .name = "drop",
+    .summary = "take an effect out of a model",
+    .help = help,
+    .run = run,
+};

@@ -193,5 +193,9 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
 }
 
 const struct command command_effects = {
-    "effects", "the catalogue of physical effects; what each looks like in data, and what it is confused with", help,
-    run};
+    .place = 70,
+    .name = "effects",
+    .summary = "the catalogue of physical effects; what each looks like in data, and what it is confused with",
+    .help = help,
+    .run = run,
+};

@@ -242,4 +242,10 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     return status;
 }
 
-const struct command command_export = {"export", "the image of a model for a controller", help, run};
+const struct command command_export = {
+    .place = 190,
+    .name = "export",
+    .summary = "the image of a model for a controller",
+    .help = help,
+    .run = run,
+};

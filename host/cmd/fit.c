@@ -202,6 +202,7 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
 }
 
 const struct command command_fit = {
+    .place = 40,
     .name = "fit",
     .summary = "estimate a model's parameters from recordings; values, standard errors, what cannot be identified",
     .help = help,

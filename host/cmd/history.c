@@ -55,5 +55,10 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     return status;
 }
 
-const struct command command_history = {"history", "the chain of models with their errors, as a table and a picture",
-                                        help, run};
+const struct command command_history = {
+    .place = 100,
+    .name = "history",
+    .summary = "the chain of models with their errors, as a table and a picture",
+    .help = help,
+    .run = run,
+};

@@ -37,7 +37,7 @@ static const char help[] =
     "Output and reading:\n"
     "  -o, --output FILE    the record; an existing one is replaced only by a whole new one\n"
     "  --digits N           significant digits (default 9; 17 keeps every bit)\n"
-    "  --format NAME        uff, mat, lvm, wav or csv, where the content does not tell\n"
+    "  --format NAME        the kind of file where the content does not tell: uff, mat ...; a wrong NAME lists all\n"
     "  --separator C, --decimal C   of a text table: ',' ';' ' ' or 'tab'; '.' or ','\n"
     "  --json               one JSON object: columns, samples, dt_s, t0_s; with --list the channels\n"
     "\n"
@@ -108,13 +108,6 @@ static const struct option options[] = {{"list", no_argument, NULL, OPTION_LIST}
                                         {"json", no_argument, NULL, OPTION_JSON},
                                         {NULL, 0, NULL, 0}};
 
-static enum bf_status number_option(const char *name, const char *text, double *x, struct bf_error *err)
-{
-    if (number_parse(text, text + strlen(text), '.', x) && isfinite(*x))
-        return BF_OK;
-    return bf_fail(err, BF_USAGE, "%s %s: not a number", name, text);
-}
-
 /* The text before the last `mark`, and after it (NULL: none); the parts belong to the arguments. */
 static void split_option(struct arguments *a, const char *text, char mark, const char **left, const char **right)
 {
@@ -150,7 +143,7 @@ static enum bf_status scale_option(struct arguments *a, struct bf_error *err)
     if (value == NULL)
         return bf_fail(err, BF_USAGE, "--scale %s: give NAME=FACTOR or NAME=FACTOR:UNIT", optarg);
     split_option(a, value, ':', &factor, &scale.unit);
-    if (number_option("--scale", factor, &scale.factor, err) != BF_OK)
+    if (options_number("--scale", factor, &scale.factor, err) != BF_OK)
         return err->status;
     if (scale.factor == 0)
         return bf_fail(err, BF_USAGE, "--scale %s: a factor of 0 leaves nothing", optarg);
@@ -171,6 +164,16 @@ static enum bf_status character_option(const char *name, const char *allowed, ch
     return BF_OK;
 }
 
+static enum bf_status format_option(struct arguments *a, struct bf_error *err)
+{
+    char known[400];
+    a->reading.format = import_format_by_name(optarg);
+    if (a->reading.format != NULL)
+        return BF_OK;
+    import_format_list(sizeof known, known);
+    return bf_fail(err, BF_USAGE, "--format %s: give one of %s", optarg, known);
+}
+
 static enum bf_status take_option(struct arguments *a, int code, struct bf_error *err)
 {
     double x;
@@ -184,11 +187,11 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
     case OPTION_DECIMAL:
         return character_option("--decimal", ".,", &a->reading.point, err);
     case OPTION_FROM:
-        return number_option("--from", optarg, &a->choice.from_s, err);
+        return options_number("--from", optarg, &a->choice.from_s, err);
     case OPTION_TO:
-        return number_option("--to", optarg, &a->choice.to_s, err);
+        return options_number("--to", optarg, &a->choice.to_s, err);
     case OPTION_FREE_FROM:
-        return number_option("--free-from", optarg, &a->choice.free_from_s, err);
+        return options_number("--free-from", optarg, &a->choice.free_from_s, err);
     case OPTION_LIST:
         a->list = true;
         return BF_OK;
@@ -211,19 +214,16 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
         a->output = optarg;
         return BF_OK;
     case OPTION_RATE:
-        if (number_option("--rate", optarg, &a->choice.rate_Hz, err) == BF_OK && !(a->choice.rate_Hz > 0))
+        if (options_number("--rate", optarg, &a->choice.rate_Hz, err) == BF_OK && !(a->choice.rate_Hz > 0))
             bf_fail(err, BF_USAGE, "--rate %s: a sampling rate is positive, in Hz", optarg);
         return err->status;
     case OPTION_DIGITS:
-        if (number_option("--digits", optarg, &x, err) == BF_OK && !(x >= 1 && x <= 17))
+        if (options_number("--digits", optarg, &x, err) == BF_OK && !(x >= 1 && x <= 17))
             bf_fail(err, BF_USAGE, "--digits %s: give 1 to 17", optarg);
         a->digits = err->status == BF_OK ? (int)x : 0;
         return err->status;
     case OPTION_FORMAT:
-        a->reading.format = import_format_by_name(optarg);
-        return a->reading.format != IMPORT_UNKNOWN
-                   ? BF_OK
-                   : bf_fail(err, BF_USAGE, "--format %s: give uff, mat, lvm, wav or csv", optarg);
+        return format_option(a, err);
     default:
         return bf_fail(err, BF_USAGE, "see 'beamfit import --help'");
     }
@@ -388,5 +388,10 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     return status;
 }
 
-const struct command command_import = {"import", "turn a foreign recording (UFF, MAT, LVM, WAV, CSV) into a record",
-                                       help, run};
+const struct command command_import = {
+    .place = 120,
+    .name = "import",
+    .summary = "turn a foreign recording (UFF, MAT, LVM, WAV, CSV) into a record",
+    .help = help,
+    .run = run,
+};

@@ -184,6 +184,7 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
 }
 
 const struct command command_info = {
+    .place = 140,
     .name = "info",
     .summary = "who is at the port: board, firmware, running model, store",
     .help = help,

@@ -350,4 +350,10 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     return status;
 }
 
-const struct command command_init = {"init", "write a commented model to start from", help, run};
+const struct command command_init = {
+    .place = 10,
+    .name = "init",
+    .summary = "write a commented model to start from",
+    .help = help,
+    .run = run,
+};

@@ -291,4 +291,10 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     return status;
 }
 
-const struct command command_modes = {"modes", "natural frequencies, damping, shapes; errors on the target", help, run};
+const struct command command_modes = {
+    .place = 20,
+    .name = "modes",
+    .summary = "natural frequencies, damping, shapes; errors on the target",
+    .help = help,
+    .run = run,
+};

@@ -168,6 +168,7 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
 }
 
 const struct command command_monitor = {
+    .place = 180,
     .name = "monitor",
     .summary = "watch the board's prediction against its measurement, live",
     .help = help,

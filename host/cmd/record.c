@@ -346,6 +346,7 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
 }
 
 const struct command command_record = {
+    .place = 150,
     .name = "record",
     .summary = "record the board's samples as the CSV that fit reads",
     .help = help,

@@ -133,4 +133,10 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     return status == BF_OK ? answer(recording, &replay, json, err) : status;
 }
 
-const struct command command_replay = {"replay", "did the controller compute what this machine computes?", help, run};
+const struct command command_replay = {
+    .place = 220,
+    .name = "replay",
+    .summary = "did the controller compute what this machine computes?",
+    .help = help,
+    .run = run,
+};

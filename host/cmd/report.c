@@ -283,6 +283,7 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
 }
 
 const struct command command_report = {
+    .place = 110,
     .name = "report",
     .summary = "one page with tables and pictures, to send or to print",
     .help = help,

@@ -96,4 +96,10 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     return status == BF_OK ? answer(&a, &file, err) : status;
 }
 
-const struct command command_sign = {"sign", "address an image to a controller and sign it", help, run};
+const struct command command_sign = {
+    .place = 200,
+    .name = "sign",
+    .summary = "address an image to a controller and sign it",
+    .help = help,
+    .run = run,
+};

@@ -248,4 +248,10 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     return status;
 }
 
-const struct command command_simulate = {"simulate", "run a model on the inputs of a record", help, run};
+const struct command command_simulate = {
+    .place = 30,
+    .name = "simulate",
+    .summary = "run a model on the inputs of a record",
+    .help = help,
+    .run = run,
+};

@@ -94,6 +94,7 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
 }
 
 const struct command command_upload = {
+    .place = 160,
     .name = "upload",
     .summary = "read the board's model into an image file",
     .help = help,

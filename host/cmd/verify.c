@@ -121,4 +121,10 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     return answer(&a, &file, fault, err);
 }
 
-const struct command command_verify = {"verify", "would a controller take this image?", help, run};
+const struct command command_verify = {
+    .place = 210,
+    .name = "verify",
+    .summary = "would a controller take this image?",
+    .help = help,
+    .run = run,
+};

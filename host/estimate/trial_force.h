@@ -5,7 +5,6 @@
 
 #include "estimate.h"
 #include "motion.h"
-#include "response/law.h"
 #include "response/response.h"
 
 /* A candidate's law, bound to a motion. */

@@ -1,13 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* model_check.c — what can be said about a model without data: faults, and values that look like another unit. */
-#include "model.h"
+#include "model_check.h"
 
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
-
-#include "model_yaml.h"
 
 struct check {
     const struct model *model;

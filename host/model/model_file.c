@@ -9,6 +9,7 @@
 #include <sys/stat.h>
 
 #include "ground/ground.h"
+#include "model_check.h"
 #include "model_yaml.h"
 
 enum { MOST_ANCESTORS = 64 };

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
- * model_yaml.h — inside of the model file; only model*.c include it.
+ * model_yaml.h — the model file from inside: what the files of this folder share of reading and writing it.
  *
  *   text --yaml_parse--> tree with positions --model_from_yaml--> struct model
  *   struct model --model_to_text--> canonical text (a new file, and the measure of equality of two models)
@@ -13,10 +13,10 @@
 
 #include <stdio.h>
 #include "model.h"
-#include "model_private.h"
+#include "model_yaml_text.h"
 #include "ground/ground.h"
 
-/* ---- Tree (model_yaml.c; the only file that sees libfyaml) ---- */
+/* TREE — of the file, with the place of every node (model_yaml.c, the only file that sees libfyaml). */
 
 enum { YAML_BYTES = 1 << 20, YAML_NODES = 50000, YAML_DEPTH = 16 };
 
@@ -45,19 +45,7 @@ void yaml_free(struct yaml_node *node);
 const struct yaml_node *yaml_get(const struct yaml_node *mapping, const char *key, const struct yaml_node **key_node);
 bool yaml_is_nothing(const struct yaml_node *node);
 
-/* ---- Where a fault is: resolved to the deepest node that exists ---- */
-
-struct model_where {
-    const char *section; /* "beam", "parameters", "inputs", "outputs", "effects" */
-    const char *item;    /* key inside the section; NULL: none */
-    size_t index;        /* of an effect, when section is "effects" */
-    const char *key;     /* key inside the item; NULL: none */
-};
-
-/* model_check() with the place of the fault, and text without a file name. */
-enum bf_status model_check_where(const struct model *model, struct model_where *where, struct bf_error *err);
-
-/* ---- Reading (model_yaml_values.c, model_yaml_read.c, model_yaml_channels.c) ---- */
+/* READING — model_yaml_read.c the whole, _values.c single values, _channels.c channels and effects, _board.c the board. */
 
 struct yaml_reader {
     const char *path;
@@ -92,26 +80,7 @@ enum bf_status yaml_read_effects(const struct yaml_reader *r, const struct yaml_
 enum bf_status yaml_read_board(const struct yaml_reader *r, const struct yaml_node *node); /* model_yaml_board.c */
 enum bf_status yaml_read_fit(const struct yaml_reader *r, const struct yaml_node *node);
 
-/* ---- Names shared by reading and writing (model.c) ---- */
-
-/* Catalogue entry of an effect's parameter as a parameter with default value, bounds and flags. */
-void model_effect_parameter(const struct model *model, const struct beam_effect *effect, int slot,
-                            struct parameter *out);
-/* An empty free parameter with its physical bounds: ≥ 0 unless it may be negative. */
-void model_parameter_init(struct parameter *out, const char *name, const char *unit, bool may_be_negative);
-
-/* ---- Writing (model_yaml_print.c, model_yaml_edit.c, model_yaml_splice.c) ---- */
-
-/* A growing text. */
-struct yaml_text {
-    char *s;
-    size_t n, room;
-};
-void yaml_text_add(struct yaml_text *text, const char *s);
-void yaml_text_addf(struct yaml_text *text, const char *format, ...) __attribute__((format(printf, 2, 3)));
-void yaml_text_number(struct yaml_text *text, double x);
-/* A scalar, quoted when plain YAML would read it as something else. */
-void yaml_text_scalar(struct yaml_text *text, const char *s);
+/* WRITING — model_yaml_print.c new text, _edit.c and _splice.c changes to an old one. */
 
 /* The keys of a parameter and their texts, "" for those that say nothing beyond `absent` (the reader's defaults). */
 enum { YAML_PARAMETER_KEYS = 7, YAML_PARAMETER_FIXED = 3 };

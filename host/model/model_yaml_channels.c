@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* model_yaml_channels.c — tree to model: inputs, outputs, effects, and what the last fit left. */
+#include "model_parts.h"
 #include "model_yaml.h"
 
 #include <math.h>

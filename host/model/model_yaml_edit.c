@@ -4,6 +4,7 @@
  * to save, the bytes of that value are replaced, or a key, item or block is inserted or taken out. The result is read
  * back and must state exactly the model; otherwise there is no result, and the caller writes a new file.
  */
+#include "model_parts.h"
 #include "model_yaml_splice.h"
 
 #include <stdlib.h>

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* model_yaml_read.c — tree to model: the whole, beam, regions, parameters. */
+#include "model_parts.h"
+#include "model_check.h"
 #include "model_yaml.h"
 
 #include <math.h>

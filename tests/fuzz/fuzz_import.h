@@ -8,7 +8,7 @@
 #include <string.h>
 #include "fuzz_file.h"
 #include "record/import/import.h"
-#include "record/import/import_private.h"
+#include "record/import/import_format.h"
 
 static inline void fuzz_check(enum bf_status status, const struct bf_error *err)
 {
@@ -34,9 +34,10 @@ static inline void fuzz_choose(const struct import_file *file, const struct impo
 }
 
 /* In this process, though import_read() runs some readers in another: here their faults must show. */
-static inline void fuzz_import(const uint8_t *data, size_t n, import_reader *reader)
+static inline void fuzz_import(const uint8_t *data, size_t n, const char *name)
 {
-    const struct import_reading how = {.format = IMPORT_UNKNOWN};
+    const struct import_format *format = import_format_by_name(name);
+    const struct import_reading how = {.format = NULL};
     const struct import_pick pick[2] = {{"#1", "first_V"}, {"#2", NULL}};
     const struct import_choice choices[] = {
         {.from_s = (double)NAN, .to_s = (double)NAN, .free_from_s = (double)NAN},
@@ -50,11 +51,11 @@ static inline void fuzz_import(const uint8_t *data, size_t n, import_reader *rea
     struct import_file file = {.n_channels = 0};
     struct bf_error err = {0};
     char path[32] = "fuzz", *text = malloc(n + 1);
-    const int fd = reader == import_mat ? fuzz_file(data, n, path) : -1; /* matio opens the file itself */
+    const int fd = strcmp(name, "mat") == 0 ? fuzz_file(data, n, path) : -1; /* matio opens the file itself */
     file.path = path;
     memcpy(text, data, n);
     text[n] = '\0';
-    enum bf_status status = reader(&file, text, n, &how, &err);
+    enum bf_status status = format->read(&file, text, n, &how, &err);
     fuzz_check(status, &err);
     for (size_t i = 0; status == BF_OK && file.n_channels > 0 && i < sizeof choices / sizeof *choices; i++)
         fuzz_choose(&file, &choices[i]);

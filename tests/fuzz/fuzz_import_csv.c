@@ -3,6 +3,6 @@
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t n)
 {
-    fuzz_import(data, n, import_csv);
+    fuzz_import(data, n, "csv");
     return 0;
 }

@@ -10,6 +10,6 @@ const char *__asan_default_options(void)  // NOLINT(bugprone-reserved-identifier
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t n)
 {
-    fuzz_import(data, n, import_mat);
+    fuzz_import(data, n, "mat");
     return 0;
 }

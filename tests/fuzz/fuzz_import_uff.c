@@ -3,6 +3,6 @@
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t n)
 {
-    fuzz_import(data, n, import_uff);
+    fuzz_import(data, n, "uff");
     return 0;
 }

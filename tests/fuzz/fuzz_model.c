@@ -8,7 +8,8 @@
 #include <string.h>
 
 #include "model/model.h"
-#include "model/model_private.h"
+#include "add_effect.h"
+#include "model/model_check.h"
 #include "model/model_yaml.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t n);
@@ -54,7 +55,7 @@ static void change(struct model *model, unsigned seed)
     free(sd);
     struct bf_error err;
     if (seed & 1)
-        (void)model_add_effect(model, "root_compliance", "", &err);
+        (void)add_effect(model, "root_compliance", "", &err);
     if (seed & 2 && model->n_effects > 0)
         (void)model_drop_effect(model, model->effects[0].effect->id, &err);
     if (seed & 4)

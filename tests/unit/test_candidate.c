@@ -13,7 +13,7 @@
 
 #include "estimate/estimate.h"
 #include "fit_rig.h"
-#include "model/model_private.h"
+#include "add_effect.h"
 
 static struct model model;
 static struct record record;
@@ -127,7 +127,7 @@ static void what_is_in_the_model_or_left_out_is_refused(void **state)
     struct candidate_list list;
     const char *without[] = {"tip_mass"};
     const struct candidate_options options = {.without = without, .n_without = 1};
-    assert_int_equal(model_add_effect(&model, "point_damper", "", &err), BF_OK);
+    assert_int_equal(add_effect(&model, "point_damper", "", &err), BF_OK);
     list_of(&options, &list);
     assert_null(candidate_of(&list, "tip_mass", ""));
     assert_contains(refusal_of(&list, "tip_mass"), "request");

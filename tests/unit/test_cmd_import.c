@@ -9,6 +9,8 @@
 #include "cmd/commands.h"
 #include "test_import.h"
 
+extern const struct command command_import;
+
 static const char table[] = "Time (ms);Kraft [N];Weg\n0;1,5;2\n0,5;-2;3\n1;0,25;4\n1,5;3;5\n";
 
 /* Runs "import" with these words; standard output goes to text. */
@@ -116,7 +118,7 @@ static void wrong_usage_is_explained_and_writes_nothing(void **state)
     } cases[] = {{{"--rate", "0", NULL}, "positive"},
                  {{"--rate", "fast", NULL}, "not a number"},
                  {{"--digits", "40", NULL}, "1 to 17"},
-                 {{"--format", "xls", NULL}, "uff, mat, lvm"},
+                 {{"--format", "xls", NULL}, "mat (MATLAB"},
                  {{"--scale", "Weg", NULL}, "NAME=FACTOR"},
                  {{"--scale", "Weg=0", NULL}, "leaves nothing"},
                  {{"--channel", "=a", NULL}, "FROM=TO"},

@@ -14,6 +14,8 @@
 #include "compare_rig.h"
 #include "show/show.h"
 
+extern const struct command command_compare;
+
 static char *printed(const struct comparison *all, bool as_json)
 {
     char *text = NULL;

@@ -9,7 +9,7 @@
 #include "beam_effect.h"
 #include "explain/diagnose_state.h"
 #include "fit_rig.h"
-#include "model/model_private.h"
+#include "add_effect.h"
 
 enum { MOST_EFFECTS = 64 };
 
@@ -107,7 +107,7 @@ static void the_step_of_a_law_is_looked_at_too(void **state)
     make_model(&truth, &model);
     for (size_t m = 0; m < model.n_materials; m++)
         model.materials[m].EI.fixed = model.materials[m].rho.fixed = true;
-    assert_int_equal(model_add_effect(&model, "stop_contact", "", &err), BF_OK);
+    assert_int_equal(add_effect(&model, "stop_contact", "", &err), BF_OK);
     struct parameter *p = model.effects[0].parameters; /* stiffness_Npm, gap_m */
     assert_string_equal(p[1].name, "gap_m");
     p[0].value = 500.0, p[1].value = 1e-3;

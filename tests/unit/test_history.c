@@ -8,7 +8,7 @@
 #include "compare/compare.h"
 #include "saved_model.h"
 #include "test_files.h"
-#include "model/model_private.h"
+#include "add_effect.h"
 
 enum { CHAIN = 4 };
 static const char *const names[CHAIN] = {"start.yaml", "fitted.yml", "heavy.yaml", "last.yaml"};
@@ -39,7 +39,7 @@ static int make_chain(void **state)
     for (int i = 1; i < CHAIN; i++) {
         struct model model = read_or_fail(paths[i - 1]);
         paths[i] = temporary_file(names[i], "", 0);
-        if (i == 2 && model_add_effect(&model, "viscoelastic", "", &err) != BF_OK)
+        if (i == 2 && add_effect(&model, "viscoelastic", "", &err) != BF_OK)
             fail_msg("%s", err.text);
         if (i != 2)
             add_fit_block(&model);

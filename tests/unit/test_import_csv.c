@@ -204,7 +204,7 @@ static void any_damage_is_survived(void **state)
     (void)state;
     static struct bytes good;
     put_text(&good, "# Sample rate: 2 Hz\nZeit [ms];Kraft (N);x\n0;1,5;-1e-3\n0,5;;3\n1;0,25;12\n");
-    survives_damage("damaged.csv", &good, IMPORT_CSV, 1);
+    survives_damage("damaged.csv", &good, "csv", 1);
 }
 
 int main(void)

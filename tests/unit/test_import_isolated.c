@@ -7,7 +7,8 @@
 #include <signal.h>
 #include <sys/mman.h>
 #include "test_import.h"
-#include "record/import/import_private.h"
+#include "record/import/import_channel.h"
+#include "record/import/import_isolated.h"
 
 static enum bf_status good_reader(struct import_file *file, const char *data, size_t n,
                                   const struct import_reading *how, struct bf_error *err)
@@ -71,7 +72,7 @@ static void everything_comes_back(void **state)
     (void)state;
     struct import_file file = {.path = "p"};
     struct bf_error err = {0};
-    const struct import_reading how = {.format = IMPORT_UNKNOWN};
+    const struct import_reading how = {.format = NULL};
     assert_int_equal(import_isolated(good_reader, &file, "abc", 3, &how, &err), BF_OK);
     assert_int_equal(file.n_channels, 3);
     assert_string_equal(file.channels[0].name, "same");
@@ -91,7 +92,7 @@ static void refused(import_reader *reader, const char *data, const char *phrase)
 {
     struct import_file file = {.path = "some/file.mat"};
     struct bf_error err = {0};
-    const struct import_reading how = {.format = IMPORT_UNKNOWN};
+    const struct import_reading how = {.format = NULL};
     assert_int_equal(import_isolated(reader, &file, data, strlen(data), &how, &err), BF_BAD_FILE);
     assert_contains(err.text, "some/file.mat");
     assert_contains(err.text, phrase);

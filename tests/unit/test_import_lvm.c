@@ -22,7 +22,7 @@ static void put_header(struct bytes *b, const char *separator, const char *mark,
 static char *reads_lvm(const struct bytes *b, struct import_file *file)
 {
     char *path = reads("x.lvm", b->data, b->n, file);
-    assert_int_equal(file->format, IMPORT_LVM);
+    assert_string_equal(import_format_name(file->format), "lvm");
     return path;
 }
 
@@ -166,7 +166,7 @@ static void damage_is_named(void **state)
     char *path;
     struct import_file file;
     struct bf_error err;
-    const struct import_reading lvm = {.format = IMPORT_LVM};
+    const struct import_reading lvm = {.format = import_format_by_name("lvm")};
     assert_int_equal(read_as("x.lvm", "a,b\n1,2\n", 8, &lvm, &file, &path, &err), BF_BAD_FILE);
     assert_contains(err.text, "--format csv");
     free(path);
@@ -182,7 +182,7 @@ static void any_damage_is_survived(void **state)
         "Channels\t2\t\t\t\nY_Unit_Label\tVolts\t\tg\t\nX0\t0.0E+0\t\t0.0E+0\t\nDelta_X\t0.001\t\t0.001\t\n"
         "***End_of_Header***\t\t\t\t\nX_Value\ta\tX_Value\tb\tComment\n0.000\t1\t0.000\t5\n0.001\t2\t0.001\t6\n\n");
     put_segment(&good, "0.0E+0", "\t1\n");
-    survives_damage("damaged.lvm", &good, IMPORT_LVM, 1);
+    survives_damage("damaged.lvm", &good, "lvm", 1);
 }
 
 int main(void)

@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include "model/model.h"
-#include "model/model_private.h"
+#include "add_effect.h"
 #include "test_files.h"
 
 static const char rig[] =
@@ -97,7 +97,7 @@ static void every_effect_can_be_added_and_dropped(void **state)
         m.KB.value = 0.01;
         const char *id = beam_effects[i]->id;
         bool there = strcmp(id, "mains_hum") == 0;
-        if (!there && model_add_effect(&m, id, "", &err) != BF_OK)
+        if (!there && add_effect(&m, id, "", &err) != BF_OK)
             fail_msg("%s: %s", id, err.text);
         const struct model_effect *added = &m.effects[m.n_effects - 1];
         for (int j = 0; j < added->effect->n_parameters; j++) {
@@ -106,7 +106,7 @@ static void every_effect_can_be_added_and_dropped(void **state)
             assert_true(p->value >= p->min && p->value <= p->max);
             assert_true(!position || (p->fixed && p->max <= 0.4573));
         }
-        assert_int_equal(model_add_effect(&m, id, "", &err), BF_USAGE); /* a second time */
+        assert_int_equal(add_effect(&m, id, "", &err), BF_USAGE); /* a second time */
         assert_contains(err.text, "already");
         size_t n = m.n_effects;
         assert_int_equal(model_drop_effect(&m, id, &err), BF_OK);
@@ -123,7 +123,7 @@ static void adding_forgets_the_fit(void **state)
     struct bf_error err = {0};
     read_rig(&m);
     assert_true(m.fit.present && m.materials[0].EI.sd > 0.0);
-    assert_int_equal(model_add_effect(&m, "tip_mass", "", &err), BF_OK);
+    assert_int_equal(add_effect(&m, "tip_mass", "", &err), BF_OK);
     assert_false(m.fit.present);
     assert_int_equal(m.fit.n_records, 0);
     assert_true(m.materials[0].EI.sd == 0.0);
@@ -136,11 +136,11 @@ static void a_refused_effect_leaves_the_model_alone(void **state)
     struct model m;
     struct bf_error err = {0};
     read_rig(&m);
-    assert_int_equal(model_add_effect(&m, "tip_mass", "piezo_V", &err), BF_USAGE);
-    assert_int_equal(model_add_effect(&m, "drive_saturation", "", &err), BF_USAGE);
+    assert_int_equal(add_effect(&m, "tip_mass", "piezo_V", &err), BF_USAGE);
+    assert_int_equal(add_effect(&m, "drive_saturation", "", &err), BF_USAGE);
     assert_contains(err.text, "patch_moment");
-    assert_int_equal(model_add_effect(&m, "tip_masss", "", &err), BF_USAGE);
-    assert_int_equal(model_add_effect(&m, "sensor_lag", "tip_mps3", &err), BF_USAGE);
+    assert_int_equal(add_effect(&m, "tip_masss", "", &err), BF_USAGE);
+    assert_int_equal(add_effect(&m, "sensor_lag", "tip_mps3", &err), BF_USAGE);
     assert_int_equal(m.n_effects, 1);
     assert_true(m.fit.present);
     model_free(&m);
@@ -152,13 +152,13 @@ static void two_uses_differ_in_place_or_channel(void **state)
     struct model m;
     struct bf_error err = {0};
     read_rig(&m);
-    assert_int_equal(model_add_effect(&m, "mains_hum", "tip_mps2", &err), BF_OK);
-    assert_int_equal(model_add_effect(&m, "mains_hum", "tip_mps2", &err), BF_USAGE);
+    assert_int_equal(add_effect(&m, "mains_hum", "tip_mps2", &err), BF_OK);
+    assert_int_equal(add_effect(&m, "mains_hum", "tip_mps2", &err), BF_USAGE);
     assert_int_equal(model_append_effect(&m, "mains_hum", "piezo_V", &err), BF_OK);
     assert_int_equal(model_check(&m, &err), BF_BAD_FILE);
     m.effects[2].parameters[2].value = 60.0; /* another frequency */
     assert_int_equal(model_check(&m, &err), BF_OK);
-    assert_int_equal(model_add_effect(&m, "point_mass", "", &err), BF_OK);
+    assert_int_equal(add_effect(&m, "point_mass", "", &err), BF_OK);
     assert_int_equal(model_append_effect(&m, "point_mass", "", &err), BF_OK);
     m.effects[4].parameters[1].value = 0.2;
     assert_int_equal(model_check(&m, &err), BF_OK);

@@ -9,7 +9,7 @@
 #include <stdint.h>
 #include <cmocka.h>
 #include "saved_model.h"
-#include "model/model_private.h"
+#include "add_effect.h"
 
 /* The same model in other layouts. */
 static const char braces[] =
@@ -108,7 +108,7 @@ static void every_layout_reads_back(void **state)
             m.Ks.fixed = round % 2 == 1;
             m.materials[0].EI.max = round % 4 == 1 ? 100.0 : (double)INFINITY;
             if (round == 8)
-                assert_int_equal(model_add_effect(&m, "root_compliance", "", &err), BF_OK);
+                assert_int_equal(add_effect(&m, "root_compliance", "", &err), BF_OK);
             if (round == 10)
                 assert_int_equal(model_drop_effect(&m, "tip_mass", &err), BF_OK);
             if (round == 12)
@@ -118,7 +118,7 @@ static void every_layout_reads_back(void **state)
                 assert_int_equal(model_drop_effect(&m, "mains_hum", &err), BF_OK);
             }
             if (round == 16)
-                assert_int_equal(model_add_effect(&m, "mains_hum", "piezo_V", &err), BF_OK);
+                assert_int_equal(add_effect(&m, "mains_hum", "piezo_V", &err), BF_OK);
             save_and_compare(&m);
             assert_memory_equal(m.document, layouts[i], 10); /* edited, not written anew */
         }
@@ -190,7 +190,7 @@ static void add_and_drop_restore_the_text(void **state)
         struct model m, with, without;
         struct bf_error err = {0};
         reads(layouts[i], &m);
-        assert_int_equal(model_add_effect(&m, "root_compliance", "", &err), BF_OK);
+        assert_int_equal(add_effect(&m, "root_compliance", "", &err), BF_OK);
         free(save(&m, &with));
         assert_int_equal(with.n_effects, 4);
         assert_int_equal(model_drop_effect(&with, "root_compliance", &err), BF_OK);
@@ -230,8 +230,8 @@ static void the_last_effect_leaves_an_empty_list_and_returns(void **state)
         char *empty = save(&m, &back);
         assert_int_equal(back.n_effects, 0);
         assert_null(strstr(empty, "tip_mass"));
-        assert_int_equal(model_add_effect(&back, "tip_mass", "", &err), BF_OK);
-        assert_int_equal(model_add_effect(&back, "quadratic_drag", "", &err), BF_OK);
+        assert_int_equal(add_effect(&back, "tip_mass", "", &err), BF_OK);
+        assert_int_equal(add_effect(&back, "quadratic_drag", "", &err), BF_OK);
         model_free(&m);
         char *full = save(&back, &m);
         same_model(&back, &m);

@@ -7,7 +7,7 @@
 #include <cmocka.h>
 #include <sys/stat.h>
 #include "saved_model.h"
-#include "model/model_private.h"
+#include "add_effect.h"
 
 static void prior_centre_survives_two_fits(void **state)
 {
@@ -40,7 +40,7 @@ static void a_place_once_freed_stays_free(void **state)
     struct model m, back;
     struct bf_error err = {0};
     reads(pretty, &m);
-    assert_int_equal(model_add_effect(&m, "point_mass", "", &err), BF_OK);
+    assert_int_equal(add_effect(&m, "point_mass", "", &err), BF_OK);
     free(save(&m, &back));
     assert_true(back.effects[3].parameters[1].fixed);
     back.effects[3].parameters[1].fixed = false;
@@ -73,7 +73,7 @@ static void descent_is_recorded(void **state)
     a.Ks.value = 61.0;
     free(save(&a, &b));
     assert_string_equal(b.fit.parent_sha256, grandparent);
-    assert_int_equal(model_add_effect(&b, "root_compliance", "", &err), BF_OK);
+    assert_int_equal(add_effect(&b, "root_compliance", "", &err), BF_OK);
     free(save(&b, &c));
     assert_string_equal(c.fit.parent_sha256, a.sha256);
     assert_int_equal(c.fit.n_ancestors, 1);

@@ -6,7 +6,7 @@
 #include <stdint.h>
 #include <cmocka.h>
 #include "gradient_check.h"
-#include "model/model_private.h"
+#include "add_effect.h"
 
 /* ---- The catalogue ---- */
 
@@ -30,7 +30,7 @@ static bool open_effect(struct predict_case *c, const char *id, struct bf_error 
     struct predict_options options = {.fine_splines = 24, .modes = 6, .threads = 1};
     *c = (struct predict_case){.record = case_record("case.csv", SAMPLES, 1.0 / 1024.0, 2.0, true)};
     fixture_model(&c->model, "");
-    if (model_add_effect(&c->model, id, "", err) != BF_OK) {
+    if (add_effect(&c->model, id, "", err) != BF_OK) {
         case_parameters(c);
         return false;
     }
@@ -100,7 +100,7 @@ static double *slope_at_zero(const char *id, bool built_at_zero, size_t *rows)
     struct predict_case c = {.record = case_record("case.csv", SAMPLES, 1.0 / 1024.0, 2.0, true)};
     struct bf_error err;
     fixture_model(&c.model, "");
-    if (model_add_effect(&c.model, id, "", &err) != BF_OK)
+    if (add_effect(&c.model, id, "", &err) != BF_OK)
         fail_msg("%s", err.text);
     struct parameter *strength = &c.model.effects[0].parameters[0];
     if (built_at_zero)

@@ -12,7 +12,7 @@
 #include "estimate/estimate.h"
 #include "test_files.h"
 #include "truth/truth.h"
-#include "model/model_private.h"
+#include "add_effect.h"
 
 enum { RECORDS = 2, CHANNELS = 2 * RECORDS };
 
@@ -120,7 +120,7 @@ static void refit(const struct rig *rig, const char *id, const struct refit_opti
     options.sigma = rig->sigma;
     assert_int_equal(model_copy(&rig->baseline, &model, &err), BF_OK);
     options.first_new = model.n_effects;
-    assert_int_equal(model_add_effect(&model, id, "", &err), BF_OK);
+    assert_int_equal(add_effect(&model, id, "", &err), BF_OK);
     if (refit_run(&model, rig->records, RECORDS, &options, out, &err))
         fail_msg("%s: %s", id, err.text);
     model_free(&model);
@@ -134,7 +134,7 @@ static size_t index_of(const struct rig *rig, const char *id, const char *label)
     struct parameter_ref *refs;
     const char *names[RECORDS] = {"soft.csv", "hard.csv"};
     assert_int_equal(model_copy(&rig->baseline, &model, &err), BF_OK);
-    assert_int_equal(model_add_effect(&model, id, "", &err), BF_OK);
+    assert_int_equal(add_effect(&model, id, "", &err), BF_OK);
     const size_t n = model_parameters(&model, names, RECORDS, &refs);
     size_t found = n;
     for (size_t i = 0; i < n; i++)

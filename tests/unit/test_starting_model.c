@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include "model/model.h"
-#include "model/starting_model.h"
+#include "model/laminate.h"
 #include "test_files.h"
 
 static const struct layer paper_beam = {73e9, 2700.0, 0.0203, 0.0016}, paper_patch = {63e9, 7650.0, 0.0203, 0.000254};

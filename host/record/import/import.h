@@ -1,5 +1,13 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* import.h — foreign recordings made records. */
+/*
+ * import.h — foreign recordings made records.
+ *
+ *     import_read()     finds the channels of a file of any known format
+ *     import_record()   makes a record of those that are chosen: names, units, time axis, the part that is kept
+ *     import_free()     frees the channels
+ *
+ * Every byte of the file is hostile until it is checked. One file knows each format (import_format.h).
+ */
 #ifndef BEAMFIT_IMPORT_H
 #define BEAMFIT_IMPORT_H
 
@@ -10,14 +18,15 @@
 #include "ground/ground.h"
 #include "record/record.h"
 
-/*
- * IMPORT — foreign recordings. Two steps: import_read() finds the channels of a file of any known kind, and
- * import_record() makes a record of the chosen ones. Every byte of the file is hostile until checked.
- *
- * One file knows each kind: import_uff.c, import_mat.c, import_lvm.c, import_wav.c, import_csv.c.
- */
+/* FORMATS — of foreign files: UFF 58, MATLAB, LabVIEW, sound, text tables. */
 
-enum import_format { IMPORT_UNKNOWN, IMPORT_UFF, IMPORT_MAT, IMPORT_LVM, IMPORT_WAV, IMPORT_CSV };
+struct import_format;                                                /* one of them; static, never freed */
+const char *import_format_name(const struct import_format *format);  /* "uff" */
+const struct import_format *import_format_by_name(const char *name); /* in any case; NULL when there is none */
+void import_format_list(size_t size,
+                        char text[]); /* "csv (text table), lvm (LabVIEW), …", cut to size: for a message */
+
+/* READING — the channels of a file, as the file has them. */
 
 #define IMPORT_NO_AXIS SIZE_MAX
 
@@ -34,7 +43,7 @@ struct import_channel {
 };
 
 struct import_file {
-    enum import_format format;
+    const struct import_format *format;
     const char *path; /* the caller's */
     char sha256[65];
     size_t n_bytes; /* of a MATLAB file */
@@ -51,19 +60,22 @@ struct import_file {
 
 /* How to read a file whose form cannot be seen in it. Zeros: find out. */
 struct import_reading {
-    enum import_format format;
+    const struct import_format *format;
     char separator; /* between the columns of text: ',' ';' '\t' ' ' */
     char point;     /* of decimal fractions: '.' ',' */
 };
 
-/* BF_BAD_FILE: not readable, not of the kind, damaged. *out needs import_free() only after BF_OK. */
+/* BF_BAD_FILE: not readable, not of the format, damaged. *out needs import_free() only after BF_OK. */
 enum bf_status import_read(const char *path, const struct import_reading *how, struct import_file *out,
                            struct bf_error *err);
 void import_free(struct import_file *file);
-const char *import_format_name(enum import_format format);
-enum import_format import_format_by_name(const char *name); /* IMPORT_UNKNOWN when there is none */
 
-/* What the user wants of a file. Names are those of the file or of the record to be, or "#3" for the third channel. */
+/* Do its name and its unit say that the channel holds times? *factor_to_s: one of its unit in seconds. */
+bool import_looks_like_time(const struct import_channel *channel, double *factor_to_s);
+
+/* CHOOSING — what the user wants of a file, and the record made of it. */
+
+/* Names are those of the file or of the record to be, or "#3" for the third channel. */
 struct import_pick {
     const char *from; /* channel */
     const char *to;   /* column; NULL: its own name */
@@ -90,9 +102,5 @@ struct import_choice {
 /* BF_USAGE: a choice that the file cannot satisfy; BF_BAD_FILE: the chosen data are no record. */
 enum bf_status import_record(const struct import_file *file, const struct import_choice *choice, struct record *out,
                              struct bf_error *err);
-
-/* "Sampling rate: 2.5 kHz", "Sample interval;0.4 ms" in a line of text; 0 when it says no such thing. */
-double import_rate_in_text(const char *text, size_t n, char point);
-bool import_looks_like_time(const struct import_channel *channel, double *factor_to_s);
 
 #endif

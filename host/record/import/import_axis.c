@@ -3,7 +3,9 @@
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
-#include "import_work.h"
+#include "import_axis.h"
+#include "import_channel.h"
+#include "import_units.h"
 #include "record/record.h"
 
 /* The channel that looks like time, if there is exactly one; *count says how many do. */
@@ -35,16 +37,16 @@ static bool first_is_uniform(const struct import_file *file)
            time_axis_fit(c->x, c->n, c->digits, &t0, &dt, &bad, why) && dt != 1;
 }
 
-enum bf_status import_choose_time(const struct import_work *w, size_t *time, struct bf_error *err)
+enum bf_status import_choose_time(const struct import_file *file, const struct import_choice *choice, size_t *time,
+                                  struct bf_error *err)
 {
-    const struct import_file *file = w->file;
     size_t count, guess = guess_time(file, &count);
     *time = IMPORT_NO_AXIS;
-    if (w->choice->time != NULL) {
-        *time = import_find_channel(file, w->choice->time);
-        return *time != IMPORT_NO_AXIS ? BF_OK : import_fail_no_channel(file, "--time", w->choice->time, err);
+    if (choice->time != NULL) {
+        *time = import_find_channel(file, choice->time);
+        return *time != IMPORT_NO_AXIS ? BF_OK : import_fail_no_channel(file, "--time", choice->time, err);
     }
-    if (w->choice->rate_Hz > 0) {
+    if (choice->rate_Hz > 0) {
         *time = count == 1 ? guess : IMPORT_NO_AXIS; /* left out of the columns */
         return BF_OK;
     }
@@ -65,15 +67,14 @@ enum bf_status import_choose_time(const struct import_work *w, size_t *time, str
         *time = 0;
         bf_warn("%s: channel '%.*s' increases uniformly and is taken as time in %s (--time, --time-unit and --rate say "
                 "otherwise)",
-                file->path, IMPORT_SHOWN, file->channels[0].name,
-                w->choice->time_unit != NULL ? w->choice->time_unit : "s");
+                file->path, IMPORT_SHOWN, file->channels[0].name, choice->time_unit != NULL ? choice->time_unit : "s");
     }
     return BF_OK;
 }
 
-static enum bf_status axis_of_channel(struct import_work *w, size_t time, struct bf_error *err)
+static enum bf_status axis_of_channel(const struct import_file *file, const struct import_choice *choice, size_t time,
+                                      struct import_axis *axis, struct bf_error *err)
 {
-    const struct import_file *file = w->file;
     const struct import_channel *c = &file->channels[time];
     struct import_unit unit = {"s", "s", 1};
     size_t bad;
@@ -84,19 +85,18 @@ static enum bf_status axis_of_channel(struct import_work *w, size_t time, struct
     if (!import_looks_like_time(c, &unit.factor) && import_unit(c->unit, &unit) && strcmp(unit.SI, "s") != 0)
         return bf_fail(err, BF_USAGE, "--time: channel '%.*s' of %s is in %s, not in a unit of time", IMPORT_SHOWN,
                        c->name, file->path, c->unit);
-    if (w->choice->time_unit != NULL && (!import_unit(w->choice->time_unit, &unit) || strcmp(unit.SI, "s") != 0))
+    if (choice->time_unit != NULL && (!import_unit(choice->time_unit, &unit) || strcmp(unit.SI, "s") != 0))
         return bf_fail(err, BF_USAGE, "--time-unit %.*s: not a unit of time; give s, ms, us or min", IMPORT_SHOWN,
-                       w->choice->time_unit);
-    if (!time_axis_fit(c->x, c->n, c->digits, &w->axis.t0_s, &w->axis.dt_s, &bad, why))
+                       choice->time_unit);
+    if (!time_axis_fit(c->x, c->n, c->digits, &axis->t0_s, &axis->dt_s, &bad, why))
         return bf_fail_at(
             err, file->path, import_line_of(file, bad),
             "channel '%.*s', sample %zu: %s; when the samples are uniform give --rate HZ, else resample them",
             IMPORT_SHOWN, c->name, bad + 1, why);
-    w->axis.t0_s *= unit.factor;
-    w->axis.dt_s = unit.factor < 1 ? w->axis.dt_s / round(1 / unit.factor) : w->axis.dt_s * unit.factor;
-    w->axis.n = c->n;
-    w->axis.channel = time;
-    snprintf(w->axis.from, sizeof w->axis.from, "channel '%.*s' in %s", IMPORT_SHOWN, c->name,
+    axis->t0_s *= unit.factor;
+    axis->dt_s = unit.factor < 1 ? axis->dt_s / round(1 / unit.factor) : axis->dt_s * unit.factor;
+    axis->n = c->n;
+    snprintf(axis->from, sizeof axis->from, "channel '%.*s' in %s", IMPORT_SHOWN, c->name,
              unit.factor == 1      ? "s"
              : unit.factor == 1e-3 ? "ms"
              : unit.factor == 1e-6 ? "us"
@@ -105,18 +105,17 @@ static enum bf_status axis_of_channel(struct import_work *w, size_t time, struct
     return BF_OK;
 }
 
-enum bf_status import_make_axis(struct import_work *w, size_t time, struct bf_error *err)
+enum bf_status import_make_axis(const struct import_file *file, const struct import_choice *choice, size_t time,
+                                size_t n_columns, const struct import_column columns[], struct import_axis *axis,
+                                struct bf_error *err)
 {
-    const struct import_file *file = w->file;
-    const struct import_channel *first = &file->channels[w->columns[0].channel];
-    struct import_axis *axis = &w->axis;
+    const struct import_channel *first = &file->channels[columns[0].channel];
     axis->n = first->n;
-    axis->channel = IMPORT_NO_AXIS;
-    if (w->choice->rate_Hz > 0) {
-        axis->dt_s = 1 / w->choice->rate_Hz;
-        snprintf(axis->from, sizeof axis->from, "--rate %.9g Hz", w->choice->rate_Hz);
+    if (choice->rate_Hz > 0) {
+        axis->dt_s = 1 / choice->rate_Hz;
+        snprintf(axis->from, sizeof axis->from, "--rate %.9g Hz", choice->rate_Hz);
     } else if (time != IMPORT_NO_AXIS || first->axis != IMPORT_NO_AXIS) {
-        if (axis_of_channel(w, time != IMPORT_NO_AXIS ? time : first->axis, err) != BF_OK)
+        if (axis_of_channel(file, choice, time != IMPORT_NO_AXIS ? time : first->axis, axis, err) != BF_OK)
             return err->status;
     } else if (first->dt_s > 0) {
         axis->t0_s = first->t0_s;
@@ -132,8 +131,8 @@ enum bf_status import_make_axis(struct import_work *w, size_t time, struct bf_er
                        first_is_uniform(file) ? IMPORT_SHOWN : 0, file->channels[0].name,
                        first_is_uniform(file) ? "' increases uniformly" : "");
     }
-    for (size_t i = 0; i < w->n_columns; i++) {
-        const struct import_channel *c = &file->channels[w->columns[i].channel];
+    for (size_t i = 0; i < n_columns; i++) {
+        const struct import_channel *c = &file->channels[columns[i].channel];
         if (c->n != axis->n)
             return bf_fail(err, BF_USAGE,
                            "channel '%.*s' of %s has %zu samples, its time axis has %zu; choose another --time",

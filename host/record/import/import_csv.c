@@ -9,8 +9,9 @@
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
-#include "import.h"
-#include "import_private.h"
+#include "import_channel.h"
+#include "import_format.h"
+#include "import_units.h"
 #include "ground/ground.h"
 
 enum { SAMPLE = 400, MOST_CELLS = 4096, SHOWN = 40 };
@@ -226,21 +227,15 @@ static void name_channels(struct import_file *file, const struct table *t)
             has_units &= looks_like_unit(names[i]);
     }
     file->has_names = has_names;
-    if (has_units) {
-        struct cell *swap = names;
-        names = units;
-        units = swap;
-    }
+    const struct cell *name_row = has_units ? units : names, *unit_row = names;
     for (size_t i = 0; i < n; i++) {
-        struct cell name = has_names ? names[i] : (struct cell){"", ""};
-        if (!has_names)
-            name.end = name.s;
+        const struct cell name = has_names ? name_row[i] : (struct cell){t->path, t->path}; /* empty */
         const char *unit;
         size_t unit_n, name_n = import_split_unit(name.s, (size_t)(name.end - name.s), &unit, &unit_n);
         struct import_channel *c = import_add(file, name.s, name_n, NULL, 0);
         if (has_units) {
-            unit = units[i].s;
-            unit_n = (size_t)(units[i].end - units[i].s);
+            unit = unit_row[i].s;
+            unit_n = (size_t)(unit_row[i].end - unit_row[i].s);
             if (unit_n >= 2 && (*unit == '[' || *unit == '(')) {
                 unit++;
                 unit_n -= 2;
@@ -254,7 +249,7 @@ static void name_channels(struct import_file *file, const struct table *t)
         import_set_rate(file, import_rate_in_text(t->row[i].s, (size_t)(t->row[i].end - t->row[i].s), t->dialect.point),
                         from);
     }
-    free(has_units ? units : names);
+    free(names);
 }
 
 static enum bf_status fail_row(const struct table *t, struct cell line, long number, struct bf_error *err)
@@ -291,9 +286,7 @@ static enum bf_status read_row(struct import_file *file, const struct table *t, 
             return fail_row(t, line, number, err);
         struct import_channel *c = &file->channels[i];
         c->x[sample] = x;
-        struct number_digits digits = number_digits(cell.s, cell.end, t->dialect.point);
-        c->digits.significant = digits.significant > c->digits.significant ? digits.significant : c->digits.significant;
-        c->digits.decimals = digits.decimals > c->digits.decimals ? digits.decimals : c->digits.decimals;
+        time_axis_note(&c->digits, number_digits(cell.s, cell.end, t->dialect.point));
     }
     return i == t->n_cells ? BF_OK : fail_row(t, line, number, err);
 }
@@ -374,8 +367,8 @@ static enum bf_status read_rows(struct import_file *file, const struct table *t,
     }
 }
 
-enum bf_status import_csv(struct import_file *file, const char *data, size_t n, const struct import_reading *how,
-                          struct bf_error *err)
+static enum bf_status read_csv(struct import_file *file, const char *data, size_t n, const struct import_reading *how,
+                               struct bf_error *err)
 {
     struct table *t = bf_alloc(1, sizeof *t);
     t->path = file->path;
@@ -395,3 +388,13 @@ enum bf_status import_csv(struct import_file *file, const char *data, size_t n, 
     free(t);
     return status;
 }
+
+/* Every text may be a table. */
+static enum import_match recognise(const char *path, const char *data, size_t n)
+{
+    (void)path;
+    return memchr(data, '\0', n < 65536 ? n : 65536) == NULL ? IMPORT_MATCH_TEXT : IMPORT_NO_MATCH;
+}
+
+const struct import_format import_format_csv = {
+    .name = "csv", .title = "text table", .recognise = recognise, .read = read_csv};

@@ -12,8 +12,8 @@
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
-#include "import.h"
-#include "import_private.h"
+#include "import_channel.h"
+#include "import_isolated.h"
 
 #if defined(__has_feature)
 #if __has_feature(address_sanitizer) /* clang's way to say it */

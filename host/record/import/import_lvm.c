@@ -8,8 +8,9 @@
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
-#include "import.h"
-#include "import_private.h"
+#include "import_channel.h"
+#include "import_format.h"
+#include "import_units.h"
 #include "ground/ground.h"
 #include "record/record.h"
 
@@ -349,8 +350,8 @@ static void free_segment(struct segment *s)
     free(s);
 }
 
-enum bf_status import_lvm(struct import_file *file, const char *data, size_t n, const struct import_reading *how,
-                          struct bf_error *err)
+static enum bf_status read_lvm(struct import_file *file, const char *data, size_t n, const struct import_reading *how,
+                               struct bf_error *err)
 {
     struct reader r = {.file = file, .separator = '\t', .point = '.', .has_x = true};
     struct cell line = {NULL, NULL};
@@ -376,3 +377,12 @@ enum bf_status import_lvm(struct import_file *file, const char *data, size_t n, 
             return status;
     }
 }
+
+static enum import_match recognise(const char *path, const char *data, size_t n)
+{
+    (void)path;
+    return import_starts_with(data, n, "LabVIEW Measurement", 19) ? IMPORT_MATCH_CONTENT : IMPORT_NO_MATCH;
+}
+
+const struct import_format import_format_lvm = {
+    .name = "lvm", .title = "LabVIEW", .recognise = recognise, .read = read_lvm};

@@ -9,8 +9,8 @@
 #include <string.h>
 #include <strings.h>
 #include <matio.h>
-#include "import.h"
-#include "import_private.h"
+#include "import_channel.h"
+#include "import_format.h"
 
 enum { DEEPEST = 8, LONGEST_NAME = 200, MOST_CHANNELS = 4096 };
 
@@ -211,8 +211,8 @@ static void stay_silent(int level, char *message)
     (void)message;
 }
 
-enum bf_status import_mat(struct import_file *file, const char *data, size_t n, const struct import_reading *how,
-                          struct bf_error *err)
+static enum bf_status read_mat(struct import_file *file, const char *data, size_t n, const struct import_reading *how,
+                               struct bf_error *err)
 {
     (void)data;
     (void)how;
@@ -233,3 +233,17 @@ enum bf_status import_mat(struct import_file *file, const char *data, size_t n, 
                           "(objects, tables and timeseries are not readable outside MATLAB)");
     return BF_OK;
 }
+
+static enum import_match recognise(const char *path, const char *data, size_t n)
+{
+    static const char hdf5[] = "\x89HDF\r\n\x1a\n";
+    const char *dot = strrchr(path, '.');
+    if (import_starts_with(data, n, "MATLAB ", 7) || import_starts_with(data, n, hdf5, 8) ||
+        (n > 520 && memcmp(data + 512, hdf5, 8) == 0))
+        return IMPORT_MATCH_CONTENT;
+    /* MATLAB 4 has no signature */
+    return dot != NULL && strcasecmp(dot, ".mat") == 0 ? IMPORT_MATCH_FILENAME : IMPORT_NO_MATCH;
+}
+
+const struct import_format import_format_mat = {
+    .name = "mat", .title = "MATLAB 4 to 7.3", .recognise = recognise, .read = read_mat, .by_outside_library = true};

@@ -4,58 +4,29 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include "import_work.h"
+#include "import_axis.h"
+#include "import_channel.h"
+#include "import_units.h"
 
-long import_line_of(const struct import_file *file, size_t sample)
-{
-    return sample < file->n_lines ? file->lines[sample] : 0;
-}
+/* A record in the making. */
+struct draft {
+    const struct import_file *file;
+    const struct import_choice *choice;
+    size_t n_columns;
+    struct import_column *columns;
+    struct import_axis axis;
+    size_t first, last; /* samples kept, both included */
+};
 
-size_t import_find_channel(const struct import_file *file, const char *name)
+static enum bf_status add_column(struct draft *draft, size_t channel, const char *name, struct bf_error *err)
 {
-    char *end;
-    unsigned long number = name[0] == '#' ? strtoul(name + 1, &end, 10) : 0;
-    if (number >= 1 && number <= file->n_channels && *end == '\0')
-        return number - 1;
-    for (size_t i = 0; i < file->n_channels; i++)
-        if (strcmp(file->channels[i].name, name) == 0)
-            return i;
-    for (size_t i = 0; i < file->n_channels; i++) {
-        char *own = import_column_name(&file->channels[i]);
-        bool found = strcmp(own, name) == 0;
-        free(own);
-        if (found)
-            return i;
-    }
-    const char *unit;
-    size_t unit_n, n = import_split_unit(name, strlen(name), &unit, &unit_n); /* "Force [N]" as the file writes it */
-    for (size_t i = 0; unit_n > 0 && i < file->n_channels; i++)
-        if (strncmp(file->channels[i].name, name, n) == 0 && file->channels[i].name[n] == '\0' &&
-            strncmp(file->channels[i].unit, unit, unit_n) == 0)
-            return i;
-    return IMPORT_NO_AXIS;
-}
-
-enum bf_status import_fail_no_channel(const struct import_file *file, const char *option, const char *name,
-                                      struct bf_error *err)
-{
-    char list[400] = "";
-    for (size_t i = 0; i < file->n_channels && strlen(list) + IMPORT_SHOWN + 8 < sizeof list; i++)
-        snprintf(list + strlen(list), sizeof list - strlen(list), "%s%.*s", i > 0 ? ", " : "", IMPORT_SHOWN,
-                 file->channels[i].name);
-    return bf_fail(err, BF_USAGE, "%s %.*s: %s has no such channel; it has %s (see --list)", option, IMPORT_SHOWN, name,
-                   file->path, list);
-}
-
-static enum bf_status add_column(struct import_work *w, size_t channel, const char *name, struct bf_error *err)
-{
-    const struct import_channel *c = &w->file->channels[channel];
+    const struct import_channel *c = &draft->file->channels[channel];
     if (c->unusable != NULL)
         return bf_fail(err, BF_USAGE, "channel '%.*s' of %s cannot become a column: %s", IMPORT_SHOWN, c->name,
-                       w->file->path, c->unusable);
+                       draft->file->path, c->unusable);
     char *own = name != NULL ? bf_strdup(name) : import_column_name(c);
-    for (size_t i = 0; i < w->n_columns; i++)
-        if (strcmp(w->columns[i].name, own) == 0) {
+    for (size_t i = 0; i < draft->n_columns; i++)
+        if (strcmp(draft->columns[i].name, own) == 0) {
             bf_fail(err, BF_USAGE, "two channels would become column '%.*s'; rename one with --channel %.*s=NEW",
                     IMPORT_SHOWN, own, IMPORT_SHOWN, c->name);
             free(own);
@@ -66,8 +37,8 @@ static enum bf_status add_column(struct import_work *w, size_t channel, const ch
         free(own);
         return err->status;
     }
-    w->columns = bf_grow(w->columns, w->n_columns + 1, sizeof *w->columns);
-    w->columns[w->n_columns++] = (struct import_column){channel, own};
+    draft->columns = bf_grow(draft->columns, draft->n_columns + 1, sizeof *draft->columns);
+    draft->columns[draft->n_columns++] = (struct import_column){channel, own};
     return BF_OK;
 }
 
@@ -85,18 +56,10 @@ static bool same_group(const struct import_file *file, size_t a, size_t b)
     return s->n == t->n && memcmp(s->x, t->x, s->n * sizeof *s->x) == 0;
 }
 
-bool import_is_axis(const struct import_file *file, size_t channel)
-{
-    for (size_t i = 0; i < file->n_channels; i++)
-        if (file->channels[i].axis == channel)
-            return true;
-    return false;
-}
-
 /* Every channel that is neither time nor a lone number, when all fit together. */
-static enum bf_status take_all(struct import_work *w, size_t time, struct bf_error *err)
+static enum bf_status take_all(struct draft *draft, size_t time, struct bf_error *err)
 {
-    const struct import_file *file = w->file;
+    const struct import_file *file = draft->file;
     double factor;
     for (size_t i = 0; i < file->n_channels; i++) {
         const struct import_channel *c = &file->channels[i];
@@ -107,46 +70,47 @@ static enum bf_status take_all(struct import_work *w, size_t time, struct bf_err
                     IMPORT_SHOWN, c->name);
             continue;
         }
-        if (w->n_columns > 0 && !same_group(file, w->columns[0].channel, i))
+        if (draft->n_columns > 0 && !same_group(file, draft->columns[0].channel, i))
             return bf_fail(err, BF_USAGE,
                            "%s: channels '%.*s' and '%.*s' have different samples or time axes; choose those of one "
                            "with --channel (see --list)",
-                           file->path, IMPORT_SHOWN, file->channels[w->columns[0].channel].name, IMPORT_SHOWN, c->name);
-        if (add_column(w, i, NULL, err) != BF_OK)
+                           file->path, IMPORT_SHOWN, file->channels[draft->columns[0].channel].name, IMPORT_SHOWN,
+                           c->name);
+        if (add_column(draft, i, NULL, err) != BF_OK)
             return err->status;
     }
-    if (w->n_columns > 0)
+    if (draft->n_columns > 0)
         return BF_OK;
     for (size_t i = 0; i < file->n_channels; i++)
         if (file->channels[i].unusable != NULL)
-            return add_column(w, i, NULL, err);
+            return add_column(draft, i, NULL, err);
     return bf_fail_at(err, file->path, 0, "has no channel beside time with two samples or more; see --list");
 }
 
-static enum bf_status take_picks(struct import_work *w, struct bf_error *err)
+static enum bf_status take_picks(struct draft *draft, struct bf_error *err)
 {
-    for (size_t i = 0; i < w->choice->n_picks; i++) {
-        const struct import_pick *pick = &w->choice->picks[i];
-        size_t channel = import_find_channel(w->file, pick->from);
+    for (size_t i = 0; i < draft->choice->n_picks; i++) {
+        const struct import_pick *pick = &draft->choice->picks[i];
+        size_t channel = import_find_channel(draft->file, pick->from);
         if (channel == IMPORT_NO_AXIS)
-            return import_fail_no_channel(w->file, "--channel", pick->from, err);
-        if (w->n_columns > 0 && !same_group(w->file, w->columns[0].channel, channel))
+            return import_fail_no_channel(draft->file, "--channel", pick->from, err);
+        if (draft->n_columns > 0 && !same_group(draft->file, draft->columns[0].channel, channel))
             return bf_fail(err, BF_USAGE,
                            "channels '%.*s' and '%.*s' of %s have different samples or time axes; import them into two "
                            "records",
-                           IMPORT_SHOWN, w->file->channels[w->columns[0].channel].name, IMPORT_SHOWN, pick->from,
-                           w->file->path);
-        if (add_column(w, channel, pick->to, err) != BF_OK)
+                           IMPORT_SHOWN, draft->file->channels[draft->columns[0].channel].name, IMPORT_SHOWN,
+                           pick->from, draft->file->path);
+        if (add_column(draft, channel, pick->to, err) != BF_OK)
             return err->status;
     }
     return BF_OK;
 }
 
-/* --from and --to: samples within, with half a millionth of a step of mercy for rounding. */
-static enum bf_status cut(struct import_work *w, struct bf_error *err)
+/* --from and --to: samples within, a time that is off by rounding (1e-6 of a step) still counts. */
+static enum bf_status cut(struct draft *draft, struct bf_error *err)
 {
-    const struct import_choice *choice = w->choice;
-    const struct import_axis *axis = &w->axis;
+    const struct import_choice *choice = draft->choice;
+    const struct import_axis *axis = &draft->axis;
     double end_s = axis->t0_s + (double)(axis->n - 1) * axis->dt_s;
     double from = isnan(choice->from_s) ? 0 : ceil((choice->from_s - axis->t0_s) / axis->dt_s - 1e-6);
     double to = isnan(choice->to_s) ? (double)(axis->n - 1) : floor((choice->to_s - axis->t0_s) / axis->dt_s + 1e-6);
@@ -154,9 +118,9 @@ static enum bf_status cut(struct import_work *w, struct bf_error *err)
     to = fmin(to, (double)(axis->n - 1));
     if (!(to >= from + 1))
         return bf_fail(err, BF_USAGE, "--from and --to leave no two samples of %s, which goes from %.9g s to %.9g s",
-                       w->file->path, axis->t0_s, end_s);
-    w->first = (size_t)from;
-    w->last = (size_t)to;
+                       draft->file->path, axis->t0_s, end_s);
+    draft->first = (size_t)from;
+    draft->last = (size_t)to;
     if (choice->free_decay && !isnan(choice->free_from_s) &&
         !(choice->free_from_s >= axis->t0_s + (from - 0.5) * axis->dt_s &&
           choice->free_from_s < axis->t0_s + to * axis->dt_s))
@@ -166,12 +130,12 @@ static enum bf_status cut(struct import_work *w, struct bf_error *err)
 }
 
 /* The scale of a column; NULL when the user gave none. */
-static const struct import_scale *scale_of(const struct import_work *w, const struct import_column *column)
+static const struct import_scale *scale_of(const struct draft *draft, const struct import_column *column)
 {
-    for (size_t i = 0; i < w->choice->n_scales; i++) {
-        const char *name = w->choice->scales[i].name;
-        if (strcmp(name, column->name) == 0 || import_find_channel(w->file, name) == column->channel)
-            return &w->choice->scales[i];
+    for (size_t i = 0; i < draft->choice->n_scales; i++) {
+        const char *name = draft->choice->scales[i].name;
+        if (strcmp(name, column->name) == 0 || import_find_channel(draft->file, name) == column->channel)
+            return &draft->choice->scales[i];
     }
     return NULL;
 }
@@ -190,24 +154,24 @@ static void warn_of_unit(const struct import_column *column, const struct import
                 name.suffix);
 }
 
-static enum bf_status fill_column(const struct import_work *w, const struct import_column *column, struct record *out,
+static enum bf_status fill_column(const struct draft *draft, const struct import_column *column, struct record *out,
                                   struct bf_error *err)
 {
-    const struct import_file *file = w->file;
+    const struct import_file *file = draft->file;
     const struct import_channel *c = &file->channels[column->channel];
-    const struct import_scale *scale = scale_of(w, column);
+    const struct import_scale *scale = scale_of(draft, column);
     double factor = scale != NULL ? scale->factor : 1;
     double *x = bf_alloc(out->n, sizeof *x);
     char key[128], text[256];
     for (size_t k = 0; k < out->n; k++) {
-        x[k] = factor * c->x[w->first + k];
+        x[k] = factor * c->x[draft->first + k];
         if (isfinite(x[k]))
             continue;
         free(x);
-        return bf_fail_at(err, file->path, import_line_of(file, w->first + k),
+        return bf_fail_at(err, file->path, import_line_of(file, draft->first + k),
                           "channel '%.*s', sample %zu: %s; cut it off with --from or --to, or leave the channel out",
-                          IMPORT_SHOWN, c->name, w->first + k + 1,
-                          isnan(c->x[w->first + k]) ? "no number" : "too large");
+                          IMPORT_SHOWN, c->name, draft->first + k + 1,
+                          isnan(c->x[draft->first + k]) ? "no number" : "too large");
     }
     record_add_column(out, column->name, x);
     free(x);
@@ -253,16 +217,16 @@ static const char *key_of_foreign_meta(const struct record_meta *meta, const str
 }
 
 /* Provenance first, then what beamfit acts on, then what the file said of itself. */
-static void fill_meta(const struct import_work *w, struct record *out)
+static void fill_meta(const struct draft *draft, struct record *out)
 {
-    const struct import_file *file = w->file;
-    const struct import_choice *choice = w->choice;
+    const struct import_file *file = draft->file;
+    const struct import_choice *choice = draft->choice;
     char text[64];
     record_add_meta(out, "source", file->path);
     record_add_meta(out, "source_sha256", file->sha256);
     record_add_meta(out, "source_format", import_format_name(file->format));
     record_add_meta(out, "imported_by", choice->command != NULL ? choice->command : "beamfit import");
-    record_add_meta(out, "time_from", w->axis.from);
+    record_add_meta(out, "time_from", draft->axis.from);
     if (choice->free_decay)
         record_add_meta(out, "excitation", "free_decay");
     else if (choice->unknown_level)
@@ -278,33 +242,35 @@ static void fill_meta(const struct import_work *w, struct record *out)
     }
 }
 
-static enum bf_status check_scales(const struct import_work *w, struct bf_error *err)
+static enum bf_status check_scales(const struct draft *draft, struct bf_error *err)
 {
-    for (size_t i = 0; i < w->choice->n_scales; i++) {
+    for (size_t i = 0; i < draft->choice->n_scales; i++) {
         bool used = false;
-        for (size_t k = 0; k < w->n_columns; k++)
-            used |= scale_of(w, &w->columns[k]) == &w->choice->scales[i];
+        for (size_t k = 0; k < draft->n_columns; k++)
+            used |= scale_of(draft, &draft->columns[k]) == &draft->choice->scales[i];
         if (!used)
-            return import_fail_no_channel(w->file, "--scale", w->choice->scales[i].name, err);
+            return import_fail_no_channel(draft->file, "--scale", draft->choice->scales[i].name, err);
     }
     return BF_OK;
 }
 
-static enum bf_status make_record(struct import_work *w, struct record *out, struct bf_error *err)
+static enum bf_status make_record(struct draft *draft, struct record *out, struct bf_error *err)
 {
     size_t time;
-    if (import_choose_time(w, &time, err) != BF_OK)
+    if (import_choose_time(draft->file, draft->choice, &time, err) != BF_OK)
         return err->status;
-    if ((w->choice->n_picks > 0 ? take_picks(w, err) : take_all(w, time, err)) != BF_OK)
+    if ((draft->choice->n_picks > 0 ? take_picks(draft, err) : take_all(draft, time, err)) != BF_OK)
         return err->status;
-    if (import_make_axis(w, time, err) != BF_OK || cut(w, err) != BF_OK || check_scales(w, err) != BF_OK)
+    if (import_make_axis(draft->file, draft->choice, time, draft->n_columns, draft->columns, &draft->axis, err) !=
+            BF_OK ||
+        cut(draft, err) != BF_OK || check_scales(draft, err) != BF_OK)
         return err->status;
-    out->n = w->last - w->first + 1;
-    out->dt_s = w->axis.dt_s;
-    out->t0_s = w->axis.t0_s + (double)w->first * w->axis.dt_s;
-    fill_meta(w, out);
-    for (size_t i = 0; i < w->n_columns; i++)
-        if (fill_column(w, &w->columns[i], out, err) != BF_OK)
+    out->n = draft->last - draft->first + 1;
+    out->dt_s = draft->axis.dt_s;
+    out->t0_s = draft->axis.t0_s + (double)draft->first * draft->axis.dt_s;
+    fill_meta(draft, out);
+    for (size_t i = 0; i < draft->n_columns; i++)
+        if (fill_column(draft, &draft->columns[i], out, err) != BF_OK)
             return err->status;
     return BF_OK;
 }
@@ -312,12 +278,12 @@ static enum bf_status make_record(struct import_work *w, struct record *out, str
 enum bf_status import_record(const struct import_file *file, const struct import_choice *choice, struct record *out,
                              struct bf_error *err)
 {
-    struct import_work w = {.file = file, .choice = choice};
+    struct draft draft = {.file = file, .choice = choice};
     memset(out, 0, sizeof *out);
-    enum bf_status status = make_record(&w, out, err);
-    for (size_t i = 0; i < w.n_columns; i++)
-        free(w.columns[i].name);
-    free(w.columns);
+    enum bf_status status = make_record(&draft, out, err);
+    for (size_t i = 0; i < draft.n_columns; i++)
+        free(draft.columns[i].name);
+    free(draft.columns);
     if (status != BF_OK)
         record_free(out);
     return status;

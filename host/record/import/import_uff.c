@@ -13,8 +13,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include "import.h"
-#include "import_private.h"
+#include "import_channel.h"
+#include "import_format.h"
+#include "import_units.h"
 #include "import_uff.h"
 #include "record/record.h"
 
@@ -285,8 +286,8 @@ static void read_other(struct import_file *file, struct uff_cursor *c, long numb
         import_add_meta(file, number == 151 ? "source_title" : "source_units", text.s, (size_t)(text.end - text.s));
 }
 
-enum bf_status import_uff(struct import_file *file, const char *data, size_t n, const struct import_reading *how,
-                          struct bf_error *err)
+static enum bf_status read_uff(struct import_file *file, const char *data, size_t n, const struct import_reading *how,
+                               struct bf_error *err)
 {
     (void)how;
     struct uff_cursor c = {file->path, data, data + n, 0};
@@ -316,3 +317,21 @@ enum bf_status import_uff(struct import_file *file, const char *data, size_t n, 
     }
     return BF_OK;
 }
+
+/* "    -1" on the first line that is not blank. */
+static enum import_match recognise(const char *path, const char *data, size_t n)
+{
+    (void)path;
+    const char *s = data, *end = data + (n < 400 ? n : 400);
+    while (s < end && (*s == ' ' || *s == '\r' || *s == '\n'))
+        s++;
+    if (!import_starts_with(s, (size_t)(end - s), "-1", 2))
+        return IMPORT_NO_MATCH;
+    for (s += 2; s < end && (*s == ' ' || *s == '\r' || *s == '\n'); s++)
+        if (*s == '\n')
+            return IMPORT_MATCH_CONTENT;
+    return IMPORT_NO_MATCH;
+}
+
+const struct import_format import_format_uff = {
+    .name = "uff", .title = "Universal File Format 58", .recognise = recognise, .read = read_uff};

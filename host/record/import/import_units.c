@@ -5,8 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
-#include "import.h"
-#include "import_private.h"
+#include "import_units.h"
 
 static const struct {
     const char *written; /* lower-case prefixes matter: "mV" is not "MV"; words are compared without case */

@@ -5,8 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sndfile.h>
-#include "import.h"
-#include "import_private.h"
+#include "import_channel.h"
+#include "import_format.h"
 
 /* The file in memory, as libsndfile reads it. */
 struct memory {
@@ -68,8 +68,8 @@ static size_t read_frames(SNDFILE *sound, size_t channels, double *x[])
     return n;
 }
 
-enum bf_status import_wav(struct import_file *file, const char *data, size_t n, const struct import_reading *how,
-                          struct bf_error *err)
+static enum bf_status read_wav(struct import_file *file, const char *data, size_t n, const struct import_reading *how,
+                               struct bf_error *err)
 {
     (void)how;
     SF_VIRTUAL_IO io = {memory_length, memory_seek, memory_read, NULL, memory_tell};
@@ -104,3 +104,18 @@ enum bf_status import_wav(struct import_file *file, const char *data, size_t n, 
     return frames > 0 ? BF_OK
                       : bf_fail_at(err, file->path, 0, "has no samples; it is cut off, or nothing was recorded");
 }
+
+static enum import_match recognise(const char *path, const char *data, size_t n)
+{
+    (void)path;
+    if (n > 12 && (memcmp(data + 8, "WAVE", 4) == 0 || memcmp(data + 8, "AIFF", 4) == 0))
+        return IMPORT_MATCH_CONTENT;
+    return import_starts_with(data, n, "fLaC", 4) || import_starts_with(data, n, "riff", 4) ? IMPORT_MATCH_CONTENT
+                                                                                            : IMPORT_NO_MATCH;
+}
+
+const struct import_format import_format_wav = {.name = "wav",
+                                                .title = "WAV, AIFF or FLAC sound",
+                                                .recognise = recognise,
+                                                .read = read_wav,
+                                                .by_outside_library = true};

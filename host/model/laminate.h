@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* starting_model.h — private to model/: what its files share of starting_model. */
-#ifndef BEAMFIT_STARTING_MODEL_PRIVATE_H
-#define BEAMFIT_STARTING_MODEL_PRIVATE_H
+/* laminate.h — bending stiffness and mass per length of a beam with layers bonded on it. */
+#ifndef BEAMFIT_LAMINATE_H
+#define BEAMFIT_LAMINATE_H
 
 #include "model.h"
 

@@ -1,13 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "model.h"
-#include "model_private.h"
+/* model_parts.c — the parts of a model: their names, memory, values at a place; residuals and parameters as they begin. */
+#include "model_parts.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "model_yaml.h"
 #include "ground/ground.h"
 
 const char *model_support_name(enum model_support support)
@@ -28,32 +27,11 @@ const char *model_output_kind_name(enum output_kind kind)
     return (size_t)kind < sizeof names / sizeof *names ? names[kind] : NULL;
 }
 
-const struct beam_effect *effect_by_id(const char *id)
-{
-    for (int i = 0; i < beam_effects_count; i++)
-        if (strcmp(beam_effects[i]->id, id) == 0)
-            return beam_effects[i];
-    return NULL;
-}
-
 void model_parameter_init(struct parameter *out, const char *name, const char *unit, bool may_be_negative)
 {
     *out = (struct parameter){.min = may_be_negative ? -HUGE_VAL : 0.0, .max = HUGE_VAL};
     (void)snprintf(out->name, sizeof out->name, "%s", name);
     (void)snprintf(out->unit, sizeof out->unit, "%s", unit);
-}
-
-void model_effect_parameter(const struct model *model, const struct beam_effect *effect, int slot,
-                            struct parameter *out)
-{
-    const struct beam_parameter_info *info = &effect->parameters[slot];
-    double scale = info->role == BEAM_ROLE_PLACE ? model->length_m : 1.0;
-    model_parameter_init(out, info->name, info->unit, true);
-    out->value = info->start * scale;
-    out->min = info->minimum * scale;
-    out->max = info->maximum * scale;
-    out->fixed = info->role == BEAM_ROLE_PLACE || (info->flags & BEAM_PARAMETER_HELD) != 0;
-    out->logarithmic = (info->flags & BEAM_PARAMETER_LOG) != 0 && out->value > 0.0;
 }
 
 static void free_fit(struct fit_info *fit)
@@ -224,23 +202,7 @@ struct beam_place model_place(const struct model *model)
     return place;
 }
 
-const struct beam_effect *effect_find(const char *id, struct bf_error *err)
-{
-    const struct beam_effect *effect = effect_by_id(id);
-    if (effect)
-        return effect;
-    const char **ids = bf_alloc((size_t)beam_effects_count, sizeof *ids);
-    for (int i = 0; i < beam_effects_count; i++)
-        ids[i] = beam_effects[i]->id;
-    const char *closest = text_closest(id, ids, (size_t)beam_effects_count);
-    free(ids);
-    (void)bf_fail(err, BF_USAGE, "unknown effect '%.60s'; `beamfit effects` lists them%s%s%s", id,
-                  closest ? "; did you mean '" : "", closest ? closest : "", closest ? "'?" : "");
-    return NULL;
-}
-
-/* Values and errors of the last fit do not describe a model that has gained or lost an effect. */
-static void forget_fit(struct model *model)
+void model_forget_fit(struct model *model)
 {
     struct parameter *shared[] = {&model->gamma, &model->Ks, &model->KB};
     for (size_t i = 0; i < sizeof shared / sizeof *shared; i++)
@@ -261,61 +223,4 @@ static void forget_fit(struct model *model)
     fit->ancestors = NULL;
     free_fit(fit);
     *fit = lineage;
-}
-
-enum bf_status model_append_effect(struct model *model, const char *id, const char *channel, struct bf_error *err)
-{
-    const struct beam_effect *effect = effect_find(id, err);
-    if (!effect)
-        return BF_USAGE;
-    if (strlen(channel) >= MODEL_NAME)
-        return bf_fail(err, BF_USAGE, "channel name '%.60s…' is longer than %d bytes", channel, MODEL_NAME - 1);
-    model->effects = bf_grow(model->effects, model->n_effects + 1, sizeof *model->effects);
-    struct model_effect *added = &model->effects[model->n_effects];
-    *added = (struct model_effect){.effect = effect};
-    (void)snprintf(added->channel, sizeof added->channel, "%s", channel);
-    for (int i = 0; i < effect->n_parameters; i++)
-        model_effect_parameter(model, effect, i, &added->parameters[i]);
-    model->n_effects++;
-    forget_fit(model);
-    return BF_OK;
-}
-
-enum bf_status model_add_effect(struct model *model, const char *id, const char *channel, struct bf_error *err)
-{
-    struct model trial;
-    struct model_where where;
-    enum bf_status status = model_copy(model, &trial, err);
-    if (status == BF_OK)
-        status = model_append_effect(&trial, id, channel, err);
-    if (status == BF_OK && (status = model_check_where(&trial, &where, err)) != BF_OK)
-        status = err->status = BF_USAGE;
-    model_free(&trial);
-    return status == BF_OK ? model_append_effect(model, id, channel, err) : status;
-}
-
-enum bf_status model_drop_effect(struct model *model, const char *id, struct bf_error *err)
-{
-    if (!effect_find(id, err))
-        return BF_USAGE;
-    size_t kept = 0;
-    for (size_t i = 0; i < model->n_effects; i++) {
-        if (strcmp(model->effects[i].effect->id, id) == 0)
-            free(model->effects[i].per_record);
-        else
-            model->effects[kept++] = model->effects[i];
-    }
-    if (kept == model->n_effects)
-        return bf_fail(err, BF_USAGE, "the model has no effect '%s' to drop", id);
-    model->n_effects = kept;
-    forget_fit(model);
-    return BF_OK;
-}
-
-bool model_has_law(const struct model *model)
-{
-    for (size_t e = 0; e < model->n_effects; e++)
-        if (model->effects[e].effect->law)
-            return true;
-    return false;
 }
