@@ -6,7 +6,6 @@
 #include "explain.h"
 #include "discriminate.h"
 #include "noise/noise.h"
-#include "noise/evidence.h"
 
 /*
  * Noise of one output in an experiment: the least that was seen, but not less of the signal than was ever reached, because
