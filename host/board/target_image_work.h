@@ -4,7 +4,6 @@
 #define BEAMFIT_TARGET_IMAGE_WORK_H
 
 #include "beam/beam.h"
-#include "beam/system.h"
 #include "board.h"
 #include "target_image.h"
 

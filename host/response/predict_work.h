@@ -8,7 +8,6 @@
 #include "law.h"
 #include "kernel.h"
 #include "beam/beam.h"
-#include "beam/system.h"
 
 /* The recorder's anti-alias filter; order 0: not stated. */
 struct recorder_filter {
