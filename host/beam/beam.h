@@ -1,5 +1,15 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* beam.h — θ -> matrices: fine spline model, reduced space, system of a θ with its poles and derivatives, modes. */
+/*
+ * beam.h — from a model and a parameter vector θ to matrices and poles: a fine spline model, a small space that is projected
+ * from it once, and in that space the system of every θ with its poles and their derivatives. Also the modes of a model.
+ *
+ * Order of calls:
+ *   reduced_new()        once for a model; reduced_point(), reduced_input(), reduced_output() give functionals on its space
+ *   parameter_map_new()  once: where each parameter stands in θ
+ *   system_new()         once, then system_evaluate() for every θ; system_functional() gives residues of what it found
+ *   system_free(), parameter_map_free(), reduced_free()
+ *   modes_compute()      does all of this for the values of a model
+ */
 #ifndef BEAMFIT_BEAM_H
 #define BEAMFIT_BEAM_H
 
@@ -9,9 +19,9 @@
 #include "model/model.h"
 
 /*
- * FINE — Galerkin spaces of cubic splines, by default with double knots (y″ may jump there) on every region edge and
- * on the ends of the short span of a law at a crack;
- * essential boundary conditions are imposed by leaving basis functions out. Matrices are symmetric and banded (half bandwidth 3).
+ * FINE — Galerkin spaces of cubic splines, by default with double knots (y″ may jump there) on every region edge and on the
+ * ends of the short span of a law at a crack. Essential boundary conditions are imposed by leaving basis functions out.
+ * Matrices are symmetric and banded (half bandwidth 3). Only reduced_new() makes such a space.
  */
 
 struct fine_space {
@@ -54,19 +64,22 @@ struct reduced {
     double *frequency_rad; /* [n_modes] undamped circular frequencies at the base */
     size_t n_blocks;
     struct block *blocks;
-    bool uniform; /* knots are not on the region edges */
+    bool uniform; /* knots are equidistant, not on the region edges */
 };
 
 struct reduced_options {
     size_t n_splines; /* 0: 160 */
     double top_rad;   /* modes below this circular frequency are taken (at least min_modes) */
     size_t min_modes, max_modes;
-    int statics;  /* 0: modes only; 1: static responses too; 2: and their first dynamic corrections */
+    int statics;  /* 0: modes only; 1: static responses too; 2: first dynamic corrections of these too */
     bool uniform; /* equidistant knots, not on the region edges */
     size_t limit; /* dimension at most; 0: no limit */
 };
 
-/* Effect parameters of the base: p[effect][slot]; material etc. are taken from the model. */
+/*
+ * The base is the model with its own values, those of its effects included. BF_NUMERIC: an effect's parameter is out of its
+ * range, or the stiffness is not positive definite. Free with reduced_free(); after a failure there is nothing to free.
+ */
 enum bf_status reduced_new(const struct model *model, const struct reduced_options *options, struct reduced *out,
                            struct bf_error *err);
 void reduced_free(struct reduced *reduced);
@@ -101,13 +114,14 @@ enum bf_status reduced_move(const struct reduced *from, const struct model *from
  *     δp_k = −W_kk(p_k),   δ(cᵀφ_k) = −Σ_{j≠k} cᵀφ_j W_jk(p_k)/(p_k − p_j) − ½ cᵀφ_k W'_kk(p_k),   W_jk = φ_jᵀ δA φ_k.
  */
 
-/* Where each thing stands in the parameter vector of model_parameters(). */
+/* Where each parameter stands in the vector of model_parameters(). */
 struct parameter_map {
     size_t n, n_records;
     size_t *EI, *rho, *cDI; /* [materials] */
     size_t gamma, Ks, KB;
     size_t *residual; /* [n_residuals] */
-    size_t *effect;   /* [n_records][n_effects][BEAM_EFFECT_PARAMETERS]; record 0 for shared parameters */
+    size_t *effect;   /* [n_records][n_effects][BEAM_EFFECT_PARAMETERS]; record 0 for shared parameters;
+                         SIZE_MAX where the effect has no such parameter */
     size_t n_effects;
 };
 
@@ -122,78 +136,6 @@ static inline size_t parameter_map_slot(const struct parameter_map *map, size_t 
 {
     return map->effect[(record * map->n_effects + effect) * BEAM_EFFECT_PARAMETERS + (size_t)slot];
 }
-
-struct pole_derivative {
-    double complex *p; /* [n_poles] δp_k */
-    double complex *Z; /* [n_all × n_poles], column-major: δ(cᵀφ_k) = −Σ_j (cᵀφ_j) Z(j, k) */
-};
-
-struct system {
-    const struct model *model;
-    const struct reduced *reduced;
-    const struct parameter_map *map;
-    size_t n;
-    double *M, *C, *K; /* [n × n], effects included */
-    double *omega_rad; /* [n] undamped circular frequencies, ascending */
-    double *modes;     /* [n × n] undamped modes, M-orthonormal columns */
-    size_t n_poles;    /* one of each conjugate pair (Im > 0), then the real ones */
-    size_t n_pairs;
-    size_t n_all;        /* 2 n_pairs + reals: order of Z's rows: pairs, reals, conjugates of the pairs */
-    double complex *p;   /* [n_poles] */
-    double complex *phi; /* [n × n_poles] */
-    /* The whole space may move by one number d (the patch's shift); set before system_evaluate(), NULL: it does not. */
-    double *const *block_by_shift;      /* [n_blocks][n × n] dB/dd of every block, not owned */
-    const double *shift_by;             /* [map->n] dd/d parameter, not owned */
-    struct pole_derivative *derivative; /* [map->n]; members NULL where not asked */
-    struct system_work *work;
-};
-
-enum bf_status system_new(const struct model *model, const struct reduced *reduced, const struct parameter_map *map,
-                          struct system **out, struct bf_error *err);
-void system_free(struct system *system);
-
-/* Evaluate at theta[map->n]; derivatives for the parameters with want[i] (NULL: none). O(n³). */
-enum bf_status system_evaluate(struct system *system, const double theta[], const bool want[], struct bf_error *err);
-
-/* alpha[n_poles] = gᵀφ_k, and its derivative by parameter i (system_evaluate() must have been asked for it). */
-void system_functional(const struct system *system, const double g[], double complex alpha[]);
-void system_functional_derivative(const struct system *system, size_t i, const double complex alpha[],
-                                  double complex d_alpha[]);
-
-/* The memory E τs/(1 + τs) B of block b at the last evaluation, *B[n × n]; false when the block has none. */
-bool system_memory(const struct system *s, size_t b, double *E, double *relaxation_s, const double **B);
-
-/* MODES — natural frequencies, damping and shapes of a model, and what smaller spaces make of them. */
-
-struct mode {
-    double frequency_Hz; /* |p|/2π of the damped pole */
-    double undamped_Hz;
-    double damping_ratio;  /* −Re p/|p| */
-    double deployed_error; /* relative error of undamped_Hz in the space that goes on the target; NAN beyond it */
-    double uniform_error;  /* the same for 10 equidistant cubic splines (the seed paper's space); NAN beyond them */
-};
-
-struct modes {
-    size_t n;
-    struct mode *mode;
-    size_t in_band;                          /* modes that the deployed space must have right */
-    size_t deployed_modes, deployed_statics; /* what spans the deployed space */
-    double convergence; /* largest relative change of the modes' frequencies when the splines are doubled */
-    size_t n_points;
-    double *x_m;   /* [n_points] */
-    double *shape; /* [n][n_points], largest value 1 */
-};
-
-/* n_modes lowest modes; band_Hz: modes up to this are 'in band' (0: as many as the deployed space spans). */
-enum bf_status modes_compute(const struct model *model, size_t n_modes, double band_Hz, size_t n_points,
-                             struct modes *out, struct bf_error *err);
-void modes_free(struct modes *modes);
-
-/* Undamped frequencies of n_modes modes with n_splines splines; uniform: equidistant knots. */
-enum bf_status modes_frequencies(const struct model *model, size_t n_splines, bool uniform, size_t n_modes,
-                                 double frequency_Hz[], struct bf_error *err);
-
-/* SYSTEM WORK — what system.c (assembly), poles.c (eigenvalues) and poles_derivative.c share; for nobody else. */
 
 enum { BLOCK_DEPENDENCIES = BEAM_EFFECT_PARAMETERS + 3 };
 
@@ -211,8 +153,84 @@ struct block_use {
     double *B_at;    /* [n × n] dB/d(at_m) when position is not SIZE_MAX */
 };
 
-struct system_work {
-    struct block_use *use; /* [n_blocks] */
+struct pole_derivative {
+    double complex *p; /* [n_poles] δp_k */
+    double complex *Z; /* [n_all × n_poles], column-major: δ(cᵀφ_k) = −Σ_j (cᵀφ_j) Z(j, k) */
 };
+
+struct system {
+    const struct model *model;
+    const struct reduced *reduced;
+    const struct parameter_map *map;
+    size_t n;
+    double *M, *C, *K; /* [n × n], effects included */
+    double *omega_rad; /* [n] undamped circular frequencies, ascending */
+    double *modes;     /* [n × n] undamped modes, M-orthonormal columns */
+    size_t n_poles;    /* one of each conjugate pair (Im > 0), then the real ones */
+    size_t n_pairs;
+    size_t n_all;        /* 2 n_pairs + reals; rows of Z in this order: pairs, reals, conjugates of the pairs */
+    double complex *p;   /* [n_poles] */
+    double complex *phi; /* [n × n_poles] */
+    /* The whole space may move by one number d (the patch's shift); set before system_evaluate(), NULL: it does not. */
+    double *const *block_by_shift;      /* [n_blocks][n × n] dB/dd of every block, not owned */
+    const double *shift_by;             /* [map->n] dd/d parameter, not owned */
+    struct pole_derivative *derivative; /* [map->n]; members NULL where not asked */
+    struct block_use *use;              /* [reduced->n_blocks] as of the last evaluation */
+};
+
+/* model, reduced and map must outlive the system. BF_NUMERIC: the reduced space is empty. Free with system_free(). */
+enum bf_status system_new(const struct model *model, const struct reduced *reduced, const struct parameter_map *map,
+                          struct system **out, struct bf_error *err);
+void system_free(struct system *system);
+
+/*
+ * Evaluates at theta[map->n]; derivatives by the parameters with want[i] (NULL: by none). BF_NUMERIC: a parameter is not finite
+ * or out of its range, the mass matrix is not positive definite, or two poles coincide. O(n³); derivatives O(n³) for each block.
+ */
+enum bf_status system_evaluate(struct system *system, const double theta[], const bool want[], struct bf_error *err);
+
+/* alpha[n_poles] = gᵀφ_k, and its derivative by parameter i (system_evaluate() must have been asked for it). */
+void system_functional(const struct system *system, const double g[], double complex alpha[]);
+void system_functional_derivative(const struct system *system, size_t i, const double complex alpha[],
+                                  double complex d_alpha[]);
+
+/* The memory E τs/(1 + τs) B of block b at the last evaluation, *B[n × n]; false when the block has none. */
+bool system_memory(const struct system *s, size_t b, double *E, double *relaxation_s, const double **B);
+
+/*
+ * MODES — natural frequencies, damping and shapes of a model, and the errors of these in smaller spaces: the one that is put
+ * on a controller (10 dimensions: the lowest modes and static responses) and equidistant splines.
+ */
+
+struct mode {
+    double frequency_Hz; /* |p|/2π of the damped pole */
+    double undamped_Hz;
+    double damping_ratio;  /* −Re p/|p|; 1 for a mode without oscillation */
+    double deployed_error; /* relative error of undamped_Hz in the space that goes on the target; NAN beyond it */
+    double uniform_error;  /* the same for 10 equidistant cubic splines (the seed paper's space); NAN beyond them */
+};
+
+struct modes {
+    size_t n;
+    struct mode *mode;
+    size_t in_band;                          /* modes that the deployed space must have right */
+    size_t deployed_modes, deployed_statics; /* what spans the space that goes on the target: 10 together */
+    double convergence; /* largest relative change of the modes' frequencies when the splines are doubled */
+    size_t n_points;
+    double *x_m;   /* [n_points] from 0 to the beam's length */
+    double *shape; /* [n][n_points], largest value 1 */
+};
+
+/*
+ * n_modes lowest modes at the values of the model; band_Hz: modes up to this are 'in band' (0: as many as the deployed space
+ * has modes). Free with modes_free(); after a failure there is nothing to free.
+ */
+enum bf_status modes_compute(const struct model *model, size_t n_modes, double band_Hz, size_t n_points,
+                             struct modes *out, struct bf_error *err);
+void modes_free(struct modes *modes);
+
+/* Undamped frequencies of n_modes modes with n_splines splines; uniform: equidistant knots. NAN beyond what they have. */
+enum bf_status modes_frequencies(const struct model *model, size_t n_splines, bool uniform, size_t n_modes,
+                                 double frequency_Hz[], struct bf_error *err);
 
 #endif

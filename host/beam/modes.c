@@ -1,13 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "beam.h"
-#include "modes.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-
-enum { SPLINES = 160 };
+enum { SPLINES = 160, DEPLOYED_DIMENSION = 10 };
 
 static double two_pi(void)
 {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "beam.h"
-#include "system_work.h"
+#include "poles.h"
 
 #include <math.h>
 #include <stdint.h>
@@ -54,9 +54,9 @@ static bool same_memory(const struct block_use *a, const struct block_use *b)
 static bool leads_memory(const struct system *s, size_t block)
 {
     for (size_t b = 0; b < block; b++)
-        if (same_memory(&s->work->use[b], &s->work->use[block]))
+        if (same_memory(&s->use[b], &s->use[block]))
             return false;
-    return has_memory(&s->work->use[block]);
+    return has_memory(&s->use[block]);
 }
 
 /* Ω⁻¹ Φᵀ(Σ E B)Φ Ω⁻¹ over the blocks with one τ. */
@@ -65,8 +65,8 @@ static void memory_matrix(const struct system *s, size_t block, const double sca
     size_t n = s->n, size = n * n;
     double *sum = bf_alloc(2 * size, sizeof *sum);
     for (size_t b = block; b < s->reduced->n_blocks; b++) {
-        const struct block_use *use = &s->work->use[b];
-        if (same_memory(use, &s->work->use[block]))
+        const struct block_use *use = &s->use[b];
+        if (same_memory(use, &s->use[block]))
             for (size_t i = 0; i < size; i++)
                 sum[i] += use->value[OF_MEMORY] * use->B[i];
     }
@@ -82,7 +82,7 @@ static enum bf_status memory_new(const struct system *s, size_t block, const dou
 {
     size_t n = s->n;
     double *B = bf_alloc(2 * n * n, sizeof *B), *vectors = B + n * n;
-    *out = (struct memory){.tau = s->work->use[block].value[OF_RELAXATION]};
+    *out = (struct memory){.tau = s->use[block].value[OF_RELAXATION]};
     out->lambda = bf_alloc(n, sizeof(double));
     out->q = bf_alloc(n * n, sizeof(double));
     double *values = bf_alloc(n, sizeof *values);
@@ -163,7 +163,7 @@ static void quadratic_forms(const struct system *s, const double complex phi[], 
     size_t n = s->n;
     *A = *A_s = 0.0;
     for (size_t b = 0; b < s->reduced->n_blocks; b++) {
-        const struct block_use *use = &s->work->use[b];
+        const struct block_use *use = &s->use[b];
         double complex q = 0.0;
         for (size_t j = 0; j < n; j++) {
             double complex column = 0.0;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "beam.h"
-#include "system_work.h"
+#include "poles.h"
 
 #include <math.h>
 #include <stdint.h>
@@ -86,7 +86,7 @@ static void modal_damping_change(const struct system *s, size_t parameter, doubl
     size_t n = s->n;
     double *dK = bf_alloc(4 * n * n, sizeof *dK), *dM = dK + n * n, *work = dM + n * n, *X = work + n * n;
     for (size_t b = 0; b < s->reduced->n_blocks; b++) {
-        const struct block_use *use = &s->work->use[b];
+        const struct block_use *use = &s->use[b];
         for (size_t i = 0; i < use->n_dependencies; i++) {
             if (use->dependency[i].parameter != parameter || s->reduced->blocks[b].kind == BLOCK_MODES)
                 continue;
@@ -143,7 +143,7 @@ static bool depends_on(const struct system *s, size_t parameter)
     if (shift_by(s, parameter) < 0.0 || shift_by(s, parameter) > 0.0)
         return true;
     for (size_t b = 0; b < s->reduced->n_blocks; b++) {
-        const struct block_use *use = &s->work->use[b];
+        const struct block_use *use = &s->use[b];
         if (use->position == parameter)
             return true;
         for (size_t i = 0; i < use->n_dependencies; i++)
@@ -156,7 +156,7 @@ static bool depends_on(const struct system *s, size_t parameter)
 static void add_block_changes(const struct system *s, size_t parameter, size_t b, const double complex Q[],
                               const double complex Q_at[], struct pole_change *change)
 {
-    const struct block_use *use = &s->work->use[b];
+    const struct block_use *use = &s->use[b];
     for (size_t d = 0; d < use->n_dependencies; d++)
         if (use->dependency[d].parameter == parameter)
             add_change(s, use, use->dependency[d].d, Q, change);
@@ -173,11 +173,11 @@ static void add_shift(const struct system *s, size_t parameter, double work[], d
         if (s->block_by_shift[b] == NULL)
             continue;
         double scaled[COEFFICIENTS];
-        const double *value = s->work->use[b].value;
+        const double *value = s->use[b].value;
         for (int c = 0; c < COEFFICIENTS; c++)
             scaled[c] = c == OF_RELAXATION ? 0.0 : by * value[c];
         pole_products(s, s->block_by_shift[b], work, Q);
-        add_change(s, &s->work->use[b], scaled, Q, change);
+        add_change(s, &s->use[b], scaled, Q, change);
     }
 }
 
@@ -190,7 +190,7 @@ static void add_modal_changes(const struct system *s, size_t parameter, double w
         double *X = bf_alloc(s->n * s->n, sizeof *X);
         modal_damping_change(s, parameter, X);
         pole_products(s, X, work, Q);
-        add_change(s, &s->work->use[b], s->work->use[b].value, Q, change);
+        add_change(s, &s->use[b], s->use[b].value, Q, change);
         free(X);
     }
 }
@@ -203,9 +203,9 @@ enum bf_status poles_differentiate(struct system *s, const bool want[], struct b
     double complex *Q = bf_alloc((2 * n_blocks + 1) * size, sizeof *Q), *Q_at = Q + n_blocks * size;
     struct pole_change change = {.W = bf_alloc(size, sizeof *Q), .W_s = bf_alloc(P, sizeof *Q)};
     for (size_t b = 0; b < n_blocks; b++) {
-        pole_products(s, s->work->use[b].B, work, Q + b * size);
-        if (s->work->use[b].position != SIZE_MAX)
-            pole_products(s, s->work->use[b].B_at, work, Q_at + b * size);
+        pole_products(s, s->use[b].B, work, Q + b * size);
+        if (s->use[b].position != SIZE_MAX)
+            pole_products(s, s->use[b].B_at, work, Q_at + b * size);
     }
     for (size_t i = 0; i < s->map->n; i++) {
         if (!want[i] || !depends_on(s, i))

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "reduced_work.h"
+/* reduced.c — the parameter-free blocks of a reduced space, projected once. */
+#include "reduced_basis.h"
+#include "reduced_place.h"
 
 #include <stdlib.h>
 #include <string.h>

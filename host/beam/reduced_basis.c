@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "reduced_work.h"
+#include "reduced_basis.h"
+#include "reduced_place.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "beam.h"
-#include "system_work.h"
+#include "poles.h"
 
 #include <math.h>
 #include <stdint.h>
@@ -24,8 +24,7 @@ enum bf_status system_new(const struct model *model, const struct reduced *reduc
     s->omega_rad = bf_alloc(n, sizeof(double));
     s->modes = bf_alloc(n * n, sizeof(double));
     s->derivative = bf_alloc(map->n, sizeof *s->derivative);
-    s->work = bf_alloc(1, sizeof *s->work);
-    s->work->use = bf_alloc(reduced->n_blocks, sizeof *s->work->use);
+    s->use = bf_alloc(reduced->n_blocks, sizeof *s->use);
     *out = s;
     return BF_OK;
 }
@@ -39,11 +38,10 @@ void system_free(struct system *s)
         free(s->derivative[i].Z);
     }
     for (size_t b = 0; b < s->reduced->n_blocks; b++) {
-        free(s->work->use[b].own);
-        free(s->work->use[b].B_at);
+        free(s->use[b].own);
+        free(s->use[b].B_at);
     }
-    free(s->work->use);
-    free(s->work);
+    free(s->use);
     free(s->derivative);
     free(s->M);
     free(s->C);
@@ -249,7 +247,7 @@ static void assemble_modal_damping(struct system *s)
     size_t n = s->n;
     double *P = bf_alloc(2 * n * n, sizeof *P), *Q = P + n * n;
     for (size_t b = 0; b < s->reduced->n_blocks; b++) {
-        struct block_use *use = &s->work->use[b];
+        struct block_use *use = &s->use[b];
         if (s->reduced->blocks[b].kind != BLOCK_MODES)
             continue;
         if (use->own == NULL)
@@ -286,7 +284,7 @@ enum bf_status system_evaluate(struct system *s, const double theta[], const boo
     memset(s->C, 0, n * n * sizeof(double));
     memset(s->K, 0, n * n * sizeof(double));
     for (size_t b = 0; b < s->reduced->n_blocks; b++) {
-        struct block_use *use = &s->work->use[b];
+        struct block_use *use = &s->use[b];
         enum bf_status status = use_block(s, &s->reduced->blocks[b], theta, use, err);
         if (status != BF_OK)
             return status;
@@ -308,7 +306,7 @@ enum bf_status system_evaluate(struct system *s, const double theta[], const boo
 
 bool system_memory(const struct system *s, size_t b, double *E, double *relaxation_s, const double **B)
 {
-    const struct block_use *use = &s->work->use[b];
+    const struct block_use *use = &s->use[b];
     *E = use->value[OF_MEMORY];
     *relaxation_s = use->value[OF_RELAXATION];
     *B = use->B;
@@ -319,8 +317,8 @@ void system_dynamic_stiffness(const struct system *s, double complex at, double 
 {
     memset(A, 0, s->n * s->n * sizeof *A);
     for (size_t b = 0; b < s->reduced->n_blocks; b++) {
-        double complex a = block_coefficient(s->work->use[b].value, at);
+        double complex a = block_coefficient(s->use[b].value, at);
         for (size_t i = 0; i < s->n * s->n; i++)
-            A[i] += a * s->work->use[b].B[i];
+            A[i] += a * s->use[b].B[i];
     }
 }

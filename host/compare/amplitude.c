@@ -10,7 +10,7 @@
 
 enum {
     LEAST_SAMPLES = 256, /* of a free stretch */
-    MARGIN = 8,          /* samples after a drive that a zero-phase anti-alias filter may have stained */
+    MARGIN = 8,          /* samples after a drive that a zero-phase anti-alias filter may have changed */
     POINTS = 24,         /* of a curve, at most */
     STRETCHES = 16       /* of one record */
 };

@@ -11,6 +11,9 @@
 
 enum { LEAST_LAGS = 120, MOST_LAGS = 1200, INPUT_LAGS = 150, AMPLITUDE_WINDOWS = 64 };
 
+/* A residual of up to this many times the noise is taken for noise. */
+static const double noise_ratio_of_noise = 1.05;
+
 /* ---- One channel ---- */
 
 /* Least-squares factor and correlation of measured and predicted; what they say about units and sign. */
@@ -283,4 +286,18 @@ void compare_free(struct comparison *comparison)
     free(comparison->frequency_Hz);
     free(comparison->level);
     *comparison = (struct comparison){0};
+}
+
+const struct comparison_band *compare_worst_band(const struct comparison_channel *c)
+{
+    const struct comparison_band *worst = NULL;
+    for (size_t b = 0; b < c->n_bands; b++)
+        if (worst == NULL || c->bands[b].share > worst->share)
+            worst = &c->bands[b];
+    return worst;
+}
+
+bool compare_is_noise(double noise_ratio)
+{
+    return noise_ratio <= noise_ratio_of_noise;
 }

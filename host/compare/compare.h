@@ -1,5 +1,14 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* compare.h — measured against predicted: errors, where they are, how they change with amplitude, the chain of models. */
+/*
+ * compare.h — measured against predicted with a model as it is: how large the misfit is, where it is, how frequency and damping
+ * change with amplitude; and the models of one history, by the errors that their files state.
+ *
+ * Order of calls:
+ *   compare_run()        errors, bands, tests of every channel; then compare_worst_band() and compare_is_noise() of a channel
+ *   amplitude_measure()  from a comparison: frequency and damping against amplitude, in stretches that nothing drives
+ *   localise_misfit()    from residuals and their noise alone: shares of the misfit above the noise, over all records
+ *   history_read(), or history_of() for one model and its ancestors; neither needs a record
+ */
 #ifndef BEAMFIT_COMPARE_H
 #define BEAMFIT_COMPARE_H
 
@@ -13,16 +22,17 @@
 #include "response/response.h"
 
 /*
- * COMPARE — measured against predicted, record by record and channel by channel, with a model as it is: nothing is
- * fitted but what no model can know: the initial state of a free decay, an unknown level of excitation (linear
- * unknowns, least squares), and per-record parameters of records that have no value of their own (fit_own.h). docs/compare.md says how to read the answer.
+ * COMPARE — measured against predicted, record by record and channel by channel. Nothing is fitted but what no model can
+ * know: the initial state of a free decay and an unknown level of excitation (linear unknowns, least squares), and per-record
+ * parameters of records that have no value of their own (own_values_find() of estimate.h). docs/compare.md says how to read
+ * the answer.
  */
 
-enum { COMPARE_INPUTS = 4 };
+enum { COMPARE_INPUTS = 4 }; /* of one channel, at most */
 
 struct comparison_band {
     double from_Hz, to_Hz;
-    double share;       /* of Σ r² */
+    double share;       /* of Σ r² of the channel, 0 … 1 */
     double noise_ratio; /* rms of the residual in the band over the noise's there; NAN when the noise is unknown */
     size_t mode;        /* the mode inside, 1 = lowest; 0: none known */
 };
@@ -30,7 +40,7 @@ struct comparison_band {
 struct comparison_input {
     const char *name;
     struct input_correlation correlation;
-    double coherence; /* with the measured output, mean weighted by its spectrum; NAN: not possible (a single pulse) */
+    double coherence; /* with the measured output, 0 … 1, mean weighted by its spectrum; NAN for a single pulse */
     double coherence_bound; /* exceeded by chance in 5 % of bins */
 };
 
@@ -40,21 +50,23 @@ struct comparison_channel {
     bool held_out;    /* a --check record */
     size_t n;
     double t0_s, dt_s;
-    const double *measured; /* [n], in the record */
+    const double *measured; /* [n], in the record; unit of the channel, as the next three */
     double *predicted;      /* [n] */
     double *residual;       /* [n] measured − predicted */
+    double rms, residual_rms;
     struct noise_estimate noise;
-    double rms, residual_rms, nrmse, noise_ratio; /* noise_ratio NAN when the noise is unknown */
-    double scale;                                 /* c of the least-squares fit measured ≈ c · predicted */
-    double alignment;                             /* correlation of measured and predicted, −1 … 1 */
+    double nrmse;       /* residual_rms/rms */
+    double noise_ratio; /* residual_rms over the rms of the noise; NAN when the noise is unknown */
+    double scale;       /* c of the least-squares fit measured ≈ c · predicted */
+    double alignment;   /* correlation of measured and predicted, −1 … 1 */
     size_t n_bands;
-    struct comparison_band *bands;
-    double time_share[3];
+    struct comparison_band *bands; /* [n_bands] ascending: one mode in each, or octaves of a model without modes */
+    double time_share[3];          /* of Σ r², in the thirds of the record */
     struct amplitude_shares amplitude;
     struct whiteness whiteness;
     size_t n_autocorrelation;
-    double *autocorrelation;
-    size_t n_inputs;
+    double *autocorrelation; /* [n_autocorrelation] of the residual, lag 0 first */
+    size_t n_inputs;         /* that move the beam in this record */
     struct comparison_input inputs[COMPARE_INPUTS];
     char warning[240]; /* of units or sign; "" none */
 };
@@ -64,26 +76,36 @@ struct comparison {
     const struct record *records;
     size_t n_records, n_held_out; /* the held-out records are the last ones */
     size_t n_notes;
-    char **notes;  /* per-record values that were estimated from the records themselves (fit_own.h) */
+    char **notes;  /* [n_notes] sentences: per-record values that were estimated from the records themselves */
     double *level; /* [n_records] factor of the excitation; 1 where it is known */
     size_t n_modes;
-    double *frequency_Hz; /* of the model, up to the highest Nyquist frequency */
+    double *frequency_Hz; /* [n_modes] of the model, ascending, up to the highest Nyquist frequency */
     size_t n_channels;
-    struct comparison_channel *channels;
+    struct comparison_channel *channels;   /* [n_channels] in the order of the records */
     double nrmse, noise_ratio;             /* root mean square over channels of the records that are not held out */
     double check_nrmse, check_noise_ratio; /* of the held-out ones; NAN: none */
 };
 
-/* model and records must outlive the comparison. Free with compare_free(), also after a failure. */
+/*
+ * records: [n_records], the last n_held_out of which were held out of the fit. options may be NULL. model and records must
+ * outlive the comparison. BF_NUMERIC: the model cannot be evaluated. Free with compare_free(), also after a failure. Cost: one
+ * prediction of all records, and about 10 ms a channel of 4096 samples for its noise.
+ */
 enum bf_status compare_run(const struct model *model, const struct record records[], size_t n_records,
                            size_t n_held_out, const struct predict_options *options, struct comparison *out,
                            struct bf_error *err);
 void compare_free(struct comparison *comparison);
 
+/* The band with the largest share of the misfit; NULL when there is none. */
+const struct comparison_band *compare_worst_band(const struct comparison_channel *channel);
+
+/* Residuals within this factor of the noise hold nothing that could be told from it; NAN (not known) is not within. */
+bool compare_is_noise(double noise_ratio);
+
 /*
  * LOCALISE — where the misfit above the noise is: record, channel, band of one mode, time, amplitude.
  *
- * Shares are of Σ (|R|² − noise)/noise_rms² over all channels, so that channels of different units weigh by their noise and what is
+ * Shares are of Σ (|R|² − noise)/noise_rms² over all channels: channels of different units weigh by their noise, and what is
  * noise counts nothing.
  */
 
@@ -97,14 +119,14 @@ struct localised {
     double share;       /* of the whole misfit above the noise, 0 … 1 */
     double noise_ratio; /* rms in the band over the noise's there */
     double relative;    /* rms of the misfit above the noise over rms of the measured signal in the band */
-    enum localise_amplitude
-        amplitude;     /* relative misfit clearly larger where, or in the records in which, the motion is large … */
-    double late_share; /* of the band's misfit, in the second half of the motion (by energy: 0.5 is even) */
+    double late_share;  /* of the band's misfit, in the second half of the motion (by energy: 0.5 is even) */
+    /* LARGE, SMALL: the relative misfit is clearly larger where, or in the records in which, the motion is large, small. */
+    enum localise_amplitude amplitude;
 };
 
 struct localisation {
     double excess; /* Σ (r² − noise²)/noise² over all rows, over the rows: 0 nothing is left, 3: noise_ratio 2 */
-    size_t n;      /* parts with a share of at least localise_least_share, largest first */
+    size_t n;      /* parts that have more than 2 % of the misfit, largest first */
     struct localised *parts;
     char text[600]; /* sentences for a person */
 };
@@ -124,9 +146,10 @@ struct json *localise_json(const struct localisation *localisation, const struct
  * AMPLITUDE — frequency and damping of each mode against its amplitude, from the parts of records in which nothing drives
  * the beam: after hits, after a drive was switched off, in free decays.
  *
- * The channel is filtered to the band of one mode (FFT, smooth edges), made analytic (Hilbert), and in windows of a few
- * periods the slopes of phase and logarithmic amplitude give f and ζ. Windows whose amplitude is below a few times the noise
- * in the band are left out. The prediction goes through the same path, so that what the filter does cancels.
+ * In overlapping windows, long enough to part a mode from its neighbours, the complex amplitude at the mode's frequency is
+ * taken (Blackman–Harris); its phase and logarithmic magnitude from window to window give f and ζ. Windows whose amplitude
+ * is below a few times its standard error are left out. The prediction is treated in the same way, so that what the windows
+ * do cancels in a comparison.
  */
 
 /* One mode in one free stretch of one channel. */
@@ -135,17 +158,15 @@ struct amplitude_curve {
     const char *channel; /* in the comparison's */
     size_t mode;         /* 1 = lowest */
     size_t n;
-    double *t_s;                          /* [n] middle of each window */
-    double *amplitude;                    /* [n] of the filtered channel, unit of the channel */
-    double *frequency_Hz, *damping_ratio; /* [n] measured */
-    double *frequency_sd_Hz, *damping_sd; /* [n] one standard error, from the noise in the band */
-    double *model_amplitude, *model_frequency_Hz,
-        *model_damping_ratio; /* [n] of the prediction; NAN where it is too small */
-    double
-        frequency_drift; /* relative change of measured f from the smallest to the largest amplitude, straight line in A */
-    double frequency_drift_sd;
-    double damping_drift; /* change of ζ, the same way */
-    double damping_drift_sd;
+    double *t_s;                                      /* [n] middle of each window */
+    double *amplitude;                                /* [n] of the filtered channel, unit of the channel */
+    double *frequency_Hz, *damping_ratio;             /* [n] measured */
+    double *frequency_sd_Hz, *damping_sd;             /* [n] one standard error, from the noise in the band */
+    double *model_amplitude;                          /* [n] of the prediction */
+    double *model_frequency_Hz, *model_damping_ratio; /* [n] NAN where the prediction is too small */
+    /* Relative change of the measured f, and change of ζ, from the smallest to the largest amplitude: a straight line in A. */
+    double frequency_drift, damping_drift;
+    double frequency_drift_sd, damping_drift_sd;
 };
 
 struct amplitude_curves {
@@ -154,22 +175,25 @@ struct amplitude_curves {
     char text[400]; /* what drifts, in words; "" when nothing does */
 };
 
-/* comparison: as of compare_run(). Records that are driven to their end give no curve. Free with amplitude_free(). */
+/*
+ * comparison: as of compare_run(). Records that are driven to their end give no curve. Free with amplitude_free(), also after
+ * a failure.
+ */
 enum bf_status amplitude_measure(const struct comparison *comparison, struct amplitude_curves *out,
                                  struct bf_error *err);
 void amplitude_free(struct amplitude_curves *curves);
 
 /*
  * HISTORY — models in the order in which they were made from each other, and what each step brought. Each file knows
- * the SHA-256 of the file it was made from; nothing is computed again. For commands history and report.
+ * the SHA-256 of the file it was made from; nothing is computed again.
  */
 
 struct history_entry {
     struct model model;
-    char *file; /* as given, or as found */
-    int parent; /* index of the nearest ancestor among the entries, or HISTORY_NONE */
-    int depth;  /* steps from its root */
-    bool placed;
+    char *file;  /* as given, or as found */
+    int parent;  /* index of the nearest ancestor among the entries; −1: none is there */
+    int depth;   /* steps from its root */
+    bool placed; /* it has its place in the order */
 };
 
 struct history {
@@ -178,7 +202,10 @@ struct history {
     int *order; /* [n] indices, every model after its parent */
 };
 
-/* Reads and orders. Free with history_free(), also after a failure. */
+/*
+ * Reads the model files paths[n] and orders them. BF_BAD_FILE: one cannot be read. Free with history_free(), also after a
+ * failure.
+ */
 enum bf_status history_read(const char *const paths[], size_t n, struct history *out, struct bf_error *err);
 
 /*
@@ -194,17 +221,17 @@ void history_free(struct history *history);
 /* The parent of entry i among the entries; NULL: none is there. */
 const struct model *history_parent(const struct history *history, int i);
 
-/* Calls back for every effect that `model` has more often than `than` (NULL: none), once per surplus. */
+/* Calls call(context, effect's id, gained) once for each effect that `model` has and `than` (NULL: no effects) has not. */
 void history_surplus(const struct model *model, const struct model *than, void (*call)(void *, const char *, bool),
                      void *context, bool gained);
 
-/* What entry i has and its parent has not, as in the table: "+tip_mass −hum; fitted". */
+/* What entry i has and its parent has not, as the table says it: "+tip_mass −hum; fitted". text: [size], cut when longer. */
 void history_step(const struct history *history, int i, char *text, size_t size);
 
-/* An error or noise ratio of a fit_info, where 0 stands for none: NaN then. */
+/* An error or noise ratio of a struct fit_info, in which 0 stands for none; NAN then. */
 double history_error(double x);
 
-/* Models that were fitted. */
+/* How many of the models were fitted. */
 int history_fits(const struct history *history);
 
 #endif

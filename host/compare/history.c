@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
+/* history.c — the order of models by descent, and what each step brought. */
 #include "compare.h"
-#include "history.h"
 
 #include <dirent.h>
 #include <math.h>
@@ -13,6 +13,7 @@
 #include "ground/ground.h"
 
 enum { MOST_FILES = 1000, MOST_BYTES = 1 << 22 };
+enum { HISTORY_NONE = -1 }; /* the index of a parent that is not among the entries */
 
 /* ---- Order ---- */
 
@@ -61,7 +62,7 @@ static void sort_by_descent(struct history *h)
     for (int i = 0; i < h->n; i++)
         if (h->entries[i].parent == HISTORY_NONE)
             place(h, i, 0, &n_placed);
-    for (int i = 0; i < h->n; i++) /* claimed circles of forged hashes */
+    for (int i = 0; i < h->n; i++) /* models that claim to be each other's ancestor have no root */
         place(h, i, 0, &n_placed);
 }
 
@@ -167,7 +168,7 @@ static bool is_ancestor(const struct fit_info *fit, const char *sha256)
     return found;
 }
 
-/* A model file of no doubtful size whose bytes are an ancestor's that is not there yet. */
+/* Adds a model file of plausible size whose bytes are an ancestor's that is not there yet. */
 static void take_ancestor(struct history *h, const char *path)
 {
     struct stat info;

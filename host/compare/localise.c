@@ -1,23 +1,33 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
+/* localise.c — shares of the misfit above the noise, band by band, and their dependence on time and amplitude. */
 #include "compare.h"
-#include "localise.h"
-#include "localise_work.h"
+#include "localise_text.h"
 #include "maths/maths.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { WINDOW_PERIODS = 3 }; /* of a band's lower edge, over which motion and misfit are averaged */
-const double localise_least_share = 0.02;
-static const double shows = 5.0;       /* standard errors of the noise that an excess must exceed */
-static const double exponent = 0.3;    /* of relative misfit against motion, from which it is said to grow or fall */
-static const double level_ratio = 3.0; /* between records or parts of one, for such an exponent */
+enum { WINDOW_PERIODS = 3 };            /* of a band's lower edge, over which motion and misfit are averaged */
+static const double least_share = 0.02; /* of the whole misfit above the noise, for a part to be kept */
+static const double shows = 5.0;        /* standard errors of the noise that an excess must exceed */
+static const double exponent = 0.3;     /* of relative misfit against motion, from which it is said to grow or fall */
+static const double level_ratio = 3.0;  /* between records or parts of one, for such an exponent */
 
-const char *localise_amplitude_text(enum localise_amplitude amplitude)
-{
-    return amplitude == AMPLITUDE_LARGE ? "large" : amplitude == AMPLITUDE_SMALL ? "small" : "all";
-}
+/* A band of a channel before shares are known. */
+struct localised_band {
+    struct localised part;
+    size_t from, to;        /* bins */
+    double weight;          /* excess over noise variance, times samples */
+    double noise;           /* mean square of the noise in the band */
+    double motion, misfit;  /* rms of the measured signal, and of the misfit above the noise */
+    double exponent_inside; /* of relative misfit against motion within the record; 0 when it cannot be told */
+};
+
+struct localise_work {
+    size_t n_bands;
+    struct localised_band *bands;
+};
 
 /* ---- One channel: its spectra, and the excess of each band ---- */
 
@@ -219,7 +229,7 @@ static void keep_parts(const struct localise_work *w, const struct misfit_channe
     out->parts = bf_alloc(w->n_bands + 1, sizeof *out->parts);
     for (size_t i = 0; i < w->n_bands; i++) {
         struct localised_band *band = &w->bands[i];
-        if (!(band->weight > localise_least_share * total))
+        if (!(band->weight > least_share * total))
             continue;
         band->part.share = band->weight / total;
         band->part.amplitude = judge_amplitude(w, channels, band);
@@ -254,24 +264,4 @@ void localise_free(struct localisation *localisation)
 {
     free(localisation->parts);
     *localisation = (struct localisation){0};
-}
-
-size_t localise_channels(const struct comparison *comparison, bool held_out, struct misfit_channel out[])
-{
-    size_t n = 0;
-    for (size_t i = 0; i < comparison->n_channels; i++) {
-        const struct comparison_channel *c = &comparison->channels[i];
-        if (c->held_out != held_out)
-            continue;
-        out[n] = (struct misfit_channel){.file = comparison->records[c->record].path,
-                                         .channel = c->name,
-                                         .record = c->record,
-                                         .n = c->n,
-                                         .dt_s = c->dt_s,
-                                         .measured = c->measured,
-                                         .residual = c->residual,
-                                         .noise = &c->noise};
-        n++;
-    }
-    return n;
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* localise_text.c — where the misfit is, in sentences and as JSON. */
-#include "localise_work.h"
+#include "localise_text.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -75,6 +75,12 @@ void localise_describe(const struct misfit_channel channels[], struct localisati
     say_single(channels, out, false, out->text, sizeof out->text);
 }
 
+/* "all", "large", "small" */
+static const char *amplitude_text(enum localise_amplitude amplitude)
+{
+    return amplitude == AMPLITUDE_LARGE ? "large" : amplitude == AMPLITUDE_SMALL ? "small" : "all";
+}
+
 struct json *localise_json(const struct localisation *localisation, const struct misfit_channel channels[])
 {
     struct json *where = json_new_array();
@@ -86,7 +92,7 @@ struct json *localise_json(const struct localisation *localisation, const struct
         json_put_number(part, "from_Hz", p->from_Hz);
         json_put_number(part, "to_Hz", p->to_Hz);
         json_put_number(part, "share", p->share);
-        json_put_text(part, "amplitude", localise_amplitude_text(p->amplitude));
+        json_put_text(part, "amplitude", amplitude_text(p->amplitude));
         json_put_number(part, "noise_ratio", p->noise_ratio);
         json_put_number(part, "relative", p->relative);
         json_put_number(part, "late_share", p->late_share);

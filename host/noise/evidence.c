@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "noise.h"
 #include "evidence.h"
+#include "noise.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -83,18 +83,6 @@ enum bf_status whitener_from_noise(const struct noise_estimate *noise, struct wh
         memcpy(out->ar.a, a, sizeof a);
     }
     return BF_OK;
-}
-
-void whitener_from_residual(const double *r, size_t n, struct whitener *out)
-{
-    double s[SPECTRUM_POINTS];
-    *out = (struct whitener){.n_eff_share = 1.0};
-    ar_fit(r, n, &out->ar);
-    if (!(out->ar.sigma > 0.0))
-        return;
-    for (size_t j = 0; j < SPECTRUM_POINTS; j++)
-        s[j] = ar_psd(&out->ar, 1.0, 0.5 * ((double)j + 0.5) / SPECTRUM_POINTS);
-    out->n_eff_share = independent_share(s);
 }
 
 void whitener_apply(const struct whitener *whitener, const double *x, size_t n, double *w)

@@ -1,5 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "linearity_work.h"
+/* linearity.c — which channels of which records can be paired, and the verdict over all pairs. */
+#include "linearity_added.h"
+#include "linearity_pair.h"
+#include "noise.h"
 #include "maths/maths.h"
 
 #include <math.h>
@@ -15,7 +18,6 @@ enum {
 };
 static const double level_ratio = 1.5; /* of the channel between two records, for a test of linearity */
 static const double rest_share = 0.1;  /* of the channel's rms, at the start */
-const double linearity_threshold = 1.08;
 
 const char *linearity_verdict_text(enum linearity_verdict verdict)
 {
@@ -53,17 +55,8 @@ static double input_noise(const double *u, size_t n)
     return head < 1e-2 * peak ? head : 0.0;
 }
 
-double linearity_added_at(const struct linearity_added *added, size_t i, size_t n, double dt_s)
-{
-    if (added->drift)
-        return added->amplitude * ((double)i / (double)n - 0.5);
-    if (added->frequency_Hz > 0.0)
-        return added->amplitude * sin(2.0 * M_PI * added->frequency_Hz * (double)i * dt_s + added->phase_rad);
-    return added->amplitude;
-}
-
-/* What was found added to a channel, at sample i. */
-static double added_at(const struct linearity *l, const struct linearity_signal *s, size_t i)
+/* Sum of the signals that were found added to a channel, at sample i. */
+static double sum_of_added(const struct linearity *l, const struct linearity_signal *s, size_t i)
 {
     double sum = 0.0;
     for (size_t k = 0; k < l->n_added; k++)
@@ -106,7 +99,7 @@ static size_t collect(const struct model *model, const struct record records[], 
             s.u_noise_rms = input_noise(s.u, s.n);
             s.cleaned = bf_alloc(s.n, sizeof *s.cleaned);
             for (size_t i = 0; i < s.n; i++)
-                s.cleaned[i] = s.y[i] - added_at(l, &s, i);
+                s.cleaned[i] = s.y[i] - sum_of_added(l, &s, i);
             s.level = root_mean_square(s.cleaned, s.n);
             if (begins_at_rest(&s))
                 out[n++] = s;
@@ -207,7 +200,10 @@ static enum bf_status measure_pairs(const struct linearity_signal *s, size_t n, 
     return status;
 }
 
-/* An added signal breaks the agreement of records; where they agree without its removal, it was a part of the motion. */
+/*
+ * A signal that is added to one record makes it disagree with the others. Where the records agree although the signal was not
+ * taken out, it is a part of the motion and is no longer listed.
+ */
 static void keep_confirmed(struct linearity *out)
 {
     size_t kept = 0;

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* linearity_added.c — sinusoids of constant amplitude, offsets and drifts in a series that no input has. */
-#include "noise.h"
-#include "linearity.h"
+#include "linearity_added.h"
 #include "maths/maths.h"
 
 #include <math.h>
@@ -179,4 +178,13 @@ size_t linearity_find_added(const double x[], size_t n, double dt_s, const doubl
         return 0;
     const size_t offsets = find_offset(x, n, found, room);
     return offsets + find_lines(x, n, dt_s, u, n_inputs, found + offsets, room - offsets);
+}
+
+double linearity_added_at(const struct linearity_added *added, size_t i, size_t n, double dt_s)
+{
+    if (added->drift)
+        return added->amplitude * ((double)i / (double)n - 0.5);
+    if (added->frequency_Hz > 0.0)
+        return added->amplitude * sin(2.0 * M_PI * added->frequency_Hz * (double)i * dt_s + added->phase_rad);
+    return added->amplitude;
 }

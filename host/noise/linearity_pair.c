@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* linearity_pair.c — u₂ * y₁ − u₁ * y₂ of two records against what noise leaves of it, on the time–frequency plane. */
-#include "linearity_work.h"
+#include "linearity_pair.h"
+#include "linearity_added.h"
+#include "linearity_plane.h"
 #include "maths/maths.h"
 
 #include <math.h>
@@ -14,6 +16,7 @@ enum {
     LINE_BINS = 2,  /* to either side that a line leaks into, Hann */
     BANDS = 24      /* thirds of an octave below Nyquist */
 };
+const double linearity_threshold = 1.08;
 static const double same_shape_match = 3e-4; /* rms of u₂ − k u₁ over that of u₂; noise is some 4e-3 of a channel */
 static const double weakest_cell = 1e-6;     /* of the strongest: below, digits of the file are larger than noise */
 static const double band_excess = 2.0;       /* ratio of a third of an octave that counts, when it is … */
@@ -251,8 +254,9 @@ static void sum_cells(struct pair_work *w, const struct linearity_lines *lines, 
 }
 
 /*
- * y₂ − k y₁ holds no motion when the beam is linear, so that hum is seen in it better than in either record. Few lines that
- * are all there is are added signals; a nonlinear beam under a steady drive leaves many. What remains replaces *cells then.
+ * y₂ − k y₁ holds no motion when the beam is linear, so that hum is seen in it better than in either record. When a few lines
+ * are all it holds, they are added signals, and the cells without them replace *cells; a nonlinear beam under a steady drive
+ * leaves many lines.
  */
 static void take_lines_out(struct pair_work *w, const struct linearity_lines *lines, struct cells *cells,
                            struct linearity_pair *pair)

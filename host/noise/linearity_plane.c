@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* linearity_plane.c — spectrograms and convolutions of whole records, for linearity_pair.c. */
-#include "linearity_work.h"
+#include "linearity_plane.h"
 
 #include <math.h>
 #include <stdlib.h>

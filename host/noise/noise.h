@@ -1,5 +1,14 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* noise.h — what the data know of their own error: noise of each channel, evidence for one residual against another, linearity. */
+/*
+ * noise.h — what recordings tell of their own error, without a fitted model: how noisy each channel is, how strongly the
+ * data prefer one model's residual to another's, and whether any linear system explains records of different level.
+ *
+ * Order of calls:
+ *   noise_of_channel()     for each channel of each record; everything below needs its answer
+ *   linearity_test()       once, for all records
+ *   whitener_from_noise()  for each channel; then misfit_measure() for each model, evidence_compare() for a poorer and a
+ *                          richer model, and holm_adjust() over all p-values of one search
+ */
 #ifndef BEAMFIT_NOISE_H
 #define BEAMFIT_NOISE_H
 
@@ -12,7 +21,7 @@
 /*
  * NOISE — how noisy a channel is, judged from the recording alone, without any model of the beam.
  *
- * Two sources:
+ * The estimate has two sources, of which it takes one:
  *   local    the local rational method (McKelvey & Guérin 2012; Geerardyn & Schoukens 2017): in a narrow band any linear
  *            system with any initial and final state obeys A(f) Y = B(f) U + I(f) with low-order polynomials; what does
  *            not is noise. Nonlinear distortion, harmonics and hum are not noise of the channel: they stand out of the
@@ -40,14 +49,11 @@ struct noise_estimate {
 const char *noise_method_text(enum noise_method method);
 
 /*
- * z: [n] the channel. u: [n_inputs] arrays of [n], the inputs that move the beam; n_inputs 0: a free decay, whose samples
- * before from_sample are left out. n ≥ 64. A channel too short or constant gives method NOISE_NONE with rms 0.
- * Free with noise_free(). About 10 ms for 4096 samples.
+ * The noise of an output of the model in a record. The inputs that move the beam and the start of a free decay come from
+ * the model's inputs and the record's metadata. A channel of fewer than 64 samples or of one value gives method NOISE_NONE
+ * with rms 0. BF_BAD_FILE: the record has no such column; BF_NUMERIC: it holds numbers that are not finite. Free with
+ * noise_free(). About 10 ms for 4096 samples.
  */
-enum bf_status noise_estimate(const double *z, size_t n, double dt_s, const double *const u[], size_t n_inputs,
-                              size_t from_sample, struct noise_estimate *out, struct bf_error *err);
-
-/* The same for an output of a model in a record: takes the inputs and the start of a free decay from them. */
 enum bf_status noise_of_channel(const struct model *model, const struct record *record, const char *channel,
                                 struct noise_estimate *out, struct bf_error *err);
 void noise_free(struct noise_estimate *estimate);
@@ -55,10 +61,10 @@ void noise_free(struct noise_estimate *estimate);
 /*
  * EVIDENCE — how strongly data prefer one residual to another, with noise that is not white.
  *
- * A channel's noise is either a smooth spectrum (noise.h) or an autoregressive model (residual.h); `whitener` makes of it
- * a linear map after which noise is independent, of variance 1. Then χ² = Σ w², the log-likelihood ratio of two nested models
- * is half the difference of their χ², and information criteria count samples by n_eff instead of n. docs/diagnose.md says
- * how the false alarms of this were measured. No function keeps state: all may run in several threads.
+ * A whitener is made of a channel's noise spectrum: a linear map after which the noise is independent and of variance 1.
+ * Then χ² = Σ w², the log-likelihood ratio of two nested models is half the difference of their χ², and information criteria
+ * count samples by n_eff instead of n. docs/diagnose.md says how the false alarms of this were measured. No function keeps
+ * state: all may run in several threads.
  */
 
 /* One channel of one record and what a model leaves of it: views, nothing is owned. */
@@ -69,8 +75,8 @@ struct misfit_channel {
     size_t n;
     double dt_s;
     const double *measured, *residual; /* [n] z and r = z − ŷ */
-    const struct noise_estimate
-        *noise; /* never NULL; method NOISE_NONE: the channel is left out where noise is needed */
+    /* Never NULL. Where noise is needed, a channel of method NOISE_NONE is left out. */
+    const struct noise_estimate *noise;
 };
 
 /* ---- Whitening ---- */
@@ -82,12 +88,12 @@ struct whitener {
 };
 
 /*
- * From the smooth spectrum of a recording's noise (autocovariance of the spectrum, Levinson's recursion, order at which
- * the spectrum is reproduced to 1 % or 40). BF_NUMERIC when the estimate holds no noise.
+ * From the smooth spectrum of a recording's noise: autocovariance of the spectrum, Levinson's recursion, the lowest order
+ * that reproduces the spectrum to 1 %, at most 40. BF_NUMERIC when the estimate holds no noise.
  */
 enum bf_status whitener_from_noise(const struct noise_estimate *noise, struct whitener *out, struct bf_error *err);
 
-/* w: [n] may be x. Serves residuals and Jacobian columns alike. O(n order). */
+/* w[n]: x[n] whitened; w may be x. Residuals and Jacobian columns are whitened alike. O(n order). */
 void whitener_apply(const struct whitener *whitener, const double *x, size_t n, double *w);
 
 /* ---- χ² of residuals ---- */
@@ -105,11 +111,11 @@ void misfit_measure(const struct misfit_channel channels[], const struct whitene
 /* ---- One model against a richer one that contains it ---- */
 
 struct evidence {
-    double
-        two_delta_log_likelihood; /* (χ²_poor − χ²_rich)/max(1, χ²_rich/n_rich): what is left is not counted as noise */
-    double scale;                 /* that maximum; far above 1: neither model is right, p-values mean little */
-    double p_value;               /* of the likelihood ratio, before any correction for search */
-    double bic_gain;              /* 2ΔlogL − g ln n_eff − 2 g ln(tried); > 0 favours the richer model */
+    /* (χ²_poor − χ²_rich)/max(1, χ²_rich/n_rich): what the richer model leaves is not counted as noise. */
+    double two_delta_log_likelihood;
+    double scale;      /* that maximum; far above 1: neither model is right, p-values mean little */
+    double p_value;    /* of the likelihood ratio, before any correction for search */
+    double bic_gain;   /* 2ΔlogL − g ln n_eff − 2 g ln(tried); > 0 favours the richer model */
     double fall_share; /* 1 − χ²_rich/χ²_poor: significance without size is no reason to add an effect */
 };
 
@@ -120,7 +126,7 @@ struct evidence {
 void evidence_compare(const struct misfit *poor, const struct misfit *rich, size_t added, size_t one_sided,
                       size_t tried, struct evidence *out);
 
-/* Below this share of the floor a fall is ignored, whatever its significance: the floor itself is known to about 1.2 %. */
+/* A fall_share below this is no evidence, whatever its significance: the noise itself is known to about 1.2 %. */
 extern const double evidence_least_fall;
 
 /* Holm's step-down: adjusted[i] ≤ α exactly when hypothesis i falls at family-wise error α. p, adjusted: [n], may be the same. */
@@ -138,7 +144,7 @@ void holm_adjust(const double p[], size_t n, double adjusted[]);
  */
 
 enum linearity_verdict {
-    LINEARITY_CANNOT_TELL, /* no two records repeat a path from rest */
+    LINEARITY_CANNOT_TELL, /* no two records of different level drive one input and begin at rest */
     LINEARITY_LINEAR,      /* linear, or homogeneous of degree 1 */
     LINEARITY_NONLINEAR,
     LINEARITY_ADDITIVE /* linear but for lines or offsets that do not scale with the input */
@@ -162,7 +168,7 @@ struct linearity_pair {
     double added_Hz;    /* the strongest of them; 0: an offset */
     double worst_from_Hz, worst_to_Hz; /* third of an octave with the largest excess */
     double worst_ratio;
-    bool nonlinear; /* see linearity_threshold */
+    bool nonlinear; /* ratio_broad, or the ratio of one band, is above what noise and its doubt explain */
 };
 
 /* A sinusoid of constant amplitude, or an offset, in one channel that no input of the record has. */

@@ -6,8 +6,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double strong_evidence = 6.0; /* of the criterion, before colour is believed (Kass & Raftery 1995) */
-static const double loud_threshold = 4.0;  /* of a tile itself; noise alone exceeds it less than once in 10⁴ tiles */
+static const double strong_evidence =
+    6.0; /* of the criterion, for a coloured spectrum to be preferred to a white one (Kass & Raftery 1995) */
+static const double loud_threshold = 4.0; /* of a tile itself; noise alone exceeds it less than once in 10⁴ tiles */
 
 /* ---- The smooth spectrum through the chosen tiles ---- */
 
@@ -62,7 +63,7 @@ static double whittle(const double *mean, const double *count, double lambda, si
     return deviance;
 }
 
-/* variance: [n] smooth; returns whether "white" won. count 0 where a row says nothing. */
+/* variance: [n] smooth; returns whether the white spectrum has the best criterion. count 0 where a row says nothing. */
 static bool smooth_rows(const double *mean, const double *count, size_t n, bool white_only, double *variance)
 {
     double total = 0.0, power = 0.0;
@@ -238,9 +239,9 @@ static double unsteadiness(const struct noise_tiles *w, size_t r)
 }
 
 /*
- * Distortion comes and goes, or sits on the resonances. Rows that are far from steady lose their count; those at the limit keep it:
- * noise alone is there at times, and without the lowest row the floor of a steep spectrum would be lost. Returns how many are
- * not steady.
+ * Distortion varies with time, or is strong at the resonances only. Rows that are far from steady lose their count. Rows
+ * just above the limit keep it: noise alone exceeds the limit at times, and without the lowest row the power of a steep
+ * spectrum would be missed. Returns how many rows are not steady.
  */
 static size_t find_unsteady_rows(const struct noise_tiles *w, double *count)
 {
@@ -256,8 +257,8 @@ static size_t find_unsteady_rows(const struct noise_tiles *w, double *count)
 }
 
 /*
- * A tenth of the rows may be unsteady, and two of 16 or more: noise alone has two such rows of 16 in 16 of 1200 channels
- * (2048 samples, first order, 0.5 to 0.9: `make false-alarms`), whose floor then came out at half the noise or less.
+ * A tenth of the rows may be unsteady, and two of 16 or more. Noise alone has two such rows of 16 in about 1 % of channels
+ * (2048 samples of first order, coefficient 0.5 to 0.9: `make false-alarms`); a white floor would be half their noise or less.
  */
 static size_t most_unsteady(size_t n_rows)
 {
@@ -266,7 +267,7 @@ static size_t most_unsteady(size_t n_rows)
 }
 
 /*
- * A smooth spectrum through the steady rows; the others are bridged. false: the record is not steady enough to tell
+ * A smooth spectrum through the steady rows, interpolated over the others. false: the record is not steady enough to tell
  * colour from distortion.
  */
 static bool coloured_floor(struct noise_tiles *w, struct noise_floor *out)

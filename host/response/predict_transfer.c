@@ -150,7 +150,7 @@ bool transfer_stiffness_change(const struct predictor *p, const struct transfer_
     for (int k = 0; k < 3; k++)
         memset(D[k], 0, modes->n * modes->n * sizeof(double));
     for (size_t b = 0; b < p->reduced.n_blocks; b++) {
-        const struct block_use *use = &p->system->work->use[b];
+        const struct block_use *use = &p->system->use[b];
         if (use->position == parameter)
             return false;
         for (size_t i = 0; i < use->n_dependencies; i++) {

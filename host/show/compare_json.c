@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* compare_json.c — a comparison for programs: the keys of `beamfit compare --help`, and what else was measured. */
+#include "compare_text.h"
 #include "show.h"
 #include "compare/compare.h"
 

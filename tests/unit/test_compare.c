@@ -7,7 +7,7 @@
 #include <cmocka.h>
 #include <math.h>
 #include "compare_rig.h"
-#include "show/show.h"
+#include "show/compare_text.h"
 
 static void a_true_model_leaves_the_noise(void **state)
 {

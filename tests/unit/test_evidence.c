@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <string.h>
 #include "noise/noise.h"
+#include "noise/noise_estimate.h"
 #include "noise/evidence.h"
 #include "signals.h"
 #include "maths/residual.h"
@@ -44,6 +45,24 @@ static void regress(const struct whitener *whitener, const double *r, const doub
     misfit_measure(&channel, whitener, 1, rich);
 }
 
+/* The whitener of the autoregressive model that Burg's method finds in r: of its spectrum, without errors of estimation. */
+static void whitener_of_model(const double *r, struct whitener *out)
+{
+    enum { BINS = 2049 };
+    static double psd[BINS];
+    struct noise_estimate noise = {.method = NOISE_LOCAL, .n_bins = BINS, .df_Hz = 0.5 / dt / (BINS - 1), .psd = psd};
+    struct ar_model ar;
+    struct bf_error err;
+    double power = 0.0;
+    ar_fit(r, N, &ar);
+    for (size_t k = 0; k < BINS; k++) {
+        psd[k] = ar_psd(&ar, dt, noise.df_Hz * (double)k);
+        power += (k == 0 || k + 1 == BINS ? 0.5 : 1.0) * psd[k] * noise.df_Hz;
+    }
+    noise.rms = sqrt(power);
+    assert_int_equal(whitener_from_noise(&noise, out, &err), BF_OK);
+}
+
 enum source { FROM_RESIDUAL, FROM_NOISE, WHITE_ASSUMED };
 
 static double false_alarms(double a1, enum source source, bool one_sided, size_t sets)
@@ -57,12 +76,12 @@ static double false_alarms(double a1, enum source source, bool one_sided, size_t
         signal_ar2(&seed, a1, 0.0, 1.0, N, r);
         fill_smooth_column(set, s);
         if (source == FROM_RESIDUAL) {
-            whitener_from_residual(r, N, &whitener);
+            whitener_of_model(r, &whitener);
         } else if (source == FROM_NOISE) {
             struct noise_estimate noise;
             assert_int_equal(noise_estimate(r, N, dt, NULL, 0, 0, &noise, &err), BF_OK);
             if (whitener_from_noise(&noise, &whitener, &err) != BF_OK) /* a recording without a quiet background */
-                whitener_from_residual(r, N, &whitener);
+                whitener_of_model(r, &whitener);
             noise_free(&noise);
         } else {
             whitener.ar.sigma = signal_rms(r, N);
@@ -74,7 +93,7 @@ static double false_alarms(double a1, enum source source, bool one_sided, size_t
         alarms += e.p_value < 0.05;
     }
     const double share = (double)alarms / (double)sets;
-    static const char *const name[] = {"AR model of the residual", "smooth spectrum of noise.h",
+    static const char *const name[] = {"AR model of the residual", "smooth spectrum of the recording",
                                        "white, whatever it is"};
     print_message("false alarms at 5 %%: %4.1f %% (AR(1) %.1f, %s, %s, %zu sets)\n", 100.0 * share, a1, name[source],
                   one_sided ? "one-sided" : "two-sided", sets);
@@ -114,7 +133,7 @@ static void an_effect_is_seen_at_its_size(void **state)
         struct misfit poor, rich;
         struct evidence e;
         signal_ar2(&seed, 0.8, 0.0, 1.0, N, r);
-        whitener_from_residual(r, N, &whitener);
+        whitener_of_model(r, &whitener);
         fill_smooth_column(set, s);
         double size = 0.0;
         static double w[N];
@@ -169,7 +188,7 @@ static void no_noise_is_an_error(void **state)
     assert_int_equal(whitener_from_noise(&none, &whitener, &err), BF_NUMERIC);
     const double zero[64] = {0};
     struct misfit m;
-    whitener_from_residual(zero, 64, &whitener);
+    whitener = (struct whitener){.n_eff_share = 1.0};
     const struct misfit_channel channel = {.n = 64, .dt_s = dt, .residual = zero, .noise = &none};
     misfit_measure(&channel, &whitener, 1, &m);
     assert_int_equal(m.n, 0); /* left out */

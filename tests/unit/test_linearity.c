@@ -7,7 +7,7 @@
 #include <stdio.h>
 #include <string.h>
 #include "noise/noise.h"
-#include "noise/linearity.h"
+#include "noise/linearity_added.h"
 #include "model_fixture.h"
 #include "signals.h"
 #include "test_files.h"

@@ -8,6 +8,7 @@
 #include <string.h>
 #include "maths/maths.h"
 #include "noise/noise.h"
+#include "noise/noise_estimate.h"
 #include "signals.h"
 #include "test_files.h"
 

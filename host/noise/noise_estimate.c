@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "noise.h"
+#include "noise_estimate.h"
 #include "noise_floor.h"
 #include "ground/ground.h"
 #include "maths/maths.h"
@@ -10,7 +10,7 @@
 
 enum {
     SHORTEST = 64,  /* samples from which noise can be told */
-    MARGIN = 8,     /* samples before the onset that a zero-phase anti-alias filter may have stained */
+    MARGIN = 8,     /* samples before the onset that a zero-phase anti-alias filter may have changed */
     MOST_INPUTS = 4 /* of one record */
 };
 
@@ -148,9 +148,9 @@ static double neighbours_alike(const double *z, size_t n, double mean)
 }
 
 /*
- * The noise before the onset, hum and all, is an upper bound of the noise: when it is clearly below what the record itself
- * suggests, that holds something else (distortion everywhere and always), and the quiet samples are the estimate. Few samples of
- * coloured noise tell its power worse, by (1 + a²)/(1 − a²) in variance, and their mean takes more of it away.
+ * What is measured before the onset, hum included, is an upper bound of the noise. When it is clearly below the estimate from
+ * the whole record, that estimate holds distortion, and the quiet samples are used instead. The power of coloured noise is
+ * known less well from few samples, by (1 + a²)/(1 − a²) in variance, and subtracting their mean removes more of it.
  */
 static bool quieter_before(const double *z, size_t n, const struct noise_floor *own, struct noise_floor *quiet)
 {

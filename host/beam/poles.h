@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* system_work.h — private to beam/: what its files share of system_work. */
-#ifndef BEAMFIT_SYSTEM_WORK_PRIVATE_H
-#define BEAMFIT_SYSTEM_WORK_PRIVATE_H
+/* poles.h — poles and vectors of the assembled system, and their derivatives. Private to beam/; see SYSTEM in beam.h. */
+#ifndef BEAMFIT_POLES_H
+#define BEAMFIT_POLES_H
 
 #include "beam.h"
 
+/* a(s) of a block: what its matrix is multiplied by in A(s). */
 static inline double complex block_coefficient(const double c[COEFFICIENTS], double complex s)
 {
     double complex a = (s * c[OF_MASS] + c[OF_DAMPING]) * s + c[OF_STIFFNESS];
@@ -16,8 +17,9 @@ static inline double complex block_coefficient(const double c[COEFFICIENTS], dou
 /* B[n × n] in undamped modes, out = ΦᵀBΦ; work[n × n]. */
 void system_to_modal(const struct system *system, const double B[], double work[], double out[]);
 
-/* Poles and vectors of the assembled system; derivatives for the parameters with want[i]. */
+/* p and phi of the assembled system. BF_NUMERIC: two poles coincide. */
 enum bf_status poles_compute(struct system *system, struct bf_error *err);
+/* Their derivatives by the parameters with want[i], [map->n]; after poles_compute(). */
 enum bf_status poles_differentiate(struct system *system, const bool want[], struct bf_error *err);
 
 #endif

@@ -1,11 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* reduced_work.h — what reduced.c (blocks), reduced_basis.c and reduced_place.c share; for nobody else. */
-#ifndef BEAMFIT_REDUCED_WORK_H
-#define BEAMFIT_REDUCED_WORK_H
+/* reduced_place.h — places and forms on the fine space: what blocks and basis vectors are made of. Private to beam/. */
+#ifndef BEAMFIT_REDUCED_PLACE_H
+#define BEAMFIT_REDUCED_PLACE_H
 
 #include "beam.h"
-#include "reduced.h"
-#include "maths/maths.h"
 
 /* A place as a sum of derivatives of the deflection: Σ scale · D^derivative y(at). */
 struct place_points {
@@ -16,7 +14,7 @@ struct place_points {
 struct place_points place_slope_difference(double from, double to);
 /* n = 0 for a form over the span. */
 struct place_points place_points(const struct beam_operator *place, const struct model *model);
-/* g[space->n] += the functional. */
+/* g[space->n] += the functional on the fine space. */
 void place_functional(const struct fine_space *space, const struct place_points *points, double g[]);
 
 static inline bool is_place(enum beam_operator_kind kind)
@@ -38,17 +36,8 @@ static inline int form_derivative(enum beam_operator_kind kind)
 void reduced_material_form(const struct fine_space *space, const struct model *model, size_t material, int derivative,
                            double scale, double band[]);
 
-struct basis {
-    const struct fine_space *space;
-    double *M; /* band */
-    struct sparse_factor *factor;
-    double *V, *work; /* V[N × capacity], work[N] */
-    size_t n, limit;
-    int corrections;
-};
-
-/* Modes and static responses of the model into b->V; fills b->M, b->factor and the modes of *out. */
-enum bf_status reduced_basis(struct basis *b, const struct model *model, const struct reduced_options *options,
-                             struct reduced *out, struct bf_error *err);
+/* The terms of effect `e` at the model's parameters; zeros where it has none. BF_NUMERIC: a parameter is out of its range. */
+enum bf_status effect_terms(const struct model *model, size_t e, struct beam_term out[BEAM_EFFECT_TERMS],
+                            struct bf_error *err);
 
 #endif

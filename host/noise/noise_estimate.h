@@ -1,0 +1,16 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* noise_estimate.h — the noise of one channel, from plain arrays. Private to noise/; see NOISE in noise.h. */
+#ifndef BEAMFIT_NOISE_ESTIMATE_H
+#define BEAMFIT_NOISE_ESTIMATE_H
+
+#include "noise.h"
+
+/*
+ * z: [n] the channel. u: [n_inputs] arrays of [n], the inputs that move the beam; n_inputs 0: a free decay, whose samples
+ * before from_sample are left out. A channel of fewer than 64 samples or of one value gives method NOISE_NONE with rms 0;
+ * numbers that are not finite are BF_NUMERIC. Free with noise_free(). About 10 ms for 4096 samples.
+ */
+enum bf_status noise_estimate(const double *z, size_t n, double dt_s, const double *const u[], size_t n_inputs,
+                              size_t from_sample, struct noise_estimate *out, struct bf_error *err);
+
+#endif
