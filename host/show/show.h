@@ -60,7 +60,7 @@ struct json *diagnose_json(const struct diagnosis *diagnosis);
  * diagnose-ranking, diagnose-amplitude (frequency and damping; when a record has a stretch without drive), diagnose-force
  * (when reconstructed). docs/diagnose.md, 'Pictures', says how to read them. None is drawn after an interruption; Ctrl-C
  * while drawing ends after the picture that is being drawn. predict: as in the options of the diagnosis; NULL: defaults.
- * Predicts all records twice.
+ * Predicts all records with the fitted model and with the best.
  */
 enum bf_status diagnose_plot(const struct diagnosis *diagnosis, const struct predict_options *predict,
                              const char *directory, struct bf_error *err);
