@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* fine.h — private to beam/: what its files share of fine. */
-#ifndef BEAMFIT_FINE_PRIVATE_H
-#define BEAMFIT_FINE_PRIVATE_H
+/* fine.h — matrices and functionals on a fine spline space. Private to beam/; see FINE in beam.h. */
+#ifndef BEAMFIT_FINE_H
+#define BEAMFIT_FINE_H
 
 #include "beam.h"
 

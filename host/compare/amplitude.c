@@ -14,12 +14,13 @@ enum {
     POINTS = 24,         /* of a curve, at most */
     STRETCHES = 16       /* of one record */
 };
-static const double at_rest = 1e-3;      /* of an input's peak: below, nothing drives */
-static const double least_periods = 6.0; /* of the mode in one window */
-static const double separation = 4.0;    /* windows are this many beats with the next mode long */
-static const double above_noise = 8.0;   /* amplitude over its own standard error, for a window to count */
-static const double drift_sds = 5.0, frequency_drift = 5e-4,
-                    damping_drift = 0.1; /* worth a sentence; damping relative */
+static const double at_rest = 1e-3;         /* of an input's peak: below, nothing drives */
+static const double least_periods = 6.0;    /* of the mode in one window */
+static const double separation = 4.0;       /* windows are this many beats with the next mode long */
+static const double above_noise = 8.0;      /* amplitude over its own standard error, for a window to count */
+static const double drift_sds = 5.0;        /* a drift that is described exceeds this many standard errors … */
+static const double frequency_drift = 5e-4; /* … and this relative change of a frequency, … */
+static const double damping_drift = 0.1;    /* … or this share of the mean damping ratio */
 
 /* ---- Free stretches of a record ---- */
 

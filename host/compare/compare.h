@@ -89,7 +89,8 @@ struct comparison {
 /*
  * records: [n_records], the last n_held_out of which were held out of the fit. options may be NULL. model and records must
  * outlive the comparison. BF_NUMERIC: the model cannot be evaluated. Free with compare_free(), also after a failure. Cost: one
- * prediction of all records, and about 10 ms a channel of 4096 samples for its noise.
+ * prediction of all records, about 10 ms a channel of 4096 samples for its noise, and a fit where a record has no per-record
+ * values of its own.
  */
 enum bf_status compare_run(const struct model *model, const struct record records[], size_t n_records,
                            size_t n_held_out, const struct predict_options *options, struct comparison *out,

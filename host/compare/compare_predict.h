@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* compare_predict.h — the prediction of a model as it is, with its linear unknowns solved. Inside compare only. */
+/* compare_predict.h — the prediction of a model as it is, with its linear unknowns solved. Private to compare/. */
 #ifndef BEAMFIT_COMPARE_PREDICT_H
 #define BEAMFIT_COMPARE_PREDICT_H
 

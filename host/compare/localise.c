@@ -24,7 +24,7 @@ struct localised_band {
     double exponent_inside; /* of relative misfit against motion within the record; 0 when it cannot be told */
 };
 
-struct localise_work {
+struct localised_bands {
     size_t n_bands;
     struct localised_band *bands;
 };
@@ -148,7 +148,7 @@ static void measure_in_time(const struct channel_work *w, struct localised_band 
 /* ---- All ---- */
 
 static enum bf_status fill_bands(const struct misfit_channel channels[], size_t i, const double frequency_Hz[],
-                                 size_t n_modes, struct localise_work *out, struct bf_error *err)
+                                 size_t n_modes, struct localised_bands *out, struct bf_error *err)
 {
     const struct misfit_channel *c = &channels[i];
     struct channel_work w;
@@ -188,7 +188,7 @@ static enum bf_status fill_bands(const struct misfit_channel channels[], size_t 
  * the motion there? Relative misfit ~ motion^p between the weakest and the strongest record of the band; records of one
  * level: the exponent within the record.
  */
-static enum localise_amplitude judge_amplitude(const struct localise_work *w, const struct misfit_channel channels[],
+static enum localise_amplitude judge_amplitude(const struct localised_bands *w, const struct misfit_channel channels[],
                                                const struct localised_band *band)
 {
     const struct localised_band *weak = band, *strong = band;
@@ -219,7 +219,7 @@ static int by_share(const void *a, const void *b)
     return (x->channel > y->channel) - (x->channel < y->channel);
 }
 
-static void keep_parts(const struct localise_work *w, const struct misfit_channel channels[], size_t rows,
+static void keep_parts(const struct localised_bands *w, const struct misfit_channel channels[], size_t rows,
                        struct localisation *out)
 {
     double total = 0.0;
@@ -241,7 +241,7 @@ static void keep_parts(const struct localise_work *w, const struct misfit_channe
 enum bf_status localise_misfit(const struct misfit_channel channels[], size_t n_channels, const double frequency_Hz[],
                                size_t n_modes, struct localisation *out, struct bf_error *err)
 {
-    struct localise_work w = {0};
+    struct localised_bands w = {0};
     enum bf_status status = BF_OK;
     size_t rows = 0;
     *out = (struct localisation){0};

@@ -4,7 +4,7 @@
  * data prefer one model's residual to another's, and whether any linear system explains records of different level.
  *
  * Order of calls:
- *   noise_of_channel()     for each channel of each record; everything below needs its answer
+ *   noise_of_channel()     for each channel of each record; both of the others start from it
  *   linearity_test()       once, for all records
  *   whitener_from_noise()  for each channel; then misfit_measure() for each model, evidence_compare() for a poorer and a
  *                          richer model, and holm_adjust() over all p-values of one search

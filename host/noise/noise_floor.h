@@ -4,8 +4,8 @@
  *
  * The time–frequency plane is cut into tiles. Stationary noise has the same power at all times and a spectrum without
  * detail; distortion comes and goes. A tile counts as background when its neighbours are quiet, not when it is quiet
- * itself, so that choosing does not bias the estimate; what bias the overlap leaves is measured on simulated noise that
- * takes the same path, and divided out. The spectrum through the chosen tiles is a smooth curve (Whittle likelihood,
+ * itself, so that choosing does not bias the estimate; what bias the overlap leaves is measured on simulated noise that is
+ * processed in the same way, and divided out. The spectrum through the chosen tiles is a smooth curve (Whittle likelihood,
  * squared differences of its logarithm penalised, the penalty by the Bayesian criterion; "white" is one candidate).
  */
 #ifndef BEAMFIT_NOISE_FLOOR_H

@@ -9,7 +9,7 @@
 
 enum { TILE_TIMES = 2, TILE_BINS = 4 };
 
-/* About 16 segments a record: resonances and harmonics stay apart, impacts and sweeps too. */
+/* About 16 segments a record: resonances and harmonics are resolved in frequency, impacts and sweeps in time. */
 static void lay_tiles(size_t n, struct noise_tiles *w)
 {
     size_t segment = n / 16 < 32 ? 32 : n / 16 > 512 ? 512 : n / 16;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
- * noise_tiles.h — a record's residual on the time–frequency plane, cut into tiles, beside simulated white noise that has
- * taken the same path. Working data of noise_floor.c.
+ * noise_tiles.h — a record's residual on the time–frequency plane, cut into tiles, beside simulated white noise that was
+ * processed in the same way. Working data of noise_floor.c; private to noise/.
  */
 #ifndef BEAMFIT_NOISE_TILES_H
 #define BEAMFIT_NOISE_TILES_H

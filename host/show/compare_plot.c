@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* compare_plot.c — the pictures of a comparison. */
-#include "compare/compare.h"
+#include "compare_plot.h"
 #include "show.h"
 #include "plot.h"
 #include "maths/maths.h"

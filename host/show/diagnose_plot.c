@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* diagnose_plot.c — the pictures of a diagnosis, and its ranking. */
-#include "diagnose_plot_work.h"
+#include "diagnose_pictures.h"
 #include "show.h"
 #include "plot.h"
 #include "ground/ground.h"

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* diagnose_plot_drift.c — frequency and damping of the mode that drifts most with its amplitude. */
 #include "compare/compare.h"
-#include "diagnose_plot_work.h"
+#include "diagnose_pictures.h"
 #include "show.h"
 #include "plot.h"
 

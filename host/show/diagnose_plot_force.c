@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* diagnose_plot_force.c — the force that a model lacks, as reconstruct.h found it. */
-#include "diagnose_plot_work.h"
+/* diagnose_plot_force.c — the force that a model lacks, as reconstruct_run() found it. */
+#include "diagnose_pictures.h"
 #include "show.h"
 #include "plot.h"
 #include "maths/maths.h"

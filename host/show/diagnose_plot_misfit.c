@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* diagnose_plot_misfit.c — the misfit over the noise, by band of a mode and by amplitude of the motion. */
-#include "diagnose_plot_work.h"
+#include "diagnose_pictures.h"
 #include "show.h"
 #include "plot.h"
 #include "maths/maths.h"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* What to do next, as a table and as JSON. */
+/* discriminate_print.c — experiments that would tell rivals apart, as a table and as JSON. */
 #include "show.h"
 #include "explain/explain.h"
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
  * html.h — pieces of a page that stands alone: text that cannot become markup, numbers, pictures inside the file.
- * Nothing here loads anything from elsewhere, and no write is checked: the caller's file is (atomic_file.h).
+ * Nothing here loads anything from elsewhere. No write is checked here: whoever closes the file checks it. Private to show/.
  */
 #ifndef BEAMFIT_HTML_H
 #define BEAMFIT_HTML_H

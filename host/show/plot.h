@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* plot.h — private to show/: what its files share of plot. */
-#ifndef BEAMFIT_PLOT_PRIVATE_H
-#define BEAMFIT_PLOT_PRIVATE_H
+/* plot.h — the pictures that only the answers of show/ draw. Private to show/; see PLOT in show.h for the files that come out. */
+#ifndef BEAMFIT_PLOT_H
+#define BEAMFIT_PLOT_H
 
 #include "show.h"
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
- * plot_gnuplot.h — one picture: its directory, its script, its data files, and running gnuplot on them. Inside plot_*.c only.
+ * plot_gnuplot.h — one picture: its directory, its script, its data files, and running gnuplot on them. Private to show/.
  *
  *     struct picture p;
  *     picture_begin(directory, stem, 18.0, 14.0, &p);

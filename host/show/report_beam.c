@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* report_beam.c — what the model says of the beam: geometry, channels, parameters, effects. */
-#include "report_work.h"
+#include "report_parts.h"
+#include "report_verdict.h"
 
 #include <math.h>
 #include <stdlib.h>

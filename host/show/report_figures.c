@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* report_figures.c — the pictures: which ones, drawing them, and what is written below each. */
+#include "compare_plot.h"
+#include "compare_text.h"
+#include "report_parts.h"
 #include "show.h"
-#include "report_work.h"
 
 #include <dirent.h>
 #include <errno.h>

@@ -3,7 +3,7 @@
  * report_sketch.c — the beam seen from the side, drawn in the page itself (SVG): regions, patch, supports; inputs above,
  * outputs and effects that have a place below. Lengths along the beam are to scale, its thickness is not.
  */
-#include "report_work.h"
+#include "report_parts.h"
 
 #include <math.h>
 #include <stdint.h>

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* report_tables.c — modes, records, and the error of each channel. */
-#include "report_work.h"
+#include "report_parts.h"
+#include "report_verdict.h"
 
 #include <math.h>
 #include <string.h>
 
 #include "show.h"
-#include "plot.h"
 #include "ground/ground.h"
 
 /* ---- Modes ---- */
@@ -123,16 +123,6 @@ void report_records(struct page *page)
 }
 
 /* ---- Errors ---- */
-
-void report_unit(const char *name, char unit[24])
-{
-    char text[200];
-    plot_quantity(name, "", text, sizeof text); /* "piezo (V)" where the unit is known, else the name itself */
-    const char *open = strrchr(text, '(');
-    unit[0] = '\0';
-    if (strcmp(text, name) != 0 && open != NULL)
-        (void)snprintf(unit, 24, "%.*s", (int)strcspn(open + 1, ")"), open + 1);
-}
 
 static void band_cell(FILE *out, const struct comparison_channel *c)
 {

@@ -1,9 +1,22 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* show.h — answers as text, JSON, pictures and one page. */
+/*
+ * show.h — answers of the stages as text for a person, JSON for programs, pictures, and one page.
+ *
+ * Order of calls: a command has the answer of its stage and calls the one that shows it.
+ *   fit_print(), fit_json()                                      of a fit
+ *   compare_print(), compare_json(), compare_plot()              of a comparison
+ *   history_print(), history_json(), history_plot()              of a chain of models
+ *   diagnose_print(), diagnose_json(), diagnose_plot()           of a diagnosis
+ *   discriminate_print(), discriminate_json()                    of an experiment's design
+ *   report_draw(), report_write(), report_pictures_free()        a page of a comparison, its modes and its history
+ * Functions *_print() write to `out` and do not check the writes. Functions *_json() return a tree that the caller gives to
+ * json_print_and_free(); their keys stand in the --help of the command of that name.
+ */
 #ifndef BEAMFIT_SHOW_H
 #define BEAMFIT_SHOW_H
 
 #include <stdbool.h>
+#include <stdio.h>
 
 #include "beam/beam.h"
 #include "compare/compare.h"
@@ -11,13 +24,61 @@
 #include "explain/explain.h"
 #include "ground/ground.h"
 
+/* FIT — parameters with standard errors, errors of each channel, what the records do not determine. */
+
+/* records: [result->n_records] as they were fitted; check->n may be 0. */
+void fit_print(FILE *out, const struct fit_result *result, const struct record records[],
+               const struct fit_check *check);
+struct json *fit_json(const struct fit_result *result, const struct record records[], const struct fit_check *check);
+
+/* COMPARE — errors of each channel, where the misfit is, and a sentence or two on each. */
+
+void compare_print(FILE *out, const struct comparison *comparison);
+struct json *compare_json(const struct comparison *comparison);
+
+/*
+ * Four panels and a residual page per channel: DIR/RECORD-CHANNEL.png and DIR/RECORD-CHANNEL-residual.png (and PDF). Channels of
+ * fewer than 16 samples are left out. Errors as in PLOT. About 0.7 s a channel.
+ */
+enum bf_status compare_plot(const struct comparison *comparison, const char *directory, struct bf_error *err);
+
+/* HISTORY — models in order of descent, with the errors that their files state. */
+
+void history_print(FILE *out, const struct history *history);
+struct json *history_json(const struct history *history);
+
+/* Error against model as DIR/history.png and .pdf. BF_USAGE when none was fitted; else errors as in PLOT. */
+enum bf_status history_plot(const struct history *history, const char *directory, struct bf_error *err);
+
+/* DIAGNOSE — the verdict, the candidates, where the misfit is, how far the computation can be trusted. */
+
+void diagnose_print(FILE *out, const struct diagnosis *diagnosis);
+struct json *diagnose_json(const struct diagnosis *diagnosis);
+
+/*
+ * Pictures, each as PNG and PDF: DIR/diagnose-misfit (by band and amplitude, before and after adding the best),
+ * diagnose-ranking, diagnose-amplitude (frequency and damping; when a record has a stretch without drive), diagnose-force
+ * (when reconstructed). docs/diagnose.md, 'Pictures', says how to read them. None is drawn after an interruption; Ctrl-C
+ * while drawing ends after the picture that is being drawn. predict: as in the options of the diagnosis; NULL: defaults.
+ * Predicts all records with the fitted model and with the best.
+ */
+enum bf_status diagnose_plot(const struct diagnosis *diagnosis, const struct predict_options *predict,
+                             const char *directory, struct bf_error *err);
+
+/* DISCRIMINATE — experiments that would tell rivals apart, best first. */
+
+/* most: rows of the table, at most. */
+void discriminate_print(FILE *out, const struct discrimination *d, size_t most);
+/* drive: path of the signal that was written; NULL: none was. */
+struct json *discriminate_json(const struct discrimination *d, const char *drive);
+
 /*
  * PLOT — pictures, drawn by gnuplot as a program. Only plot_gnuplot.c runs it.
  *
  * Every picture is STEM.png and STEM.pdf in `directory` (made when missing), with STEM.gp (the script) and STEM-*.dat (the
  * data) left beside it, so that a person can change and redraw it: `cd DIR && gnuplot STEM.gp`. A stem is reduced to letters,
  * digits, '.', '_' and '-'. Text is shown as it is (no gnuplot markup). When gnuplot is missing the data and the script
- * are there, and the status is BF_USAGE with a text that names the package.
+ * are there, and the status is BF_USAGE with a text that names the package. BF_BAD_FILE: a file cannot be written.
  */
 
 /* The seed paper's four panels of one channel: (a) measured, (b) model, (c) amplitude spectra, (d) a short interval. */
@@ -29,9 +90,9 @@ struct plot_panels {
     double t0_s, dt_s;
     const double *measured, *model; /* [n] */
     double from_Hz, to_Hz;          /* of panel (c); to_Hz 0: the Nyquist frequency */
-    double detail_from_s,
-        detail_to_s;         /* of panel (d), on the record's time axis; equal: chosen at the largest motion */
-    const double *noise_psd; /* [n_noise] one-sided, from 0 to Nyquist, drawn as floor in (c); NULL: none */
+    /* Of panel (d), on the record's time axis; equal: chosen at the largest motion. */
+    double detail_from_s, detail_to_s;
+    const double *noise_psd; /* [n_noise] one-sided, from 0 to Nyquist, drawn as noise in (c); NULL: none */
     size_t n_noise;
 };
 enum bf_status plot_panels(const struct plot_panels *panels, struct bf_error *err);
@@ -67,102 +128,37 @@ enum bf_status plot_live(const struct plot_live *live, struct bf_error *err);
 
 enum { REPORT_TEXT = 1024 };
 
-/* Everything is the caller's. */
+/* What the page is made of. Everything is the caller's. */
 struct report {
     const char *title; /* NULL: made of the model's file name */
     const struct model *model;
     const struct comparison *comparison; /* of that model */
     const struct modes *modes;           /* of that model */
     const struct history *history;       /* of history_of() */
-    size_t most_channels;                /* pictures of so many channels, the furthest from their noise first */
+    size_t most_channels;                /* pictures of at most so many channels, the furthest from their noise first */
 };
 
 /* What was drawn. Starts empty ({0}); free with report_pictures_free(), which also removes the files. */
 struct report_pictures {
     char *directory;   /* of its own, temporary */
     bool *drawn;       /* [n_channels] panels and residual of this channel are there */
-    size_t n_channels; /* of them */
-    bool history;      /* and the chain of models */
+    size_t n_channels; /* channels that were drawn */
+    bool history;      /* the picture of the chain of models is there */
     size_t n;          /* pictures in all */
 };
 
 /*
- * Draws into a new directory below TMPDIR. About 0.7 s a channel, with a progress bar. Ctrl-C (progress.h) between two
- * pictures is BF_NUMERIC.
+ * Draws into a new directory below TMPDIR (BF_BAD_FILE when none can be made), with a progress bar. Ctrl-C between two
+ * pictures is BF_NUMERIC; else errors as in PLOT. About 0.7 s a channel.
  */
 enum bf_status report_draw(const struct report *report, struct report_pictures *out, struct bf_error *err);
 void report_pictures_free(struct report_pictures *pictures);
 
-/* One sentence or two, plain text: how many times the noise is left, and what to do next. */
+/* One or two sentences, plain text, in which `this` is a command: how many times the noise is left, and what to do next. */
 void report_verdict(const struct report *report, char text[REPORT_TEXT]);
 
 /* The page. BF_BAD_FILE when a picture cannot be read; writes to `out` are not checked here. */
 enum bf_status report_write(const struct report *report, const struct report_pictures *pictures, FILE *out,
                             struct bf_error *err);
-
-/* ANSWERS OF ESTIMATE */
-
-/* The answer for programs; its keys stand in `beamfit fit --help`. */
-struct json *fit_json(const struct fit_result *result, const struct record records[], const struct fit_check *check);
-
-/* The answer for a person. */
-void fit_print(FILE *out, const struct fit_result *result, const struct record records[],
-               const struct fit_check *check);
-
-/* ANSWERS OF COMPARE */
-
-/* The band with the largest share of the misfit; NULL when there is none. */
-const struct comparison_band *compare_worst_band(const struct comparison_channel *channel);
-
-/* Four panels and a residual page per channel: DIR/RECORD-CHANNEL.png and DIR/RECORD-CHANNEL-residual.png (and PDF). */
-enum bf_status compare_plot(const struct comparison *comparison, const char *directory, struct bf_error *err);
-
-/* Residuals within this factor of the noise hold nothing that could be told from it; NAN (not known) is not within. */
-bool compare_is_noise(double noise_ratio);
-
-/* Error against model as DIR/history.png and .pdf. BF_USAGE when none was fitted. */
-enum bf_status history_plot(const struct history *history, const char *directory, struct bf_error *err);
-
-/* How large the misfit is and where, in sentences of numbers (at most `size` bytes), without what may be behind it. */
-void compare_finding(const struct comparison *comparison, const struct comparison_channel *channel, char *text,
-                     size_t size);
-
-/* One channel's: DIR/STEM.png and DIR/STEM-residual.png (and PDF). BF_NUMERIC when it has fewer than COMPARE_PLOT samples. */
-enum { COMPARE_PLOT = 16 };
-enum bf_status compare_plot_channel(const struct comparison *comparison, size_t channel, const char *directory,
-                                    const char *stem, struct bf_error *err);
-
-void history_print(FILE *out, const struct history *history);
-struct json *history_json(const struct history *history); /* keys: `beamfit history --help` */
-
-/* For a person. */
-void compare_print(FILE *out, const struct comparison *comparison);
-
-/* The answer for programs; its keys stand in `beamfit compare --help`. */
-struct json *compare_json(const struct comparison *comparison);
-
-/* The same and what it means. */
-void compare_summary(const struct comparison *comparison, const struct comparison_channel *channel, char *text,
-                     size_t size);
-
-/* ANSWERS OF EXPLAIN */
-
-/* drive: path of the signal that was written, NULL none. */
-struct json *discriminate_json(const struct discrimination *d, const char *drive);
-
-struct json *diagnose_json(const struct diagnosis *diagnosis);
-void diagnose_print(FILE *out, const struct diagnosis *diagnosis);
-
-/*
- * Pictures, each as PNG and PDF: DIR/diagnose-misfit (by band and amplitude, before and after adding the best),
- * diagnose-ranking, diagnose-amplitude (frequency and damping; when a record has a stretch without drive), diagnose-force
- * (when reconstructed). docs/diagnose.md, 'Pictures'. None after an interruption; Ctrl-C while drawing ends after the
- * picture that is being drawn. predict: as in the options of the diagnosis; NULL: none.
- */
-enum bf_status diagnose_plot(const struct diagnosis *diagnosis, const struct predict_options *predict,
-                             const char *directory, struct bf_error *err);
-
-/* For a person: table and text; `most` rows. */
-void discriminate_print(FILE *out, const struct discrimination *d, size_t most);
 
 #endif

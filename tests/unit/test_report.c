@@ -7,7 +7,8 @@
 #include <cmocka.h>
 #include <math.h>
 #include "compare_rig.h"
-#include "show/report_work.h"
+#include "show/report_page.h"
+#include "show/report_verdict.h"
 
 /* A comparison of records with `noise` in their data, at a model that is `stiffer` than the truth. */
 struct rig {

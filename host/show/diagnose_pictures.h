@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* diagnose_plot_work.h — what the diagnose_plot*.c files share; for nobody else. See diagnose.h. */
-#ifndef BEAMFIT_DIAGNOSE_PLOT_WORK_H
-#define BEAMFIT_DIAGNOSE_PLOT_WORK_H
+/* diagnose_pictures.h — the pictures of a diagnosis, one file each, and what all of them draw from. Private to show/. */
+#ifndef BEAMFIT_DIAGNOSE_PICTURES_H
+#define BEAMFIT_DIAGNOSE_PICTURES_H
 
 #include "compare/compare.h"
 #include "explain/explain.h"

@@ -1,0 +1,14 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* compare_plot.h — the pictures of one channel of a comparison. Private to show/. */
+#ifndef BEAMFIT_COMPARE_PLOT_H
+#define BEAMFIT_COMPARE_PLOT_H
+
+#include "compare/compare.h"
+
+enum { COMPARE_PLOT = 16 }; /* samples that a picture needs */
+
+/* Four panels and the residual: DIR/STEM.png and DIR/STEM-residual.png (and PDF). BF_NUMERIC with fewer than COMPARE_PLOT samples. */
+enum bf_status compare_plot_channel(const struct comparison *comparison, size_t channel, const char *directory,
+                                    const char *stem, struct bf_error *err);
+
+#endif

@@ -1,0 +1,93 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "report_page.h"
+#include "plot.h"
+#include "ground/ground.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- Numbers with units ---- */
+
+void report_unit(const char *name, char unit[24])
+{
+    char text[200];
+    plot_quantity(name, "", text, sizeof text); /* "piezo (V)" where the unit is known, else the name itself */
+    const char *open = strrchr(text, '(');
+    unit[0] = '\0';
+    if (strcmp(text, name) != 0 && open != NULL)
+        (void)snprintf(unit, 24, "%.*s", (int)strcspn(open + 1, ")"), open + 1);
+}
+
+double report_prefix(double x, const char *unit, char format[40])
+{
+    static const char *const taking[] = {"V", "N", "m", "m/s", "m/s²", "rad", "rad/s", "Pa", "A", "N·m"};
+    static const struct {
+        const char *prefix;
+        double size;
+    } prefixes[] = {{"n", 1e-9}, {"µ", 1e-6}, {"m", 1e-3}, {"", 1.0}, {"k", 1e3}};
+    enum { PREFIXES = sizeof prefixes / sizeof *prefixes, PLAIN = 3 };
+    size_t k = 0;
+    bool takes = false;
+    for (size_t i = 0; i < sizeof taking / sizeof *taking; i++)
+        takes = takes || strcmp(unit, taking[i]) == 0;
+    while (k + 1 < PREFIXES && fabs(x) >= 0.9995 * prefixes[k + 1].size)
+        k++;
+    if (!takes || !(fabs(x) >= 1e-9 && fabs(x) < 1e6))
+        k = PLAIN;
+    (void)snprintf(format, 40, "%%.3g%s%s%s", unit[0] ? " " : "", prefixes[k].prefix, unit);
+    return 1.0 / prefixes[k].size;
+}
+
+void report_error_cells(FILE *out, double nrmse, double noise_ratio)
+{
+    html_number_cell(out, nrmse, 100.0, 100.0 * nrmse < 999.95 ? "%#.4g %%" : "%.4g %%");
+    html_number_cell(out, noise_ratio, 1.0, noise_ratio < 999.95 ? "%#.4g ×" : "%.4g ×");
+}
+
+/* ---- Text and figures ---- */
+
+void page_text(struct page *page, const char *text)
+{
+    for (bool code = false; *text != '\0'; code = !code) {
+        const size_t n = strcspn(text, "`");
+        (void)fputs(code ? "<code>" : "", page->out);
+        html_textf(page->out, "%.*s", (int)n, text);
+        (void)fputs(code ? "</code>" : "", page->out);
+        text += text[n] == '`' ? n + 1 : n;
+    }
+}
+
+void page_heading(struct page *page, const char *heading)
+{
+    (void)fputs("<h2>", page->out);
+    html_text(page->out, heading);
+    (void)fputs("</h2>\n", page->out);
+}
+
+void page_note(struct page *page, const char *format, ...)
+{
+    char text[2048];
+    va_list args;
+    va_start(args, format);
+    (void)vsnprintf(text, sizeof text, format, args);
+    va_end(args);
+    (void)fputs("<p class=\"note\">", page->out);
+    page_text(page, text);
+    (void)fputs("</p>\n", page->out);
+}
+
+enum bf_status page_figure(struct page *page, const char *file, const char *caption, struct bf_error *err)
+{
+    const size_t size = strlen(page->pictures->directory) + strlen(file) + 2;
+    char *path = bf_alloc(size, 1);
+    (void)snprintf(path, size, "%s/%s", page->pictures->directory, file);
+    (void)fputs("<figure>", page->out);
+    const enum bf_status status = html_png(page->out, path, caption, err);
+    (void)fprintf(page->out, "\n<figcaption><b>Figure %zu.</b> ", ++page->n_figures);
+    html_text(page->out, caption);
+    (void)fputs("</figcaption></figure>\n", page->out);
+    free(path);
+    return status;
+}

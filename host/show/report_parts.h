@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* report_parts.h — the parts of the page, in their order; each is in the file that is named. Private to show/. */
+#ifndef BEAMFIT_REPORT_PARTS_H
+#define BEAMFIT_REPORT_PARTS_H
+
+#include "report_page.h"
+
+/* report_beam.c */
+void report_beam(struct page *page);       /* geometry, channels, sketch */
+void report_parameters(struct page *page); /* parameters, effects */
+/* report_sketch.c: the figure of the beam, drawn in the page itself; called by report_beam() */
+void report_sketch(struct page *page);
+/* report_tables.c */
+void report_modes(struct page *page);
+void report_records(struct page *page);
+void report_errors(struct page *page);
+/* report_figures.c: BF_BAD_FILE when a picture cannot be read */
+enum bf_status report_figures(struct page *page, struct bf_error *err);
+enum bf_status report_chain(struct page *page, struct bf_error *err);
+
+#endif
