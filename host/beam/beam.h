@@ -137,21 +137,7 @@ static inline size_t parameter_map_slot(const struct parameter_map *map, size_t 
     return map->effect[(record * map->n_effects + effect) * BEAM_EFFECT_PARAMETERS + (size_t)slot];
 }
 
-enum { BLOCK_DEPENDENCIES = BEAM_EFFECT_PARAMETERS + 3 };
-
-/* How a block enters at the current parameters: a(s) = s²m + sd + k + E τs/(1+τs), and da by each parameter. */
-struct block_use {
-    double value[COEFFICIENTS];
-    size_t n_dependencies;
-    struct {
-        size_t parameter;
-        double d[COEFFICIENTS];
-    } dependency[BLOCK_DEPENDENCIES];
-    size_t position; /* the parameter that moves the block's place; SIZE_MAX: none */
-    const double *B; /* [n × n] current matrix: the base's, or `own` */
-    double *own;     /* [n × n] moved place, or X of BLOCK_MODES */
-    double *B_at;    /* [n × n] dB/d(at_m) when position is not SIZE_MAX */
-};
+struct block_use; /* how a block of the space enters; private */
 
 struct pole_derivative {
     double complex *p; /* [n_poles] δp_k */
@@ -196,6 +182,12 @@ void system_functional_derivative(const struct system *system, size_t i, const d
 
 /* The memory E τs/(1 + τs) B of block b at the last evaluation, *B[n × n]; false when the block has none. */
 bool system_memory(const struct system *s, size_t b, double *E, double *relaxation_s, const double **B);
+
+/*
+ * The change of A by parameter i in the modes shape[n_modes][n]: s² D[0] + s D[1] + D[2], each [n_modes × n_modes], column-major;
+ * false when the parameter does not act there, or acts through a memory term or a moving place.
+ */
+bool system_modal_change(const struct system *s, size_t n_modes, const double shape[], size_t i, double *D[3]);
 
 /*
  * MODES — natural frequencies, damping and shapes of a model, and the errors of these in smaller spaces: the one that is put

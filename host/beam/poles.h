@@ -5,6 +5,22 @@
 
 #include "beam.h"
 
+enum { BLOCK_DEPENDENCIES = BEAM_EFFECT_PARAMETERS + 3 };
+
+/* How a block enters at the current parameters: a(s) = s²m + sd + k + E τs/(1+τs), and da by each parameter. */
+struct block_use {
+    double value[COEFFICIENTS];
+    size_t n_dependencies;
+    struct {
+        size_t parameter;
+        double d[COEFFICIENTS];
+    } dependency[BLOCK_DEPENDENCIES];
+    size_t position; /* the parameter that moves the block's place; SIZE_MAX: none */
+    const double *B; /* [n × n] current matrix: the base's, or `own` */
+    double *own;     /* [n × n] moved place, or X of BLOCK_MODES */
+    double *B_at;    /* [n × n] dB/d(at_m) when position is not SIZE_MAX */
+};
+
 /* a(s) of a block: what its matrix is multiplied by in A(s). */
 static inline double complex block_coefficient(const double c[COEFFICIENTS], double complex s)
 {

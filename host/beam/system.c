@@ -313,6 +313,54 @@ bool system_memory(const struct system *s, size_t b, double *E, double *relaxati
     return *E < 0.0 || *E > 0.0;
 }
 
+/* The leading block of ΦᵀBΦ, times scale, added to D[n × n]. */
+static void add_modal(size_t n, size_t n_modes, const double shape[], double scale, const double B[], double D[])
+{
+    double *work = bf_alloc(n, sizeof *work);
+    for (size_t l = 0; l < n_modes; l++) {
+        const double *right = shape + l * n;
+        for (size_t i = 0; i < n; i++) {
+            work[i] = 0.0;
+            for (size_t j = 0; j < n; j++)
+                work[i] += B[i + j * n] * right[j];
+        }
+        for (size_t k = 0; k < n_modes; k++) {
+            double sum = 0.0;
+            for (size_t i = 0; i < n; i++)
+                sum += shape[k * n + i] * work[i];
+            D[k + l * n_modes] += scale * sum;
+        }
+    }
+    free(work);
+}
+
+bool system_modal_change(const struct system *s, size_t n_modes, const double shape[], size_t parameter, double *D[3])
+{
+    static const int power[3] = {OF_MASS, OF_DAMPING, OF_STIFFNESS};
+    bool acts = false;
+    for (int k = 0; k < 3; k++)
+        memset(D[k], 0, n_modes * n_modes * sizeof(double));
+    for (size_t b = 0; b < s->reduced->n_blocks; b++) {
+        const struct block_use *use = &s->use[b];
+        if (use->position == parameter)
+            return false;
+        for (size_t i = 0; i < use->n_dependencies; i++) {
+            const double *d = use->dependency[i].d;
+            if (use->dependency[i].parameter != parameter || use->B == NULL)
+                continue;
+            if (d[OF_MEMORY] < 0.0 || d[OF_MEMORY] > 0.0 || d[OF_RELAXATION] < 0.0 || d[OF_RELAXATION] > 0.0)
+                return false;
+            for (int k = 0; k < 3; k++) {
+                if (d[power[k]] < 0.0 || d[power[k]] > 0.0) {
+                    add_modal(s->n, n_modes, shape, d[power[k]], use->B, D[k]);
+                    acts = true;
+                }
+            }
+        }
+    }
+    return acts;
+}
+
 void system_dynamic_stiffness(const struct system *s, double complex at, double complex A[])
 {
     memset(A, 0, s->n * s->n * sizeof *A);

@@ -1,10 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "motion_work.h"
+#include "estimate.h"
+#include "motion.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "motion_modes.h"
 #include "maths/maths.h"
 
 /* Modes up to this multiple of the Nyquist frequency take part in the deviation, at most so many. */
@@ -25,31 +27,17 @@ struct spectral_lines {
     double *power;     /* [m] of a modal force, smoothed */
 };
 
+static double cabs2(double complex z)
+{
+    return creal(z) * creal(z) + cimag(z) * cimag(z);
+}
+
 static double complex integer_power(double complex s, int order)
 {
     double complex result = 1.0;
     for (int i = 0; i < order; i++)
         result *= s;
     return result;
-}
-
-void motion_resonances(const struct motion *motion, const struct response_grid *grid, double complex G[])
-{
-    const struct transfer_modes *modes = &motion->modes;
-    for (size_t k = 0; k < modes->n; k++) {
-        double w2 = modes->omega_rad[k] * modes->omega_rad[k];
-        for (size_t i = 0; i < grid->m; i++)
-            G[k * grid->m + i] = 1.0 / ((grid->s[i] + modes->damping[k]) * grid->s[i] + w2);
-    }
-}
-
-double motion_shape(const struct motion *motion, size_t mode, const double g[])
-{
-    const double *shape = motion->modes.shape + mode * motion->modes.dimension;
-    double sum = 0.0;
-    for (size_t i = 0; i < motion->modes.dimension; i++)
-        sum += shape[i] * g[i];
-    return sum;
 }
 
 static enum bf_status fill_channel(const struct motion *motion, const double residual[],
@@ -74,7 +62,7 @@ static enum bf_status fill_channel(const struct motion *motion, const double res
     for (size_t i = 0; i < l->m; i++)
         R[i] /= noise;
     for (size_t k = 0; k < l->n_modes; k++) {
-        double shape = motion_shape(motion, k, g);
+        double shape = motion_shape(&motion->modes, k, g);
         for (size_t i = 0; i < l->m; i++)
             h[k * l->m + i] = shape / noise * F[i] * integer_power(grid->s[i], order) * l->G[k * l->m + i];
     }
@@ -163,7 +151,7 @@ static enum bf_status solve_record(const struct motion *motion, size_t record, c
     l.h = bf_alloc(t.n_channels * l.n_modes * l.m, sizeof *l.h);
     l.G = bf_alloc(l.n_modes * l.m, sizeof *l.G);
     l.power = bf_alloc(l.m, sizeof *l.power);
-    motion_resonances(motion, t.grid, l.G);
+    motion_resonances(&motion->modes, t.grid, l.G);
     enum bf_status status = BF_OK;
     for (size_t c = 0; status == BF_OK && c < t.n_channels; c++)
         if (motion->sigma[t.first_channel + c] > 0.0)
@@ -186,10 +174,10 @@ static void add_forces(const struct motion *motion, size_t record, const double 
     const struct response_grid *grid = transfer_record(motion->predictor, record).grid;
     size_t n = motion->modes.n, m = grid->m;
     double complex *G = bf_alloc(n * m, sizeof *G), *q = motion->records[record].q;
-    motion_resonances(motion, grid, G);
+    motion_resonances(&motion->modes, grid, G);
     for (size_t k = 0; k < n; k++) {
         for (size_t j = 0; j < d; j++) {
-            double shape = motion_shape(motion, k, g + j * motion->modes.dimension);
+            double shape = motion_shape(&motion->modes, k, g + j * motion->modes.dimension);
             for (size_t i = 0; i < m; i++)
                 q[k * m + i] -= shape * G[k * m + i] * F[j * m + i];
         }

@@ -12,12 +12,6 @@
 enum bf_status motion_of(const struct motion *motion, size_t record, const double g[], int oversample, double w[],
                          double v[], double a[], struct bf_error *err);
 
-/* Value and rate of the deflection at a point (derivative 0), slope (1), curvature (2), and the patch's slope difference. */
-enum bf_status motion_point(const struct motion *motion, size_t record, int derivative, double at_m, int oversample,
-                            double w[], double v[], struct bf_error *err);
-enum bf_status motion_patch(const struct motion *motion, size_t record, int oversample, double w[], double v[],
-                            struct bf_error *err);
-
 /* F[m] of a force given on the oversampled grid, f[n · oversample · stride] read with that stride. */
 enum bf_status motion_transform(const struct motion *motion, size_t record, const double f[], size_t stride,
                                 int oversample, double complex F[], struct bf_error *err);
@@ -43,13 +37,5 @@ enum bf_status motion_respond(const struct motion *motion, const struct motion_p
 enum bf_status motion_assume(struct motion *motion, const double g[], const struct motion_paths *paths,
                              double complex *const F[], struct bf_error *err);
 enum bf_status motion_update_jacobian(struct motion *motion, struct bf_error *err);
-
-/*
- * Records of the smallest input level of each kind of excitation (same inputs in use, rms within a factor of `ratio`, say
- * 1.5, of the smallest); level: the input's rms; weak[n_records]. Returns how many are weak; equal to n_records: all
- * records are of one level, and amplitude can tell nothing.
- */
-size_t motion_weak_records(const struct model *model, const struct record records[], size_t n_records, double ratio,
-                           bool weak[]);
 
 #endif

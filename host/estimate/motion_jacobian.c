@@ -1,10 +1,13 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* −H (∂A/∂θ_j) x̂: the predictor's Jacobian is that of the predicted motion; here the deviation's part is added. */
-#include "motion_work.h"
+#include "estimate.h"
+#include "motion.h"
 
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include "motion_modes.h"
 
 struct change {
     double *D[3]; /* [n × n] of s², s, 1, in modes */
@@ -53,7 +56,7 @@ static enum bf_status add_channel(const struct motion *motion, size_t channel, c
     double complex *Y = bf_alloc(m, sizeof *Y);
     double *y = bf_alloc(c->n, sizeof *y);
     for (size_t k = 0; k < motion->modes.n; k++) {
-        double shape = motion_shape(motion, k, g);
+        double shape = motion_shape(&motion->modes, k, g);
         for (size_t i = 0; i < m; i++)
             Y[i] += shape * a[k * m + i];
     }
@@ -76,7 +79,7 @@ static enum bf_status add_record(const struct motion *motion, size_t record, con
     const struct transfer_record t = transfer_record(motion->predictor, record);
     size_t count = motion->modes.n * t.grid->m;
     double complex *G = bf_alloc(2 * count, sizeof *G), *a = G + count;
-    motion_resonances(motion, t.grid, G);
+    motion_resonances(&motion->modes, t.grid, G);
     modal_forces(motion, t.grid, change, G, motion->records[record].q, a);
     enum bf_status status = BF_OK;
     for (size_t c = 0; status == BF_OK && c < t.n_channels; c++)

@@ -1,11 +1,13 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* From the Laplace line to time and back: the motion of a functional, and what forces do to the channels. */
-#include "motion_work.h"
+#include "estimate.h"
+#include "motion.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "motion_modes.h"
 #include "maths/maths.h"
 
 /* ---- Motion of a functional ---- */
@@ -44,7 +46,7 @@ enum bf_status motion_of(const struct motion *motion, size_t record, const doubl
     double complex *W = bf_alloc(m, sizeof *W);
     transfer_motion(motion->predictor, motion->theta, record, g, W);
     for (size_t k = 0; k < motion->modes.n; k++) {
-        double shape = motion_shape(motion, k, g);
+        double shape = motion_shape(&motion->modes, k, g);
         const double complex *q = motion->records[record].q + k * m;
         for (size_t i = 0; i < m; i++)
             W[i] += shape * q[i];
@@ -61,29 +63,6 @@ enum bf_status motion_of(const struct motion *motion, size_t record, const doubl
     if (status == BF_OK && a != NULL)
         status = to_time(t.grid, (size_t)oversample, W, a, err);
     free(W);
-    return status;
-}
-
-enum bf_status motion_point(const struct motion *motion, size_t record, int derivative, double at_m, int oversample,
-                            double w[], double v[], struct bf_error *err)
-{
-    const struct reduced *reduced = transfer_reduced(motion->predictor);
-    double *g = bf_alloc(reduced->n, sizeof *g);
-    reduced_point(reduced, derivative, at_m, g);
-    enum bf_status status = motion_of(motion, record, g, oversample, w, v, NULL, err);
-    free(g);
-    return status;
-}
-
-enum bf_status motion_patch(const struct motion *motion, size_t record, int oversample, double w[], double v[],
-                            struct bf_error *err)
-{
-    const struct reduced *reduced = transfer_reduced(motion->predictor);
-    const struct beam_operator patch = {.kind = BEAM_AT_PATCH};
-    double *g = bf_alloc(2 * reduced->n, sizeof *g);
-    reduced_place(reduced, &patch, transfer_model(motion->predictor), g, g + reduced->n);
-    enum bf_status status = motion_of(motion, record, g, oversample, w, v, NULL, err);
-    free(g);
     return status;
 }
 
@@ -177,42 +156,4 @@ enum bf_status motion_respond(const struct motion *motion, const struct motion_p
     free(Y);
     free(y);
     return status;
-}
-
-/* ---- Which records are weak ---- */
-
-/* rms of all inputs of the model that the record has, and which they are (a bit each). */
-static double excitation(const struct model *model, const struct record *record, unsigned long *kind)
-{
-    double square = 0.0;
-    *kind = 0;
-    for (size_t i = 0; i < model->n_inputs; i++) {
-        const double *u = record_column(record, model->inputs[i].name);
-        double rms = u != NULL ? root_mean_square(u, record->n) : 0.0;
-        if (rms > 0.0)
-            *kind |= 1ul << (i % (8 * sizeof *kind));
-        square += rms * rms;
-    }
-    return sqrt(square);
-}
-
-size_t motion_weak_records(const struct model *model, const struct record records[], size_t n_records, double ratio,
-                           bool weak[])
-{
-    double *level = bf_alloc(n_records, sizeof *level);
-    unsigned long *kind = bf_alloc(n_records, sizeof *kind);
-    size_t count = 0;
-    for (size_t r = 0; r < n_records; r++)
-        level[r] = excitation(model, &records[r], &kind[r]);
-    for (size_t r = 0; r < n_records; r++) {
-        double least = level[r];
-        for (size_t o = 0; o < n_records; o++)
-            if (kind[o] == kind[r])
-                least = fmin(least, level[o]);
-        weak[r] = level[r] <= ratio * least;
-        count += weak[r];
-    }
-    free(level);
-    free(kind);
-    return count;
 }

@@ -7,7 +7,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "law_axial.h"
 #include "maths/maths.h"
 
 /* Gauss–Legendre with three points on each of about this many elements of the span. */
@@ -136,6 +135,34 @@ static void add_span_point(struct law *law, const struct reduced *reduced, int d
     law->material[q] = material;
 }
 
+/* G += ∫ φ' φ'ᵀ ds, Gauss–Legendre. */
+static void add_integral(const struct reduced *reduced, size_t d, double from_m, double to_m, double slope[],
+                         double G[LAW_COORDINATES][LAW_COORDINATES])
+{
+    double half = 0.5 * (to_m - from_m);
+    for (int g = 0; g < GAUSS; g++) {
+        reduced_point(reduced, 1, from_m + half * (1.0 + gauss_x[g]), slope);
+        for (size_t i = 0; i < d; i++)
+            for (size_t j = 0; j < d; j++)
+                G[i][j] += half * gauss_w[g] * slope[i] * slope[j];
+    }
+}
+
+/* G of law_axial.h at the points x_m[n_points], ascending from the clamp. */
+static void add_shortening(struct law *law, const struct reduced *reduced, const double x_m[])
+{
+    size_t d = law->d;
+    double G[LAW_COORDINATES][LAW_COORDINATES] = {{0.0}}, *slope = bf_alloc(reduced->n, sizeof *slope);
+    law->shortening = bf_alloc(law->stride * d * d, sizeof *law->shortening);
+    for (size_t q = 0; q < law->n_points; q++) {
+        add_integral(reduced, d, q > 0 ? x_m[q - 1] : 0.0, x_m[q], slope, G);
+        for (size_t i = 0; i < d; i++)
+            for (size_t j = 0; j < d; j++)
+                law->shortening[(i * d + j) * law->stride + q] = G[i][j];
+    }
+    free(slope);
+}
+
 static void new_span_law(struct law *law, const struct model *model, const struct reduced *reduced,
                          const struct parameter_map *map, enum beam_law_points points, double top_rad)
 {
@@ -167,7 +194,7 @@ static void new_span_law(struct law *law, const struct model *model, const struc
             depend_on(law, law_weight_parameter(map, BEAM_WEIGHT_RHO, material));
     }
     if (law->effect->axial_inertia != NULL)
-        law_axial_new(law, reduced, x_m);
+        add_shortening(law, reduced, x_m);
     free(x_m);
 }
 

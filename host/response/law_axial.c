@@ -9,39 +9,6 @@
 /* Points evaluated together. */
 enum { POINTS = 64 };
 
-/* ---- G at the points ---- */
-
-/* G += ∫ φ' φ'ᵀ ds, Gauss–Legendre with three points. */
-static void add_integral(const struct reduced *reduced, size_t d, double from_m, double to_m, double slope[],
-                         double G[LAW_COORDINATES][LAW_COORDINATES])
-{
-    static const double x[3] = {-0.77459666924148337704, 0.0, 0.77459666924148337704};
-    static const double w[3] = {0.55555555555555555556, 0.88888888888888888889, 0.55555555555555555556};
-    double half = 0.5 * (to_m - from_m);
-    for (int g = 0; g < 3; g++) {
-        reduced_point(reduced, 1, from_m + half * (1.0 + x[g]), slope);
-        for (size_t i = 0; i < d; i++)
-            for (size_t j = 0; j < d; j++)
-                G[i][j] += half * w[g] * slope[i] * slope[j];
-    }
-}
-
-void law_axial_new(struct law *law, const struct reduced *reduced, const double x_m[])
-{
-    size_t d = law->d;
-    double G[LAW_COORDINATES][LAW_COORDINATES] = {{0.0}}, *slope = bf_alloc(reduced->n, sizeof *slope);
-    law->shortening = bf_alloc(law->stride * d * d, sizeof *law->shortening);
-    for (size_t q = 0; q < law->n_points; q++) {
-        add_integral(reduced, d, q > 0 ? x_m[q - 1] : 0.0, x_m[q], slope, G);
-        for (size_t i = 0; i < d; i++)
-            for (size_t j = 0; j < d; j++)
-                law->shortening[(i * d + j) * law->stride + q] = G[i][j];
-    }
-    free(slope);
-}
-
-/* ---- Force ---- */
-
 /* For one block of points. */
 struct axial_block {
     size_t first, count; /* points; count is a multiple of the vectors' length */

@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "law_transfer.h"
+
 static double (*take(double **next, size_t rows))[LANES]
 {
     double(*block)[LANES] = (double(*)[LANES]) * next;
@@ -15,9 +17,9 @@ static double (*take(double **next, size_t rows))[LANES]
 
 static void lanes_new(struct lanes *a, const struct law_run *l)
 {
-    size_t P = l->P, D = l->D, effects = l->run->p->model.n_effects;
+    size_t P = l->P, D = l->D, states = l->n_laws * BEAM_LAW_STATES;
     *a = (struct lanes){.l = l};
-    size_t rows = (4 + 2 * HOLD_CUBIC) * P + 2 * D * P + 2 * D * D + effects * BEAM_LAW_STATES;
+    size_t rows = (4 + 2 * HOLD_CUBIC) * P + 2 * D * P + 2 * D * D + states;
     a->storage = bf_alloc(LANES * rows + (l->uses_a ? 4u : 3u) * LANES * D * l->N, sizeof(double));
     double *next = a->storage;
     a->q_re = take(&next, P), a->q_im = take(&next, P);
@@ -30,7 +32,7 @@ static void lanes_new(struct lanes *a, const struct law_run *l)
     a->jump = next;
     next += D * D * LANES;
     a->z = (double(*)[BEAM_LAW_STATES][LANES])next;
-    next += effects * BEAM_LAW_STATES * LANES;
+    next += states * LANES;
     a->w_lin = next;
     a->v_lin = a->w_lin + LANES * D * l->N;
     a->f = a->v_lin + LANES * D * l->N;
@@ -48,13 +50,12 @@ static void set_complex(double (*re)[LANES], double (*im)[LANES], size_t row, si
 static void fill_far(struct lanes *a, size_t lane, size_t k, double complex dp)
 {
     const struct law_run *l = a->l;
-    const struct predictor *p = l->run->p;
-    const struct system *s = p->system;
+    const struct system *s = l->system->system;
     size_t at = a->parameter[lane] * s->n_poles + k;
     double multiplicity = k < s->n_pairs ? 2.0 : 1.0;
     for (size_t x = 0; x < l->D; x++) {
         for (size_t y = 0; y < l->D; y++) {
-            const struct functional *f = &p->coordinates[x], *g = &p->coordinates[y];
+            const struct functional *f = &l->system->coordinates[x], *g = &l->system->coordinates[y];
             double complex change =
                 f->d_alpha[at] * g->alpha[k] + f->alpha[k] * g->d_alpha[at] - f->alpha[k] * g->alpha[k] * dp / s->p[k];
             a->far[(x * l->D + y) * LANES + lane] += multiplicity * creal(change / s->p[k]);
@@ -66,13 +67,13 @@ static void fill_far(struct lanes *a, size_t lane, size_t k, double complex dp)
 static void fill_jump(struct lanes *a, size_t lane, size_t k, double complex dp)
 {
     const struct law_run *l = a->l;
-    const struct predictor *p = l->run->p;
-    size_t at = a->parameter[lane] * p->system->n_poles + k;
-    double complex pole = p->system->p[k];
-    double multiplicity = k < p->system->n_pairs ? 2.0 : 1.0;
+    const struct system *s = l->system->system;
+    size_t at = a->parameter[lane] * s->n_poles + k;
+    double complex pole = s->p[k];
+    double multiplicity = k < s->n_pairs ? 2.0 : 1.0;
     for (size_t x = 0; x < l->D; x++) {
         for (size_t y = 0; y < l->D; y++) {
-            const struct functional *f = &p->coordinates[x], *g = &p->coordinates[y];
+            const struct functional *f = &l->system->coordinates[x], *g = &l->system->coordinates[y];
             double complex change =
                 (f->d_alpha[at] * g->alpha[k] + f->alpha[k] * g->d_alpha[at]) * pole + f->alpha[k] * g->alpha[k] * dp;
             a->jump[(x * l->D + y) * LANES + lane] += multiplicity * creal(change);
@@ -83,10 +84,9 @@ static void fill_jump(struct lanes *a, size_t lane, size_t k, double complex dp)
 static void fill_structure(struct lanes *a, size_t lane)
 {
     const struct law_run *l = a->l;
-    const struct predictor *p = l->run->p;
-    const struct system *s = p->system;
+    const struct system *s = l->system->system;
     size_t j = a->parameter[lane], next = 0;
-    if (!run_structural(l->run, j))
+    if (!l->system->parameters[j].structural)
         return;
     a->structural = true;
     for (size_t k = 0; k < s->n_poles; k++) {
@@ -99,18 +99,18 @@ static void fill_structure(struct lanes *a, size_t lane)
         if (l->uses_a)
             fill_jump(a, lane, k, dp);
         for (size_t c = 0; c < l->D; c++)
-            set_complex(a->a_re, a->a_im, c * l->P + next, lane, p->coordinates[c].d_alpha[j * s->n_poles + k]);
+            set_complex(a->a_re, a->a_im, c * l->P + next, lane, l->system->coordinates[c].d_alpha[j * s->n_poles + k]);
         next++;
     }
 }
 
 static void fill_direct(struct lanes *a, size_t lane)
 {
-    const struct predictor *p = a->l->run->p;
+    const struct law_run *l = a->l;
     size_t first = 0, dependency = 0;
-    for (size_t e = 0; e < p->model.n_effects; e++) {
-        const struct law *law = &p->laws[e];
-        for (size_t d = 0; d < law->n_dependencies && law->d > 0; d++)
+    for (size_t e = 0; e < l->n_laws; e++) {
+        const struct law *law = l->laws[e].law;
+        for (size_t d = 0; d < law->n_dependencies; d++)
             if (law->dependency[d] == a->parameter[lane])
                 a->direct[a->n_direct++] =
                     (struct direct){.lane = lane, .first = first, .d = law->d, .dependency = dependency + d};
@@ -129,8 +129,10 @@ static enum bf_status fill_lane(struct lanes *a, size_t lane, size_t c, int orde
         status = law_upsample(l, W, scratch, err);
     else
         memset(scratch, 0, l->N * sizeof *scratch);
-    (void)base_derivative_add(l->run, l->record, &l->run->p->coordinates[c], order, a->parameter[lane], l->h_s, l->N,
-                              scratch);
+    if (l->system->clamp != NULL) {
+        struct clamp_question q = clamp_relative(l->system->clamp, &l->system->coordinates[c], order, l->h_s, l->N);
+        (void)clamp_derivative_add(&q, a->parameter[lane], scratch);
+    }
     for (size_t k = 0; k < l->N; k++)
         out[(k * l->D + c) * LANES + lane] = scratch[k];
     return status;
@@ -141,7 +143,7 @@ static enum bf_status fill_linear(struct lanes *a, size_t lane, size_t c, double
                                   struct bf_error *err)
 {
     const struct law_run *l = a->l;
-    bool any = law_source_derivative(l->run, l->transfers, l->record, c, a->parameter[lane], W);
+    bool any = law_source_derivative(l->system, c, a->parameter[lane], W);
     enum bf_status status = BF_OK;
     if (l->has_T_w)
         status = fill_lane(a, lane, c, 0, any ? W : NULL, scratch, a->w_lin, err);
@@ -158,41 +160,26 @@ static enum bf_status fill_linear(struct lanes *a, size_t lane, size_t c, double
 
 /* ---- Outputs ---- */
 
-static enum bf_status add_channel(const struct lanes *a, size_t lane, const struct predict_channel *channel,
-                                  const double complex filter[], const double complex F[], const double complex dF[],
-                                  struct bf_error *err)
+static enum bf_status add_output(const struct lanes *a, size_t lane, const struct modal_output *output,
+                                 const double complex dF[], struct bf_error *err)
 {
     const struct law_run *l = a->l;
-    size_t m = l->grid->m, j = a->parameter[lane], gain_parameter;
-    double gain = output_gain(l->run, channel->output, &gain_parameter);
+    size_t m = l->grid->m, j = a->parameter[lane];
     double complex *Y = bf_alloc(m, sizeof *Y);
     for (size_t c = 0; c < l->D; c++) {
-        const struct law_pair *pair = law_to_output(l->transfers, l->plan->grid, channel->output, c);
-        const double complex *dH = pair->dH[j], *f = F + c * m, *df = dF + c * m;
+        const struct modal_path *path = &output->paths[c];
+        const double complex *dH = path->dH[j], *f = l->F + c * m, *df = dF + c * m;
         for (size_t k = 0; k < m; k++)
-            Y[k] -= pair->H[k] * df[k];
+            Y[k] -= path->H[k] * df[k];
         for (size_t k = 0; dH != NULL && k < m; k++)
             Y[k] -= dH[k] * f[k];
     }
-    enum bf_status status = law_add_output(l, channel, gain, filter, Y, run_column(l->run, j, channel), err);
+    enum bf_status status = law_add_output(l, output->gain, output->filter, Y, modal_column(l->system, output, j), err);
     free(Y);
     return status;
 }
 
-/* Filters of the record's channels, [n_channels][m]. */
-static enum bf_status fill_filters(const struct law_run *l, double complex filters[], struct bf_error *err)
-{
-    size_t m = l->grid->m;
-    enum bf_status status = BF_OK;
-    bool any;
-    for (size_t i = 0; status == BF_OK && i < l->plan->n_channels; i++)
-        status = channel_filter(l->run, l->record, l->run->p->channels[l->plan->first_channel + i].output, l->grid->s,
-                                m, filters + i * m, &any, err);
-    return status;
-}
-
-static enum bf_status run_block(struct lanes *a, const struct law_row *R, const double complex filters[],
-                                const double complex F[], struct bf_error *err)
+static enum bf_status run_block(struct lanes *a, const struct law_row *R, struct bf_error *err)
 {
     const struct law_run *l = a->l;
     size_t m = l->grid->m;
@@ -210,9 +197,8 @@ static enum bf_status run_block(struct lanes *a, const struct law_row *R, const 
     for (size_t lane = 0; status == BF_OK && lane < a->count; lane++) {
         for (size_t c = 0; status == BF_OK && c < l->D; c++)
             status = law_transform(l, a->f + c * LANES + lane, l->D * LANES, dF + c * m, err);
-        for (size_t i = 0; status == BF_OK && i < l->plan->n_channels; i++)
-            status =
-                add_channel(a, lane, &l->run->p->channels[l->plan->first_channel + i], filters + i * m, F, dF, err);
+        for (size_t i = 0; status == BF_OK && i < l->system->n_outputs; i++)
+            status = add_output(a, lane, &l->system->outputs[i], dF, err);
     }
     free(dF);
     free(scratch);
@@ -222,13 +208,13 @@ static enum bf_status run_block(struct lanes *a, const struct law_row *R, const 
 /* The nonlinear motion depends on this parameter. */
 static bool matters(const struct law_run *l, size_t j)
 {
-    const struct predictor *p = l->run->p;
-    if (!run_wants(l->run, j))
+    const struct modal_parameter *role = &l->system->parameters[j];
+    if (!role->wanted)
         return false;
-    bool yes = run_structural(l->run, j) || source_depends(l->run, l->record, j);
-    for (size_t e = 0; e < p->model.n_effects; e++)
-        for (size_t d = 0; d < p->laws[e].n_dependencies; d++)
-            yes = yes || p->laws[e].dependency[d] == j;
+    bool yes = role->structural || role->of_input;
+    for (size_t e = 0; e < l->n_laws; e++)
+        for (size_t d = 0; d < l->laws[e].law->n_dependencies; d++)
+            yes = yes || l->laws[e].law->dependency[d] == j;
     return yes;
 }
 
@@ -237,19 +223,17 @@ static size_t list_parameters(const struct law_run *l, size_t list[])
 {
     size_t n = 0;
     for (int structural = 1; structural >= 0; structural--)
-        for (size_t j = 0; j < l->run->p->map.n; j++)
-            if (matters(l, j) && run_structural(l->run, j) == (structural == 1))
+        for (size_t j = 0; j < l->system->n_parameters; j++)
+            if (matters(l, j) && l->system->parameters[j].structural == (structural == 1))
                 list[n++] = j;
     return n;
 }
 
-enum bf_status law_derivatives(const struct law_run *l, const double complex F[], struct bf_error *err)
+enum bf_status law_run_derivatives(const struct law_run *l, struct bf_error *err)
 {
     enum bf_status status = BF_OK;
-    size_t *list = bf_alloc(l->run->p->map.n, sizeof *list), n = list_parameters(l, list);
+    size_t *list = bf_alloc(l->system->n_parameters, sizeof *list), n = list_parameters(l, list);
     struct law_row R = law_pole_changes(l);
-    double complex *filters = bf_alloc(l->plan->n_channels * l->grid->m, sizeof *filters);
-    status = fill_filters(l, filters, err);
     for (size_t j = 0; status == BF_OK && j < n;) {
         struct lanes a;
         lanes_new(&a, l);
@@ -257,10 +241,9 @@ enum bf_status law_derivatives(const struct law_run *l, const double complex F[]
             a.parameter[a.count++] = list[j++];
         for (size_t i = a.count; i < LANES; i++)
             a.parameter[i] = SIZE_MAX;
-        status = run_block(&a, &R, filters, F, err);
+        status = run_block(&a, &R, err);
         free(a.storage);
     }
-    free(filters);
     free(R.re);
     free(list);
     return status;

@@ -212,7 +212,6 @@ VECTOR_INLINE void add_acceleration(struct lanes *a, size_t k, size_t D, double 
 VECTOR_INLINE void right_side(const struct lanes *a, size_t step, size_t D, double b[MOST_COORDINATES][LANES])
 {
     const struct law_run *l = a->l;
-    const struct predictor *p = l->run->p;
     const double *T_w = l->T_w + step * D * D, *T_v = l->T_v + step * D * D, *T_old = l->T_old + step * D * D;
     for (size_t r = 0; r < D; r++) {
         vector_real sum = {0.0}, x;
@@ -236,11 +235,11 @@ VECTOR_INLINE void right_side(const struct lanes *a, size_t step, size_t D, doub
             b[direct->first + r][direct->lane] +=
                 l->f_p[(step * l->n_dependencies + direct->dependency) * LAW_COORDINATES + r];
     }
-    for (size_t e = 0, first = 0; l->state != NULL && e < p->model.n_effects; first += p->laws[e++].d)
-        for (int k = 0; p->laws[e].d > 0 && k < p->laws[e].effect->n_law_states; k++)
+    for (size_t e = 0, first = 0; l->state != NULL && e < l->n_laws; first += l->laws[e++].law->d)
+        for (int k = 0; k < l->laws[e].law->effect->n_law_states; k++)
             for (int i = 0; i < LANES; i++)
                 /* every row was stored above: NOLINTNEXTLINE(clang-analyzer-core.uninitialized.Assign) */
-                b[first][i] += l->state[step * p->model.n_effects + e].by_z[k] * a->z[e][k][i];
+                b[first][i] += l->state[step * l->n_laws + e].by_z[k] * a->z[e][k][i];
 }
 
 /* δf⁺, and with it δq⁺, δw⁺, δv⁺. */
@@ -288,13 +287,12 @@ VECTOR_INLINE void finish_step(struct lanes *a, size_t step, size_t D, double b[
 static void step_states(struct lanes *a, size_t step)
 {
     const struct law_run *l = a->l;
-    const struct predictor *p = l->run->p;
-    for (size_t e = 0, c = 0; e < p->model.n_effects; c += p->laws[e++].d) {
-        const struct law *law = &p->laws[e];
+    for (size_t e = 0, c = 0; e < l->n_laws; c += l->laws[e++].law->d) {
+        const struct law *law = l->laws[e].law;
         int n = law->effect->n_law_states;
-        if (law->d == 0 || n == 0)
+        if (n == 0)
             continue;
-        const struct law_memory *s = &l->state[step * p->model.n_effects + e];
+        const struct law_memory *s = &l->state[step * l->n_laws + e];
         double next[BEAM_LAW_STATES][LANES] = {{0}};
         for (int k = 0; k < n; k++) {
             for (size_t i = 0; i < LANES; i++) {

@@ -36,7 +36,7 @@ struct lanes {
     double w[MOST_COORDINATES][LANES], v[MOST_COORDINATES][LANES];
     double w_old[MOST_COORDINATES][LANES], df[MOST_COORDINATES][LANES];
     double acceleration[MOST_COORDINATES][LANES]; /* without what depends on δf⁺ */
-    double (*z)[BEAM_LAW_STATES][LANES];          /* [n_effects] δz */
+    double (*z)[BEAM_LAW_STATES][LANES];          /* [n_laws] δz */
     double *storage;
 };
 

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "law_transfer.h"
 #include "maths/maths.h"
 
 enum bf_status law_upsample(const struct law_run *l, const double complex W[], double out[], struct bf_error *err)
@@ -50,27 +51,32 @@ enum bf_status law_transform(const struct law_run *l, const double f[], size_t s
     return BF_OK;
 }
 
+/* One time derivative of a coordinate: the response with spectrum W, and what a shaken clamp adds. */
+static enum bf_status add_motion(const struct law_run *l, size_t c, int order, const double complex W[], double out[],
+                                 struct bf_error *err)
+{
+    enum bf_status status = law_upsample(l, W, out, err);
+    if (status != BF_OK || l->system->clamp == NULL)
+        return status;
+    struct clamp_question q = clamp_relative(l->system->clamp, &l->system->coordinates[c], order, l->h_s, l->N);
+    clamp_motion_add(&q, out);
+    return BF_OK;
+}
+
 static enum bf_status coordinate_motion(struct law_run *l, size_t c, double complex W[], struct bf_error *err)
 {
-    const struct functional *f = &l->run->p->coordinates[c];
     enum bf_status status = BF_OK;
-    law_source_response(l->run, l->transfers, l->record, c, W);
+    law_source_response(l->system, c, W);
     if (l->uses_w)
-        status = law_upsample(l, W, l->w_lin + c * l->N, err);
+        status = add_motion(l, c, 0, W, l->w_lin + c * l->N, err);
     for (size_t k = 0; k < l->grid->m; k++)
         W[k] *= l->grid->s[k];
     if (status == BF_OK && l->uses_v)
-        status = law_upsample(l, W, l->v_lin + c * l->N, err);
+        status = add_motion(l, c, 1, W, l->v_lin + c * l->N, err);
     for (size_t k = 0; l->uses_a && k < l->grid->m; k++)
         W[k] *= l->grid->s[k];
     if (status == BF_OK && l->uses_a)
-        status = law_upsample(l, W, l->a_lin + c * l->N, err);
-    if (l->uses_w)
-        base_response_add(l->run, l->record, f, 0, l->h_s, l->N, l->w_lin + c * l->N);
-    if (l->uses_v)
-        base_response_add(l->run, l->record, f, 1, l->h_s, l->N, l->v_lin + c * l->N);
-    if (l->uses_a)
-        base_response_add(l->run, l->record, f, 2, l->h_s, l->N, l->a_lin + c * l->N);
+        status = add_motion(l, c, 2, W, l->a_lin + c * l->N, err);
     return status;
 }
 

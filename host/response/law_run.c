@@ -11,10 +11,10 @@ static const double far_smooth = 4.0, far_kinked = 2.0;
 /* Steps a sample: forces that are smooth in time are followed by cubics, kinks by shorter straight lines. */
 enum { OVERSAMPLE_SMOOTH = 4, OVERSAMPLE_KINKED = 8 };
 
-static bool all_smooth(const struct predictor *p)
+static bool all_smooth(const struct law_run *l)
 {
-    for (size_t e = 0; e < p->model.n_effects; e++)
-        if (p->laws[e].d > 0 && !p->laws[e].smooth)
+    for (size_t e = 0; e < l->n_laws; e++)
+        if (!l->laws[e].law->smooth)
             return false;
     return true;
 }
@@ -22,7 +22,7 @@ static bool all_smooth(const struct predictor *p)
 /* Poles that move on the grid are stepped; the others add Re(αα'/p) to the compliance (their static response). */
 static void split_poles(struct law_run *l)
 {
-    const struct system *s = l->run->p->system;
+    const struct system *s = l->system->system;
     double far_step = l->held == HOLD_CUBIC ? far_smooth : far_kinked;
     l->pole = bf_alloc(s->n_poles, sizeof *l->pole);
     l->hold = bf_alloc(s->n_poles, sizeof *l->hold);
@@ -37,8 +37,8 @@ static void split_poles(struct law_run *l)
         }
         for (size_t a = 0; a < l->D; a++)
             for (size_t b = 0; b < l->D; b++)
-                l->far[a * l->D + b] += multiplicity * creal(l->run->p->coordinates[a].alpha[k] *
-                                                             l->run->p->coordinates[b].alpha[k] / s->p[k]);
+                l->far[a * l->D + b] += multiplicity * creal(l->system->coordinates[a].alpha[k] *
+                                                             l->system->coordinates[b].alpha[k] / s->p[k]);
     }
 }
 
@@ -57,7 +57,7 @@ static void set(const struct law_row *row, size_t i, double complex x)
 
 static void fill_rows(struct law_run *l)
 {
-    const struct system *s = l->run->p->system;
+    const struct system *s = l->system->system;
     size_t D = l->D, P = l->P = vector_round(l->n_dynamic);
     l->rows = bf_alloc(2 * P * (2 + HOLD_CUBIC + (l->uses_a ? 4u : 3u) * D), sizeof *l->rows);
     double *next = l->rows;
@@ -77,7 +77,7 @@ static void fill_rows(struct law_run *l)
         for (size_t i = 0; i < HOLD_CUBIC; i++)
             set(&l->g[i], k, l->hold[k].g[i]);
         for (size_t c = 0; c < D; c++) {
-            double complex alpha = l->run->p->coordinates[c].alpha[l->pole[k]];
+            double complex alpha = l->system->coordinates[c].alpha[l->pole[k]];
             set(&l->alpha, c * P + k, alpha);
             set(&l->to_w, c * P + k, l->multiplicity[k] * alpha);
             set(&l->to_v, c * P + k, l->multiplicity[k] * alpha * p);
@@ -96,7 +96,7 @@ static void fill_compliance(struct law_run *l)
             double w = l->far[a * D + b], v = 0.0;
             for (size_t k = 0; k < l->n_dynamic; k++) {
                 size_t i = a * P + k;
-                double complex alpha = l->run->p->coordinates[b].alpha[l->pole[k]];
+                double complex alpha = l->system->coordinates[b].alpha[l->pole[k]];
                 double complex q = l->hold[k].g[0] * alpha;
                 w -= l->to_w.re[i] * creal(q) - l->to_w.im[i] * cimag(q);
                 v -= l->to_v.re[i] * creal(q) - l->to_v.im[i] * cimag(q);
@@ -116,7 +116,7 @@ static void fill_accelerance(struct law_run *l)
             double sum = 0.0;
             for (size_t k = 0; k < l->n_dynamic; k++) {
                 size_t i = a * P + k;
-                double complex alpha = l->run->p->coordinates[b].alpha[l->pole[k]];
+                double complex alpha = l->system->coordinates[b].alpha[l->pole[k]];
                 double complex q = l->hold[k].g[0] * alpha;
                 sum -= l->to_a.re[i] * creal(q) - l->to_a.im[i] * cimag(q);
                 sum -= l->to_v.re[i] * creal(alpha) - l->to_v.im[i] * cimag(alpha);
@@ -143,23 +143,18 @@ static void fill_growth(struct law_run *l)
 
 static void ask_laws(struct law_run *l)
 {
-    const struct predictor *p = l->run->p;
-    l->laws = bf_alloc(p->model.n_effects, sizeof *l->laws);
-    for (size_t e = 0; e < p->model.n_effects; e++) {
-        const struct law *law = &p->laws[e];
-        if (law->d == 0)
-            continue;
-        law_prepare(law, &p->map, l->run->theta, &l->laws[e]);
+    for (size_t e = 0; e < l->n_laws; e++) {
+        const struct law *law = l->laws[e].law;
         l->uses_w = l->uses_w || law->uses_w || law->uses_w_old || law->shortening != NULL;
         l->uses_v = l->uses_v || law->uses_v || law->shortening != NULL;
         l->uses_a = l->uses_a || law->shortening != NULL;
     }
 }
 
-static bool has_states(const struct predictor *p)
+static bool has_states(const struct law_run *l)
 {
-    for (size_t e = 0; e < p->model.n_effects; e++)
-        if (p->laws[e].d > 0 && p->laws[e].effect->n_law_states > 0)
+    for (size_t e = 0; e < l->n_laws; e++)
+        if (l->laws[e].law->effect->n_law_states > 0)
             return true;
     return false;
 }
@@ -167,9 +162,9 @@ static bool has_states(const struct predictor *p)
 /* What the derivatives need. Every number is written by the steps. */
 static void make_history(struct law_run *l)
 {
-    const struct predictor *p = l->run->p;
     size_t squares = l->N * l->D * l->D;
-    l->n_dependencies = law_first_dependency(p, p->model.n_effects);
+    for (size_t e = 0; e < l->n_laws; e++)
+        l->n_dependencies += l->laws[e].law->n_dependencies;
     l->q.re = bf_grow(NULL, 2 * l->N * l->P, sizeof(double));
     l->q.im = l->q.re + l->N * l->P;
     l->T_w = bf_alloc((l->uses_a ? 5u : 4u) * squares, sizeof(double)); /* zero between the blocks of two laws */
@@ -178,17 +173,18 @@ static void make_history(struct law_run *l)
     l->inverse = l->T_old + squares;
     l->T_a = l->uses_a ? l->inverse + squares : NULL;
     l->f_p = bf_grow(NULL, l->N * l->n_dependencies * LAW_COORDINATES, sizeof(double));
-    l->state = has_states(p) ? bf_alloc(l->N * p->model.n_effects, sizeof *l->state) : NULL;
+    l->state = has_states(l) ? bf_alloc(l->N * l->n_laws, sizeof *l->state) : NULL;
 }
 
 enum bf_status law_run_new(struct law_run *l, struct bf_error *err)
 {
-    const struct predictor *p = l->run->p;
-    bool smooth = all_smooth(p);
+    bool smooth = all_smooth(l);
+    l->grid = l->system->grid;
     l->held = smooth ? HOLD_CUBIC : HOLD_LINE;
-    l->oversample = p->options.oversample > 0 ? p->options.oversample : smooth ? OVERSAMPLE_SMOOTH : OVERSAMPLE_KINKED;
-    l->D = p->n_coordinates;
-    l->N = l->plan->n * (size_t)l->oversample;
+    if (l->oversample <= 0)
+        l->oversample = smooth ? OVERSAMPLE_SMOOTH : OVERSAMPLE_KINKED;
+    l->D = l->system->n_coordinates;
+    l->N = l->grid->n * (size_t)l->oversample;
     l->h_s = l->grid->dt_s / (double)l->oversample;
     ask_laws(l);
     split_poles(l);
@@ -197,16 +193,13 @@ enum bf_status law_run_new(struct law_run *l, struct bf_error *err)
     fill_accelerance(l);
     fill_growth(l);
     l->f = bf_grow(NULL, l->N * l->D, sizeof(double));
-    if (l->run->want != NULL)
+    if (l->system->parameters != NULL)
         make_history(l);
     return law_linear_motion(l, err);
 }
 
 void law_run_free(struct law_run *l)
 {
-    for (size_t e = 0; l->laws != NULL && e < l->run->p->model.n_effects; e++)
-        law_prepared_free(&l->laws[e]);
-    free(l->laws);
     free(l->pole);
     free(l->hold);
     free(l->multiplicity);
@@ -214,6 +207,7 @@ void law_run_free(struct law_run *l)
     free(l->growth);
     free(l->w_lin);
     free(l->f);
+    free(l->F);
     free(l->q.re);
     free(l->T_w);
     free(l->f_p);

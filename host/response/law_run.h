@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
- * law_run.h — stepping the nonlinear forces of one record; shared by law_coordinates.c (the laws of a model), law_run.c
- * (setting up a record), law_motion.c (its linear motion, transforms), law_step.c (the steps), law_output.c (what they do
- * to the outputs), law_derivative*.c (their derivatives), predict_law.c (all records) and nobody else.
+ * law_run.h — stepping the nonlinear forces of one record; shared by law_run.c (setting up a record),
+ * law_motion.c (its linear motion, transforms), law_step*.c (the steps), law_output.c (what they do to the outputs),
+ * law_derivative*.c (their derivatives), predict_law.c (all records) and nobody else.
  *
  * Unknowns are the forces f on the contact coordinates w = Gᵀx, on a grid of `oversample` steps a sample:
  *     w = w_lin + Σ_k Re(α_k q_k) + far,   q_k' = p_k q_k − Σ_c α_kc f_c,   f = law(w, w', w″)
@@ -17,8 +17,7 @@
 #include "response.h"
 #include "law.h"
 #include "law_hold.h"
-#include "law_transfer.h"
-#include "predict_work.h"
+#include "modal_system.h"
 
 enum { MOST_COORDINATES = 24 };
 
@@ -35,16 +34,15 @@ struct law_memory {
 };
 
 struct law_run {
-    const struct run *run;
-    size_t record;
-    const struct record_plan *plan;
+    const struct modal_system *system;
+    size_t n_laws;
+    const struct law_prepared *laws; /* [n_laws] at the run's parameters, in the order of their coordinates */
+    int oversample;                  /* steps a sample; 0: as the laws ask for */
     const struct response_grid *grid;
-    const struct law_transfers *transfers;
     bool uses_w; /* some force depends on a coordinate itself, now or a step ago */
     bool uses_v; /* on its rate */
     bool uses_a; /* on its acceleration */
     size_t D, N; /* coordinates; steps */
-    int oversample;
     size_t held; /* samples of f that a step uses: HOLD_LINE or HOLD_CUBIC */
     double h_s;
     double *growth; /* [N] e^(σt) */
@@ -64,32 +62,26 @@ struct law_run {
     double *w_lin, *v_lin, *a_lin; /* [D][N] */
     double *f;                     /* [N][D] */
     size_t failed_steps;
-    struct law_prepared *laws; /* [n_effects] at the run's parameters */
+    double complex *F; /* [D][m] transforms of f, made by law_run_outputs() */
     /* kept for derivatives, when asked: */
     struct law_row q;                    /* [N][P] */
     double *T_w, *T_v, *T_old, *inverse; /* [N][D × D] */
     double *T_a;                         /* [N][D × D] */
     bool has_T_w, has_T_v;               /* forces depend on w, now or a step ago; on v */
     double *f_p;                         /* [N][dependencies of all laws][LAW_COORDINATES] */
-    struct law_memory *state;            /* [N][n_effects] when a law has internal states, else NULL */
+    struct law_memory *state;            /* [N][n_laws] when a law has internal states, else NULL */
     size_t n_dependencies;
 };
 
-/* Coordinates of law e start at this row of D. */
-size_t law_first_coordinate(const struct predictor *p, size_t effect);
-/* First of law e's entries in f_p. */
-size_t law_first_dependency(const struct predictor *p, size_t effect);
-
-/* The coordinates' functionals and their derivatives at the parameters of the run; point laws follow their places. */
-enum bf_status law_coordinates_evaluate(const struct run *run, struct bf_error *err);
-
-/* run, record, plan, grid and transfers are set by the caller; to be freed with law_run_free() whether it fails or not. */
+/* system, laws and oversample are set by the caller; to be freed with law_run_free() whether it fails or not. */
 enum bf_status law_run_new(struct law_run *l, struct bf_error *err);
 void law_run_free(struct law_run *l);
 /* Forces of every step, with what the derivatives need when the run wants a Jacobian. */
 enum bf_status law_run_march(struct law_run *l, struct bf_error *err);
-/* Adds what the forces do to the record's rows of y and of the Jacobian. */
-enum bf_status law_run_outputs(const struct law_run *l, struct bf_error *err);
+/* Adds what the forces do to the record's rows of y, and what the chain's parameters do about it to the Jacobian. */
+enum bf_status law_run_outputs(struct law_run *l, struct bf_error *err);
+/* Adds the other derivatives, those of the forces, to the Jacobian; after law_run_outputs(). */
+enum bf_status law_run_derivatives(const struct law_run *l, struct bf_error *err);
 
 /* w_lin, v_lin and a_lin of every coordinate. */
 enum bf_status law_linear_motion(struct law_run *l, struct bf_error *err);
@@ -98,11 +90,8 @@ enum bf_status law_upsample(const struct law_run *l, const double complex W[], d
 enum bf_status law_transform(const struct law_run *l, const double f[], size_t stride, double complex F[],
                              struct bf_error *err);
 
-/* Adds the derivatives of the outputs to the Jacobian; F: [D][m] transforms of f. */
-enum bf_status law_derivatives(const struct law_run *l, const double complex F[], struct bf_error *err);
-/* Adds gain · F_o · Y to a row (y or a column) of a channel. */
-enum bf_status law_add_output(const struct law_run *l, const struct predict_channel *channel, double scale,
-                              const double complex filter[], const double complex Y[], double row[],
-                              struct bf_error *err);
+/* Adds scale · filter · Y to rows of an output (y or a column), behind the recorder's filter. */
+enum bf_status law_add_output(const struct law_run *l, double scale, const double complex filter[],
+                              const double complex Y[], double row[], struct bf_error *err);
 
 #endif

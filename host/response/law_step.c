@@ -49,27 +49,26 @@ static void keep_memory(struct law_memory *out, const struct law_force *force)
 }
 
 /* Into the big arrays of one step: tangents (block diagonal in the effects), derivatives, state. */
-static void keep(struct law_run *l, size_t step, const struct law *law, size_t first, size_t dependency,
+static void keep(struct law_run *l, size_t step, size_t e, size_t first, size_t dependency,
                  const struct law_force *force)
 {
+    const struct law *law = l->laws[e].law;
     size_t D = l->D, d = law->d;
     for (size_t i = 0; i < d; i++)
         memcpy(l->T_old + (step * D + first + i) * D + first, force->by_w_old + i * d, d * sizeof(double));
     memcpy(l->f_p + (step * l->n_dependencies + dependency) * LAW_COORDINATES, force->by_parameter,
            law->n_dependencies * sizeof force->by_parameter[0]);
     if (law->effect->n_law_states > 0)
-        keep_memory(&l->state[step * l->run->p->model.n_effects + law->effect_index], force);
+        keep_memory(&l->state[step * l->n_laws + e], force);
 }
 
-int step_evaluate(struct law_run *l, struct stepper *s, size_t step, bool tangents, bool store)
+/* Motion, forces and tangents at the trial f; store: into the record's arrays too. −1: out of range. */
+static int step_evaluate(struct law_run *l, struct stepper *s, size_t step, bool tangents, bool store)
 {
-    const struct predictor *p = l->run->p;
     size_t D = l->D, first = 0, dependency = 0;
     move(l, s);
-    for (size_t e = 0; e < p->model.n_effects; e++) {
-        const struct law *law = &p->laws[e];
-        if (law->d == 0)
-            continue;
+    for (size_t e = 0; e < l->n_laws; e++) {
+        const struct law *law = l->laws[e].law;
         struct law_motion motion = {.w = s->w + first,
                                     .v = s->v + first,
                                     .w_old = s->w_old + first,
@@ -90,7 +89,7 @@ int step_evaluate(struct law_run *l, struct stepper *s, size_t step, bool tangen
                 memcpy(s->T_a + (first + i) * D + first, force.by_a + i * law->d, law->d * sizeof(double));
         }
         if (store)
-            keep(l, step, law, first, dependency, &force);
+            keep(l, step, e, first, dependency, &force);
         first += law->d;
         dependency += law->n_dependencies;
     }
@@ -205,6 +204,19 @@ static enum bf_status solve_step(struct law_run *l, struct stepper *s, size_t st
     return BF_OK;
 }
 
+/* Tangents and derivatives at the accepted f, for the derivatives of the record. */
+static enum bf_status step_store(struct law_run *l, struct stepper *s, size_t step, struct bf_error *err)
+{
+    size_t square = l->D * l->D;
+    if (step_evaluate(l, s, step, true, true) != 0)
+        return out_of_range(err);
+    memcpy(l->T_w + step * square, s->T_w, square * sizeof(double));
+    memcpy(l->T_v + step * square, s->T_v, square * sizeof(double));
+    if (l->uses_a)
+        memcpy(l->T_a + step * square, s->T_a, square * sizeof(double));
+    return step_inverse(l, s, l->inverse + step * square, err);
+}
+
 /* ---- From step to step ---- */
 
 /* The forces of the step begin where the polynomial through the last ones leads. */
@@ -286,7 +298,7 @@ VECTOR_INLINE void accept_step(struct law_run *l, struct stepper *s, size_t step
     memmove(s->past[1], s->past[0], (HOLD_CUBIC - 1) * sizeof s->past[0]);
     memcpy(s->past[0], s->f, D * sizeof(double));
     memcpy(s->w_old, s->w, D * sizeof(double));
-    memcpy(s->z, s->z_next, l->run->p->model.n_effects * BEAM_LAW_STATES * sizeof(double));
+    memcpy(s->z, s->z_next, l->n_laws * BEAM_LAW_STATES * sizeof(double));
     if (l->q.re != NULL) {
         memcpy(l->q.re + step * P, s->q.re, P * sizeof(double));
         memcpy(l->q.im + step * P, s->q.im, P * sizeof(double));
@@ -332,7 +344,7 @@ static void find_tangents(struct law_run *l)
 
 enum bf_status law_run_march(struct law_run *l, struct bf_error *err)
 {
-    size_t states = l->run->p->model.n_effects * BEAM_LAW_STATES, P = l->P;
+    size_t states = l->n_laws * BEAM_LAW_STATES, P = l->P;
     struct stepper s = {.rate = 1.0};
     double *rows = bf_alloc(2 * P * (2 + HOLD_CUBIC) + 2 * states, sizeof *rows);
     s.q = (struct law_row){.re = rows, .im = rows + P};

@@ -14,20 +14,14 @@ struct stepper {
     double f[MOST_COORDINATES], past[HOLD_CUBIC][MOST_COORDINATES], law[MOST_COORDINATES];
     double scale;       /* largest force so far */
     double rate;        /* by which a correction shrank the residual, lately and at worst */
-    double *z, *z_next; /* [n_effects][BEAM_LAW_STATES] */
+    double *z, *z_next; /* [n_laws][BEAM_LAW_STATES] */
     double T_w[MOST_COORDINATES * MOST_COORDINATES], T_v[MOST_COORDINATES * MOST_COORDINATES];
     double T_a[MOST_COORDINATES * MOST_COORDINATES];
     bool newton; /* the inverse has been made */
     double inverse[MOST_COORDINATES * MOST_COORDINATES];
 };
 
-/* Motion, forces and tangents at the trial f; store: into the record's arrays too. −1: out of range. */
-int step_evaluate(struct law_run *l, struct stepper *s, size_t step, bool tangents, bool store);
-
 /* (I − T_w S_w − T_v S_v − T_a S_a)⁻¹, row by column, at the tangents of the last evaluation. */
 enum bf_status step_inverse(const struct law_run *l, const struct stepper *s, double inverse[], struct bf_error *err);
-
-/* Tangents and derivatives at the accepted f, for the derivatives of the record. */
-enum bf_status step_store(struct law_run *l, struct stepper *s, size_t step, struct bf_error *err);
 
 #endif

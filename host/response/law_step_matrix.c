@@ -71,15 +71,3 @@ enum bf_status step_inverse(const struct law_run *l, const struct stepper *s, do
         return bf_fail(err, BF_NUMERIC, "the equations of a nonlinear step are singular");
     return BF_OK;
 }
-
-enum bf_status step_store(struct law_run *l, struct stepper *s, size_t step, struct bf_error *err)
-{
-    size_t square = l->D * l->D;
-    if (step_evaluate(l, s, step, true, true) != 0)
-        return bf_fail(err, BF_NUMERIC, "a nonlinear effect is outside its physical range");
-    memcpy(l->T_w + step * square, s->T_w, square * sizeof(double));
-    memcpy(l->T_v + step * square, s->T_v, square * sizeof(double));
-    if (l->uses_a)
-        memcpy(l->T_a + step * square, s->T_a, square * sizeof(double));
-    return step_inverse(l, s, l->inverse + step * square, err);
-}

@@ -1,94 +1,69 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "law_transfer.h"
 
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-static size_t index_of(const struct law_transfers *t, size_t grid, size_t row, size_t coordinate)
+#include "recorder.h"
+
+void law_transfers_new(const struct system *system, size_t rows, size_t n_coordinates, struct law_transfers *out)
 {
-    size_t rows = t->n / (t->n_grids * t->n_coordinates);
-    return (grid * rows + row) * t->n_coordinates + coordinate;
+    *out = (struct law_transfers){.system = system, .n = rows * n_coordinates, .n_coordinates = n_coordinates};
+    out->pairs = bf_alloc(out->n, sizeof *out->pairs);
+    out->paths = bf_alloc(out->n, sizeof *out->paths);
 }
 
-const struct law_pair *law_from_source(const struct law_transfers *t, size_t grid, size_t source, size_t coordinate)
-{
-    return &t->pairs[index_of(t, grid, source, coordinate)];
-}
-
-const struct law_pair *law_to_output(const struct law_transfers *t, size_t grid, size_t output, size_t coordinate)
-{
-    return &t->pairs[index_of(t, grid, t->n_sources + output, coordinate)];
-}
-
-/* A pair that some record of the grid needs has its functionals set. */
-static void need_row(const struct run *run, struct law_transfers *t, size_t grid, size_t row,
-                     const struct functional *other, bool output, int order)
+void law_transfers_row(struct law_transfers *t, size_t row, const struct law_pair *pair,
+                       const struct functional coordinates[])
 {
     for (size_t c = 0; c < t->n_coordinates; c++) {
-        const struct functional *f = &run->p->coordinates[c];
-        t->pairs[index_of(t, grid, row, c)] = (struct law_pair){
-            .of = output ? other : f, .by = output ? f : other, .by_force = output, .order = order, .grid = grid};
+        struct law_pair *own = &t->pairs[row * t->n_coordinates + c];
+        *own = *pair;
+        if (own->of == NULL)
+            own->of = &coordinates[c];
+        else
+            own->by = &coordinates[c];
     }
 }
 
-void law_transfers_new(const struct run *run, struct law_transfers *out)
+void law_transfers_fill(struct law_transfers *t, const bool structural[], size_t i)
 {
-    const struct predictor *p = run->p;
-    *out = (struct law_transfers){.n_grids = p->n_grids, .n_coordinates = p->n_coordinates, .n_sources = p->n_sources};
-    out->n = p->n_grids * (p->n_sources + p->model.n_outputs) * p->n_coordinates;
-    out->pairs = bf_alloc(out->n, sizeof *out->pairs);
-    for (size_t r = 0; r < p->n_records; r++) {
-        const struct record_plan *plan = &p->plans[r];
-        for (size_t i = 0; i < p->model.n_inputs; i++)
-            if (plan->input[i] != NULL)
-                need_row(run, out, plan->grid, plan->source[i], &p->inputs[plan->source[i]], false, 0);
-        for (size_t c = 0; c < plan->n_channels; c++) {
-            size_t o = p->channels[plan->first_channel + c].output;
-            need_row(run, out, plan->grid, out->n_sources + o, &p->outputs[o], true,
-                     output_order(p->model.outputs[o].kind));
-        }
-    }
-}
-
-void law_transfers_fill(const struct run *run, struct law_transfers *transfers, size_t i)
-{
-    const struct predictor *p = run->p;
-    struct law_pair *pair = &transfers->pairs[i];
+    const struct law_pair *pair = &t->pairs[i];
+    struct modal_path *path = &t->paths[i];
     if (pair->of == NULL)
         return;
     const struct functional *a = pair->of, *b = pair->by;
-    const struct response_kernel *kernel = pair->by_force ? p->force_kernels[pair->grid] : p->kernels[pair->grid];
-    size_t m = p->grids[pair->grid].m, n_poles = p->system->n_poles;
-    pair->H = bf_grow(NULL, m, sizeof *pair->H);
-    response_value(kernel, pair->order, a->alpha, b->alpha, pair->H);
-    if (run->want == NULL)
+    size_t m = pair->grid->m, n_poles = t->system->n_poles;
+    path->H = bf_grow(NULL, m, sizeof *path->H);
+    response_value(pair->kernel, pair->order, a->alpha, b->alpha, path->H);
+    if (structural == NULL)
         return;
-    pair->dH = bf_alloc(p->map.n, sizeof *pair->dH);
-    struct response_change *changes = bf_alloc(p->map.n + 1, sizeof *changes);
+    path->dH = bf_alloc(t->system->map->n, sizeof *path->dH);
+    struct response_change *changes = bf_alloc(t->system->map->n + 1, sizeof *changes);
     size_t n = 0;
-    for (size_t j = 0; j < p->map.n; j++) {
-        if (!run_structural(run, j))
+    for (size_t j = 0; j < t->system->map->n; j++) {
+        if (!structural[j])
             continue;
-        pair->dH[j] = bf_grow(NULL, m, sizeof **pair->dH);
+        path->dH[j] = bf_grow(NULL, m, sizeof **path->dH);
         changes[n++] = (struct response_change){.d_alpha = a->d_alpha + j * n_poles,
                                                 .d_beta = b->d_alpha + j * n_poles,
-                                                .d_p = p->system->derivative[j].p,
-                                                .H = pair->dH[j]};
+                                                .d_p = t->system->derivative[j].p,
+                                                .H = path->dH[j]};
     }
-    response_derivatives(kernel, pair->order, a->alpha, b->alpha, changes, n);
+    response_derivatives(pair->kernel, pair->order, a->alpha, b->alpha, changes, n);
     free(changes);
 }
 
-void law_transfers_free(const struct run *run, struct law_transfers *transfers)
+void law_transfers_free(struct law_transfers *t)
 {
-    for (size_t i = 0; i < transfers->n; i++) {
-        for (size_t j = 0; transfers->pairs[i].dH != NULL && j < run->p->map.n; j++)
-            free(transfers->pairs[i].dH[j]);
-        free(transfers->pairs[i].dH);
-        free(transfers->pairs[i].H);
+    for (size_t i = 0; i < t->n; i++) {
+        for (size_t j = 0; t->paths[i].dH != NULL && j < t->system->map->n; j++)
+            free(t->paths[i].dH[j]);
+        free(t->paths[i].dH);
+        free(t->paths[i].H);
     }
-    free(transfers->pairs);
+    free(t->pairs);
+    free(t->paths);
 }
 
 /* W += scale · H · U */
@@ -98,46 +73,33 @@ static void add_path(size_t m, double scale, const double complex H[], const dou
         W[k] += scale * (H[k] * U[k]);
 }
 
-void law_source_response(const struct run *run, const struct law_transfers *t, size_t record, size_t coordinate,
-                         double complex W[])
+void law_source_response(const struct modal_system *s, size_t coordinate, double complex W[])
 {
-    const struct predictor *p = run->p;
-    const struct record_plan *plan = &p->plans[record];
-    size_t m = p->grids[plan->grid].m, parameter;
+    size_t m = s->grid->m;
     memset(W, 0, m * sizeof *W);
-    for (size_t i = 0; i < p->model.n_inputs; i++)
-        if (plan->input[i] != NULL)
-            add_path(m, input_gain(run, i, &parameter), law_from_source(t, plan->grid, plan->source[i], coordinate)->H,
-                     plan->U[i], W);
-    recorder_undo(plan, m, W);
+    for (size_t i = 0; i < s->n_inputs; i++)
+        add_path(m, s->inputs[i].gain, s->inputs[i].paths[coordinate].H, s->inputs[i].U, W);
+    recorder_undo(s->recorder, m, W);
 }
 
-bool law_source_derivative(const struct run *run, const struct law_transfers *t, size_t record, size_t coordinate,
-                           size_t parameter, double complex dW[])
+bool law_source_derivative(const struct modal_system *s, size_t coordinate, size_t parameter, double complex dW[])
 {
-    const struct predictor *p = run->p;
-    const struct record_plan *plan = &p->plans[record];
-    bool structural = run_structural(run, parameter);
-    size_t m = p->grids[plan->grid].m, gain_parameter;
-    if (!structural && !source_depends(run, record, parameter))
+    const struct modal_parameter *role = &s->parameters[parameter];
+    size_t m = s->grid->m;
+    if (!role->structural && !role->of_input)
         return false;
     memset(dW, 0, m * sizeof *dW);
-    for (size_t i = 0; i < p->model.n_inputs; i++) {
-        if (plan->input[i] == NULL)
-            continue;
-        const struct law_pair *pair = law_from_source(t, plan->grid, plan->source[i], coordinate);
-        double gain = input_gain(run, i, &gain_parameter);
-        if (structural)
-            add_path(m, gain, pair->dH[parameter], plan->U[i], dW);
-        else if (gain_parameter == parameter)
-            add_path(m, 1.0, pair->H, plan->U[i], dW);
+    for (size_t i = 0; i < s->n_inputs; i++) {
+        const struct modal_input *input = &s->inputs[i];
+        const struct modal_path *path = &input->paths[coordinate];
+        if (role->structural)
+            add_path(m, input->gain, path->dH[parameter], input->U, dW);
+        else if (input->gain_parameter == parameter)
+            add_path(m, 1.0, path->H, input->U, dW);
+        for (size_t c = 0; c < input->n_changes; c++)
+            if (input->changes[c].parameter == parameter)
+                add_path(m, input->gain, path->H, input->changes[c].d, dW);
     }
-    for (size_t c = 0; c < plan->n_changes; c++) {
-        const struct drive_change *change = &plan->changes[c];
-        if (change->parameter == parameter)
-            add_path(m, input_gain(run, change->input, &gain_parameter),
-                     law_from_source(t, plan->grid, plan->source[change->input], coordinate)->H, change->U, dW);
-    }
-    recorder_undo(plan, m, dW);
+    recorder_undo(s->recorder, m, dW);
     return true;
 }

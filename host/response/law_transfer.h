@@ -6,35 +6,38 @@
 #ifndef BEAMFIT_LAW_TRANSFER_H
 #define BEAMFIT_LAW_TRANSFER_H
 
-#include "predict_work.h"
+#include "modal_system.h"
 
-/* A functional over another. */
+/* A functional over another, both NULL where no record needs it. */
 struct law_pair {
     const struct functional *of, *by;
-    bool by_force; /* a law's, at a coordinate; else an input */
-    int order;     /* time derivatives */
-    size_t grid;
-    double complex *H;   /* [m]; NULL: no record needs it */
-    double complex **dH; /* [n_parameters] of [m]; NULL where the structure does not depend on the parameter */
+    int order; /* time derivatives */
+    const struct response_grid *grid;
+    const struct response_kernel *kernel; /* of the force's kind: a law's, or an input held as the grid says */
 };
 
+/* A row is a source or an output on one grid; rows are numbered as the caller likes. */
 struct law_transfers {
-    size_t n, n_grids, n_coordinates, n_sources;
-    struct law_pair *pairs; /* of each grid: sources by coordinates, then outputs by coordinates */
+    const struct system *system;
+    size_t n, n_coordinates;
+    struct law_pair *pairs;   /* [rows][n_coordinates] */
+    struct modal_path *paths; /* the same */
 };
 
-/* The list, without transfer functions; then each of the n by one call, in any order and from any thread. */
-void law_transfers_new(const struct run *run, struct law_transfers *out);
-void law_transfers_fill(const struct run *run, struct law_transfers *transfers, size_t i);
-void law_transfers_free(const struct run *run, struct law_transfers *transfers);
+/*
+ * Rows without functionals; then the functional of every row that is needed; then each of the n by one call, in any order and
+ * from any thread.
+ */
+void law_transfers_new(const struct system *system, size_t rows, size_t n_coordinates, struct law_transfers *out);
+/* `pair` names one functional: `by`, a source of the coordinates, or `of`, an output of forces at them. */
+void law_transfers_row(struct law_transfers *t, size_t row, const struct law_pair *pair,
+                       const struct functional coordinates[]);
+/* structural: as functionals_evaluate() was given it. */
+void law_transfers_fill(struct law_transfers *t, const bool structural[], size_t i);
+void law_transfers_free(struct law_transfers *t);
 
-const struct law_pair *law_from_source(const struct law_transfers *t, size_t grid, size_t source, size_t coordinate);
-const struct law_pair *law_to_output(const struct law_transfers *t, size_t grid, size_t output, size_t coordinate);
-
-/* As source_response() and source_response_derivative(), of a coordinate. */
-void law_source_response(const struct run *run, const struct law_transfers *t, size_t record, size_t coordinate,
-                         double complex W[]);
-bool law_source_derivative(const struct run *run, const struct law_transfers *t, size_t record, size_t coordinate,
-                           size_t parameter, double complex dW[]);
+/* W[m] of a coordinate under the record's inputs, before the recorder's filter; and its derivative, false: it is zero. */
+void law_source_response(const struct modal_system *s, size_t coordinate, double complex W[]);
+bool law_source_derivative(const struct modal_system *s, size_t coordinate, size_t parameter, double complex dW[]);
 
 #endif

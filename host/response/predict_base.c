@@ -1,262 +1,215 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/*
- * A clamp that shakes with a_b(t) = Im(E e^(iωt)): the load −ρ(x) a_b on the motion relative to it, from relative rest at
- * the record's first sample. In partial fractions it is a closed form,
- *     y = Im(E (T(iω) e^(iωt) + Σ_k R_k p_k^ν/(p_k − iω) e^(p_k t))),   T(s) = s^ν Σ_k R_k/(s − p_k),
- * so neither samples nor a step are involved. A sensor that stands on the ground adds (iω)^(ν−2) to T. In a free decay
- * the second sum is left to the unknown initial state.
- */
-#include "predict_base.h"
+/* The shaken clamp of a record, and what it adds to a channel: the motion of clamp_motion.h behind the channel's filters. */
+#include "clamp_motion.h"
+#include "predictor.h"
 
 #include <stdint.h>
 #include <stdlib.h>
 
-/* Σ (a + b t) e^(rate t); the first term is the tone itself. */
-struct exponentials {
-    size_t n;
-    double complex *rate, *a, *b;
-};
+/* ---- The clamp ---- */
 
-static double complex power(double complex s, int n)
+bool clamp_new(const struct run *run, size_t record, struct clamp *out)
 {
-    double complex result = 1.0;
-    for (int i = 0; i < n; i++)
-        result *= s;
-    return n < 0 ? 1.0 / power(s, -n) : result;
-}
-
-static struct exponentials exponentials_new(const struct question *q)
-{
-    struct exponentials x = {.n = 1 + (q->steady ? 0 : q->run->p->system->n_all)};
-    x.rate = bf_alloc(3 * x.n, sizeof *x.rate);
-    x.a = x.rate + x.n;
-    x.b = x.a + x.n;
-    return x;
-}
-
-/* out += Im(E Σ …). */
-static void exponentials_add(const struct question *q, const struct exponentials *x, double complex E, double out[])
-{
-    for (size_t j = 0; j < x->n; j++) {
-        double complex now = E * cexp(x->rate[j] * q->t0_s), turn = cexp(x->rate[j] * q->h_s);
-        for (size_t k = 0; k < q->n; k++) {
-            double t = q->t0_s + (double)k * q->h_s;
-            out[k] += cimag((x->a[j] + x->b[j] * t) * now);
-            now *= turn;
-        }
-    }
-}
-
-/* Pole i of all, conjugates included, and its residue R = αβ; with a parameter also their derivatives. */
-struct fraction {
-    double complex p, R, dp, dR;
-};
-
-static struct fraction fraction_at(const struct question *q, size_t i, size_t parameter)
-{
-    const struct system *s = q->run->p->system;
-    const struct functional *f = q->f, *b = q->run->p->base_load;
-    size_t k = i < s->n_poles ? i : i - s->n_poles;
-    struct fraction x = {.p = s->p[k], .R = f->alpha[k] * b->alpha[k]};
-    if (parameter != SIZE_MAX) {
-        const double complex *df = f->d_alpha + parameter * s->n_poles, *db = b->d_alpha + parameter * s->n_poles;
-        x.dp = s->derivative[parameter].p != NULL ? s->derivative[parameter].p[k] : 0.0;
-        x.dR = df[k] * b->alpha[k] + f->alpha[k] * db[k];
-    }
-    if (i >= s->n_poles)
-        x = (struct fraction){conj(x.p), conj(x.R), conj(x.dp), conj(x.dR)};
-    return x;
-}
-
-static void fill_value(const struct question *q, double omega, struct exponentials *x)
-{
-    double complex s = CMPLX(0.0, omega), T = 0.0;
-    for (size_t i = 0; i < q->run->p->system->n_all; i++) {
-        struct fraction r = fraction_at(q, i, SIZE_MAX);
-        T += r.R / (s - r.p);
-        if (q->steady)
-            continue;
-        x->rate[1 + i] = r.p;
-        x->a[1 + i] = q->F * r.R * power(r.p, q->order) / (r.p - s);
-    }
-    T *= power(s, q->order);
-    if (q->absolute)
-        T += power(s, q->order - 2);
-    x->rate[0] = s;
-    x->a[0] = q->F * T;
-}
-
-static void fill_structural(const struct question *q, double omega, size_t parameter, struct exponentials *x)
-{
-    double complex s = CMPLX(0.0, omega), dT = 0.0;
-    for (size_t i = 0; i < q->run->p->system->n_all; i++) {
-        struct fraction r = fraction_at(q, i, parameter);
-        double complex gap = s - r.p;
-        dT += r.dR / gap + r.R * r.dp / (gap * gap);
-        if (q->steady)
-            continue;
-        double complex rise = q->order > 0 ? (double)q->order * power(r.p, q->order - 1) : 0.0,
-                       p = power(r.p, q->order);
-        x->rate[1 + i] = r.p;
-        x->a[1 + i] = -q->F * ((r.dR * p + r.R * rise * r.dp) / gap + r.R * p * r.dp / (gap * gap));
-        x->b[1 + i] = -q->F * r.R * p / gap * r.dp;
-    }
-    x->rate[0] = s;
-    x->a[0] = q->F * power(s, q->order) * dT;
-}
-
-/* By ω. */
-static void fill_frequency(const struct question *q, double omega, struct exponentials *x)
-{
-    double complex s = CMPLX(0.0, omega), H = 0.0, H_s = 0.0;
-    fill_value(q, omega, x);
-    for (size_t i = 0; i < q->run->p->system->n_all; i++) {
-        struct fraction r = fraction_at(q, i, SIZE_MAX);
-        double complex gap = s - r.p;
-        H += r.R / gap;
-        H_s -= r.R / (gap * gap);
-        if (!q->steady)
-            x->a[1 + i] = CMPLX(0.0, 1.0) * q->F * r.R * power(r.p, q->order) / (gap * gap);
-    }
-    double complex T_s = power(s, q->order) * H_s;
-    if (q->order > 0)
-        T_s += (double)q->order * power(s, q->order - 1) * H;
-    double complex T = power(s, q->order) * H;
-    if (q->absolute) {
-        T += power(s, q->order - 2);
-        T_s += (double)(q->order - 2) * power(s, q->order - 3);
-    }
-    x->b[0] = CMPLX(0.0, 1.0) * x->a[0];
-    x->a[0] = CMPLX(0.0, 1.0) * (q->F * T_s + q->slope * T);
-}
-
-/* By the clock: every instant t moves by t/clock. */
-static void fill_clock(const struct question *q, double omega, struct exponentials *x)
-{
-    fill_value(q, omega, x);
-    for (size_t i = 0; i < x->n; i++) {
-        x->b[i] = x->a[i] * x->rate[i] / q->run->p->geometry.clock;
-        x->a[i] = 0.0;
-    }
-}
-
-bool base_tone(const struct question *q, size_t e, struct beam_tone *tone)
-{
-    const struct predictor *p = q->run->p;
-    double parameters[BEAM_EFFECT_PARAMETERS];
-    if (p->model.effects[e].effect->tone == NULL)
-        return false;
-    parameter_map_effect(&p->map, q->record, e, q->run->theta, parameters);
-    *tone = (struct beam_tone){0};
-    return p->model.effects[e].effect->tone(parameters, tone) == 0;
-}
-
-/* The question with the sensor's filters at this tone. */
-static struct question at_tone(const struct question *q, double omega)
-{
-    struct question at = *q;
-    struct bf_error err;
-    double complex s = CMPLX(0.0, omega), F = 0.0, slope = 0.0;
-    bool filtered;
-    if (q->output == SIZE_MAX)
-        return at;
-    if (q->filter_parameter != SIZE_MAX)
-        (void)channel_filter_derivative(q->run, q->record, q->output, q->filter_parameter, &s, 1, &F);
-    else if (channel_filter(q->run, q->record, q->output, &s, 1, &F, &filtered, &err) == BF_OK)
-        (void)channel_filter_slope(q->run, q->record, q->output, &s, 1, &slope, &err);
-    at.slope = q->F * slope;
-    at.F = q->F * F;
-    return at;
-}
-
-void base_answer(const struct question *q, double out[])
-{
-    struct beam_tone tone;
-    struct exponentials x = exponentials_new(q);
-    for (size_t e = 0; e < q->run->p->model.n_effects; e++) {
-        if (!base_tone(q, e, &tone))
-            continue;
-        struct question at = at_tone(q, base_omega(&tone));
-        fill_value(&at, base_omega(&tone), &x);
-        exponentials_add(&at, &x, tone.amplitude * cexp(CMPLX(0.0, tone.phase_rad)), out);
-    }
-    free(x.rate);
-}
-
-/* An effect's own parameters: amplitude, phase, frequency. */
-static bool answer_own(const struct question *q, size_t e, const struct beam_tone *tone, size_t parameter,
-                       struct exponentials *x, double out[])
-{
-    const struct predictor *p = q->run->p;
-    double complex unit = cexp(CMPLX(0.0, tone->phase_rad));
-    for (int s = 0; s < p->model.effects[e].effect->n_parameters; s++) {
-        if (parameter_map_slot(&p->map, q->record, e, s) != parameter)
-            continue;
-        fill_value(q, base_omega(tone), x);
-        exponentials_add(q, x, CMPLX(tone->by_parameter[0][s], tone->amplitude * tone->by_parameter[1][s]) * unit, out);
-        fill_frequency(q, base_omega(tone), x);
-        exponentials_add(q, x, 2.0 * acos(-1.0) * tone->by_parameter[2][s] * tone->amplitude * unit, out);
-        return true;
-    }
-    return false;
-}
-
-bool base_answer_derivative(const struct question *q, size_t parameter, double out[])
-{
-    const struct run *run = q->run;
     const struct predictor *p = run->p;
-    bool any = false, structural = run_structural(run, parameter);
+    if (p->base_load == NULL)
+        return false;
+    *out = (struct clamp){.system = p->system,
+                          .load = p->base_load,
+                          .structural = run_structure(run),
+                          .clock = p->geometry.clock,
+                          .clock_by = p->geometry.clock_by};
+    out->tones = bf_alloc(p->model.n_effects, sizeof *out->tones);
     for (size_t e = 0; e < p->model.n_effects; e++) {
-        struct beam_tone tone;
-        if (!base_tone(q, e, &tone))
+        const struct beam_effect *effect = p->model.effects[e].effect;
+        struct clamp_tone at = {.n_parameters = effect->n_parameters};
+        double parameters[BEAM_EFFECT_PARAMETERS];
+        if (effect->tone == NULL)
             continue;
-        double complex E = tone.amplitude * cexp(CMPLX(0.0, tone.phase_rad));
-        struct exponentials x = exponentials_new(q);
-        struct question at = at_tone(q, base_omega(&tone));
-        if (answer_own(&at, e, &tone, parameter, &x, out)) {
-            any = true;
-        } else if (structural) {
-            fill_structural(&at, base_omega(&tone), parameter, &x);
-            exponentials_add(q, &x, E, out);
-            any = true;
-        } else if (p->geometry.clock_by[parameter] < 0.0 || p->geometry.clock_by[parameter] > 0.0) {
-            fill_clock(&at, base_omega(&tone), &x);
-            exponentials_add(q, &x, E * p->geometry.clock_by[parameter], out);
+        parameter_map_effect(&p->map, record, e, run->theta, parameters);
+        if (effect->tone(parameters, &at.tone) != 0)
+            continue;
+        for (int s = 0; s < effect->n_parameters; s++)
+            at.parameter[s] = parameter_map_slot(&p->map, record, e, s);
+        out->tones[out->n_tones++] = at;
+    }
+    return true;
+}
+
+void clamp_free(struct clamp *clamp)
+{
+    free(clamp->tones);
+    *clamp = (struct clamp){0};
+}
+
+/* ---- A channel ---- */
+
+struct channel_work {
+    const struct run *run;
+    struct clamp_question q;
+    const struct predict_channel *channel;
+    const struct response_grid *grid;
+    bool filtered;
+    double *x;                      /* [n + n_tail] */
+    double complex *F, *Y;          /* [m] */
+    double complex *filter, *slope; /* [n_tones] of a steady motion: the channel's filters at each tone */
+};
+
+/* The channel's filters at every tone; `parameter` not SIZE_MAX: their derivative by it. */
+static void filter_tones(struct channel_work *w, size_t parameter)
+{
+    const struct clamp *clamp = w->q.clamp;
+    size_t record = w->channel->record, output = w->channel->output;
+    struct bf_error err;
+    bool filtered;
+    for (size_t i = 0; i < clamp->n_tones; i++) {
+        double complex s = CMPLX(0.0, clamp_omega(&clamp->tones[i])), *F = &w->filter[i], *slope = &w->slope[i];
+        *F = *slope = 0.0;
+        if (parameter != SIZE_MAX)
+            (void)channel_filter_derivative(w->run, record, output, parameter, &s, 1, F);
+        else if (channel_filter(w->run, record, output, &s, 1, F, &filtered, &err) == BF_OK)
+            (void)channel_filter_slope(w->run, record, output, &s, 1, slope, &err);
+    }
+}
+
+/* row += x behind the filters of the channel (F), or as it is. */
+static enum bf_status put(struct channel_work *w, const double complex F[], double row[], struct bf_error *err)
+{
+    size_t n = w->channel->n;
+    if (w->q.steady || !w->filtered) {
+        for (size_t k = 0; k < n; k++)
+            row[k] += w->x[k];
+        return BF_OK;
+    }
+    size_t total = w->grid->n + w->grid->n_tail; /* the closed form goes on past the record: only the fade is needed */
+    double *faded = bf_alloc(total, sizeof *faded);
+    response_tail(w->grid, w->x, total, faded);
+    enum bf_status status = response_transform(w->grid, faded, total, w->Y, err);
+    for (size_t k = 0; status == BF_OK && k < w->grid->m; k++)
+        w->Y[k] *= F[k];
+    if (status == BF_OK)
+        status = response_back(w->grid, w->Y, faded, err);
+    for (size_t k = 0; status == BF_OK && k < n; k++)
+        row[k] += faded[k];
+    free(faded);
+    return status;
+}
+
+static void clear(struct channel_work *w)
+{
+    for (size_t k = 0; k < w->q.n; k++)
+        w->x[k] = 0.0;
+}
+
+/* The channel's filters as a parameter changes them. */
+static enum bf_status put_filter_change(struct channel_work *w, size_t parameter, double row[], struct bf_error *err)
+{
+    const struct run *run = w->run;
+    size_t output = w->channel->output;
+    double complex *slope = bf_alloc(w->grid->m, sizeof *slope);
+    double clock_by = run->p->geometry.clock_by[parameter] / run->p->geometry.clock;
+    enum bf_status status = BF_OK;
+    if (w->q.steady) {
+        filter_tones(w, parameter);
+        clamp_motion_add(&w->q, row);
+        filter_tones(w, SIZE_MAX);
+    } else if (channel_filter_derivative(run, w->channel->record, output, parameter, w->grid->s, w->grid->m, slope)) {
+        clear(w);
+        clamp_motion_add(&w->q, w->x);
+        status = put(w, slope, row, err);
+    } else if (w->filtered && (clock_by < 0.0 || clock_by > 0.0)) {
+        status = channel_filter_slope(run, w->channel->record, output, w->grid->s, w->grid->m, slope, err);
+        for (size_t k = 0; k < w->grid->m; k++)
+            slope[k] *= -clock_by * w->grid->s[k];
+        clear(w);
+        clamp_motion_add(&w->q, w->x);
+        if (status == BF_OK)
+            status = put(w, slope, row, err);
+    }
+    free(slope);
+    return status;
+}
+
+static enum bf_status channel_derivatives(struct channel_work *w, double gain, size_t gain_parameter,
+                                          struct bf_error *err)
+{
+    const struct run *run = w->run;
+    enum bf_status status = BF_OK;
+    for (size_t j = 0; status == BF_OK && j < run->p->map.n; j++) {
+        if (!run_wants(run, j))
+            continue;
+        double *row = run_column(run, j, w->channel);
+        clear(w);
+        bool any = clamp_derivative_add(&w->q, j, w->x);
+        if (j == gain_parameter) {
+            struct clamp_question unit = w->q;
+            unit.gain /= gain;
+            clear(w);
+            clamp_motion_add(&unit, w->x);
             any = true;
         }
-        free(x.rate);
+        if (any)
+            status = put(w, w->F, row, err);
+        if (status == BF_OK)
+            status = put_filter_change(w, j, row, err);
     }
-    return any;
+    return status;
 }
 
-/* ---- Laws ---- */
-
-static struct question relative_motion(const struct run *run, size_t record, const struct functional *f, int order,
-                                       double h_s, size_t n)
+static enum bf_status shake_channel(const struct run *run, const struct clamp *clamp,
+                                    const struct predict_channel *channel, struct bf_error *err)
 {
-    return (struct question){.run = run,
-                             .record = record,
-                             .f = f,
-                             .order = order,
-                             .F = 1.0,
-                             .output = SIZE_MAX,
-                             .filter_parameter = SIZE_MAX,
-                             .t0_s = 0.0,
-                             .h_s = h_s,
-                             .n = n};
+    const struct predictor *p = run->p;
+    const struct record_plan *plan = &p->plans[channel->record];
+    const struct response_grid *grid = &p->grids[plan->grid];
+    enum output_kind kind = p->model.outputs[channel->output].kind;
+    size_t gain_parameter;
+    double gain = output_gain(run, channel->output, &gain_parameter);
+    struct channel_work w = {.run = run, .channel = channel, .grid = grid};
+    w.q = (struct clamp_question){.clamp = clamp,
+                                  .f = &p->outputs[channel->output],
+                                  .order = output_order(kind),
+                                  .absolute = kind != OUTPUT_PATCH_STRAIN,
+                                  .steady = plan->free_decay,
+                                  .gain = gain,
+                                  .t0_s = (double)plan->start * grid->dt_s,
+                                  .h_s = grid->dt_s,
+                                  .n = channel->n};
+    w.filter = bf_alloc(2 * clamp->n_tones, sizeof *w.filter);
+    w.slope = w.filter + clamp->n_tones;
+    if (plan->free_decay) {
+        filter_tones(&w, SIZE_MAX);
+        w.q.filter = w.filter;
+        w.q.slope = w.slope;
+    }
+    w.x = bf_alloc(grid->n + grid->n_tail, sizeof *w.x);
+    w.F = bf_alloc(2 * grid->m, sizeof *w.F);
+    w.Y = w.F + grid->m;
+    enum bf_status status =
+        channel_filter(run, channel->record, channel->output, grid->s, grid->m, w.F, &w.filtered, err);
+    if (w.filtered && !w.q.steady)
+        w.q.n = grid->n + grid->n_tail;
+    if (status == BF_OK) {
+        clamp_motion_add(&w.q, w.x);
+        status = put(&w, w.F, run->out->y + channel->row, err);
+    }
+    if (status == BF_OK && run->want != NULL)
+        status = channel_derivatives(&w, gain, gain_parameter, err);
+    free(w.x);
+    free(w.F);
+    free(w.filter);
+    return status;
 }
 
-void base_response_add(const struct run *run, size_t record, const struct functional *f, int order, double h_s,
-                       size_t n, double out[])
+enum bf_status predict_base(const struct run *run, struct bf_error *err)
 {
-    struct question q = relative_motion(run, record, f, order, h_s, n);
-    if (run->p->base_load != NULL)
-        base_answer(&q, out);
-}
-
-bool base_derivative_add(const struct run *run, size_t record, const struct functional *f, int order, size_t parameter,
-                         double h_s, size_t n, double out[])
-{
-    struct question q = relative_motion(run, record, f, order, h_s, n);
-    return run->p->base_load != NULL && base_answer_derivative(&q, parameter, out);
+    enum bf_status status = BF_OK;
+    for (size_t c = 0; status == BF_OK && c < run->p->n_channels; c++) {
+        const struct predict_channel *channel = &run->p->channels[c];
+        struct clamp clamp;
+        if (!clamp_new(run, channel->record, &clamp))
+            continue;
+        status = shake_channel(run, &clamp, channel, err);
+        clamp_free(&clamp);
+    }
+    return status;
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Which columns of a record are inputs and outputs of the model. */
-#include "predict_work.h"
+#include "predictor.h"
 
 #include <math.h>
 #include <stdint.h>

@@ -4,7 +4,7 @@
  * vibrating mode in the band; two columns (real and imaginary part of a_k) for each. A sensor's filter was at work before the
  * record began, too: one more column e^(p t) for its pole p on that channel.
  */
-#include "predict_work.h"
+#include "predictor.h"
 
 #include <math.h>
 #include <stdlib.h>

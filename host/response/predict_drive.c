@@ -5,7 +5,7 @@
  * transformed back: what they leave alone stays exact. They act before the recorder's filter, where a record states one.
  * Derivatives go along by forward differentiation.
  */
-#include "predict_work.h"
+#include "predictor.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -16,7 +16,7 @@
 /* Of a band-limited input; held inputs are taken at their samples. */
 enum { DRIVE_OVERSAMPLE = 8 };
 
-bool input_driven(const struct model *model, size_t input)
+static bool input_driven(const struct model *model, size_t input)
 {
     for (size_t e = 0; e < model->n_effects; e++)
         if (model->effects[e].effect->drive != NULL && effect_on_input(model, e, input))
@@ -72,7 +72,7 @@ static enum bf_status add_transform(const struct drive_work *w, const double x[]
     for (size_t k = 0; k < w->N; k++)
         padded[k] = x[k] * w->weight[k];
     fft_forward(plan, padded, wide);
-    recorder_apply(w->plan, w->grid->m, wide);
+    recorder_apply(w->plan->A, w->grid->m, wide);
     for (size_t k = 0; k < w->grid->m; k++)
         U[k] += wide[k] / (double)w->factor;
     free(wide);
@@ -173,7 +173,7 @@ static enum bf_status drive_input(struct drive_work *w, struct bf_error *err)
         w->weight[k] = exp(-w->grid->sigma * step_s * (double)k);
     double complex *U = bf_grow(NULL, w->grid->m, sizeof *U);
     memcpy(U, w->plan->recorded[w->input], w->grid->m * sizeof *U);
-    recorder_undo(w->plan, w->grid->m, U);
+    recorder_undo(w->plan->A, w->grid->m, U);
     enum bf_status status = upsample(w, U, err);
     memcpy(before, w->x, w->N * sizeof *before);
     for (size_t e = 0; status == BF_OK && e < model->n_effects; e++)

@@ -3,26 +3,12 @@
  * Shifts of places and of the clock. The clock: a grid of interval (1 + e)·dt is the same grid with s divided by 1 + e. A
  * point force: its functional at a + d, in each record of its own. The patch: predict_patch.c.
  */
-#include "predict_geometry.h"
+#include "predictor.h"
 
 #include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-
-enum bf_status read_geometry(const struct predictor *p, size_t record, size_t e, const double theta[],
-                             struct beam_geometry *out, struct bf_error *err)
-{
-    const struct beam_effect *effect = p->model.effects[e].effect;
-    double parameters[BEAM_EFFECT_PARAMETERS];
-    *out = (struct beam_geometry){0};
-    if (effect->geometry == NULL)
-        return BF_OK;
-    parameter_map_effect(&p->map, record, e, theta, parameters);
-    if (effect->geometry(parameters, out) != 0)
-        return bf_fail(err, BF_NUMERIC, "effect %s: a parameter is outside its physical range", effect->id);
-    return BF_OK;
-}
 
 /* ---- Life ---- */
 
@@ -61,33 +47,6 @@ void geometry_free(struct predictor *p)
 }
 
 /* ---- Functionals ---- */
-
-void place_inputs(struct predictor *p)
-{
-    for (size_t i = 0; i < p->model.n_inputs; i++)
-        reduced_input(&p->reduced, &p->model.inputs[i], p->inputs[i].g);
-    for (size_t o = 0; o < p->model.n_outputs; o++)
-        reduced_output(&p->reduced, &p->model.outputs[o], p->outputs[o].g);
-}
-
-enum bf_status geometry_input_shift(const struct predictor *p, size_t record, size_t input, const double theta[],
-                                    double *shift_m, struct bf_error *err)
-{
-    enum bf_status status = BF_OK;
-    *shift_m = 0.0;
-    for (size_t e = 0; status == BF_OK && e < p->model.n_effects; e++) {
-        struct beam_geometry at;
-        if (p->model.effects[e].effect->geometry == NULL || !effect_on_input(&p->model, e, input))
-            continue;
-        status = read_geometry(p, record, e, theta, &at, err);
-        *shift_m += at.input_shift_m;
-    }
-    double to = p->model.inputs[input].at_m + *shift_m;
-    if (status == BF_OK && !(to >= 0.0 && to <= p->model.length_m))
-        status = bf_fail(err, BF_NUMERIC, "input %s, shifted by %.4g m, would leave the beam",
-                         p->model.inputs[input].name, *shift_m);
-    return status;
-}
 
 /* dg of a shifted source by the parameters of the effects that shift it. */
 static void source_changes(const struct run *run, const struct source *source, struct functional *f, double at_m)
@@ -134,20 +93,6 @@ static enum bf_status place_sources(const struct run *run, struct bf_error *err)
             source_changes(run, source, &p->inputs[i], at_m);
     }
     return status;
-}
-
-bool point_mass(const struct predictor *p, size_t e, int t, const double theta[], struct beam_term *out)
-{
-    const struct beam_effect *effect = p->model.effects[e].effect;
-    struct beam_term terms[BEAM_EFFECT_TERMS];
-    struct beam_place place = model_place(&p->model);
-    double parameters[BEAM_EFFECT_PARAMETERS];
-    memset(terms, 0, sizeof terms);
-    parameter_map_effect(&p->map, 0, e, theta, parameters);
-    if (effect->terms == NULL || t >= effect->n_terms || effect->terms(parameters, &place, terms) != 0)
-        return false;
-    *out = terms[t];
-    return out->place.kind == BEAM_AT_POINT;
 }
 
 /* −Σ m φ(a) of masses at a point and its derivatives by m and a. */
@@ -205,7 +150,7 @@ enum bf_status geometry_rebase(struct predictor *p, struct bf_error *err)
     p->inputs = functionals_new(p->n_sources, p->reduced.n);
     p->outputs = functionals_new(p->model.n_outputs, p->reduced.n);
     p->base_load = shakes ? functionals_new(1, p->reduced.n) : NULL;
-    place_inputs(p);
+    functionals_place(&p->model, &p->reduced, p->inputs, p->outputs);
     return p->geometry.patch_moves ? patch_rebase(p, err) : BF_OK;
 }
 

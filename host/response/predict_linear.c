@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The response of the linear model to the recorded inputs: Y_o(s) = F_o Ks s^ν Σ_i H_oi KB U_i, and its derivatives. */
-#include "predict_work.h"
+#include "predictor.h"
 
 #include <stdint.h>
 #include <stdlib.h>
@@ -35,6 +35,13 @@ static bool pair_needed(const struct predictor *p, size_t grid, size_t output, s
         if (p->plans[r].grid == grid && record_uses(&p->plans[r], p, output, source))
             return true;
     return false;
+}
+
+/* f, or the system it is taken of, depends on this parameter, and the run wants that derivative. */
+static bool functional_depends(const struct run *run, const struct functional *f, size_t parameter)
+{
+    return run_wants(run, parameter) &&
+           (run->p->system->derivative[parameter].Z != NULL || functional_changes(f, parameter));
 }
 
 static bool pair_depends(const struct run *run, size_t output, size_t source, size_t parameter)

@@ -6,7 +6,7 @@
  * through the filter: what it leaves alone stays exact. Everything but the curve is linear in the channel, so that columns
  * of the Jacobian go the same way, multiplied by the curve's slope.
  */
-#include "predict_work.h"
+#include "predictor.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -4,7 +4,7 @@
  * in the reduced space to first order. Matrices and functionals are smooth in the shift; their derivatives are differences
  * of order four over a shift so small beside every region that both errors are near 1e-10.
  */
-#include "predict_geometry.h"
+#include "predictor.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -12,69 +12,9 @@
 
 /* Step of the differences, relative to the shortest region: small, because y″ of a place jumps where an edge passes it. */
 static const double difference_part = 1e-4;
-/* No region may become shorter than this part of itself. */
-static const double shortest_part = 0.02;
 enum { STENCIL = 4 };
 static const double stencil_at[STENCIL] = {-2.0, -1.0, 1.0, 2.0};
 static const double stencil_weight[STENCIL] = {1.0 / 12.0, -8.0 / 12.0, 8.0 / 12.0, -1.0 / 12.0};
-
-/* ---- The model with its patch shifted ---- */
-
-static bool is_patch(const struct region *region)
-{
-    return strcmp(region->name, "patch") == 0;
-}
-
-static void shift_regions(const struct model *fixed, double shift_m, struct model *out)
-{
-    size_t r = 0;
-    for (size_t i = 0; i < fixed->n_regions; i++)
-        out->regions[i] = fixed->regions[i];
-    while (r < fixed->n_regions && !is_patch(&fixed->regions[r]))
-        r++;
-    if (r > 0 && r < fixed->n_regions)
-        out->regions[r - 1].to_m += shift_m;
-    for (; r < fixed->n_regions && is_patch(&fixed->regions[r]); r++) {
-        out->regions[r].from_m += shift_m;
-        out->regions[r].to_m += shift_m;
-    }
-    if (r > 0 && r < fixed->n_regions && is_patch(&fixed->regions[r - 1]))
-        out->regions[r].from_m += shift_m;
-}
-
-static bool on_patch(double from, double to, double patch_from, double patch_to, double length)
-{
-    return fabs(from - patch_from) < 1e-9 * length && fabs(to - patch_to) < 1e-9 * length;
-}
-
-enum bf_status model_shift_patch(const struct model *fixed, double shift_m, struct model *out, struct bf_error *err)
-{
-    double from = 0.0, to = 0.0, L = fixed->length_m;
-    if (!model_patch(fixed, &from, &to))
-        return bf_fail(err, BF_BAD_FILE, "an effect shifts the patch, but the model has none");
-    if (not_zero(shift_m) && (!(from + shift_m > 0.0) || !(to + shift_m < L)))
-        return bf_fail(err, BF_NUMERIC, "the patch, shifted by %.4g m, would leave the beam", shift_m);
-    shift_regions(fixed, shift_m, out);
-    for (size_t r = 0; r < fixed->n_regions; r++)
-        if (!(out->regions[r].to_m - out->regions[r].from_m >
-              shortest_part * (fixed->regions[r].to_m - fixed->regions[r].from_m)) ||
-            (r > 0 && not_zero(out->regions[r].from_m - out->regions[r - 1].to_m)))
-            return bf_fail(err, BF_NUMERIC, "the patch, shifted by %.4g m, would leave no room for region '%s'",
-                           shift_m, fixed->regions[r].name);
-    for (size_t i = 0; i < fixed->n_inputs; i++) {
-        bool moves = fixed->inputs[i].kind == INPUT_PATCH_MOMENT &&
-                     on_patch(fixed->inputs[i].from_m, fixed->inputs[i].to_m, from, to, L);
-        out->inputs[i].from_m = fixed->inputs[i].from_m + (moves ? shift_m : 0.0);
-        out->inputs[i].to_m = fixed->inputs[i].to_m + (moves ? shift_m : 0.0);
-    }
-    for (size_t o = 0; o < fixed->n_outputs; o++) {
-        bool moves = fixed->outputs[o].kind == OUTPUT_PATCH_STRAIN &&
-                     on_patch(fixed->outputs[o].from_m, fixed->outputs[o].to_m, from, to, L);
-        out->outputs[o].from_m = fixed->outputs[o].from_m + (moves ? shift_m : 0.0);
-        out->outputs[o].to_m = fixed->outputs[o].to_m + (moves ? shift_m : 0.0);
-    }
-    return BF_OK;
-}
 
 void geometry_original(const struct predictor *p, struct model *out)
 {
@@ -199,21 +139,6 @@ static void add_load(const struct run *run, const struct moved *at, size_t j, do
     }
 }
 
-static void add_coordinates(const struct run *run, const struct moved *at, size_t j, double scale)
-{
-    struct predictor *p = run->p;
-    struct functional *coordinate = p->coordinates;
-    for (size_t e = 0; e < p->model.n_effects; coordinate += p->laws[e].d, e++) {
-        double parameters[BEAM_EFFECT_PARAMETERS];
-        struct bf_error err;
-        if (p->laws[e].g_at == NULL) /* a law over the span keeps its modes */
-            continue;
-        parameter_map_effect(&p->map, 0, e, run->theta, parameters);
-        if (law_move(&p->laws[e], &at->model, &at->reduced, parameters, &err) == BF_OK)
-            add_scaled(p->reduced.n, scale, p->laws[e].g, functional_change(coordinate, p->reduced.n, j));
-    }
-}
-
 /* dg of every functional and dB of every block gain weight · (their values in the moved space). */
 static void add_moved(const struct run *run, const struct moved *at, double weight)
 {
@@ -229,7 +154,7 @@ static void add_moved(const struct run *run, const struct moved *at, double weig
             continue;
         add_channels(run, at, j, scale, g);
         add_load(run, at, j, scale, g);
-        add_coordinates(run, at, j, scale);
+        laws_add_moved(run, &at->model, &at->reduced, j, scale);
     }
     free(g);
 }
@@ -291,7 +216,7 @@ enum bf_status patch_evaluate(const struct run *run, struct bf_error *err)
             p->reduced = at.reduced;
             at.reduced = old;
             g->patch_shift_m = shift_m;
-            place_inputs(p);
+            functionals_place(&p->model, &p->reduced, p->inputs, p->outputs);
         }
         moved_free(&at);
     }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* One evaluation of a predictor. */
-#include "predict_work.h"
+#include "predictor.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -19,6 +19,14 @@ static enum bf_status finish_channels(const struct run *run, struct bf_error *er
     return status;
 }
 
+/* After the system's evaluation. */
+static void find_structural(const struct run *run)
+{
+    struct predictor *p = run->p;
+    for (size_t j = 0; j < p->map.n; j++)
+        p->structural[j] = run_wants(run, j) && (p->system->derivative[j].Z != NULL || p->moves[j]);
+}
+
 static enum bf_status run_once(const struct run *run, struct bf_error *err)
 {
     struct predictor *p = run->p;
@@ -30,11 +38,12 @@ static enum bf_status run_once(const struct run *run, struct bf_error *err)
         status = drives_evaluate(run, err);
     if (status != BF_OK)
         return status;
+    find_structural(run);
     kernels_new(p);
-    functionals_evaluate(run, p->inputs, p->n_sources);
-    functionals_evaluate(run, p->outputs, p->model.n_outputs);
+    functionals_evaluate(p->system, run_structure(run), p->inputs, p->n_sources);
+    functionals_evaluate(p->system, run_structure(run), p->outputs, p->model.n_outputs);
     if (p->base_load != NULL)
-        functionals_evaluate(run, p->base_load, 1);
+        functionals_evaluate(p->system, run_structure(run), p->base_load, 1);
     status = predict_linear(run, err);
     if (status == BF_OK)
         status = predict_base(run, err);

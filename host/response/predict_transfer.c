@@ -5,8 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "predict_work.h"
-#include "beam/beam.h"
+#include "predictor.h"
 
 const struct model *transfer_model(const struct predictor *p)
 {
@@ -16,11 +15,6 @@ const struct model *transfer_model(const struct predictor *p)
 const struct reduced *transfer_reduced(const struct predictor *p)
 {
     return &p->reduced;
-}
-
-const struct parameter_map *transfer_map(const struct predictor *p)
-{
-    return &p->map;
 }
 
 size_t transfer_parameters(const struct predictor *p, const struct parameter_ref **refs)
@@ -90,7 +84,7 @@ void transfer_motion(const struct predictor *p, const double theta[], size_t rec
         for (size_t k = 0; k < m; k++)
             W[k] += gain * (H[k] * plan->U[i][k]);
     }
-    recorder_undo(plan, m, W); /* the beam moved before the recorder's filter */
+    recorder_undo(plan->A, m, W); /* the beam moved before the recorder's filter */
     free(H);
     free(alpha);
 }
@@ -107,7 +101,7 @@ enum bf_status transfer_chain(const struct predictor *p, const double theta[], s
     enum bf_status status = channel_filter(&run, c->record, c->output, grid->s, grid->m, F, &any, err);
     for (size_t k = 0; k < grid->m; k++)
         F[k] *= gain;
-    recorder_apply(&p->plans[c->record], grid->m, F);
+    recorder_apply(p->plans[c->record].A, grid->m, F);
     return status;
 }
 
@@ -120,54 +114,10 @@ void transfer_force(const struct predictor *p, size_t grid_index, size_t output,
     free(alpha);
 }
 
-/* The leading block of ΦᵀBΦ, times scale, added to D[n × n]. */
-static void add_modal(const struct transfer_modes *modes, double scale, const double B[], double D[])
-{
-    size_t n = modes->dimension;
-    double *work = bf_alloc(n, sizeof *work);
-    for (size_t l = 0; l < modes->n; l++) {
-        const double *right = modes->shape + l * n;
-        for (size_t i = 0; i < n; i++) {
-            work[i] = 0.0;
-            for (size_t j = 0; j < n; j++)
-                work[i] += B[i + j * n] * right[j];
-        }
-        for (size_t k = 0; k < modes->n; k++) {
-            double sum = 0.0;
-            for (size_t i = 0; i < n; i++)
-                sum += modes->shape[k * n + i] * work[i];
-            D[k + l * modes->n] += scale * sum;
-        }
-    }
-    free(work);
-}
-
 bool transfer_stiffness_change(const struct predictor *p, const struct transfer_modes *modes, size_t parameter,
                                double *D[3])
 {
-    static const int power[3] = {OF_MASS, OF_DAMPING, OF_STIFFNESS};
-    bool acts = false;
-    for (int k = 0; k < 3; k++)
-        memset(D[k], 0, modes->n * modes->n * sizeof(double));
-    for (size_t b = 0; b < p->reduced.n_blocks; b++) {
-        const struct block_use *use = &p->system->use[b];
-        if (use->position == parameter)
-            return false;
-        for (size_t i = 0; i < use->n_dependencies; i++) {
-            const double *d = use->dependency[i].d;
-            if (use->dependency[i].parameter != parameter || use->B == NULL)
-                continue;
-            if (d[OF_MEMORY] < 0.0 || d[OF_MEMORY] > 0.0 || d[OF_RELAXATION] < 0.0 || d[OF_RELAXATION] > 0.0)
-                return false;
-            for (int k = 0; k < 3; k++) {
-                if (d[power[k]] < 0.0 || d[power[k]] > 0.0) {
-                    add_modal(modes, d[power[k]], use->B, D[k]);
-                    acts = true;
-                }
-            }
-        }
-    }
-    return acts;
+    return system_modal_change(p->system, modes->n, modes->shape, parameter, D);
 }
 
 size_t transfer_gain_parameter(const struct predictor *p, size_t channel)

@@ -6,8 +6,16 @@
 #include <complex.h>
 
 #include "beam/beam.h"
+#include "ground/ground.h"
 #include "model/model.h"
 #include "record/record.h"
+
+/* INTERSAMPLE — what an input does between its samples. */
+
+enum intersample { INTERSAMPLE_BAND_LIMITED, INTERSAMPLE_ZERO_ORDER_HOLD, INTERSAMPLE_FIRST_ORDER_HOLD };
+
+/* What --intersample of the commands can be: bl, foh, zoh. BF_USAGE for anything else. */
+enum bf_status intersample_from_text(const char *text, enum intersample *out, struct bf_error *err);
 
 /*
  * PREDICT — model + inputs of records -> prediction of the outputs, with exact derivatives by every parameter.
@@ -19,11 +27,6 @@
  * Linear models are solved band-limited in the Laplace domain (exact for zero-phase band-limited sampling); laws,
  * drives and other nonlinear slots by the implicit step on an oversampled grid. See docs/model.md.
  */
-
-enum intersample { INTERSAMPLE_BAND_LIMITED, INTERSAMPLE_ZERO_ORDER_HOLD, INTERSAMPLE_FIRST_ORDER_HOLD };
-
-/* What --intersample of the commands can be: bl, foh, zoh. BF_USAGE for anything else. */
-enum bf_status intersample_from_text(const char *text, enum intersample *out, struct bf_error *err);
 
 struct predict_options {
     enum intersample intersample; /* 0: band limited */
@@ -97,13 +100,13 @@ enum bf_status predictor_clone(const struct predictor *from, struct predictor **
 
 /* PREDICT PLACES — where effects act, as the prediction understands a model; for stages that deploy one. */
 
-/* Does effect e filter, bend or add to this output; does it act on this input or shift it? (predict_channel.c) */
+/* Does effect e filter, bend or add to this output; does it act on this input or shift it? */
 bool effect_on_output(const struct model *model, size_t e, size_t output);
 bool effect_on_input(const struct model *model, size_t e, size_t input);
 
 /*
  * Patch regions and patch channels of `fixed` moved by shift_m; *out is a copy of it whose places are overwritten.
- * BF_BAD_FILE without a patch, BF_NUMERIC when a region would vanish. (predict_patch.c)
+ * BF_BAD_FILE without a patch, BF_NUMERIC when a region would vanish.
  */
 enum bf_status model_shift_patch(const struct model *fixed, double shift_m, struct model *out, struct bf_error *err);
 
@@ -170,7 +173,6 @@ struct transfer_modes {
 
 const struct model *transfer_model(const struct predictor *predictor);
 const struct reduced *transfer_reduced(const struct predictor *predictor);
-const struct parameter_map *transfer_map(const struct predictor *predictor);
 bool transfer_nonlinear(const struct predictor *predictor); /* some effect of the model has a law */
 size_t transfer_parameters(const struct predictor *predictor, const struct parameter_ref **refs);
 size_t transfer_records(const struct predictor *predictor);

@@ -9,7 +9,7 @@
 #include "response/response.h"
 #include "response/law.h"
 #include "predict_case.h"
-#include "response/predict_work.h"
+#include "response/predictor.h"
 
 enum { SAMPLES = 256, PIECES = 2000 };
 static const double dt_s = 1.0 / 1024.0;

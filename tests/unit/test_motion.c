@@ -34,7 +34,7 @@ static void end_errors(const struct motion_rig *rig, size_t record, double *pred
     transfer_motion(rig->predictor, rig->theta, record, g, W);
     assert_int_equal(response_back(t.grid, W, w, &err), BF_OK);
     *predicted = distance(part, w, rig->hidden_m[record]);
-    assert_int_equal(motion_point(&rig->motion, record, 0, rig->model.length_m, 1, w, NULL, &err), BF_OK);
+    assert_int_equal(motion_of(&rig->motion, record, g, 1, w, NULL, NULL, &err), BF_OK);
     *measured = distance(part, w, rig->hidden_m[record]);
     free(w);
     free(g);
@@ -80,8 +80,11 @@ static void rate_is_the_derivative(void **state)
     rig_open(&rig, "", 0.1, 0.0);
     size_t n = rig.records[2].n;
     double *w = bf_alloc(2 * n * FACTOR, sizeof *w), *v = w + n * FACTOR, *coarse = bf_alloc(n, sizeof *coarse);
-    assert_int_equal(motion_patch(&rig.motion, 2, FACTOR, w, v, &err), BF_OK);
-    assert_int_equal(motion_patch(&rig.motion, 2, 1, coarse, NULL, &err), BF_OK);
+    const struct beam_operator patch = {.kind = BEAM_AT_PATCH};
+    double *g = bf_alloc(2 * rig.motion.modes.dimension, sizeof *g);
+    reduced_place(transfer_reduced(rig.predictor), &patch, &rig.model, g, g + rig.motion.modes.dimension);
+    assert_int_equal(motion_of(&rig.motion, 2, g, FACTOR, w, v, NULL, &err), BF_OK);
+    assert_int_equal(motion_of(&rig.motion, 2, g, 1, coarse, NULL, NULL, &err), BF_OK);
     double h = rig.records[2].dt_s / FACTOR, error = 0.0, size = 0.0;
     for (size_t k = 2; k + 2 < n * FACTOR; k++) { /* fourth order */
         double slope = (8.0 * (w[k + 1] - w[k - 1]) - (w[k + 2] - w[k - 2])) / (12.0 * h);
@@ -91,6 +94,7 @@ static void rate_is_the_derivative(void **state)
     assert_true(error < 1e-6 * size);
     for (size_t k = 0; k < n; k++)
         assert_true(fabs(w[k * FACTOR] - coarse[k]) < 1e-9);
+    free(g);
     free(w);
     free(coarse);
     rig_close(&rig);
@@ -152,31 +156,6 @@ static void an_assumed_force_explains_its_response(void **state)
     rig_close(&rig);
 }
 
-static void weak_records_are_found_for_each_kind_of_excitation(void **state)
-{
-    (void)state;
-    enum { N = 8 };
-    static const double level[4] = {2.0, 20.0, 50.0, 5.5};
-    static const char *const column[4] = {"hammer_N", "hammer_N", "drive_V", "drive_V"};
-    struct motion_rig rig = {.n_parameters = 0};
-    struct record records[4];
-    bool weak[4];
-    rig_model(&rig, 0.0);
-    for (int r = 0; r < 4; r++) {
-        double x[N];
-        for (int k = 0; k < N; k++)
-            x[k] = level[r] * sin(k);
-        records[r] = (struct record){.n = N, .dt_s = 1e-3, .path = bf_strdup("r.csv")};
-        record_add_column(&records[r], column[r], x);
-    }
-    assert_int_equal(motion_weak_records(&rig.model, records, 4, 1.5, weak), 2);
-    assert_true(weak[0] && !weak[1] && !weak[2] && weak[3]);
-    assert_int_equal(motion_weak_records(&rig.model, records, 4, 100.0, weak), 4);
-    for (int r = 0; r < 4; r++)
-        record_free(&records[r]);
-    model_free(&rig.model);
-}
-
 static void free_decays_have_no_measured_motion(void **state)
 {
     (void)state;
@@ -211,7 +190,6 @@ int main(void)
         cmocka_unit_test(rate_is_the_derivative),
         cmocka_unit_test(one_regression_finds_a_linear_beam_from_far_away),
         cmocka_unit_test(an_assumed_force_explains_its_response),
-        cmocka_unit_test(weak_records_are_found_for_each_kind_of_excitation),
         cmocka_unit_test(free_decays_have_no_measured_motion),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

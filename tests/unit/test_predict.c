@@ -7,7 +7,7 @@
 #include <cmocka.h>
 
 #include "predict_case.h"
-#include "response/predict_work.h"
+#include "response/predictor.h"
 #include "signals.h"
 #include "state_space.h"
 

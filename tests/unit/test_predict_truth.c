@@ -7,7 +7,8 @@
 
 #include "maths/maths.h"
 #include "predict_case.h"
-#include "response/predict_work.h"
+#include "response/response.h"
+#include "response/predictor.h"
 
 static const char *const outputs[] = {"piezo_V", "accel_mps2", "tip_mps", "tip_m"};
 enum { OUTPUTS = 4, SETTLED = 24 }; /* samples until the recorder's filter has forgotten that shaking began */

@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* Inputs, outputs and law coordinates as functionals on the reduced space, in modes of the system. */
-#include "predict_work.h"
+#include "functional.h"
 
-#include <stdint.h>
 #include <stdlib.h>
 
 struct functional *functionals_new(size_t count, size_t n)
@@ -46,10 +44,18 @@ double *functional_change(struct functional *f, size_t n, size_t parameter)
     return f->changes[f->n_changes++].g;
 }
 
-bool functional_depends(const struct run *run, const struct functional *f, size_t parameter)
+bool functional_changes(const struct functional *f, size_t parameter)
 {
-    return run_wants(run, parameter) &&
-           (run->p->system->derivative[parameter].Z != NULL || find_change(f, parameter) != NULL);
+    return find_change(f, parameter) != NULL;
+}
+
+void functionals_place(const struct model *model, const struct reduced *reduced, struct functional inputs[],
+                       struct functional outputs[])
+{
+    for (size_t i = 0; i < model->n_inputs; i++)
+        reduced_input(reduced, &model->inputs[i], inputs[i].g);
+    for (size_t o = 0; o < model->n_outputs; o++)
+        reduced_output(reduced, &model->outputs[o], outputs[o].g);
 }
 
 static void add_change(const struct system *s, const double dg[], double complex work[], double complex d_alpha[])
@@ -59,22 +65,21 @@ static void add_change(const struct system *s, const double dg[], double complex
         d_alpha[k] += work[k];
 }
 
-void functionals_evaluate(const struct run *run, struct functional list[], size_t count)
+void functionals_evaluate(const struct system *s, const bool structural[], struct functional list[], size_t count)
 {
-    const struct system *s = run->p->system;
     double complex *work = bf_alloc(s->n_poles, sizeof *work);
     for (size_t i = 0; i < count; i++) {
         struct functional *f = &list[i];
         f->alpha = bf_grow(f->alpha, s->n_poles, sizeof *f->alpha);
         system_functional(s, f->g, f->alpha);
-        if (run->want == NULL)
+        if (structural == NULL)
             continue;
-        f->d_alpha = bf_grow(f->d_alpha, run->p->map.n * s->n_poles, sizeof *f->d_alpha);
-        for (size_t j = 0; j < run->p->map.n; j++)
-            if (run_structural(run, j))
+        f->d_alpha = bf_grow(f->d_alpha, s->map->n * s->n_poles, sizeof *f->d_alpha);
+        for (size_t j = 0; j < s->map->n; j++)
+            if (structural[j])
                 system_functional_derivative(s, j, f->alpha, f->d_alpha + j * s->n_poles);
         for (size_t c = 0; c < f->n_changes; c++)
-            if (run_structural(run, f->changes[c].parameter))
+            if (structural[f->changes[c].parameter])
                 add_change(s, f->changes[c].g, work, f->d_alpha + f->changes[c].parameter * s->n_poles);
     }
     free(work);

@@ -1,20 +1,17 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* predict_work.h — what the predict_*.c files share; for nobody else. See predict.h. */
-#ifndef BEAMFIT_PREDICT_WORK_H
-#define BEAMFIT_PREDICT_WORK_H
+/* predictor.h — the predictor, private to response/: what the predict_*.c files share. See predict.h. */
+#ifndef BEAMFIT_PREDICTOR_H
+#define BEAMFIT_PREDICTOR_H
 
 #include <complex.h>
+#include "functional.h"
 #include "response.h"
-#include "law.h"
+#include "recorder.h"
 #include "kernel.h"
 #include "beam/beam.h"
 
-/* The recorder's anti-alias filter; order 0: not stated. */
-struct recorder_filter {
-    int order;
-    double corner_samples; /* corner frequency × the stated sample interval */
-    bool twice;            /* forward and backward */
-};
+struct clamp;
+struct law;
 
 /* What a drive's parameter changes in an input of a record. */
 struct drive_change {
@@ -39,21 +36,6 @@ struct record_plan {
     struct drive_change *changes;
     size_t first_nuisance; /* of a free decay */
     size_t first_channel, n_channels;
-};
-
-/* g depends on a parameter: dg. */
-struct functional_change {
-    size_t parameter;
-    double *g; /* [n] */
-};
-
-/* α = gᵀφ of one functional and its derivative by every structural parameter. */
-struct functional {
-    double *g;               /* [n] */
-    double complex *alpha;   /* [n_poles] */
-    double complex *d_alpha; /* [n_parameters][n_poles], where the system or g depends on the parameter */
-    size_t n_changes;
-    struct functional_change *changes;
 };
 
 /* Shifts of places and of the clock at the parameters of the current run. */
@@ -101,6 +83,7 @@ struct predictor {
     size_t n_coordinates;
     struct functional *coordinates; /* of all laws, in order of effects */
     bool *moves;                    /* [n_parameters] moves the place of a law */
+    bool *structural;               /* [n_parameters] see run_structural() */
     size_t n_rows, n_nuisance;
     double *y, *jacobian, *nuisance, *amplitude;
     double t_end_s;
@@ -120,10 +103,19 @@ static inline bool run_wants(const struct run *run, size_t parameter)
     return run->want != NULL && run->want[parameter];
 }
 
-/* The system's derivative by this parameter is not zero and was asked for. */
+/*
+ * The system's derivative by this parameter is not zero, or the parameter moves a place; and its derivative was asked for.
+ * Known once the system has been evaluated.
+ */
 static inline bool run_structural(const struct run *run, size_t parameter)
 {
-    return run_wants(run, parameter) && (run->p->system->derivative[parameter].Z != NULL || run->p->moves[parameter]);
+    return run->want != NULL && run->p->structural[parameter];
+}
+
+/* For functionals_evaluate(). */
+static inline const bool *run_structure(const struct run *run)
+{
+    return run->want != NULL ? run->p->structural : NULL;
 }
 
 static inline double *run_column(const struct run *run, size_t parameter, const struct predict_channel *channel)
@@ -131,64 +123,58 @@ static inline double *run_column(const struct run *run, size_t parameter, const 
     return run->out->jacobian + parameter * run->out->n_rows + channel->row;
 }
 
+static inline bool not_zero(double x)
+{
+    return x < 0.0 || x > 0.0;
+}
+
+/* out[n] += scale · x. */
+static inline void add_scaled(size_t n, double scale, const double x[], double out[])
+{
+    for (size_t i = 0; i < n; i++)
+        out[i] += scale * x[i];
+}
+
 void kernels_new(struct predictor *p); /* at the system as evaluated */
 void kernels_free(struct predictor *p);
-/* Writes parameters into p->model. */
+/* predict_parameters.c: what a parameter vector says. predictor_use: writes it into p->model. */
 void predictor_use(struct predictor *p, const double theta[]);
-
-/* predict_functional.c */
-struct functional *functionals_new(size_t count, size_t n);
-void functionals_free(struct functional **list, size_t count);
-/* dg by a parameter, [n], zero when it is new. */
-double *functional_change(struct functional *f, size_t n, size_t parameter);
-/* f, or the system it is taken of, depends on this parameter, and the run wants that derivative. */
-bool functional_depends(const struct run *run, const struct functional *f, size_t parameter);
-/* α = gᵀφ of each and its derivatives, at the system as last evaluated. */
-void functionals_evaluate(const struct run *run, struct functional list[], size_t count);
 int output_order(enum output_kind kind); /* time derivatives of the deflection: 0, 1, 2 */
 double input_gain(const struct run *run, size_t input, size_t *parameter); /* KB and where it stands; 1 and SIZE_MAX */
 double output_gain(const struct run *run, size_t output, size_t *parameter); /* Ks likewise */
+/* What effect e shifts at theta; zero for an effect without geometry. */
+enum bf_status read_geometry(const struct predictor *p, size_t record, size_t e, const double theta[],
+                             struct beam_geometry *out, struct bf_error *err);
+/* Term t of effect e at theta; false: there is none, or it does not act at a point. */
+bool point_mass(const struct predictor *p, size_t e, int t, const double theta[], struct beam_term *out);
+/* Shift of an input in a record. */
+enum bf_status geometry_input_shift(const struct predictor *p, size_t record, size_t input, const double theta[],
+                                    double *shift_m, struct bf_error *err);
+
+/* predict_patch.c: the model with its patch where the file has it; to be freed. */
+void geometry_original(const struct predictor *p, struct model *out);
+/* The patch of p->model at its shift; called before the space of a base is made. */
+enum bf_status geometry_place(struct predictor *p, const double theta[], struct bf_error *err);
+/* Only where an effect shifts the patch: the space of a new base. */
+enum bf_status patch_rebase(struct predictor *p, struct bf_error *err);
+void patch_free(struct geometry *geometry);
+/* Model, space and functionals at the run's shift; with derivatives where the run wants them. */
+enum bf_status patch_evaluate(const struct run *run, struct bf_error *err);
 
 /* predict_geometry.c: shifts of places and of the clock. */
 void geometry_new(struct predictor *p);
 void geometry_free(struct predictor *p);
-/* The model with its patch where the file has it; to be freed. */
-void geometry_original(const struct predictor *p, struct model *out);
-/* The patch of p->model at its shift; called before the space of a base is made. */
-enum bf_status geometry_place(struct predictor *p, const double theta[], struct bf_error *err);
 /* The functionals in the space of a new base. */
 enum bf_status geometry_rebase(struct predictor *p, struct bf_error *err);
 /* Space, functionals, clock of every grid, and what their derivatives need, at the parameters of the run. */
 enum bf_status geometry_evaluate(const struct run *run, struct bf_error *err);
-/* Shift of an input in a record, and its derivative by a parameter. */
-enum bf_status geometry_input_shift(const struct predictor *p, size_t record, size_t input, const double theta[],
-                                    double *shift_m, struct bf_error *err);
-
-/*
- * predict_recorder.c. What is not linear felt its input before the recorder's filter: undo it on a spectrum [m], as far as
- * that can be told, and apply it to what comes of it. Both do nothing where the record states no filter.
- */
-struct recorder_filter recorder_filter_read(const struct record *record);
-void recorder_plan(struct record_plan *plan, const struct response_grid *grid); /* fills A for a window */
-void recorder_undo(const struct record_plan *plan, size_t m, double complex U[]);
-void recorder_apply(const struct record_plan *plan, size_t m, double complex Y[]);
-/* The same at one frequency; order > 0. */
-double complex recorder_at(const struct recorder_filter *filter, double cycles_per_sample);
-double complex recorder_inverse(double complex A);
 
 /* predict_drive.c: what reaches the beam through amplifiers and patches; fills U and changes of every record. */
-bool input_driven(const struct model *model, size_t input);
 enum bf_status drives_evaluate(const struct run *run, struct bf_error *err);
 
-/* Gain, drive or tone of an input of this record depends on the parameter: beside what the system does. */
-bool source_depends(const struct run *run, size_t record, size_t parameter);
-
-/* predict_base.c: the shaken clamp. Adds the motion relative to it, order-th time derivative, at t = k h_s. */
-void base_response_add(const struct run *run, size_t record, const struct functional *f, int order, double h_s,
-                       size_t n, double out[]);
-bool base_derivative_add(const struct run *run, size_t record, const struct functional *f, int order, size_t parameter,
-                         double h_s, size_t n, double out[]);
-/* Adds its part to y and the Jacobian of every channel. */
+/* predict_base.c: the clamp of a record, false: it is at rest; and what it adds to y and the Jacobian of every channel. */
+bool clamp_new(const struct run *run, size_t record, struct clamp *out);
+void clamp_free(struct clamp *clamp);
 enum bf_status predict_base(const struct run *run, struct bf_error *err);
 
 /* predict_bind.c: plans[] and channels[] of all records; an effect that acts on no channel is an error. */
@@ -224,6 +210,9 @@ enum bf_status predict_decay(const struct run *run, size_t record, struct bf_err
 /* predict_law.c: the response to nonlinear forces, added to y and the Jacobian. */
 enum bf_status laws_new(struct predictor *p, struct bf_error *err);
 void laws_free(struct predictor *p);
+/* dg of every coordinate by a parameter gains scale · (its g in a moved space). */
+void laws_add_moved(const struct run *run, const struct model *model, const struct reduced *reduced, size_t parameter,
+                    double scale);
 enum bf_status predict_laws(const struct run *run, struct bf_error *err);
 
 #endif

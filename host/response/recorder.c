@@ -1,11 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/*
- * The recorder's anti-alias filter, where a record states it:
- *     # anti-alias filter: Butterworth order 8 at 409.6 Hz, forward and backward
- * A linear path does not care that input and output went through the same filter. What is not linear felt the input before
- * the filter, and its effect was recorded behind it.
- */
-#include "predict_work.h"
+#include "recorder.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -64,15 +58,16 @@ static double complex butterworth(const struct recorder_filter *filter, double c
     return result;
 }
 
-void recorder_plan(struct record_plan *plan, const struct response_grid *grid)
+double complex *recorder_line(const struct recorder_filter *filter, const struct response_grid *grid,
+                              double complex *old)
 {
-    const struct recorder_filter *filter = &plan->recorder;
     if (filter->order == 0 || grid->intersample != INTERSAMPLE_BAND_LIMITED)
-        return;
+        return old;
     double corner_rad = 2.0 * acos(-1.0) * filter->corner_samples / grid->dt_s; /* by the recorder's own clock */
-    plan->A = bf_grow(plan->A, grid->m, sizeof *plan->A);
+    double complex *A = bf_grow(old, grid->m, sizeof *A);
     for (size_t k = 0; k < grid->m; k++)
-        plan->A[k] = butterworth(filter, grid->s[k] / corner_rad);
+        A[k] = butterworth(filter, grid->s[k] / corner_rad);
+    return A;
 }
 
 double complex recorder_at(const struct recorder_filter *filter, double cycles_per_sample)
@@ -85,14 +80,14 @@ double complex recorder_inverse(double complex A)
     return conj(A) / (creal(A * conj(A)) + inverse_floor * (1.0 - fmin(1.0, cabs(A))));
 }
 
-void recorder_undo(const struct record_plan *plan, size_t m, double complex U[])
+void recorder_undo(const double complex A[], size_t m, double complex U[])
 {
-    for (size_t k = 0; plan->A != NULL && k < m; k++)
-        U[k] *= recorder_inverse(plan->A[k]);
+    for (size_t k = 0; A != NULL && k < m; k++)
+        U[k] *= recorder_inverse(A[k]);
 }
 
-void recorder_apply(const struct record_plan *plan, size_t m, double complex Y[])
+void recorder_apply(const double complex A[], size_t m, double complex Y[])
 {
-    for (size_t k = 0; plan->A != NULL && k < m; k++)
-        Y[k] *= plan->A[k];
+    for (size_t k = 0; A != NULL && k < m; k++)
+        Y[k] *= A[k];
 }
