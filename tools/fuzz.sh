@@ -8,7 +8,7 @@ out=${1:?fuzz.sh DIR}
 : "${FUZZ_SECONDS:=20}" "${JOBS:=2}"
 sanitize='-fsanitize=address,undefined -fno-sanitize-recover=undefined -fgnuc-version=4.8'
 sanitize="$sanitize -fsanitize-coverage-ignorelist=$PWD/tools/fuzz_uncounted.txt -fsanitize-ignorelist=$PWD/tools/fuzz_uncounted.txt"
-make --no-print-directory -j"$JOBS" B="$out" CC=clang OPT='-O2 -g' CFLAGS="$sanitize -fsanitize=fuzzer-no-link" \
+tools/first_error.sh "$out/make.log" make --no-print-directory -j"$JOBS" B="$out" CC=clang OPT='-O2 -g1' CFLAGS="$sanitize -fsanitize=fuzzer-no-link" \
     "$out/libhost.a" "$out/libbeam.a" "$out/libbeamt.a" "$out/libfirmware.a" WARN=-Wall
 mkdir -p "$out/found"
 
@@ -18,7 +18,7 @@ set -eu
 source=$1 out=$2 sanitize=$3 packages=$4
 name=$(basename "$source" .c); name=${name#fuzz_}
 flags=; [ "$name" != slave ] || flags='-DBEAM_FLOAT -DBEAM_TARGET -ffp-contract=off -Ifirmware' # as the firmware is built
-clang -std=c11 -D_GNU_SOURCE -g -O2 $sanitize -fsanitize=fuzzer $flags -Ilib -Ihost -Itests -Itests/fuzz "$source" \
+clang -std=c11 -D_GNU_SOURCE -g1 -O2 $sanitize -fsanitize=fuzzer $flags -Ilib -Ihost -Itests -Itests/fuzz "$source" \
     "$out/libfirmware.a" "$out/libhost.a" "$out/libbeam.a" "$out/libbeamt.a" $(pkg-config --cflags --libs $packages) -lcholmod -larpack -lbearssl -lpthread -lm \
     -o "$out/fuzz_$name"
 mkdir -p "$out/corpus/$name"
