@@ -4,7 +4,6 @@
 #define BEAMFIT_FUNCTIONAL_H
 
 #include "beam/beam.h"
-#include "beam/system.h"
 
 /* g depends on a parameter: dg. */
 struct functional_change {
