@@ -241,7 +241,7 @@ hidden: $(B)/beamfit $(B)/beam_truth ## measure: diagnose the hidden cases and j
 	@tools/deps.sh build test
 	@python3 -B tests/hidden/run.py --build $(B) --work $(HIDDEN) --jobs $(JOBS) $(CASES)
 SEED ?= 1
-drawn: $(B)/beamfit $(B)/beam_truth ## measure: diagnose subtle cases drawn at random, with and without the truth in the catalogue [SEED=1]
+drawn: $(B)/beamfit $(B)/beam_truth ## measure: diagnose cases drawn at random, with and without the truth in the catalogue [SEED=1]
 	@tools/deps.sh build test
 	@python3 -B tests/hidden/draw.py --build $(B) --jobs $(JOBS) $(SEED) $(HIDDEN)/drawn$(SEED)
 	-@python3 -B tests/hidden/run.py --build $(B) --work $(HIDDEN)/drawn$(SEED) --drawn $(HIDDEN)/drawn$(SEED) --jobs $(JOBS)
@@ -262,7 +262,7 @@ conformance: $(B)/beamfit $(LIVE_$(BOARD)) ## test: pyxcp and pya2ldb (PyPI, pin
 SHARE ?= 1
 $(B)/survival_steps: tests/survival/steps.c $(B)/libbeamt.a
 	$(call say,$@)$(CC) $(LIBFLAGS) $^ -lm -o $@
-survival: $(B)/beamfit $(LIVE_$(BOARD)) $(B)/survival_steps ## test: what a board must survive [SHARE=0.02 of the full counts, CASES='kills noise' BOARD=stm32f405]
+survival: $(B)/beamfit $(LIVE_$(BOARD)) $(B)/survival_steps ## test: what a board must survive [SHARE=0.02 CASES='kills noise' BOARD=stm32f405]
 	@python3 -B tests/survival/run.py --build $(B) --board $(BOARD) --share $(SHARE) $(CASES)
 experiments: $(B)/beamfit $(B)/beam_truth ## documents: docs/experiments.md: estimates against the dimension N, and EI(x) in pieces
 	@tools/experiments.sh $(B) $(B)/experiments
