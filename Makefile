@@ -251,7 +251,7 @@ hidden: $(B)/beamfit $(B)/beam_truth ## measure: diagnose the hidden cases and j
 	@tools/deps.sh build test
 	@python3 -B tests/hidden/run.py --build $(B) --work $(HIDDEN) --jobs $(JOBS) $(CASES) $(PAGE:%=--page %)
 SEED ?= 1
-drawn: $(B)/beamfit $(B)/beam_truth ## measure: diagnose subtle cases drawn at random, with and without the truth in the catalogue [SEED=1]
+drawn: $(B)/beamfit $(B)/beam_truth ## measure: diagnose cases drawn at random, with and without the truth in the catalogue [SEED=1]
 	@tools/deps.sh build test
 	@python3 -B tests/hidden/draw.py --build $(B) --jobs $(JOBS) $(SEED) $(HIDDEN)/drawn$(SEED)
 	-@python3 -B tests/hidden/run.py --build $(B) --work $(HIDDEN)/drawn$(SEED) --drawn $(HIDDEN)/drawn$(SEED) --jobs $(JOBS)
@@ -272,7 +272,7 @@ conformance: $(B)/beamfit $(LIVE_$(BOARD)) ## test: pyxcp and pya2ldb (PyPI, pin
 SHARE ?= 1
 $(B)/survival_steps: tests/survival/steps.c $(B)/libbeamt.a
 	$(call say,$@)$(CC) $(LIBFLAGS) $^ -lm -o $@
-survival: $(B)/beamfit $(LIVE_$(BOARD)) $(B)/survival_steps ## test: what a board must survive [SHARE=0.02 of the full counts, CASES='kills noise' BOARD=stm32f405]
+survival: $(B)/beamfit $(LIVE_$(BOARD)) $(B)/survival_steps ## test: what a board must survive [SHARE=0.02 CASES='kills noise' BOARD=stm32f405]
 	@python3 -B tests/survival/run.py --build $(B) --board $(BOARD) --share $(SHARE) $(CASES)
 WHAT ?=
 results: ## documents: docs/results/NAME.md for each NAME of WHAT [WHAT='bench boards experiments fuzz live_demo survival']

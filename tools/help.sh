@@ -27,7 +27,7 @@ one test, one file
   make lint FILES='host/a.c tools/b.c'
 
 variables, as in make JOBS=4 test
-  B=build         where everything is built         JOBS=2          jobs at a time in test, lint, ...
+  B=build         where everything is built         JOBS=2          jobs of test, lint, ...
   CC=gcc          compiler                          OPT='-O2 -g'    optimisation
   CFLAGS=...      more flags for the compiler       WERROR=1        a warning is an error
   V=1             print whole commands              FUZZ_SECONDS=20 for each reader
