@@ -207,8 +207,7 @@ deps: ## install: every Debian package that is missing (apt-get; sudo when not r
 
 # ---- Checks ----
 lint: export LINT_FLAGS = $(STD) $(INC)
-lint: export NODES ?= 75000
-lint: ## check: clang-format, clang-tidy, cppcheck and shell syntax of every source [NODES=225000]
+lint: ## check: clang-format, clang-tidy, cppcheck and shell syntax of every source
 	+@JOBS='$(JOBS)' tools/lint.sh $(FILES)
 layers: $(B)/libhost.a ## check: who includes whom, who calls whom, circles, which file sees which library
 	@python3 -B tools/layers.py $(B)

@@ -1,11 +1,10 @@
 #!/bin/bash
 # SPDX-License-Identifier: GPL-3.0-or-later
 # lint.sh [FILE...] — clang-format, cppcheck, clang-tidy and shell syntax over the given or all sources of the tree.
-# LINT_FLAGS: the compiler's flags (the Makefile gives them). JOBS: how many programs at once. NODES: how far clang's analyzer
-# follows the paths of one function; its own 225000 takes 3.5 times the processor time of 75000.
+# LINT_FLAGS: the compiler's flags (the Makefile gives them). JOBS: how many programs at once.
 set -u
 cd "$(dirname "$0")/.." || exit 1
-: "${LINT_FLAGS:?run make lint, which knows the compiler flags}" "${JOBS:=2}" "${NODES:=75000}"
+: "${LINT_FLAGS:?run make lint, which knows the compiler flags}" "${JOBS:=2}"
 failed=''
 
 if [ $# -gt 0 ]; then sources=("$@"); else mapfile -t sources < <(find lib host firmware tests tools -name '*.[ch]' | sort); fi
@@ -28,7 +27,6 @@ printf '%s\n' "${units[@]}" | grep -E "$controller" | tr '\n' '\0' | cppcheck_al
 echo "clang-tidy: ${#units[@]} files"
 # glibc gives CMPLX to a compiler that says it is gcc >= 4.7; clang says 4.2 unless told
 eval "flags=(-fgnuc-version=4.8 $LINT_FLAGS -Itests -Itests/truth -Itests/fuzz)"
-flags+=(-Xclang -analyzer-config -Xclang "max-nodes=$NODES")
 tidy_one=$(cat <<'SH'
 file=$1; shift
 case $file in # float and a controller's sizes only
