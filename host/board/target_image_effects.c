@@ -5,7 +5,7 @@
  * phase begins with a recording cannot be deployed: a controller runs for weeks and has no first sample.
  */
 #include "response/response.h"
-#include "target_image_work.h"
+#include "deployment.h"
 
 #include <math.h>
 #include <stdarg.h>

@@ -7,7 +7,7 @@
  * drive to sensor. Two blocks mend it: the mode that is missed most, with its own pole, and the first two samples of all
  * that is left (faster modes have died away by the third). Both stand beside the space: laws do not feel them.
  */
-#include "target_image_work.h"
+#include "deployment.h"
 
 #include <complex.h>
 #include <math.h>

@@ -6,7 +6,6 @@
 #include <stdbool.h>
 #include "ground/ground.h"
 #include "board/board.h"
-#include "board/link.h"
 
 #define BOARD_OPTIONS_HELP                                                                                             \
     "  --port PORT           serial port of the board, e.g. /dev/ttyUSB0; a pseudo terminal of an emulated board\n"    \

@@ -4,7 +4,6 @@
 #define BEAMFIT_CMD_SIGNING_H
 
 #include "board/board.h"
-#include "board/target_image.h"
 
 struct signing {
     const char *key_file; /* NULL: none */

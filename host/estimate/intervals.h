@@ -12,7 +12,6 @@
 
 #include <stdbool.h>
 #include "maths/maths.h"
-#include "maths/residual.h"
 
 struct interval_channel {
     size_t row, n;         /* its rows in J and weight */

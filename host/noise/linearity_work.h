@@ -6,7 +6,6 @@
 #include "noise.h"
 #include "linearity.h"
 #include "maths/maths.h"
-#include "maths/spectrum.h"
 
 /* One channel of one record and the only input that moves in it. Views. */
 struct linearity_signal {
