@@ -53,12 +53,16 @@ all: $(B)/beamfit $(B)/beamfit.1 $(B)/libbeamf.a ## build: the program, its manu
 $(B)/gen/effects_table.c: tools/effects_table.sh $(wildcard lib/effects/*.c)
 	@mkdir -p $(@D)
 	$(call say,$@)sh tools/effects_table.sh lib/effects > $@
-$(B)/gen/commands_table.c: tools/table.sh $(wildcard host/cmd/*.c)
+# Made every time and kept when it has not changed, so that a source that is taken away leaves the table, too.
+$(B)/gen/commands_table.c: FORCE
 	@mkdir -p $(@D)
-	$(call say,$@)sh tools/table.sh command cmd/commands.h $(filter %.c,$^) > $@.new && mv $@.new $@
-$(B)/gen/import_formats_table.c: tools/table.sh $(wildcard host/record/import/*.c)
+	@sh tools/table.sh command cmd/commands.h $(wildcard host/cmd/*.c) > $@.new
+	@if cmp -s $@.new $@; then rm $@.new; else mv $@.new $@; fi
+$(B)/gen/import_formats_table.c: FORCE
 	@mkdir -p $(@D)
-	$(call say,$@)sh tools/table.sh import_format record/import/import_format.h $(filter %.c,$^) > $@.new && mv $@.new $@
+	@sh tools/table.sh import_format record/import/import_format.h $(wildcard host/record/import/*.c) > $@.new
+	@if cmp -s $@.new $@; then rm $@.new; else mv $@.new $@; fi
+FORCE:
 # The generator runs here, whatever CC compiles for. Its default geometry is the paper's.
 HOSTCC ?= gcc
 $(B)/gen/galerkin_tables.c: tools/galerkin_tables.c
@@ -313,4 +317,4 @@ DEPFILES = $(FW_OBJ:.o=.d) $(BOARD_HOST_OBJ:.o=.d) $(SHADOWS:.o=.d) $(BEAM_SHADO
            $(UNIT_TESTS:%=%.d) $(SYSTEM_TESTS:%=%.d) $(SYSTEM_COMMON:.o=.d) $(TRUTH_OBJ:.o=.d)
 -include $(wildcard $(DEPFILES))
 .PHONY: live-demo conformance survival results constants docs
-.PHONY: all tests unit test test-both demo deps lint layers size coverage bench hidden drawn false-alarms own-effect experiments data fuzz install uninstall clean help
+.PHONY: FORCE all tests unit test test-both demo deps lint layers size coverage bench hidden drawn false-alarms own-effect experiments data fuzz install uninstall clean help

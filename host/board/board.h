@@ -1,5 +1,14 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* board.h — a controller's line, the target image, its A2L description, replay of what a board computed. */
+/*
+ * board.h — a model on a controller: the image, the line to the controller, and whether both compute the same.
+ *
+ *     target_image_make(), target_image_sign(), target_image_write()   model → image file
+ *     a2l_write()                                                      its description for measurement tools
+ *     link_open(), link_unlock(), link_download()                      image → running model
+ *     link_start_drive(), link_start_stream(), link_run_stream()       samples; record.h keeps them
+ *     link_close()
+ *     replay_run()                                                     did the controller compute what this machine computes?
+ */
 #ifndef BEAMFIT_BOARD_H
 #define BEAMFIT_BOARD_H
 
@@ -13,7 +22,7 @@
 #include "model/model.h"
 
 /*
- * PORT — a serial port as bytes with deadlines: 8 data bits, no parity, 1 stop bit, no flow control.
+ * PORT — a serial port below a link: 8 data bits, no parity, 1 stop bit, no flow control.
  *
  * Two back ends: libserialport for real ports (port_serial.c), termios for the pseudo terminals of emulated boards
  * (port_pty.c), which libserialport cannot open. A path that leads to /dev/pts is a pseudo terminal. One program at a
@@ -35,7 +44,8 @@ void port_list(size_t size, char text[]);
 int64_t port_clock_ms(void);
 
 /*
- * XCP FRAME — packets in frames of XCP on SxI (beam_wire.h), and finding them again in a stream of any bytes.
+ * XCP FRAME — packets in frames of XCP on SxI (beam_wire.h), found again in a stream of any bytes. The functions are in
+ * xcp_frame.h; a link holds the state.
  *
  * A frame whose length is impossible or whose sum is wrong is dropped one byte at a time, so that a good frame behind a
  * damaged one is found. The sum is weak (two flips in one bit column pass): what matters is checked again by CRC-32.
@@ -52,7 +62,8 @@ struct xcp_receiver {
 };
 
 /*
- * XCP MASTER — one XCP session over a port: commands with deadlines and retries, samples and events sorted out.
+ * XCP MASTER — one XCP session over a port: commands with deadlines and retries, samples and events sorted out. The
+ * functions are in xcp_master.h; a link holds the state.
  *
  * A lost answer is followed by SYNCH, whose own answer cannot be mistaken for another; what comes before it is stale.
  * Only then, and only a command that may be executed twice, is the command repeated. Samples that stream in meanwhile do
@@ -113,8 +124,6 @@ const char *link_slot_name(uint32_t state);
 /* what: for messages, "reading the model". */
 enum bf_status link_read(struct link *link, const char *what, uint32_t address, size_t n, void *out,
                          struct bf_error *err);
-enum bf_status link_write(struct link *link, const char *what, uint32_t address, size_t n, const void *bytes,
-                          struct bf_error *err);
 
 /* Seed and key. key_path: for messages. */
 enum bf_status link_unlock(struct link *link, const struct device_key *key, const char *key_path, struct bf_error *err);
@@ -275,10 +284,8 @@ struct replay {
 
 /*
  * The image must be fine (target_image_check()). BF_BAD_FILE: no recording, or nothing in it can be compared, and why.
- * BF_OK also when something differs. Cost: a step a row. lines: of a file that is open, or of memory.
+ * BF_OK also when something differs. Cost: a step a row.
  */
-enum bf_status replay_lines(struct lines *lines, const struct beam_image_file *image, struct replay *out,
-                            struct bf_error *err);
 enum bf_status replay_run(const char *recording, const struct beam_image_file *image, struct replay *out,
                           struct bf_error *err);
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "board.h"
+/* port.c — a port by one of its two back ends: waiting, locking, and every message. */
 #include "port.h"
 
 #include <errno.h>
@@ -36,7 +36,8 @@ bool port_is_pty(const struct port *port)
 
 /* ---- Opening ---- */
 
-enum bf_status port_open_failed(const struct port *port, int reason, struct bf_error *err)
+/* reason: as of port_driver.open(). */
+static enum bf_status fail_open(const struct port *port, int reason, struct bf_error *err)
 {
     char list[512];
     switch (reason) {
@@ -60,6 +61,12 @@ enum bf_status port_open_failed(const struct port *port, int reason, struct bf_e
     case EIO:
         return bf_fail(err, BF_DEVICE, "%s: the far end is gone; plug it in, or start the board, and try again",
                        port->path);
+    case PORT_NOT_SERIAL:
+        return bf_fail(err, BF_DEVICE, "%s: is not a serial port; give one, e.g. /dev/ttyUSB0", port->path);
+    case PORT_NO_SUCH_RATE:
+        return bf_fail(err, BF_DEVICE,
+                       "%s: does not take %ld bit/s; give a rate that the adapter has, e.g. --baud 115200", port->path,
+                       port->baud);
     default:
         return bf_fail(err, BF_DEVICE, "%s: cannot be opened: %s; give a serial port, e.g. /dev/ttyUSB0", port->path,
                        strerror(reason));
@@ -78,9 +85,9 @@ static enum bf_status check_node(struct port *port, struct bf_error *err)
     struct stat info;
     port->node = realpath(port->path, NULL);
     if (port->node == NULL || stat(port->node, &info) != 0)
-        return port_open_failed(port, errno, err);
+        return fail_open(port, errno, err);
     if (!S_ISCHR(info.st_mode))
-        return bf_fail(err, BF_DEVICE, "%s: is not a serial port; give one, e.g. /dev/ttyUSB0", port->path);
+        return fail_open(port, PORT_NOT_SERIAL, err);
     return BF_OK;
 }
 
@@ -94,10 +101,12 @@ enum bf_status port_open(const char *path, long baud, struct port **out, struct 
     enum bf_status status = check_node(port, err);
     if (status == BF_OK) {
         port->driver = strncmp(port->node, "/dev/pts/", 9) == 0 ? &port_driver_pty : &port_driver_serial;
-        status = port->driver->open(port, err);
+        const int reason = port->driver->open(port);
+        if (reason != 0)
+            status = fail_open(port, reason, err);
     }
     if (status == BF_OK && flock(port->fd, LOCK_EX | LOCK_NB) != 0) {
-        status = port_open_failed(port, errno, err);
+        status = fail_open(port, errno, err);
         port->driver->close(port);
     }
     if (status == BF_OK)

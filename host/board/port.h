@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* port.h — private to board/: what its files share of port. */
-#ifndef BEAMFIT_PORT_PRIVATE_H
-#define BEAMFIT_PORT_PRIVATE_H
+/* port.h — a serial port opened, read and written. */
+#ifndef BEAMFIT_PORT_H
+#define BEAMFIT_PORT_H
 
 #include "board.h"
 

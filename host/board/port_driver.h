@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* port_driver.h — what a back end of port.c provides. Inside port*.c only. */
+/* port_driver.h — what a back end of port.c provides. Every text for a person is in port.c. */
 #ifndef BEAMFIT_PORT_DRIVER_H
 #define BEAMFIT_PORT_DRIVER_H
 
 #include "board.h"
-#include "port.h"
 
 struct port_driver;
 struct port {
@@ -16,11 +15,12 @@ struct port {
     void *handle; /* the driver's */
 };
 
-enum { PORT_GONE = -1, PORT_FAILED = -2 }; /* gone: the far end; failed: errno says why */
+enum { PORT_NOT_SERIAL = -1, PORT_NO_SUCH_RATE = -2 }; /* of opening, beside errno */
+enum { PORT_GONE = -1, PORT_FAILED = -2 };             /* gone: the far end; failed: errno says why */
 
 struct port_driver {
-    /* Sets fd and handle; on failure the text is in err and nothing is left open. */
-    enum bf_status (*open)(struct port *port, struct bf_error *err);
+    /* Sets fd and handle and returns 0. Else an errno, PORT_NOT_SERIAL or PORT_NO_SUCH_RATE; then nothing is left open. */
+    int (*open)(struct port *port);
     void (*close)(struct port *port);
     /* Bytes read or written now, without waiting; 0: none; PORT_GONE; PORT_FAILED. */
     long (*read)(struct port *port, size_t n, uint8_t out[]);
@@ -30,8 +30,5 @@ struct port_driver {
 };
 
 extern const struct port_driver port_driver_serial, port_driver_pty;
-
-/* Text for an errno of opening. */
-enum bf_status port_open_failed(const struct port *port, int reason, struct bf_error *err);
 
 #endif

@@ -21,22 +21,22 @@ static speed_t speed_of(long baud)
     return B115200;
 }
 
-static enum bf_status pty_open(struct port *port, struct bf_error *err)
+static int pty_open(struct port *port)
 {
     struct termios settings;
     port->fd = open(port->node, O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
     if (port->fd < 0)
-        return port_open_failed(port, errno, err);
+        return errno;
     if (tcgetattr(port->fd, &settings) == 0) {
         cfmakeraw(&settings);
         settings.c_cc[VMIN] = 0;
         settings.c_cc[VTIME] = 0;
         if (cfsetspeed(&settings, speed_of(port->baud)) == 0 && tcsetattr(port->fd, TCSANOW, &settings) == 0)
-            return BF_OK;
+            return 0;
     }
     const int reason = errno;
     (void)close(port->fd);
-    return port_open_failed(port, reason, err);
+    return reason;
 }
 
 static void pty_close(struct port *port)

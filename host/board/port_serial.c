@@ -36,25 +36,23 @@ static bool configure(struct sp_port *handle, long baud)
            sp_set_flowcontrol(handle, SP_FLOWCONTROL_NONE) == SP_OK;
 }
 
-static enum bf_status serial_open(struct port *port, struct bf_error *err)
+static int serial_open(struct port *port)
 {
     struct sp_port *handle = NULL;
     if (sp_get_port_by_name(port->node, &handle) != SP_OK)
-        return bf_fail(err, BF_DEVICE, "%s: is not a serial port; give one, e.g. /dev/ttyUSB0", port->path);
+        return PORT_NOT_SERIAL;
     if (sp_open(handle, SP_MODE_READ_WRITE) != SP_OK) {
         const int reason = sp_last_error_code();
         sp_free_port(handle);
-        return port_open_failed(port, reason != 0 ? reason : EIO, err);
+        return reason > 0 ? reason : EIO;
     }
     if (!configure(handle, port->baud) || sp_get_port_handle(handle, &port->fd) != SP_OK) {
         (void)sp_close(handle);
         sp_free_port(handle);
-        return bf_fail(err, BF_DEVICE,
-                       "%s: does not take %ld bit/s; give a rate that the adapter has, e.g. --baud 115200", port->path,
-                       port->baud);
+        return PORT_NO_SUCH_RATE;
     }
     port->handle = handle;
-    return BF_OK;
+    return 0;
 }
 
 static void serial_close(struct port *port)

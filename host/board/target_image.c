@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* target_image.c — factor, narrow, pack, prove; files, codes, checks. */
-#include "target_image_work.h"
+#include "deployment.h"
 
 #include <errno.h>
 #include <math.h>
@@ -13,6 +13,8 @@
 _Static_assert((int)DEVICE_ID_BYTES == (int)BEAM_IMAGE_DEVICE_BYTES, "one identity");
 _Static_assert((int)DEVICE_KEY_BYTES == (int)BEAM_IMAGE_KEY_BYTES, "one key");
 _Static_assert((int)DEVICE_CODE_BYTES == (int)BEAM_IMAGE_CODE_BYTES, "one code");
+
+enum { PROOF_STEPS = 256 };
 
 /* ---- The step, in double ---- */
 
@@ -63,7 +65,7 @@ static void pack_setup(const struct target_image *image, struct beam_image_setup
         .clear_ratio = (float)b->clear_ratio,
         .averaging_s = (float)b->averaging_s,
         .clock_relative = (float)image->clock_relative,
-        .proof_steps = TARGET_PROOF_STEPS,
+        .proof_steps = PROOF_STEPS,
         .proof_amplitude = (float)(half_scale_codes * fabs(b->drive_per_code)),
     };
 }

@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "target_image_work.h"
+#include "deployment.h"
 
 static const double default_alarm = 3.0, default_clear = 2.0, default_averaging_s = 1.0;
 

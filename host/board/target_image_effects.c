@@ -5,7 +5,7 @@
  * phase begins with a recording cannot be deployed: a controller runs for weeks and has no first sample.
  */
 #include "response/response.h"
-#include "target_image_work.h"
+#include "deployment.h"
 
 #include <math.h>
 #include <stdarg.h>
@@ -102,7 +102,7 @@ static bool in_list(const char *id, const struct target_options *options)
     return false;
 }
 
-/* Keep effect e in the deployed model? Fate written when not. */
+/* Keep effect e in the deployed model? When not, its `fate` says why. */
 static enum bf_status judge_effect(const struct model *model, size_t e, size_t sensor, size_t drive,
                                    const struct target_options *options, struct target_effect *out, bool *keep,
                                    struct bf_error *err)

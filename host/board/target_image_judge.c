@@ -1,13 +1,14 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
- * target_image_judge.c — the ten-dimensional space beside a converged one, and what it lacks under a held drive.
+ * target_image_judge.c — the ten-dimensional space compared with a converged one, and what it lacks under a held drive.
  *
  * A drive that jumps in every sample shakes modes far above half the sample rate too; what they do appears folded among
- * the samples, and the static responses in the space stand for it badly: a per cent or so of the pulse response from
- * drive to sensor. Two blocks mend it: the mode that is missed most, with its own pole, and the first two samples of all
- * that is left (faster modes have died away by the third). Both stand beside the space: laws do not feel them.
+ * the samples, and the static responses in the space describe it badly: a per cent or so of the pulse response from
+ * drive to sensor is missing. Two blocks correct it: the mode that is missed most, with its own pole, and the first two
+ * samples of all that is left (faster modes have decayed by the third). Both lead from the drive to the sensor only: they
+ * take no force from the laws.
  */
-#include "target_image_work.h"
+#include "deployment.h"
 
 #include <complex.h>
 #include <math.h>

@@ -3,7 +3,7 @@
  * target_image_model.c — the space a controller has: lowest modes and static responses, ten in all, projected from the fine
  * model at the fitted values, so that it is exact there.
  */
-#include "target_image_work.h"
+#include "deployment.h"
 
 #include <math.h>
 #include <stdlib.h>

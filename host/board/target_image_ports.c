@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* target_image_ports.c — uses and ports of the effects that a step calls. */
 #include "response/response.h"
-#include "target_image_work.h"
+#include "deployment.h"
 
 #include <math.h>
 #include <string.h>

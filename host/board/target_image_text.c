@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* target_image_text.c — an image for a person and for programs. */
 #include "board.h"
-#include "target_image.h"
 
 #include <complex.h>
 #include <math.h>
@@ -35,7 +34,8 @@ static int least(int a, int b)
     return a < b ? a : b;
 }
 
-void target_image_cost(const struct beam_image_file *file, char text[160])
+/* What a step costs, in one clause, with the instructions measured. */
+static void describe_cost(const struct beam_image_file *file, char text[160])
 {
     enum { a_pair = 62, rest = 83 }; /* instructions of two blocks, and of the rest of a linear step (docs/boards.md) */
     const struct beam_image_counts *n = &file->counts;
@@ -93,7 +93,7 @@ static void print_board(FILE *out, const struct beam_image_file *file)
 static void print_plan(FILE *out, const struct beam_image_file *file)
 {
     char cost[160];
-    target_image_cost(file, cost);
+    describe_cost(file, cost);
     (void)fprintf(out, "step       %s\n", cost);
     for (int u = 0; u < least(file->counts.n_uses, BEAM_USES); u++) {
         (void)fprintf(out, "effect     %s:", effect_name(file->front.use[u].effect));
@@ -141,7 +141,7 @@ void target_image_print(FILE *out, const struct target_image *image)
                   image->board.drive, image->noise_from);
     print_board(out, &image->file);
     char cost[160];
-    target_image_cost(&image->file, cost);
+    describe_cost(&image->file, cost);
     (void)fprintf(out, "step       %s\n", cost);
     for (size_t e = 0; e < image->n_effects; e++)
         (void)fprintf(out, "effect     %s: %s\n", image->effects[e].id, image->effects[e].fate);
@@ -188,7 +188,7 @@ static void put_board(struct json *root, const struct beam_image_file *file)
 static void put_plan(struct json *root, const struct beam_image_file *file)
 {
     char cost[160];
-    target_image_cost(file, cost);
+    describe_cost(file, cost);
     json_put_text(root, "step", cost);
     struct json *uses = json_put(root, "uses", json_new_array());
     for (int u = 0; u < least(file->counts.n_uses, BEAM_USES); u++) {

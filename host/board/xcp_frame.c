@@ -95,8 +95,3 @@ void xcp_receiver_gap(struct xcp_receiver *r)
     if (r->end > r->start)
         drop_byte(r);
 }
-
-void xcp_receiver_clear(struct xcp_receiver *r)
-{
-    r->start = r->end = 0;
-}

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* xcp_frame.h — private to board/: what its files share of xcp_frame. */
-#ifndef BEAMFIT_XCP_FRAME_PRIVATE_H
-#define BEAMFIT_XCP_FRAME_PRIVATE_H
+/* xcp_frame.h — frames made, and packets found in the bytes that arrive. */
+#ifndef BEAMFIT_XCP_FRAME_H
+#define BEAMFIT_XCP_FRAME_H
 
 #include "board.h"
 
@@ -20,8 +20,5 @@ bool xcp_receiver_next(struct xcp_receiver *receiver, uint8_t packet[BEAM_WIRE_M
 
 /* The line has been silent: a frame begun will not be finished. Drop its first byte, so that what it hid is found. */
 void xcp_receiver_gap(struct xcp_receiver *receiver);
-
-/* Forgets all bytes, keeps the counts. */
-void xcp_receiver_clear(struct xcp_receiver *receiver);
 
 #endif

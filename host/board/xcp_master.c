@@ -110,7 +110,7 @@ static void learn(struct xcp_master *m, int64_t took_ms)
     m->usual_ms += ((double)took_ms - m->usual_ms) / (m->timed < ENOUGH_TIMED ? m->timed : ENOUGH_TIMED);
 }
 
-/* Until there is an answer or the time is over; then a frame that never ends is broken up: an answer may hide in it. */
+/* Until there is an answer or the time is over; then a frame that never ends is given up, since its bytes may contain the answer. */
 static enum bf_status await(struct xcp_master *m, int timeout_ms, struct bf_error *err)
 {
     int64_t until_ms = port_clock_ms() + timeout_ms;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* xcp_master.h — private to board/: what its files share of xcp_master. */
-#ifndef BEAMFIT_XCP_MASTER_PRIVATE_H
-#define BEAMFIT_XCP_MASTER_PRIVATE_H
+/* xcp_master.h — one XCP session: xcp_begin(), xcp_connect(), then questions and samples, xcp_disconnect(). */
+#ifndef BEAMFIT_XCP_MASTER_H
+#define BEAMFIT_XCP_MASTER_H
 
 #include "board.h"
 
@@ -21,7 +21,7 @@ void xcp_begin(struct xcp_master *m, struct port *port);
 /* CONNECT until answered; max_packet: what the board takes and sends. */
 enum bf_status xcp_connect(struct xcp_master *m, size_t *max_packet, struct bf_error *err);
 
-/* Says goodbye; that nobody hears it is no failure. */
+/* DISCONNECT; that nobody answers it is no failure. */
 void xcp_disconnect(struct xcp_master *m);
 
 /* n bytes of command. Repeated after a loss; the outcome is done or refused. */
@@ -42,7 +42,7 @@ enum bf_status xcp_refused(const struct xcp_master *m, const char *what, uint8_t
 /* Waits for samples and events up to timeout_ms, handles what has come, and returns. */
 enum bf_status xcp_listen(struct xcp_master *m, int timeout_ms, struct bf_error *err);
 
-/* Asks for a sign of life when nothing was heard for silence_ms: BF_DEVICE when none comes. *session: GET_STATUS's session
+/* Asks for the status when nothing was heard for silence_ms: BF_DEVICE when no answer comes. *session: GET_STATUS's session
  * byte, −1 when there was no need to ask. */
 enum bf_status xcp_heartbeat(struct xcp_master *m, int silence_ms, int *session, struct bf_error *err);
 enum { XCP_SESSION_STORE = 0x01, XCP_SESSION_STREAM = 0x40 };

@@ -7,7 +7,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-
 bool decimal_parse(const char *text, double *out)
 {
     const char *s = *text == '+' || *text == '-' ? text + 1 : text;

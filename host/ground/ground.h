@@ -1,5 +1,16 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* ground.h — what every stage stands on: errors, text, numbers, options, progress, workers, files, hashes, keys, JSON. Knows nothing of beams. */
+/*
+ * ground.h — what every stage uses, and what knows nothing of beams. Section by section:
+ *
+ *     ERROR                  how a function fails; memory that is never NULL
+ *     TEXT, NUMBER, DECIMAL  words and numbers, read and printed alike in every locale
+ *     HASH, LINES            SHA-256; the lines of a text file of any size
+ *     OPTIONS                the command line
+ *     PROGRESS, WORKERS      a progress bar and Ctrl-C; several threads
+ *     ATOMIC FILE            a file written whole or not at all
+ *     DEVICE KEY             the secret of a controller, and what it signs
+ *     JSON                   machine-readable answers
+ */
 #ifndef BEAMFIT_GROUND_H
 #define BEAMFIT_GROUND_H
 
@@ -48,7 +59,7 @@ void *bf_alloc(size_t count, size_t size);
 void *bf_grow(void *old, size_t count, size_t size);
 char *bf_strdup(const char *text);
 
-#ifdef __clang_analyzer__ /* let clang's analyser see what stands in error.c: the status, and zeroed memory, never NULL */
+#ifdef __clang_analyzer__ /* clang's analyser does not see error.c: bf_fail() returns its status, bf_alloc() zeroed memory, never NULL */
 static inline void *bf_alloc_known(size_t count, size_t size)
 {
     void *p = calloc(count > 0 ? count : 1, size > 0 ? size : 1);
@@ -102,7 +113,7 @@ struct number_digits {
 };
 struct number_digits number_digits(const char *s, const char *end, char point);
 
-/* DECIMAL — numbers as a person and a YAML reader expect them, whatever the locale; number.h does the scanning. */
+/* DECIMAL — numbers as a person and a YAML reader expect them, whatever the locale. */
 
 enum { DECIMAL_TEXT = 32 };
 
@@ -135,8 +146,11 @@ enum bf_status hash_file(const char *path, char hex[65], struct bf_error *err);
 
 /*
  * LINES — the lines of a text file, one at a time, from a file of any size or from memory. Line ends may be LF or
- * CR LF; a UTF-8 byte order mark is skipped; bytes that no text file has are an error. Memory: one buffer of 256 KiB.
+ * CR LF; a UTF-8 byte order mark is skipped; bytes that no text file has are an error. Memory: one buffer of 256 KiB,
+ * which grows with a longer line.
  */
+
+enum { LINES_LONGEST = 1 << 20 }; /* bytes in a line */
 
 struct lines {
     const char *path; /* the caller's; must outlive this */
@@ -195,7 +209,7 @@ struct progress *progress_begin(const char *what);
 void progress_update(struct progress *progress, double fraction, const char *note);
 void progress_end(struct progress *progress); /* clears the line */
 
-/* After catch_interrupts(), Ctrl-C sets a flag once; a second Ctrl-C ends the program the ordinary way. */
+/* After progress_catch_interrupts(), Ctrl-C sets a flag once; a second Ctrl-C ends the program the ordinary way. */
 void progress_catch_interrupts(void);
 bool progress_interrupted(void);
 
@@ -290,6 +304,8 @@ enum bf_status json_print_and_free(struct json *root, FILE *out, struct bf_error
 
 /* The same on one line, for answers that never end: one object a line. */
 enum bf_status json_print_line_and_free(struct json *root, FILE *out, struct bf_error *err);
+
+/* Frees the whole tree without printing it. */
 void json_discard(struct json *root);
 
 #endif

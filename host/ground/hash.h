@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* hash.h — private to ground/: what its files share of hash. */
-#ifndef BEAMFIT_HASH_PRIVATE_H
-#define BEAMFIT_HASH_PRIVATE_H
+/* hash.h — the keyed hash behind device_key.c. */
+#ifndef BEAMFIT_HASH_H
+#define BEAMFIT_HASH_H
 
 #include "ground.h"
 

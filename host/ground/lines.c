@@ -6,7 +6,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 #include "ground.h"
-#include "lines.h"
 
 enum { PIECE = 1 << 18 };
 

@@ -4,7 +4,6 @@
 #include <math.h>
 #include <stdlib.h>
 
-
 int options_next(int argc, char **argv, const char *short_options, const struct option *long_options,
                  struct bf_error *err)
 {

@@ -10,7 +10,6 @@
 #include <time.h>
 #include <unistd.h>
 
-
 enum { BAR = 24, LINE = 160 };
 
 struct progress {

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "maths.h"
-#include "dense.h"
 
 #include <cblas.h>
 #include <lapacke.h>
@@ -105,30 +104,6 @@ enum bf_status dense_general_eigen(size_t n, const double A[], double complex va
     }
     free(a), free(re), free(im), free(vl), free(vr);
     return info ? failed(err, "general eigenproblem", info) : BF_OK;
-}
-
-enum bf_status dense_solve(size_t n, size_t n_rhs, const double A[], double B[], struct bf_error *err)
-{
-    if (n == 0 || n_rhs == 0)
-        return BF_OK;
-    double *a = copy_of(n * n, A);
-    int *pivot = bf_alloc(n, sizeof *pivot);
-    const int info = LAPACKE_dgesv(LAPACK_COL_MAJOR, (int)n, (int)n_rhs, a, (int)n, pivot, B, (int)n);
-    free(a), free(pivot);
-    return info ? failed(err, "linear solve (singular matrix)", info) : BF_OK;
-}
-
-enum bf_status dense_solve_complex(size_t n, size_t n_rhs, const double complex A[], double complex B[],
-                                   struct bf_error *err)
-{
-    if (n == 0 || n_rhs == 0)
-        return BF_OK;
-    double complex *a = bf_alloc(n * n, sizeof *a);
-    memcpy(a, A, n * n * sizeof *a);
-    int *pivot = bf_alloc(n, sizeof *pivot);
-    const int info = LAPACKE_zgesv(LAPACK_COL_MAJOR, (int)n, (int)n_rhs, a, (int)n, pivot, B, (int)n);
-    free(a), free(pivot);
-    return info ? failed(err, "linear solve (singular matrix)", info) : BF_OK;
 }
 
 enum bf_status dense_cholesky_solve(size_t n, size_t n_rhs, const double A[], double B[], struct bf_error *err)

@@ -1,5 +1,15 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* maths.h — mathematics on plain arrays: dense and sparse algebra, splines, spectra, rational fits, statistics of residuals, the optimiser. */
+/*
+ * maths.h — mathematics on plain arrays. Section by section:
+ *
+ *     DENSE, SPARSE    linear algebra: eigenpairs, solves, orthonormal bases
+ *     SPLINE           cubic B-splines with edges where the second derivative may jump
+ *     SPECTRUM         Fourier transforms, amplitude and cross spectra, coherence
+ *     LOCAL RATIONAL   what no linear system can have done, band by band
+ *     RESIDUAL         size, colour, whiteness of what a model leaves unexplained, and where it is
+ *     OPTIMISE         least squares within bounds
+ *     VECTOR           inner loops for processors with vectors
+ */
 #ifndef BEAMFIT_MATHS_H
 #define BEAMFIT_MATHS_H
 
@@ -11,63 +21,11 @@
 #include "ground/ground.h"
 
 /*
- * VECTOR — inner loops compiled three times, for processors with vectors of 512 bits, of 256 bits and others, chosen when the
- * program starts. Off under the address sanitizer, which must be running before any choice of that kind.
- */
-
-#if defined __x86_64__ && defined __gnu_linux__ && !defined __SANITIZE_ADDRESS__ && !defined __clang__
-#define VECTOR_CLONES __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
-#else
-#define VECTOR_CLONES
-#endif
-#define VECTOR_INLINE static inline __attribute__((always_inline))
-
-/*
- * Four numbers at once, in functions with VECTOR_CLONES and what is inlined into them; without 256-bit vectors the
- * compiler makes two or four instructions of each. Arrays need no alignment, but a length that is a multiple.
- */
-enum { VECTOR_LENGTH = 4 };
-typedef double vector_real __attribute__((vector_size(32)));
-
-VECTOR_INLINE size_t vector_round(size_t n)
-{
-    return (n + VECTOR_LENGTH - 1) / VECTOR_LENGTH * VECTOR_LENGTH;
-}
-
-VECTOR_INLINE void vector_load(vector_real *out, const double x[VECTOR_LENGTH])
-{
-    memcpy(out, x, sizeof *out);
-}
-
-VECTOR_INLINE void vector_store(double x[VECTOR_LENGTH], const vector_real *in)
-{
-    memcpy(x, in, sizeof *in);
-}
-
-VECTOR_INLINE double vector_sum(const vector_real *x)
-{
-    return ((*x)[0] + (*x)[2]) + ((*x)[1] + (*x)[3]);
-}
-
-/* Σ a_i b_i; n is a multiple of the length. */
-VECTOR_INLINE double vector_dot(size_t n, const double a[], const double b[])
-{
-    vector_real sum = {0.0};
-    for (size_t i = 0; i < n; i += VECTOR_LENGTH) {
-        vector_real x, y;
-        vector_load(&x, a + i);
-        vector_load(&y, b + i);
-        sum += x * y;
-    }
-    return vector_sum(&sum);
-}
-
-/*
  * DENSE — dense linear algebra. Only dense.c sees LAPACKE and CBLAS.
  *
  * Every matrix is column-major and packed: A[m][n] (m rows, n columns) has element (i, j) at A[i + j·m].
  * A NULL output is not computed. Functions return BF_NUMERIC when a factorisation fails or an input is not finite
- * where LAPACK would hang or lie; inputs are never changed unless marked in/out. Not for sizes above INT_MAX.
+ * where LAPACK would not end or would answer wrongly; inputs are never changed unless marked in/out. Not for sizes above INT_MAX.
  */
 
 /*
@@ -392,10 +350,10 @@ enum bf_status residual_amplitude_shares(const double *z, const double *r, size_
 /*
  * OPTIMISE — minimisation of a sum of squares ½‖r(x)‖² within bounds. Only optimise.c sees NLopt.
  *
- * The local search is a Gauss–Newton trust-region method of our own (optimise_local.c), because NLopt's gradient methods see only the
- * value and the gradient: on the clean open case they need 60 to 200 evaluations where JᵀJ needs about 10, and
- * JᵀJ costs next to nothing once the Jacobian is there. NLopt does the search over a box (controlled random search,
- * DIRECT, multi-level single linkage), where its methods are the right ones, and an independent polish at the end.
+ * The local search is a Gauss–Newton trust-region method (optimise_local.c), because NLopt's gradient methods see only the value and the
+ * gradient and need several times as many evaluations as a method that sees JᵀJ, which costs little once the Jacobian is
+ * there. NLopt searches a box (controlled random search, DIRECT, multi-level single linkage) and checks the result at the
+ * end by a gradient method of its own.
  */
 
 /* A least-squares problem in n unknowns. Unknowns should be scaled so that steps of 1 are large (logarithms are). */
@@ -471,5 +429,57 @@ enum optimise_search { OPTIMISE_CRS, OPTIMISE_DIRECT, OPTIMISE_MLSL };
  */
 enum bf_status optimise_global(const struct least_squares *problem, enum optimise_search search, int evaluations,
                                double x[], double *half_square, struct bf_error *err);
+
+/*
+ * VECTOR — inner loops compiled three times, for processors with vectors of 512 bits, of 256 bits and others, chosen when the
+ * program starts. Off under the address sanitizer, which must be running before any choice of that kind.
+ */
+
+#if defined __x86_64__ && defined __gnu_linux__ && !defined __SANITIZE_ADDRESS__ && !defined __clang__
+#define VECTOR_CLONES __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
+#else
+#define VECTOR_CLONES
+#endif
+#define VECTOR_INLINE static inline __attribute__((always_inline))
+
+/*
+ * Four numbers at once, in functions with VECTOR_CLONES and what is inlined into them; without 256-bit vectors the
+ * compiler makes two or four instructions of each. Arrays need no alignment, but a length that is a multiple.
+ */
+enum { VECTOR_LENGTH = 4 };
+typedef double vector_real __attribute__((vector_size(32)));
+
+VECTOR_INLINE size_t vector_round(size_t n)
+{
+    return (n + VECTOR_LENGTH - 1) / VECTOR_LENGTH * VECTOR_LENGTH;
+}
+
+VECTOR_INLINE void vector_load(vector_real *out, const double x[VECTOR_LENGTH])
+{
+    memcpy(out, x, sizeof *out);
+}
+
+VECTOR_INLINE void vector_store(double x[VECTOR_LENGTH], const vector_real *in)
+{
+    memcpy(x, in, sizeof *in);
+}
+
+VECTOR_INLINE double vector_sum(const vector_real *x)
+{
+    return ((*x)[0] + (*x)[2]) + ((*x)[1] + (*x)[3]);
+}
+
+/* Σ a_i b_i; n is a multiple of the length. */
+VECTOR_INLINE double vector_dot(size_t n, const double a[], const double b[])
+{
+    vector_real sum = {0.0};
+    for (size_t i = 0; i < n; i += VECTOR_LENGTH) {
+        vector_real x, y;
+        vector_load(&x, a + i);
+        vector_load(&y, b + i);
+        sum += x * y;
+    }
+    return vector_sum(&sum);
+}
 
 #endif

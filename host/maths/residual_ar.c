@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* residual_ar.c — autoregressive models of residuals: Burg (1975), Levinson's recursion up and down. */
 #include "maths.h"
-#include "residual.h"
 
 #include <complex.h>
 #include <math.h>
@@ -104,23 +103,6 @@ static void lower_orders(const struct ar_model *model, struct predictors *p)
             const double k = levinson_down(a, m);
             sigma /= sqrt(1.0 - k * k);
         }
-    }
-}
-
-void ar_autocovariance(const struct ar_model *model, size_t n_lags, double *c)
-{
-    struct predictors p;
-    lower_orders(model, &p);
-    const size_t order = (size_t)model->order;
-    for (size_t lag = 0; lag < n_lags; lag++) {
-        if (lag == 0) {
-            c[0] = p.sigma[0] * p.sigma[0];
-            continue;
-        }
-        const size_t m = lag <= order ? lag - 1 : order; /* a predictor that reaches back to lag 0, or the whole */
-        c[lag] = lag <= order ? p.a[lag][lag - 1] * p.sigma[m] * p.sigma[m] : 0.0; /* k σ²_m */
-        for (size_t i = 0; i < m; i++)
-            c[lag] += p.a[m][i] * c[lag - 1 - i];
     }
 }
 

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* residual_tests.c — whiteness, correlation with the input, and the distributions they need. */
 #include "maths.h"
-#include "residual.h"
 #include "spectrum.h"
 
 #include <math.h>
@@ -41,7 +40,8 @@ double chi_square_tail(double x, double dof)
     return isfinite(x) ? gamma_upper(0.5 * dof, 0.5 * x) : 0.0;
 }
 
-double normal_two_sided(double alpha)
+/* Two-sided quantile of the normal distribution: P(|N| > q) = alpha, 0 < alpha < 1. */
+static double normal_two_sided(double alpha)
 {
     double low = 0.0, high = 40.0;
     for (int i = 0; i < 100; i++) {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* spectrum.h — private to maths/: what its files share of spectrum. */
-#ifndef BEAMFIT_SPECTRUM_PRIVATE_H
-#define BEAMFIT_SPECTRUM_PRIVATE_H
+/* spectrum.h — correlation by transforms, for the tests of residuals. */
+#ifndef BEAMFIT_SPECTRUM_H
+#define BEAMFIT_SPECTRUM_H
 
 #include "maths.h"
 

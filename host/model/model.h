@@ -1,5 +1,14 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* model.h — the model file: read, check, edit in place, write; the parameters as one vector. */
+/*
+ * model.h — what is believed about a beam, as a struct and as a file.
+ *
+ *     model_read()             the file, checked
+ *     model_append_effect()    changes; model_check() afterwards says whether they fit the rest
+ *     model_parameters()       the parameters as one vector; model_set_parameters() writes it back
+ *     model_write()            the same file with what changed, comments kept
+ *     model_free()
+ *     starting_model_text()    a first file, from a ruler and a handbook
+ */
 #ifndef BEAMFIT_MODEL_H
 #define BEAMFIT_MODEL_H
 
@@ -9,8 +18,8 @@
 #include "ground/ground.h"
 
 /*
- * MODEL — what is believed about a beam: geometry, parameters, channels, effects. Plain data; no numerics.
- * The YAML form is beamfit-model/1 (docs/model_file.md); only model_*.c know it.
+ * MODEL — geometry, parameters, channels, effects. Plain data; no numerics. The YAML form is beamfit-model/1
+ * (docs/model_file.md); only model_*.c know it.
  */
 
 enum { MODEL_NAME = 64 };
@@ -145,20 +154,29 @@ struct model {
     struct model_effect *effects;
     struct fit_info fit;
     struct model_board board;
-    void *document; /* owned by model_yaml.c: the file's text with comments, for saving */
+    void *document; /* owned: the file's text with comments, for saving (model_file.c) */
 };
+
+/* FILE — reading, writing, copying, checking. */
 
 /* As the file spells them; NULL outside the enumeration. */
 const char *model_support_name(enum model_support support);
 const char *model_input_kind_name(enum input_kind kind);
 const char *model_output_kind_name(enum output_kind kind);
 
+/*
+ * BF_BAD_FILE: "file:line: …" not readable, not YAML, a key that is not known, a fault that model_check() finds. *out is empty then and
+ * needs no free. Prints the unit warnings.
+ */
 enum bf_status model_read(const char *path, struct model *out, struct bf_error *err);
 
 /* The same from memory, without warnings; `name` stands for the file in messages. */
 enum bf_status model_read_text(const char *name, const char *text, size_t n, struct model *out, struct bf_error *err);
 
-/* Keeps comments, order and unknown keys of the document the model was read from. Atomic (temporary file, rename). */
+/*
+ * Keeps comments, order and unknown keys of the document the model was read from; written as an ATOMIC FILE (ground.h),
+ * "-" is standard output. The fit block gets the parent's digest. BF_NUMERIC when the model has a fault, BF_BAD_FILE.
+ */
 enum bf_status model_write(const char *path, struct model *model, struct bf_error *err);
 enum bf_status model_copy(const struct model *from, struct model *out, struct bf_error *err);
 void model_free(struct model *model);
@@ -173,6 +191,8 @@ enum bf_status model_check(const struct model *model, struct bf_error *err);
 typedef char model_warning[320];
 size_t model_unit_warnings(const struct model *model, model_warning text[], size_t room);
 
+/* PLACES — what the model has at a place of the span. */
+
 /* First patch of the model: the region(s) named "patch", else the first patch channel; false when there is none. */
 bool model_patch(const struct model *model, double *from_m, double *to_m);
 const struct material *model_material(const struct model *model, const char *region);
@@ -182,19 +202,27 @@ size_t model_plain_material(const struct model *model); /* 'beam', or the first 
 double model_weight(const struct model *model, const struct material *material, enum beam_weight weight);
 struct beam_place model_place(const struct model *model);
 
-/* The same without checking the result: set the effect's values first, then model_check(). */
+/* EFFECTS — of the catalogue, in a model. */
+
+const struct beam_effect *effect_by_id(const char *id); /* NULL when unknown */
+
+/* The same with a message that proposes the closest id; BF_USAGE when NULL. */
+const struct beam_effect *effect_find(const char *id, struct bf_error *err);
+
+/*
+ * Adds an effect with the start values of the catalogue. channel "": the effect's default channels. The result is not
+ * checked: set the effect's values, then call model_check(). BF_USAGE: no such effect. The last fit is forgotten.
+ */
 enum bf_status model_append_effect(struct model *model, const char *id, const char *channel, struct bf_error *err);
+
+/* Every use of it. BF_USAGE: the model has none. */
 enum bf_status model_drop_effect(struct model *model, const char *id, struct bf_error *err);
 
 /* Some effect of the model is a law, so that its prediction steps through time. */
 bool model_has_law(const struct model *model);
-const struct beam_effect *effect_by_id(const char *id); /* NULL when unknown */
-
-/* The same with a message that proposes the closest id. */
-const struct beam_effect *effect_find(const char *id, struct bf_error *err);
 
 /*
- * The parameters as one vector: materials (EI, rho, cDI of each, in order), gamma, Ks, KB, residuals, each effect's.
+ * PARAMETERS — as one vector: materials (EI, rho, cDI of each, in order), gamma, Ks, KB, residuals, each effect's.
  * A per-record parameter appears once per record name. Order is stable for a given model and list of records.
  */
 enum parameter_role { ROLE_EI, ROLE_RHO, ROLE_CDI, ROLE_GAMMA, ROLE_KS, ROLE_KB, ROLE_RESIDUAL, ROLE_EFFECT };

@@ -1,5 +1,14 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* record.h — a recording: read, check, its time axis; the recording that a board streams. */
+/*
+ * record.h — a recording over a uniform time axis, from a file or from a board.
+ *
+ *     record_read()                            a CSV file of this program, read and checked
+ *     recording_add() … recording_make_record()  a recording made of the samples that a board streams
+ *     record_column(), record_meta()           what is in it
+ *     record_write(), record_free()
+ *
+ * Recordings of other programs: import/import.h.
+ */
 #ifndef BEAMFIT_RECORD_H
 #define BEAMFIT_RECORD_H
 
@@ -10,7 +19,7 @@
 #include "ground/ground.h"
 
 /*
- * RECORD — one recording: columns over a uniform time axis. First stage of the flow.
+ * RECORD — columns over a uniform time axis, and metadata.
  *
  * CSV form: a header row of names, first column time_s; '#' lines are comments, "# key: value" is metadata.
  * Metadata that beamfit reads: "excitation: free_decay" (no input was recorded, the initial state is unknown),
@@ -40,11 +49,10 @@ struct record {
     struct record_meta *meta;
 };
 
-/* Reads and checks; on failure *out is empty and needs no free. */
+/* BF_BAD_FILE with the line: not readable, not uniform in time, a cell that is no number. *out is empty then and needs no free. */
 enum bf_status record_read(const char *path, struct record *out, struct bf_error *err);
 
-/* Written to a temporary file in the same directory, fsynced and renamed: never half a file. '%.17g' round trips;
- * digits ≤ 0 means 9 significant digits. */
+/* As an ATOMIC FILE (ground.h): never half a file. digits: significant ones, 17 keep every bit; ≤ 0: 9. BF_BAD_FILE. */
 enum bf_status record_write(const char *path, const struct record *record, int digits, struct bf_error *err);
 const double *record_column(const struct record *record, const char *name); /* NULL when absent */
 const char *record_meta(const struct record *record, const char *key);      /* NULL when absent */
@@ -82,7 +90,7 @@ bool time_axis_fit(const double t[], size_t n, struct number_digits most, double
 double time_axis_round_step(double dt, int significant);
 
 /*
- * RECORDING — samples of a board, kept in memory, and the record that `fit` reads.
+ * RECORDING — samples of a board, kept in memory, and the record that is made of them.
  *
  * A record has a uniform time axis and no holes. So a recording with holes becomes the record of its longest stretch
  * without one, and every hole is named in that record ("# gap: …"). Holes: a sample that did not come (lost on the line,

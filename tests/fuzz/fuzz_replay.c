@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "board/board.h"
+#include "board/replay.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t n);
 

@@ -10,7 +10,7 @@
 #include "noise/noise_estimate.h"
 #include "noise/evidence.h"
 #include "signals.h"
-#include "maths/residual.h"
+#include "ar_autocovariance.h"
 
 enum { N = 4096, SETS = 1000 };
 static const double dt = 1.0 / 1024.0;

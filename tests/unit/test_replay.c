@@ -10,6 +10,7 @@
 #include "beam_wire.h"
 #include "model_fixture.h"
 #include "board/board.h"
+#include "board/replay.h"
 #include "test_files.h"
 
 enum { SAMPLES = 600 };

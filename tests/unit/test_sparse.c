@@ -9,7 +9,7 @@
 #include <string.h>
 
 #include "maths/maths.h"
-#include "maths/dense.h"
+#include "dense_solve.h"
 #include "signals.h"
 
 enum { N = 40, WIDTH = 4, MODES = 6 };
@@ -50,7 +50,7 @@ static void solve_is_the_dense_one(void **state)
     for (int repeat = 0; repeat < 3; repeat++) { /* work space is kept between solves */
         assert_int_equal(sparse_solve(factor, b, x, &err), BF_OK);
         memcpy(y, b, sizeof y);
-        assert_int_equal(dense_solve(N, 1, A, y, &err), BF_OK);
+        dense_solve(N, A, y);
         for (size_t i = 0; i < N; i++)
             assert_true(fabs(x[i] - y[i]) < 1e-13);
         b[repeat] += 1.0;

@@ -10,7 +10,7 @@
 #include <string.h>
 
 #include "maths/maths.h"
-#include "maths/dense.h"
+#include "dense_solve.h"
 #include "model_fixture.h"
 #include "beam/beam.h"
 #include "beam/system.h"
@@ -53,13 +53,12 @@ static void close_fixture(struct fixture *f)
 /* cᵀA(s)⁻¹b by LU. */
 static double complex direct(const struct fixture *f, double complex s, const double c[], const double b[])
 {
-    struct bf_error err;
     size_t n = f->system->n;
     double complex *A = bf_alloc(n * n, sizeof *A), *x = bf_alloc(n, sizeof *x), sum = 0.0;
     system_dynamic_stiffness(f->system, s, A);
     for (size_t i = 0; i < n; i++)
         x[i] = b[i];
-    assert_int_equal(dense_solve_complex(n, 1, A, x, &err), BF_OK);
+    dense_solve_complex(n, A, x);
     for (size_t i = 0; i < n; i++)
         sum += c[i] * x[i];
     free(A);

@@ -21,10 +21,11 @@
 /* FORMATS — of foreign files: UFF 58, MATLAB, LabVIEW, sound, text tables. */
 
 struct import_format;                                                /* one of them; static, never freed */
-const char *import_format_name(const struct import_format *format);  /* "uff" */
+const char *import_format_name(const struct import_format *format);  /* "uff"; "unknown" for NULL */
 const struct import_format *import_format_by_name(const char *name); /* in any case; NULL when there is none */
-void import_format_list(size_t size,
-                        char text[]); /* "csv (text table), lvm (LabVIEW), …", cut to size: for a message */
+
+/* "csv (text table), lvm (LabVIEW), …", cut to size: the end of a message. */
+void import_format_list(size_t size, char text[]);
 
 /* READING — the channels of a file, as the file has them. */
 

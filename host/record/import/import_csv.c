@@ -162,7 +162,7 @@ static bool is_better(const struct fit *a, const struct fit *b)
     return a->run != b->run ? a->run > b->run : a->n_cells > b->n_cells;
 }
 
-static void sniff(struct table *t, const struct import_reading *how)
+static void choose_dialect(struct table *t, const struct import_reading *how)
 {
     static const struct dialect candidates[] = {{',', '.'},  {';', '.'}, {';', ','}, {'\t', '.'},
                                                 {'\t', ','}, {' ', '.'}, {' ', ','}};
@@ -374,7 +374,7 @@ static enum bf_status read_csv(struct import_file *file, const char *data, size_
     t->path = file->path;
     enum bf_status status = take_sample(file, t, data, n, err);
     if (status == BF_OK) {
-        sniff(t, how);
+        choose_dialect(t, how);
         if (t->run == 0)
             status = bf_fail_at(err, file->path, t->n_rows > 0 ? t->line[0] : 0,
                                 "no row of numbers in the first %zu lines; give --separator and --decimal if it is a "

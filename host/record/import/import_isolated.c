@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
- * Readers that rest on outside libraries run in a child process with limits on memory and time: a file made to break the
- * library ends the child, and here it is a damaged file. What the child sends is checked like a file.
+ * Readers that rest on outside libraries run in a child process with limits on memory and time: when a file makes the
+ * library crash, only the child ends, and this process reports a damaged file. What the child sends is checked as a file is.
  */
 #include <errno.h>
 #include <math.h>
@@ -33,7 +33,7 @@ static void put_text(FILE *f, const char *text)
     fwrite(text, 1, n, f);
 }
 
-/* NULL when the child died or sends nonsense. */
+/* NULL when the child has ended or the text is too long. */
 static char *take_text(FILE *f)
 {
     size_t n;
@@ -46,7 +46,7 @@ static char *take_text(FILE *f)
     return text;
 }
 
-/* The child's answer: status and error, metadata, rate, channels, and a last word that all was sent. */
+/* The child's answer: status and error, rate, metadata, channels. */
 static void send_answer(FILE *f, const struct import_file *file, enum bf_status status, const struct bf_error *err)
 {
     int code = (int)status;

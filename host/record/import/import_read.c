@@ -13,7 +13,7 @@ enum { MOST_CHANNELS = 4096 };
 
 const char *import_format_name(const struct import_format *format)
 {
-    return format->name;
+    return format != NULL ? format->name : "unknown";
 }
 
 const struct import_format *import_format_by_name(const char *name)

@@ -16,7 +16,7 @@
 #include "import_channel.h"
 #include "import_format.h"
 #include "import_units.h"
-#include "import_uff.h"
+#include "import_uff_header.h"
 #include "record/record.h"
 
 static bool is_complex(const struct uff_header *h)

@@ -3,7 +3,7 @@
 #include <math.h>
 #include <string.h>
 #include <strings.h>
-#include "import_uff.h"
+#include "import_uff_header.h"
 #include "ground/ground.h"
 
 bool uff_take_line(struct uff_cursor *c, struct uff_line *out)

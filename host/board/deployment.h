@@ -1,11 +1,13 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* target_image_work.h — what the files target_image_*.c share; for nobody else. */
-#ifndef BEAMFIT_TARGET_IMAGE_WORK_H
-#define BEAMFIT_TARGET_IMAGE_WORK_H
+/*
+ * deployment.h — a model on its way into a target image. target_image_make() runs, in this order: target_board(), deploy_channels(),
+ * deploy_space(), deploy_judge(), deploy_effects(); then it packs and proves what they made.
+ */
+#ifndef BEAMFIT_DEPLOYMENT_H
+#define BEAMFIT_DEPLOYMENT_H
 
 #include "beam/beam.h"
 #include "board.h"
-#include "target_image.h"
 
 /* A block of the step that the ten-dimensional model does not have: it takes the drive and adds to the sensor. */
 struct beside {
@@ -39,7 +41,7 @@ enum bf_status target_board(const struct model *model, const struct target_optio
 
 /*
  * target_image_effects.c: d->model is a copy of the model that keeps the board's two channels and the effects that act
- * through them; fates and notes into image.
+ * through them; what became of the effects, and notes, into image.
  */
 enum bf_status deploy_channels(const struct model *model, const struct target_options *options, struct deployment *d,
                                struct target_image *image, struct bf_error *err);

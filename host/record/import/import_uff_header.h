@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* import_uff.h — between the two files of the UFF reader: places in the file, and the header of a dataset 58. */
-#ifndef BEAMFIT_IMPORT_UFF_H
-#define BEAMFIT_IMPORT_UFF_H
+/* import_uff_header.h — lines and numbers of a UFF file, and the header of a dataset 58. */
+#ifndef BEAMFIT_IMPORT_UFF_HEADER_H
+#define BEAMFIT_IMPORT_UFF_HEADER_H
 
 #include <stdbool.h>
 #include "ground/ground.h"
