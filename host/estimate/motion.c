@@ -41,8 +41,8 @@ static double complex integer_power(double complex s, int order)
 }
 
 static enum bf_status fill_channel(const struct motion *motion, const double residual[],
-                                   const struct response_grid *grid, size_t channel, size_t row, struct spectral_lines *l,
-                                   struct bf_error *err)
+                                   const struct response_grid *grid, size_t channel, size_t row,
+                                   struct spectral_lines *l, struct bf_error *err)
 {
     const struct predict_channel *c = &motion->channels[channel];
     const double complex *F = motion->chain[channel];
