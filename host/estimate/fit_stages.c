@@ -68,11 +68,11 @@ enum bf_status staircase_last(struct fit_problem *p, const struct staircase *sta
         const struct optimise_options options = {.iterations = stairs->iterations,
                                                  .tolerance = 1e-4,
                                                  .relative = stairs->relative / (double)p->n_rows,
-                                                 .hopeless = 0.5 * p->abandon_above * (double)p->n_used};
+                                                 .give_up_above = 0.5 * p->abandon_above * (double)p->n_used};
         const struct least_squares view = fit_problem_view(p);
         status = optimise_local(&view, &options, x, out, err);
         values += out->values, derivatives += out->derivatives;
-        if (status || out->end == OPTIMISE_INTERRUPTED || out->end == OPTIMISE_HOPELESS ||
+        if (status || out->end == OPTIMISE_INTERRUPTED || out->end == OPTIMISE_GAVE_UP ||
             fit_problem_moved(p, x) < unmoved)
             break;
         status = fit_problem_rebase(p, x, err);

@@ -15,7 +15,7 @@ enum { MOST_MODES = 16 };
 /* The power of the forces is smoothed over this many points of the Laplace line to either side (4 Hz of an 8 s line). */
 enum { SMOOTH = 16 };
 /* A channel whose gain is below this (relative to the record's largest |s^ν ψ G|) tells nothing. */
-static const double deaf = 1e-30;
+static const double least_response = 1e-30;
 
 /* ---- One record: residuals to modal coordinates ---- */
 
@@ -86,7 +86,7 @@ static void fill_power(struct spectral_lines *l)
     for (size_t i = 0; i < l->m; i++) {
         size_t from = i > SMOOTH ? i - SMOOTH : 0, to = i + SMOOTH < l->m ? i + SMOOTH + 1 : l->m;
         double r = sums[to] - sums[from] - (double)(l->n_channels * (to - from)), h = of_h[to] - of_h[from];
-        l->power[i] = r > 0.0 && h > deaf ? r / h : 0.0;
+        l->power[i] = r > 0.0 && h > least_response ? r / h : 0.0;
     }
     free(sums);
 }

@@ -216,7 +216,7 @@ static enum bf_status finish(struct refit_work *w, struct refit_result *out, str
     out->distance = sqrt(2.0 * w->found.decrement / fmax(1.0, out->chi2_per_row));
     out->interrupted = fit_problem_interrupted(p);
     out->explained_s = p->explained_ps > 0.0 ? 1.0 / p->explained_ps : 0.0;
-    out->abandoned = w->found.end == OPTIMISE_HOPELESS;
+    out->abandoned = w->found.end == OPTIMISE_GAVE_UP;
     out->converged = !out->interrupted && w->found.end == OPTIMISE_CONVERGED && out->distance < at_optimum;
     /* where no step goes down although the gradient promises one, the derivatives say nothing about errors */
     const bool senseless = w->found.end == OPTIMISE_STALLED && out->chi2_per_row > 10.0;

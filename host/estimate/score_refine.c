@@ -76,14 +76,14 @@ static enum bf_status mover_new(const struct score_base *base, const struct cand
 
 /* One window of the staircase: x[n_unknowns] in/out. */
 static enum bf_status step_window(struct fit_problem *p, double decay_ps, double floor, int steps, double reach,
-                                  double hopeless, double x[], double *half_square, struct bf_error *err)
+                                  double give_up_above, double x[], double *half_square, struct bf_error *err)
 {
     const struct optimise_options options = {.iterations = steps,
                                              .radius = reach,
                                              .radius_max = 4.0 * reach,
                                              .tolerance = 1e-2,
                                              .relative = least_fall,
-                                             .hopeless = hopeless};
+                                             .give_up_above = give_up_above};
     const struct least_squares view = fit_problem_view(p);
     struct optimise_result result = {0};
     fit_problem_rescale(p, x);
@@ -119,7 +119,7 @@ static double enough_before(const struct score_base *base, const struct descent 
 
 /* theta[n_refs] is where it ends. */
 static enum bf_status descend_from(struct mover *m, const struct score_base *base, const struct candidate *c,
-                                   const struct descent *descent, int steps, double hopeless, double theta[],
+                                   const struct descent *descent, int steps, double give_up_above, double theta[],
                                    double *half_square, struct bf_error *err)
 {
     struct fit_problem *p = &m->problem;
@@ -140,7 +140,7 @@ static enum bf_status descend_from(struct mover *m, const struct score_base *bas
     for (size_t k = 0; k < WINDOWS && !status && windows; k++)
         status = step_window(p, window[k] * first_ps, window_floor, steps, descent->reach, 0.0, x, half_square, err);
     if (!status)
-        status = step_window(p, 0.0, 0.0, LAST * steps, descent->reach, hopeless, x, half_square, err);
+        status = step_window(p, 0.0, 0.0, LAST * steps, descent->reach, give_up_above, x, half_square, err);
     if (!status)
         fit_problem_to_theta(p, x, theta);
     free(x);

@@ -185,9 +185,9 @@ static double refine_pole(struct work *w, double complex *pole)
         if (!(now < best))
             break;
         *pole += 2.0 * step;
-        const bool settled = now > best * (1.0 - 1e-4);
+        const bool converged = now > best * (1.0 - 1e-4);
         best = now;
-        if (settled)
+        if (converged)
             break;
     }
     return best;

@@ -208,9 +208,9 @@ static bool small_enough(const struct search *s)
     return s->out->decrement <= s->options.tolerance || s->out->decrement <= s->options.relative * s->out->half_square;
 }
 
-static bool hopeless(const struct search *s)
+static bool give_up_above(const struct search *s)
 {
-    return s->options.hopeless > 0.0 && s->out->half_square - 10.0 * s->out->decrement > s->options.hopeless;
+    return s->options.give_up_above > 0.0 && s->out->half_square - 10.0 * s->out->decrement > s->options.give_up_above;
 }
 
 static enum bf_status choose_step(struct search *s, double *expected, struct bf_error *err)
@@ -283,8 +283,8 @@ static enum bf_status descend(struct search *s, struct bf_error *err)
             s->out->end = OPTIMISE_CONVERGED;
             break;
         }
-        if (interrupted(s->problem) || hopeless(s)) {
-            s->out->end = interrupted(s->problem) ? OPTIMISE_INTERRUPTED : OPTIMISE_HOPELESS;
+        if (interrupted(s->problem) || give_up_above(s)) {
+            s->out->end = interrupted(s->problem) ? OPTIMISE_INTERRUPTED : OPTIMISE_GAVE_UP;
             break;
         }
         bool moved;
