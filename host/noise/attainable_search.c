@@ -1,0 +1,200 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* attainable_search.c — rounds of vector fitting and refinement, from two starts. */
+#include "attainable_work.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Vector fitting settles in a handful of steps or goes round in circles: steps at most, and steps without a gain. */
+enum { RELOCATIONS = 12, PATIENCE = 4 };
+static const double gain = 1e-3; /* of the error, relative */
+/* The form error that weighs channels is estimated again after a refinement; more than this change asks for another. */
+enum { ROUNDS = 3 };
+static const double form_change = 0.1;
+/* Gauss–Newton steps of one round, and the share of ½Σr² below which a step is not worth its time. */
+enum { STEPS = 20 };
+static const double worth = 1e-3;
+
+struct search {
+    struct attainable_problem *problem;
+    struct attainable_rows *rows; /* [n_records], of the last point */
+    double *low, *high;           /* [2m] */
+};
+
+static enum bf_status compress(struct search *s, const double x[], enum attainable_extra extra, struct bf_error *err)
+{
+    attainable_rows_free(s->rows, s->problem->n_records);
+    return attainable_compress(s->problem, x, extra, s->rows, err);
+}
+
+static enum bf_status value(void *context, const double x[], double *half_square, struct bf_error *err)
+{
+    struct search *s = context;
+    const enum bf_status status = compress(s, x, EXTRA_NONE, err);
+    return status != BF_OK ? status : attainable_value(s->problem, s->rows, half_square, NULL, err);
+}
+
+static enum bf_status derivative(void *context, const double x[], double *half_square, double gradient[], double gram[],
+                                 struct bf_error *err)
+{
+    struct search *s = context;
+    const enum bf_status status = compress(s, x, EXTRA_DERIVATIVES, err);
+    return status != BF_OK ? status : attainable_derivative(s->problem, x, s->rows, half_square, gradient, gram, err);
+}
+
+/* Errors of all channels from Σr² of each; what noise does not explain of them becomes the form error. */
+static double judge(struct attainable_problem *p, const double square[], struct attainable *out)
+{
+    double errors = 0.0, ratios = 0.0, form = 0.0;
+    size_t c = 0, n_ratios = 0;
+    for (size_t r = 0; r < p->n_records; r++)
+        for (size_t d = 0; d < p->records[r].n_data; d++, c++) {
+            const struct attainable_data *data = &p->records[r].data[d];
+            const double rms = sqrt(square[c] / (double)p->records[r].n), nrmse = rms / data->rms;
+            const double noise = data->noise / data->rms, ratio = data->noise > 0.0 ? rms / data->noise : nan("");
+            errors += nrmse * nrmse;
+            form += fmax(0.0, nrmse * nrmse - noise * noise);
+            if (isfinite(ratio))
+                ratios += ratio * ratio, n_ratios++;
+            if (out != NULL)
+                out->channels[c] = (struct attainable_channel){data->record, data->output, nrmse, ratio};
+        }
+    if (out != NULL)
+        out->noise_ratio = n_ratios > 0 ? sqrt(ratios / (double)n_ratios) : nan("");
+    p->form_error = sqrt(form / (double)c);
+    return sqrt(errors / (double)c);
+}
+
+/* nrmse at the poles of the rows at hand, the form error taken from it. */
+static enum bf_status errors_at(struct search *s, double *nrmse, struct attainable *out, struct bf_error *err)
+{
+    double *square = bf_alloc(s->problem->n_channels, sizeof *square), half_square;
+    const enum bf_status status = attainable_value(s->problem, s->rows, &half_square, square, err);
+    *nrmse = status == BF_OK ? judge(s->problem, square, out) : HUGE_VAL;
+    free(square);
+    return status;
+}
+
+/* Vector fitting from start[2m]; best[2m] is replaced, and the form error taken, where it leaves less than *least. */
+static void relocate(struct search *s, const double start[], double best[], double *least)
+{
+    const size_t n = 2 * s->problem->m;
+    double *x = bf_alloc(n, sizeof *x), nrmse, lowest = HUGE_VAL;
+    double form_error = s->problem->form_error;
+    struct bf_error ignored;
+    memcpy(x, start, n * sizeof *x);
+    for (int i = 0, idle = 0; i <= RELOCATIONS && idle <= PATIENCE; i++, idle++) {
+        if (compress(s, x, EXTRA_MEASURED, &ignored) != BF_OK || errors_at(s, &nrmse, NULL, &ignored) != BF_OK)
+            break;
+        if (nrmse < (1.0 - gain) * lowest) {
+            lowest = nrmse;
+            idle = 0;
+        }
+        if (nrmse < *least) {
+            *least = nrmse;
+            form_error = s->problem->form_error;
+            memcpy(best, x, n * sizeof *x);
+        }
+        if (attainable_relocate(s->problem, x, s->rows, x, &ignored) != BF_OK)
+            break;
+        for (size_t k = 0; k < n; k++)
+            x[k] = fmin(fmax(x[k], s->low[k]), s->high[k]);
+    }
+    s->problem->form_error = form_error;
+    free(x);
+}
+
+static void refine(struct search *s, double best[], double *least)
+{
+    const size_t n = 2 * s->problem->m;
+    const struct least_squares problem = {
+        .n = n, .lower = s->low, .upper = s->high, .context = s, .value = value, .derivative = derivative};
+    const struct optimise_options options = {.iterations = STEPS, .tolerance = 1e-6, .relative = worth};
+    double *x = bf_alloc(n, sizeof *x), nrmse;
+    struct optimise_result result;
+    struct bf_error ignored;
+    memcpy(x, best, n * sizeof *x);
+    if (optimise_local(&problem, &options, x, &result, &ignored) == BF_OK &&
+        compress(s, x, EXTRA_NONE, &ignored) == BF_OK && errors_at(s, &nrmse, NULL, &ignored) == BF_OK) {
+        memcpy(best, x, n * sizeof *x);
+        *least = nrmse;
+    }
+    free(x);
+}
+
+static double longest_s(const struct attainable_problem *p)
+{
+    double longest = 0.0;
+    for (size_t r = 0; r < p->n_records; r++)
+        longest = fmax(longest, (double)p->records[r].n * p->records[r].grid.dt_s);
+    return longest;
+}
+
+/* Poles may be slower than the records are long and lie above the band; what they do there is all that is left of them. */
+static void set_bounds(struct search *s, double top_rad)
+{
+    const double slowest = 1.0 / longest_s(s->problem);
+    for (size_t k = 0; k < s->problem->m; k++) {
+        s->low[2 * k] = log(0.1 * slowest);
+        s->low[2 * k + 1] = log(1e-3 * slowest);
+        s->high[2 * k] = s->high[2 * k + 1] = log(1.5 * top_rad);
+    }
+}
+
+/* Poles of 1 % damping, evenly spaced in the logarithm over all that the records can tell. */
+static void spread(const struct attainable_problem *p, double top_rad, double x[])
+{
+    const double bottom = log(10.0 / longest_s(p)), top = log(top_rad);
+    for (size_t k = 0; k < p->m; k++) {
+        x[2 * k] = bottom + (top - bottom) * ((double)k + 0.5) / (double)p->m;
+        x[2 * k + 1] = x[2 * k] + log(0.01);
+    }
+}
+
+/* From start[2m], whose errors are known; best[2m] out. */
+static double improve(struct search *s, double top_rad, const double start[], double start_nrmse, double best[])
+{
+    const size_t n = 2 * s->problem->m;
+    double *other = bf_alloc(n, sizeof *other), least = start_nrmse, before;
+    memcpy(best, start, n * sizeof *best);
+    relocate(s, start, best, &least);
+    spread(s->problem, top_rad, other);
+    relocate(s, other, best, &least);
+    for (int round = 0; round < ROUNDS; round++) {
+        before = s->problem->form_error;
+        refine(s, best, &least);
+        if (fabs(s->problem->form_error - before) <= form_change * before)
+            break;
+    }
+    free(other);
+    return least;
+}
+
+enum bf_status attainable_search(struct attainable_problem *p, double top_rad, double x[], struct attainable *out,
+                                 struct bf_error *err)
+{
+    const size_t n = 2 * p->m;
+    struct search s = {.problem = p};
+    s.rows = bf_alloc(p->n_records, sizeof *s.rows);
+    s.low = bf_alloc(n, sizeof *s.low);
+    s.high = bf_alloc(n, sizeof *s.high);
+    double *best = bf_alloc(n, sizeof *best);
+    set_bounds(&s, top_rad);
+    for (size_t k = 0; k < n; k++)
+        x[k] = fmin(fmax(x[k], s.low[k]), s.high[k]);
+    p->form_error = 1.0; /* nothing is known: all channels weigh by their size */
+    enum bf_status status = compress(&s, x, EXTRA_NONE, err);
+    if (status == BF_OK)
+        status = errors_at(&s, &out->start_nrmse, NULL, err);
+    if (status == BF_OK) {
+        if (improve(&s, top_rad, x, out->start_nrmse, best) < out->start_nrmse)
+            memcpy(x, best, n * sizeof *x);
+        status = compress(&s, x, EXTRA_NONE, err);
+    }
+    if (status == BF_OK)
+        status = errors_at(&s, &out->nrmse, out, err);
+    attainable_rows_free(s.rows, p->n_records);
+    free(s.rows), free(s.low), free(s.high), free(best);
+    return status;
+}
