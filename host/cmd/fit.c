@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "ground/ground.h"
+#include "attainable_or_warn.h"
 #include "commands.h"
 #include "estimate/estimate.h"
 #include "record_sets.h"
@@ -32,7 +33,10 @@ static const char help[] =
     "  --json                the answer as JSON on standard output, and nothing else: {\"records\": [{\"file\",\n"
     "                        \"channels\": [{\"name\", \"nrmse\", \"noise_ratio\"}]}], \"nrmse\", \"noise_ratio\",\n"
     "                        \"parameters\": {NAME: {\"value\", \"sd\", \"ci95\", \"identifiable\", ...}},\n"
-    "                        \"null_directions\", \"seconds\", \"evaluations\", \"converged\", ...}\n"
+    "                        \"null_directions\", \"seconds\", \"evaluations\", \"converged\",\n"
+    "                        \"attainable\": {\"nrmse\", \"noise_ratio\", \"modes\", \"poles\"} (what the best linear "
+    "model with as\n"
+    "                        many modes leaves; null: not known), ...}\n"
     "\n"
     "Ctrl-C ends the search: the best values so far are reported and written, with converged: false.\n"
     "\n"
@@ -177,6 +181,8 @@ static enum bf_status fit_and_answer(const struct arguments *a, struct work *w, 
     status = model_write(a->output, &w->model, err);
     if (status)
         return status;
+    if (!w->result.interrupted)
+        attainable_or_warn(&w->model, fitted, a->sets.fitted.n, &w->result.attainable);
     if (a->json)
         return json_print_and_free(fit_json(&w->result, fitted, &check), stdout, err);
     fit_print(strcmp(a->output, "-") == 0 ? stderr : stdout, &w->result, fitted, &check);

@@ -72,6 +72,7 @@ struct comparison {
     struct comparison_channel *channels;
     double nrmse, noise_ratio;             /* root mean square over channels of the records that are not held out */
     double check_nrmse, check_noise_ratio; /* of the held-out ones; NAN: none */
+    struct attainable attainable; /* of the ones not held out; filled by the caller that wants it, else no modes */
 };
 
 /* model and records must outlive the comparison. Free with compare_free(), also after a failure. */

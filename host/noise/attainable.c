@@ -39,7 +39,7 @@ static size_t take_poles(const struct system *system, double top_rad, double x[]
 static enum bf_status start_poles(const struct model *model, double top_rad, size_t *m, double **x,
                                   struct bf_error *err)
 {
-    const struct reduced_options options = {.top_rad = beyond * top_rad, .max_modes = MOST_MODES + 1};
+    const struct reduced_options options = {.top_rad = beyond * top_rad, .min_modes = 1, .max_modes = MOST_MODES + 1};
     struct reduced reduced;
     enum bf_status status = reduced_new(model, &options, &reduced, err);
     if (status != BF_OK)

@@ -71,7 +71,8 @@ static enum bf_status add_source(struct attainable_record *r, const double u[], 
 /* Its first samples are louder than noise (times `clearly`), and no trifle (a share of the rms): the noise may be underrated. */
 static bool in_motion(const struct attainable_data *data, size_t n)
 {
-    static const double clearly = 5.0, trifle = 0.01;
+    static const double clearly = 5.0; /* times the noise: not one of 10,000 samples of noise */
+    static const double trifle = 0.01; /* of the channel's rms: what it may cost to take a slight motion for rest */
     for (size_t k = 0; k < 3 && k < n; k++)
         if (fabs(data->z[k]) > fmax(clearly * data->noise, trifle * data->rms))
             return true;

@@ -109,6 +109,14 @@ struct json *fit_json(const struct fit_result *result, const struct record recor
 void fit_print(FILE *out, const struct fit_result *result, const struct record records[],
                const struct fit_check *check);
 
+/* ATTAINABLE — beside the answers of compare, fit and diagnose. */
+
+/* nrmse: of the model. The floor, the model, the noise, and what kind of cause to look for; nothing without modes. */
+void attainable_print(FILE *out, const struct attainable *attainable, double nrmse);
+
+/* root.attainable: {nrmse, noise_ratio, modes, poles}, null without modes. */
+void attainable_json(struct json *root, const struct attainable *attainable);
+
 /* ANSWERS OF COMPARE */
 
 /* The band with the largest share of the misfit; NULL when there is none. */
