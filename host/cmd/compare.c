@@ -32,7 +32,7 @@ static const char help[] =
     "[...], ...}]}],\n"
     "                       \"nrmse\", \"noise_ratio\", \"check_nrmse\", \"check_noise_ratio\", \"attainable\": "
     "{\"nrmse\",\n"
-    "                       \"noise_ratio\", \"modes\", \"poles\"} (null: no mode in the band), ...}\n"
+    "                       \"noise_ratio\", \"modes\", \"poles\"} (null: nothing to fit), ...}\n"
     "\n"
     "Example:\n"
     "  beamfit compare fitted.yaml tap1.csv tap2.csv --check tap3.csv --plot pictures\n"

@@ -163,7 +163,7 @@ static enum bf_status answer(const struct arguments *a, const struct model *mode
     if (status)
         return status;
     if (!diagnosis->interrupted)
-        attainable_or_warn(&diagnosis->baseline.model, fitted->records, fitted->n, &diagnosis->attainable);
+        attainable_or_warn(model, fitted->records, fitted->n, &diagnosis->attainable);
     if (a->json)
         status = json_print_and_free(diagnose_json(diagnosis), stdout, err);
     else

@@ -169,6 +169,8 @@ static enum bf_status fit_and_answer(const struct arguments *a, struct work *w, 
     enum bf_status status = fit_run(&w->model, fitted, a->sets.fitted.n, &a->fit, &w->result, err);
     if (status)
         return status;
+    if (!w->result.interrupted) /* from the model as given: a fit may end where modes have left the band */
+        attainable_or_warn(&w->model, fitted, a->sets.fitted.n, &w->result.attainable);
     fit_into_model(&w->result, fitted, &check, &w->model);
     status = own_values_find(&w->model, held_out, n_held_out, &a->fit, &w->own, err);
     if (!status)
@@ -181,8 +183,6 @@ static enum bf_status fit_and_answer(const struct arguments *a, struct work *w, 
     status = model_write(a->output, &w->model, err);
     if (status)
         return status;
-    if (!w->result.interrupted)
-        attainable_or_warn(&w->model, fitted, a->sets.fitted.n, &w->result.attainable);
     if (a->json)
         return json_print_and_free(fit_json(&w->result, fitted, &check), stdout, err);
     fit_print(strcmp(a->output, "-") == 0 ? stderr : stdout, &w->result, fitted, &check);

@@ -8,6 +8,8 @@
 
 /* Cost grows with the square of the modes; beyond these a record seldom tells more. */
 enum { MOST_MODES = 20 };
+/* … and pairs of poles at least: a model whose fit went wrong may have lost its modes, and few are cheap. */
+enum { LEAST_MODES = 4 };
 /* The lowest mode above the band is looked for up to here, in Nyquist frequencies. */
 static const double beyond = 4.0;
 
@@ -19,7 +21,10 @@ static int by_frequency(const void *a, const void *b)
     return (x[0] > y[0]) - (x[0] < y[0]);
 }
 
-/* x[2m], room for 2 n_pairs: the model's poles up to top_rad and the next, which stands for what lies above. */
+/*
+ * x[2m], room for 2 (n_pairs + LEAST_MODES): the model's poles up to top_rad and the next, which stands for what lies above.
+ * Where these are few, others between (vector fitting moves them).
+ */
 static size_t take_poles(const struct system *system, double top_rad, double x[])
 {
     size_t m = 0, kept = 0;
@@ -33,7 +38,12 @@ static size_t take_poles(const struct system *system, double top_rad, double x[]
     qsort(x, m, 2 * sizeof *x, by_frequency);
     while (kept < m && kept < MOST_MODES && x[2 * kept] < log(top_rad))
         kept++;
-    return kept > 0 && kept < m ? kept + 1 : kept;
+    kept += kept < m && kept < MOST_MODES ? 1 : 0;
+    for (; kept < LEAST_MODES; kept++) {
+        x[2 * kept] = log(top_rad) - 0.5 * (double)(LEAST_MODES - kept);
+        x[2 * kept + 1] = x[2 * kept] + log(0.01);
+    }
+    return kept;
 }
 
 static enum bf_status start_poles(const struct model *model, double top_rad, size_t *m, double **x,
@@ -55,7 +65,7 @@ static enum bf_status start_poles(const struct model *model, double top_rad, siz
     if (status == BF_OK)
         status = system_evaluate(system, theta, NULL, err);
     if (status == BF_OK) {
-        *x = bf_alloc(2 * system->n_pairs + 2, sizeof **x);
+        *x = bf_alloc(2 * (system->n_pairs + LEAST_MODES), sizeof **x);
         *m = take_poles(system, top_rad, *x);
     }
     system_free(system);

@@ -207,7 +207,7 @@ void linearity_free(struct linearity *linearity);
  */
 
 struct attainable_channel {
-    size_t record, output; /* indices into the records and model->outputs */
+    size_t record, output;     /* indices into the records and model->outputs */
     double nrmse, noise_ratio; /* noise_ratio NAN when the noise is unknown */
 };
 
@@ -216,10 +216,10 @@ struct attainable_pole {
 };
 
 struct attainable {
-    size_t modes;               /* pairs of poles; 0: no mode in the band, or nothing to fit: nothing else is known then */
-    double nrmse, noise_ratio;  /* root mean square over channels, as everywhere */
-    double start_nrmse;         /* with the model's own poles */
-    size_t n_moving;            /* records that do not begin at rest */
+    size_t modes;                  /* pairs of poles; 0: nothing to fit, nothing else is known then */
+    double nrmse, noise_ratio;     /* root mean square over channels, as everywhere */
+    double start_nrmse;            /* with the model's own poles */
+    size_t n_moving;               /* records that do not begin at rest */
     struct attainable_pole *poles; /* [modes] ascending */
     size_t n_channels;
     struct attainable_channel *channels; /* record by record */
@@ -227,7 +227,7 @@ struct attainable {
 
 /*
  * noise_rms: [n_records · model->n_outputs], index record · n_outputs + output, 0 unknown; NULL: estimated here (10 ms a
- * channel). The modes are those of the model up to the highest Nyquist frequency (20 at most) and the next. The error is never
+ * channel). The modes are those of the model up to the highest Nyquist frequency and the next, 4 to 20. The error is never
  * above that of the model's own poles. Free with attainable_free(), also after a failure. Cost: about 0.4 s for 4 records × 4096 and 7 modes.
  */
 enum bf_status attainable_find(const struct model *model, const struct record records[], size_t n_records,
