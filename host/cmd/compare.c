@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "attainable_or_warn.h"
 #include "commands.h"
 #include "compare/compare.h"
 #include "record_sets.h"
@@ -19,6 +20,7 @@ static const char help[] =
     "record itself shows it, the error in units of that noise (1: nothing is left to explain), whether the residual "
     "is\n"
     "white, whether it follows an input, and where the misfit is: by band and mode, in time, by size of the motion.\n"
+    "'Attainable' is what the best linear model with as many modes leaves on the same records (docs/compare.md).\n"
     "\n"
     "  --check RECORD...    records that were held out of the fit; they get a total of their own\n"
     "  --plot DIR           pictures, PNG and PDF, with gnuplot's script and data beside them: the four panels\n"
@@ -28,7 +30,9 @@ static const char help[] =
     "  --intersample HOW    what inputs do between samples: bl (band-limited, default), foh (linear), zoh (held)\n"
     "  --json               {\"records\": [{\"file\", \"channels\": [{\"name\", \"nrmse\", \"noise_ratio\", \"bands\": "
     "[...], ...}]}],\n"
-    "                       \"nrmse\", \"noise_ratio\", \"check_nrmse\", \"check_noise_ratio\", ...}\n"
+    "                       \"nrmse\", \"noise_ratio\", \"check_nrmse\", \"check_noise_ratio\", \"attainable\": "
+    "{\"nrmse\",\n"
+    "                       \"noise_ratio\", \"modes\", \"poles\"} (null: nothing to fit), ...}\n"
     "\n"
     "Example:\n"
     "  beamfit compare fitted.yaml tap1.csv tap2.csv --check tap3.csv --plot pictures\n"
@@ -132,8 +136,10 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
         status = record_list_read(all, err);
     if (status == BF_OK)
         status = compare_run(&model, all->records, all->n, n_held_out, &a.predict, &comparison, err);
-    if (status == BF_OK)
+    if (status == BF_OK) {
+        attainable_or_warn(&model, all->records, all->n - n_held_out, &comparison.attainable);
         status = answer(&a, &comparison, err);
+    }
     compare_free(&comparison);
     record_sets_free(&a.sets);
     model_free(&model);

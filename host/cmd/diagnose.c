@@ -2,6 +2,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "attainable_or_warn.h"
 #include "commands.h"
 #include "explain/explain.h"
 #include "ground/ground.h"
@@ -47,7 +48,10 @@ static const char help[] =
     "\"parameters\",\n"
     "                        \"other_at_m\" (another place that does as well, or null)}],\n"
     "                        \"numerics\": {\"change_over_noise\", \"file\", \"channel\", \"converged\", \"fine\"}\n"
-    "                        (twice as fine a computation), \"text\", \"seconds\", ...}\n"
+    "                        (twice as fine a computation), \"attainable\": {\"nrmse\", \"noise_ratio\",\n"
+    "                        \"modes\", \"poles\"} (what the best linear model with as many modes leaves; null: not "
+    "known),\n"
+    "                        \"text\", \"seconds\", ...}\n"
     "\n"
     "Verdicts: complete (nothing significant is left), missing (one explanation, named), ambiguous (these records "
     "cannot\n"
@@ -158,6 +162,8 @@ static enum bf_status answer(const struct arguments *a, const struct model *mode
         diagnose_run(model, fitted->records, fitted->n, held_out->records, held_out->n, &a->options, diagnosis, err);
     if (status)
         return status;
+    if (!diagnosis->interrupted)
+        attainable_or_warn(model, fitted->records, fitted->n, &diagnosis->attainable);
     if (a->json)
         status = json_print_and_free(diagnose_json(diagnosis), stdout, err);
     else

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "ground/ground.h"
+#include "attainable_or_warn.h"
 #include "commands.h"
 #include "estimate/estimate.h"
 #include "record_sets.h"
@@ -32,7 +33,10 @@ static const char help[] =
     "  --json                the answer as JSON on standard output, and nothing else: {\"records\": [{\"file\",\n"
     "                        \"channels\": [{\"name\", \"nrmse\", \"noise_ratio\"}]}], \"nrmse\", \"noise_ratio\",\n"
     "                        \"parameters\": {NAME: {\"value\", \"sd\", \"ci95\", \"identifiable\", ...}},\n"
-    "                        \"null_directions\", \"seconds\", \"evaluations\", \"converged\", ...}\n"
+    "                        \"null_directions\", \"seconds\", \"evaluations\", \"converged\",\n"
+    "                        \"attainable\": {\"nrmse\", \"noise_ratio\", \"modes\", \"poles\"} (what the best linear "
+    "model with as\n"
+    "                        many modes leaves; null: not known), ...}\n"
     "\n"
     "Ctrl-C ends the search: the best values so far are reported and written, with converged: false.\n"
     "\n"
@@ -165,6 +169,8 @@ static enum bf_status fit_and_answer(const struct arguments *a, struct work *w, 
     enum bf_status status = fit_run(&w->model, fitted, a->sets.fitted.n, &a->fit, &w->result, err);
     if (status)
         return status;
+    if (!w->result.interrupted) /* from the model as given: a fit may end where modes have left the band */
+        attainable_or_warn(&w->model, fitted, a->sets.fitted.n, &w->result.attainable);
     fit_into_model(&w->result, fitted, &check, &w->model);
     status = own_values_find(&w->model, held_out, n_held_out, &a->fit, &w->own, err);
     if (!status)

@@ -281,6 +281,7 @@ void compare_free(struct comparison *comparison)
     }
     for (size_t i = 0; i < comparison->n_notes; i++)
         free(comparison->notes[i]);
+    attainable_free(&comparison->attainable);
     free(comparison->notes);
     free(comparison->channels);
     free(comparison->frequency_Hz);

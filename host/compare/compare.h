@@ -84,6 +84,7 @@ struct comparison {
     struct comparison_channel *channels;   /* [n_channels] in the order of the records */
     double nrmse, noise_ratio;             /* root mean square over channels of the records that are not held out */
     double check_nrmse, check_noise_ratio; /* of the held-out ones; NAN: none */
+    struct attainable attainable; /* of the ones not held out; filled by the caller that wants it, else no modes */
 };
 
 /*

@@ -19,6 +19,7 @@
 #include "ground/ground.h"
 #include "maths/maths.h"
 #include "model/model.h"
+#include "noise/noise.h"
 #include "record/record.h"
 #include "response/response.h"
 
@@ -98,6 +99,7 @@ struct fit_result {
     size_t n_channels;
     struct fit_channel_error *channels;
     double nrmse, noise_ratio;              /* root mean square over channels */
+    struct attainable attainable;           /* filled by the caller that wants it, else no modes */
     struct identifiability identifiability; /* in the unknowns, see unknown[] */
     size_t *unknown;                        /* [identifiability.n] index into parameters */
     bool converged;

@@ -228,6 +228,7 @@ void fit_free(struct fit_result *result)
     for (size_t k = 0; k < result->n_warnings; k++)
         free(result->warnings[k]);
     identifiability_free(&result->identifiability);
+    attainable_free(&result->attainable);
     free(result->parameters), free(result->names), free(result->level), free(result->channels), free(result->unknown);
     free(result->minima), free(result->warnings);
     *result = (struct fit_result){0};

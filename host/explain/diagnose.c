@@ -310,6 +310,7 @@ void diagnose_free(struct diagnosis *d)
         noise_free(&d->noise[c]);
     linearity_free(&d->linearity);
     localise_free(&d->where);
+    attainable_free(&d->attainable);
     if (d->reconstructed)
         reconstruct_free(&d->reconstruction);
     free(d->hypotheses), free(d->noise), free(d->text);

@@ -100,6 +100,7 @@ struct diagnosis {
     const char *named[16];
     struct linearity linearity;
     struct localisation where;
+    struct attainable attainable; /* filled by the caller that wants it, else no modes */
     bool reconstructed;
     struct reconstruction reconstruction; /* of what the best explanation leaves, when the verdict is unknown */
     bool converged;                       /* the search for the baseline's values */

@@ -5,10 +5,6 @@
 
 #include "response.h"
 
-enum bf_status response_grid_new(size_t n, double dt_s, enum intersample intersample, struct response_grid *out,
-                                 struct bf_error *err);
-void response_grid_free(struct response_grid *grid);
-
 /* The partial fractions of a system at its poles, sampled on a grid. */
 struct response_kernel;
 struct response_kernel *response_kernel_new(const struct system *system, const struct response_grid *grid);

@@ -130,6 +130,11 @@ struct response_grid {
     double *weight;    /* [n + n_tail] e^(−σ t) */
 };
 
+/* n ≥ 2. Free with response_grid_free(). */
+enum bf_status response_grid_new(size_t n, double dt_s, enum intersample intersample, struct response_grid *out,
+                                 struct bf_error *err);
+void response_grid_free(struct response_grid *grid);
+
 /* U[m] of x[count] · e^(−σt), zero-padded; count ≤ n + n_tail. */
 enum bf_status response_transform(const struct response_grid *grid, const double x[], size_t count, double complex U[],
                                   struct bf_error *err);

@@ -100,6 +100,7 @@ struct json *compare_json(const struct comparison *all)
         json_push_text(notes, all->notes[i]);
     json_put_number(root, "nrmse", all->nrmse);
     json_put_number(root, "noise_ratio", all->noise_ratio);
+    attainable_json(root, &all->attainable);
     json_put_number(root, "check_nrmse", all->check_nrmse);
     json_put_number(root, "check_noise_ratio", all->check_noise_ratio);
     put_numbers(root, "frequency_Hz", all->frequency_Hz, all->n_modes);

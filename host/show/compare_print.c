@@ -50,6 +50,7 @@ static void print_totals(FILE *out, const struct comparison *all)
             (void)fprintf(out, ", %.4g times the noise", all->check_noise_ratio);
     }
     (void)fputc('\n', out);
+    attainable_print(out, &all->attainable, all->nrmse);
     for (size_t r = 0; r < all->n_records; r++)
         if (all->level[r] < 1.0 || all->level[r] > 1.0)
             (void)fprintf(out, "level of the excitation of %s: %.6g (solved for)\n",

@@ -112,6 +112,7 @@ struct json *diagnose_json(const struct diagnosis *d)
     json_put_number(root, "check_nrmse_after", after->check.nrmse);
     json_put_number(root, "check_noise_ratio_before", before->check.noise_ratio);
     json_put_number(root, "check_noise_ratio_after", after->check.noise_ratio);
+    attainable_json(root, &d->attainable);
     json_put_text(root, "check_kind", check_kind_name(d->check_kind));
     struct misfit_channel *channels = hypothesis_channels(d, before);
     (void)json_put(root, "where", localise_json(&d->where, channels));

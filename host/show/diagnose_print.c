@@ -92,6 +92,9 @@ void diagnose_print(FILE *out, const struct diagnosis *d)
         (void)fprintf(out, "\nLinearity: ");
         text_print_wrapped(out, d->linearity.text, 11, columns);
     }
+    if (d->attainable.modes > 0)
+        (void)fputc('\n', out);
+    attainable_print(out, &d->attainable, d->baseline.fitted.nrmse);
     if (d->numerics.fine)
         (void)fprintf(out, "\nComputation: twice as fine, the prediction changes by %.1g of the noise.\n",
                       d->numerics.change);

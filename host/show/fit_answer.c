@@ -107,6 +107,7 @@ struct json *fit_json(const struct fit_result *result, const struct record recor
     put_records(root, records, result->n_records, result->channels, result->n_channels);
     json_put_number(root, "nrmse", result->nrmse);
     json_put_number(root, "noise_ratio", result->noise_ratio);
+    attainable_json(root, &result->attainable);
     put_parameters(root, result);
     put_null_directions(root, result);
     json_put_number(root, "seconds", result->seconds);
@@ -232,6 +233,7 @@ void fit_print(FILE *out, const struct fit_result *result, const struct record r
         if (result->level[r] != 1.0)
             fprintf(out, "force level of %s: %.6g\n", result->names[r], result->level[r]);
     print_channels(out, "Fitted records", records, result->channels, result->n_channels);
+    attainable_print(out, &result->attainable, result->nrmse);
     if (check->n > 0)
         print_channels(out, "Held-out records", check->records, check->channels, check->n_channels);
     for (size_t k = 0; k < check->n_notes; k++)

@@ -8,6 +8,7 @@
  *   history_print(), history_json(), history_plot()              of a chain of models
  *   diagnose_print(), diagnose_json(), diagnose_plot()           of a diagnosis
  *   discriminate_print(), discriminate_json()                    of an experiment's design
+ *   attainable_print(), attainable_json()                        of the attainable floor
  *   report_draw(), report_write(), report_pictures_free()        a page of a comparison, its modes and its history
  * Functions *_print() write to `out` and do not check the writes. Functions *_json() return a tree that the caller gives to
  * json_print_and_free(); their keys stand in the --help of the command of that name.
@@ -160,5 +161,12 @@ void report_verdict(const struct report *report, char text[REPORT_TEXT]);
 /* The page. BF_BAD_FILE when a picture cannot be read; writes to `out` are not checked here. */
 enum bf_status report_write(const struct report *report, const struct report_pictures *pictures, FILE *out,
                             struct bf_error *err);
+
+/* ATTAINABLE — the floor of free linear models, beside the answers of compare, fit and diagnose. */
+
+/* nrmse: of the model. The floor, the model, the noise, and what kind of cause to look for; nothing without modes. */
+void attainable_print(FILE *out, const struct attainable *attainable, double nrmse);
+/* root.attainable: {nrmse, noise_ratio, modes, poles}, null without modes. */
+void attainable_json(struct json *root, const struct attainable *attainable);
 
 #endif

@@ -1,0 +1,135 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/*
+ * attainable_work.h — private to noise/: attainable.c (start poles, answer) calls attainable_records.c (what is fitted) and
+ * attainable_search.c (rounds), which calls attainable_rows.c (records at given poles), attainable_stack.c (residues) and
+ * attainable_poles.c (better poles).
+ *
+ * A pair of poles is a quadratic q = s² + 2as + ω², kept as x[2k] = ln ω, x[2k + 1] = ln a: stable, and two real poles where a > ω.
+ * Its columns for an input u are ω²u/q and ω s u/q; an initial state has the same columns with a pulse for u.
+ */
+#ifndef BEAMFIT_ATTAINABLE_WORK_H
+#define BEAMFIT_ATTAINABLE_WORK_H
+
+#include "noise.h"
+#include "response/response.h"
+
+enum { ATTAINABLE_PATHS = 3 }; /* columns of what lies above the band: u, u', u'' */
+
+/* One recorded input of one record. */
+struct attainable_source {
+    size_t slot;       /* which residues it takes: those of the input, or its own where the level is unknown */
+    double complex *U; /* [grid.m] */
+    double *path[ATTAINABLE_PATHS]; /* [n] */
+};
+
+/* One output of one record. */
+struct attainable_data {
+    size_t record, output;
+    const double *z;   /* [n] */
+    double noise, rms; /* noise 0: unknown */
+    double complex *Y; /* [grid.m] */
+};
+
+struct attainable_record {
+    size_t n, lead;            /* samples; and those before them, by which inputs of a record in motion are led in */
+    bool moving;               /* does not begin at rest */
+    struct response_grid grid; /* of lead + n samples */
+    size_t n_sources, n_data;
+    struct attainable_source *sources;
+    struct attainable_data *data;
+};
+
+/*
+ * The rows of a record compressed: R of X = Q R with columns [states, residues, extra, measured]. What is orthogonal to
+ * the states starts at row n_states. extra: derivatives of the pole columns, or measured channels seen through the poles.
+ */
+struct attainable_rows {
+    size_t n, n_states, n_residues, n_extra;
+    double *R; /* [n × n] */
+};
+
+enum attainable_extra { EXTRA_NONE, EXTRA_DERIVATIVES, EXTRA_MEASURED };
+
+/* What is fitted. */
+struct attainable_problem {
+    size_t m, n_slots, n_outputs, n_records, n_channels;
+    struct attainable_record *records;
+    double form_error; /* τ: relative error of the form, which weighs a channel beside its noise */
+};
+
+static inline size_t attainable_block(const struct attainable_problem *p)
+{
+    return 2 * p->m + ATTAINABLE_PATHS;
+}
+
+/* Rows of every record at poles x[2m]; free each R. */
+enum bf_status attainable_compress(const struct attainable_problem *problem, const double x[],
+                                   enum attainable_extra extra, struct attainable_rows rows[], struct bf_error *err);
+void attainable_rows_free(struct attainable_rows rows[], size_t n);
+
+/* ---- attainable_stack.c: all rows of one output, weighted ---- */
+
+/* A channel's rows in it. */
+struct attainable_part {
+    const struct attainable_record *record;
+    const struct attainable_rows *rows;
+    size_t data, channel; /* in the record; in all */
+    size_t first, n;      /* rows of the stack */
+    double weight;        /* 1/√(noise² + τ² rms²) */
+};
+
+struct attainable_stack {
+    size_t n_parts, n, columns; /* n rows */
+    struct attainable_part *parts;
+    size_t *column; /* [n_slots] first residue of the slot; SIZE_MAX: no record has it */
+    double *A, *z;  /* [n × columns] of unit length, [n] measured */
+    double *length; /* [columns] what A's columns were divided by */
+    /* once solved */
+    size_t rank;
+    double *U, *c, *r; /* [n × rank] basis, [columns] residues, [n] z − A c */
+};
+
+void attainable_stack_new(const struct attainable_problem *problem, const struct attainable_rows rows[], size_t output,
+                          struct attainable_stack *out);
+enum bf_status attainable_stack_solve(struct attainable_stack *stack, struct bf_error *err);
+void attainable_stack_free(struct attainable_stack *stack);
+
+/* ½ Σ r²; square[channel] (NULL: not wanted): unweighted Σ r² of each channel. */
+double attainable_squares(const struct attainable_stack *stack, double square[]);
+
+/* X[row, j] += factor × column `from` of a part's rows; X has stride rows. */
+void attainable_add_rows(const struct attainable_part *part, double factor, size_t from, size_t stride, double X[],
+                         size_t j);
+size_t attainable_measured_column(const struct attainable_part *part);
+
+/* Directions with singular values below this share of the largest are not told apart from rounding. */
+extern const double attainable_dependent;
+
+/* Best residues. square[n_channels] (NULL: not wanted): Σ r² of each channel, unweighted. */
+enum bf_status attainable_value(const struct attainable_problem *problem, const struct attainable_rows rows[],
+                                double *half_square, double square[], struct bf_error *err);
+
+/* ---- attainable_poles.c ---- */
+
+/* ½ Σ w² r² with its gradient[2m] and gram[2m × 2m] by x; rows with EXTRA_DERIVATIVES. */
+enum bf_status attainable_derivative(const struct attainable_problem *problem, const double x[],
+                                     const struct attainable_rows rows[], double *half_square, double gradient[],
+                                     double gram[], struct bf_error *err);
+
+/* One step of vector fitting: new poles from x, rows with EXTRA_MEASURED; x_new may be x. BF_NUMERIC: there are none. */
+enum bf_status attainable_relocate(const struct attainable_problem *problem, const double x[],
+                                   const struct attainable_rows rows[], double x_new[], struct bf_error *err);
+
+/* ---- attainable_records.c, attainable_search.c ---- */
+
+/* Adds a record; noise_rms as of attainable_find(). n_records counts it also after a failure. */
+enum bf_status attainable_add_record(struct attainable_problem *problem, const struct model *model,
+                                     const struct record *record, size_t index, const double noise_rms[],
+                                     struct bf_error *err);
+void attainable_problem_free(struct attainable_problem *problem);
+
+/* x[2m]: in the start poles, out the best; out: errors, and channels[n_channels] that are there. */
+enum bf_status attainable_search(struct attainable_problem *problem, double top_rad, double x[], struct attainable *out,
+                                 struct bf_error *err);
+
+#endif

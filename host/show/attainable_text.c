@@ -1,0 +1,72 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* attainable_text.c — the attainable floor in words and as JSON. */
+#include "show.h"
+
+#include <math.h>
+#include <stdio.h>
+
+/* Errors within this factor of each other are the same for a reader who looks for a cause. */
+static const double alike = 1.15;
+
+/* The noise as a share of the signal, root mean square over the channels where it is known. */
+static double noise_share(const struct attainable *a)
+{
+    double sum = 0.0, n = 0.0;
+    for (size_t c = 0; c < a->n_channels; c++)
+        if (a->channels[c].noise_ratio > 0.0) {
+            const double share = a->channels[c].nrmse / a->channels[c].noise_ratio;
+            sum += share * share;
+            n += 1.0;
+        }
+    return n > 0.0 ? sqrt(sum / n) : nan("");
+}
+
+static const char *advice(const struct attainable *a, double nrmse)
+{
+    const bool noise_only = a->noise_ratio <= alike;
+    if (nrmse < a->nrmse / alike)
+        return "The model does better than any linear one that was found: what it has beyond one is in the records.";
+    if (noise_only && nrmse <= alike * a->nrmse)
+        return "Nothing is left to explain; only a quieter sensor would show more.";
+    if (noise_only)
+        return "What the model misses is linear: a mass, a spring, a support, damping, a place, or a sensor's own "
+               "response.";
+    if (nrmse <= alike * a->nrmse)
+        return "No linear model does better: look for a nonlinearity, for a signal that no input caused, or for modes "
+               "that no bending beam has.";
+    return "The model misses something linear first (a mass, a spring, a support, damping, a place, a sensor's own "
+           "response); what a linear model leaves is a nonlinearity, a signal that no input caused, or modes that no "
+           "bending beam has.";
+}
+
+void attainable_print(FILE *out, const struct attainable *a, double nrmse)
+{
+    char text[640], noise[64] = "the noise is not known";
+    if (a->modes == 0)
+        return;
+    const double share = noise_share(a);
+    if (isfinite(share))
+        (void)snprintf(noise, sizeof noise, "the noise %.2g %%", 100.0 * share);
+    (void)snprintf(text, sizeof text,
+                   "Attainable: a free linear model of %zu modes leaves %.3g %% (this model %.3g %%, %s). %s", a->modes,
+                   100.0 * a->nrmse, 100.0 * nrmse, noise, advice(a, nrmse));
+    text_print_wrapped(out, text, 2, text_columns());
+}
+
+void attainable_json(struct json *root, const struct attainable *a)
+{
+    if (a->modes == 0) {
+        json_put_number(root, "attainable", nan("")); /* null */
+        return;
+    }
+    struct json *object = json_put(root, "attainable", json_new_object());
+    json_put_number(object, "nrmse", a->nrmse);
+    json_put_number(object, "noise_ratio", a->noise_ratio);
+    json_put_number(object, "modes", (double)a->modes);
+    struct json *poles = json_put(object, "poles", json_new_array());
+    for (size_t k = 0; k < a->modes; k++) {
+        struct json *pole = json_push(poles, json_new_object());
+        json_put_number(pole, "frequency_Hz", a->poles[k].frequency_Hz);
+        json_put_number(pole, "damping_ratio", a->poles[k].damping_ratio);
+    }
+}

@@ -1,0 +1,279 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* The attainable floor: linear records end at their noise whatever the model's poles are; nonlinear ones do not. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <cmocka.h>
+#include <math.h>
+#include <stdio.h>
+#include "noise/noise.h"
+#include "signals.h"
+#include "test_files.h"
+
+/*
+ * Records are sums of exactly sampled modes (signals.h) far from the model's: its frequencies are 9.8, 61, 172 Hz and
+ * more. The reference is the noise that was added.
+ */
+enum { N = 4096, MODES = 3 };
+static const double dt = 1.0 / 512.0, noise_share = 0.004;
+static const double mode_Hz[MODES] = {7.1, 48.0, 139.0}, damping[MODES] = {0.004, 0.003, 0.005};
+
+static const char model_text[] = "format: beamfit-model/1\n"
+                                 "beam: {length_m: 0.4}\n"
+                                 "parameters:\n"
+                                 "  EI_beam_Nm2: {value: 0.78}\n"
+                                 "  rho_beam_kgpm: {value: 0.1}\n"
+                                 "  cDI_beam_sNm2: {value: 1e-5}\n"
+                                 "  gamma_sNpm2: {value: 0.01}\n"
+                                 "inputs: {drive_N: {kind: point_force, at_m: 0.1}}\n"
+                                 "outputs:\n"
+                                 "  tip_m: {kind: displacement, at_m: 0.4}\n"
+                                 "  middle_m: {kind: displacement, at_m: 0.2}\n"
+                                 "effects: []\n";
+
+static struct model read_model(void)
+{
+    struct model model;
+    struct bf_error err;
+    if (model_read_text("test.yaml", model_text, sizeof model_text - 1, &model, &err) != BF_OK)
+        fail_msg("%s", err.text);
+    return model;
+}
+
+/*
+ * Deflections of both channels to a hit (kind 0), a sweep (1), or from a start (2, no input); `level` scales the input. cubic: the
+ * sensor shows z (1 + cubic z²/rms²) of the deflection at level 1.
+ */
+static struct record make_record(int kind, double level, double cubic, unsigned number)
+{
+    static double u[N], z[N];
+    struct record record = {.path = strdup("test.csv"), .n = N, .dt_s = dt};
+    uint64_t seed = signal_seed(number);
+    for (size_t i = 0; i < N; i++) {
+        const double t = (double)i * dt;
+        if (kind == 0)
+            u[i] = level * exp(-0.5 * pow(((double)i - 60.0) / 2.0, 2.0)); /* band-limited: the sum is exact then */
+        else
+            u[i] = kind == 1 ? level * sin(2.0 * M_PI * (3.0 + 10.0 * t) * t) * (1.0 - exp(-t)) : 0.0;
+    }
+    record_add_column(&record, "drive_N", u);
+    for (int channel = 0; channel < 2; channel++) {
+        memset(z, 0, sizeof z);
+        for (int m = 0; m < MODES; m++)
+            signal_add_mode(mode_Hz[m], damping[m], (channel == 1 && m == 1 ? -1.0 : 1.0) / (1.0 + m), dt,
+                            kind == 2 ? NULL : u, N, kind == 2 ? level : 0.0, z);
+        const double rms = signal_rms(z, N);
+        for (size_t i = 0; i < N; i++)
+            z[i] *= 1.0 + cubic * pow(z[i] * level / rms, 2.0);
+        for (size_t i = 0; i < N; i++)
+            z[i] += noise_share * rms * signal_normal(&seed);
+        record_add_column(&record, channel == 0 ? "tip_m" : "middle_m", z);
+    }
+    if (kind == 2)
+        record_add_meta(&record, "excitation", "free_decay");
+    return record;
+}
+
+static struct attainable find(const struct record records[], size_t n)
+{
+    struct model model = read_model();
+    struct attainable a;
+    struct bf_error err;
+    if (attainable_find(&model, records, n, NULL, &a, &err) != BF_OK)
+        fail_msg("%s", err.text);
+    model_free(&model);
+    return a;
+}
+
+static void check_floor(const struct attainable *a, size_t channels, size_t moving)
+{
+    assert_int_equal(a->n_channels, channels);
+    assert_int_equal(a->n_moving, moving);
+    assert_true(a->nrmse <= a->start_nrmse);
+    for (size_t c = 0; c < channels; c++)
+        if (fabs(a->channels[c].nrmse / noise_share - 1.0) > 0.04)
+            fail_msg("channel %zu: %.4f times the noise that was added", c, a->channels[c].nrmse / noise_share);
+    for (int m = 0; m < MODES; m++) { /* the poles are those of the records */
+        double nearest = HUGE_VAL, its_damping = 0.0;
+        for (size_t k = 0; k < a->modes; k++)
+            if (fabs(a->poles[k].frequency_Hz - mode_Hz[m]) < nearest) {
+                nearest = fabs(a->poles[k].frequency_Hz - mode_Hz[m]);
+                its_damping = a->poles[k].damping_ratio;
+            }
+        assert_true(nearest < 1e-3 * mode_Hz[m]);
+        assert_true(fabs(its_damping / damping[m] - 1.0) < 0.1);
+    }
+}
+
+static void two_records_of_one_beam_end_at_their_noise(void **state)
+{
+    (void)state;
+    struct record records[2] = {make_record(0, 1.0, 0.0, 1), make_record(1, 3.0, 0.0, 2)};
+    struct attainable a = find(records, 2);
+    assert_true(a.start_nrmse > 0.5);
+    check_floor(&a, 4, 0);
+    attainable_free(&a);
+    record_free(&records[0]);
+    record_free(&records[1]);
+}
+
+static void a_free_decay_ends_at_its_noise(void **state)
+{
+    (void)state;
+    struct record record = make_record(2, 1.0, 0.0, 3);
+    struct attainable a = find(&record, 1);
+    check_floor(&a, 2, 1);
+    attainable_free(&a);
+    record_free(&record);
+}
+
+/* Without its first second a record begins in motion, its drive in full swing. */
+static void cut(struct record *record, size_t from)
+{
+    record->n -= from;
+    for (size_t c = 0; c < record->n_columns; c++)
+        memmove(record->columns[c].x, record->columns[c].x + from, record->n * sizeof(double));
+}
+
+static void records_that_begin_in_motion_keep_the_floor(void **state)
+{
+    (void)state;
+    struct record records[2] = {make_record(0, 1.0, 0.0, 4), make_record(1, 3.0, 0.0, 5)};
+    cut(&records[0], 300);
+    cut(&records[1], 512);
+    struct attainable a = find(records, 2);
+    assert_int_equal(a.n_moving, 2);
+    for (size_t c = 0; c < a.n_channels; c++)
+        if (!(a.channels[c].noise_ratio < 1.1))
+            fail_msg("channel %zu: %.4f times the noise", c, a.channels[c].noise_ratio);
+    attainable_free(&a);
+    record_free(&records[0]);
+    record_free(&records[1]);
+}
+
+static void an_unknown_level_is_no_misfit(void **state)
+{
+    (void)state;
+    struct record records[2] = {make_record(0, 1.0, 0.0, 6), make_record(1, 3.0, 0.0, 7)};
+    double *u = (double *)record_column(&records[1], "drive_N");
+    for (size_t i = 0; i < N; i++)
+        u[i] *= 7.0;
+    record_add_meta(&records[1], "excitation", "unknown_level");
+    struct attainable a = find(records, 2);
+    check_floor(&a, 4, 0);
+    attainable_free(&a);
+    record_free(&records[0]);
+    record_free(&records[1]);
+}
+
+/* What a cubic sensor adds at the stronger level is some per cent of the signal: no linear model explains it. */
+static void a_cube_stays_above_the_noise(void **state)
+{
+    (void)state;
+    struct record records[2] = {make_record(0, 1.0, 0.001, 8), make_record(0, 4.0, 0.001, 9)};
+    struct attainable a = find(records, 2);
+    if (!(a.noise_ratio > 2.0))
+        fail_msg("%.3f times the noise", a.noise_ratio);
+    attainable_free(&a);
+    record_free(&records[0]);
+    record_free(&records[1]);
+}
+
+static void what_cannot_be_fitted_has_no_modes(void **state)
+{
+    (void)state;
+    struct record record = make_record(0, 1.0, 0.0, 10);
+    struct attainable a = find(&record, 0);
+    assert_int_equal(a.modes, 0);
+    assert_true(isnan(a.nrmse));
+    attainable_free(&a);
+    record.n = 12; /* silence */
+    for (size_t c = 1; c < record.n_columns; c++)
+        memset(record.columns[c].x, 0, 12 * sizeof(double));
+    a = find(&record, 1);
+    assert_int_equal(a.modes, 0);
+    attainable_free(&a);
+    for (size_t c = 1; c < record.n_columns; c++) /* more unknowns than samples */
+        for (size_t i = 0; i < 12; i++)
+            record.columns[c].x[i] = sin((double)(i * c));
+    a = find(&record, 1);
+    assert_true(a.nrmse < 1e-6);
+    attainable_free(&a);
+    record_free(&record);
+}
+
+/* ---- Records of the independent simulator ---- */
+
+enum { CASE_RECORDS = 4 };
+
+static struct attainable of_case(const char *name, const char *model_name)
+{
+    struct model model;
+    struct record records[CASE_RECORDS];
+    struct attainable a = {0};
+    struct bf_error err;
+    char path[128];
+    (void)snprintf(path, sizeof path, "data/open/%s/%s", name, model_name);
+    char *file = shared_file(path);
+    if (file == NULL)
+        skip();
+    assert_int_equal(model_read(file, &model, &err), BF_OK);
+    free(file);
+    for (size_t r = 0; r < CASE_RECORDS; r++) {
+        (void)snprintf(path, sizeof path, "data/open/%s/train%zu.csv", name, r + 1);
+        file = shared_file(path);
+        assert_non_null(file);
+        assert_int_equal(record_read(file, &records[r], &err), BF_OK);
+        free(file);
+    }
+    assert_int_equal(attainable_find(&model, records, CASE_RECORDS, NULL, &a, &err), BF_OK);
+    for (size_t r = 0; r < CASE_RECORDS; r++)
+        record_free(&records[r]);
+    model_free(&model);
+    return a;
+}
+
+static void linear_causes_end_at_the_noise(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"o0_clean", "o1_tip_mass", "o2_root_compliance", "o4_sensor_highpass",
+                                        "o7_viscoelastic"};
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+        struct attainable a = of_case(names[i], "model.yaml");
+        if (!(fabs(a.noise_ratio - 1.0) < 0.05))
+            fail_msg("%s: %.3f times the noise", names[i], a.noise_ratio);
+        attainable_free(&a);
+    }
+}
+
+/* most: what a fit of the beam's own model leaves (beamfit fit), which the floor must not exceed. */
+static void nonlinear_causes_do_not(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *name;
+        double most;
+    } cases[] = {{"o3_quadratic_drag", 0.149}, {"o5_coulomb_friction", 0.289}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        struct attainable a = of_case(cases[i].name, "model.yaml");
+        if (!(a.noise_ratio > 10.0) || !(a.nrmse < cases[i].most))
+            fail_msg("%s: %.3f times the noise, error %.4f", cases[i].name, a.noise_ratio, a.nrmse);
+        attainable_free(&a);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(two_records_of_one_beam_end_at_their_noise),
+        cmocka_unit_test(a_free_decay_ends_at_its_noise),
+        cmocka_unit_test(records_that_begin_in_motion_keep_the_floor),
+        cmocka_unit_test(an_unknown_level_is_no_misfit),
+        cmocka_unit_test(a_cube_stays_above_the_noise),
+        cmocka_unit_test(what_cannot_be_fitted_has_no_modes),
+        cmocka_unit_test(linear_causes_end_at_the_noise),
+        cmocka_unit_test(nonlinear_causes_do_not),
+    };
+    return cmocka_run_group_tests_name("attainable", tests, NULL, NULL);
+}
