@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* attainable.c — start poles from the model, and the answer. */
-#include "attainable_work.h"
+#include "attainable_problem.h"
 
 #include <math.h>
 #include <stdlib.h>

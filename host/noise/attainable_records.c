@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* attainable_records.c — what is fitted: inputs and channels of the records on their Laplace lines. */
-#include "attainable_work.h"
+#include "attainable_problem.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* attainable_rows.c — inputs and measured channels of a record seen through pairs of poles, compressed to a triangle. */
-#include "attainable_work.h"
+#include "attainable_problem.h"
 
 #include <math.h>
 #include <stdlib.h>

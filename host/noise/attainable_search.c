@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* attainable_search.c — rounds of vector fitting and refinement, from two starts. */
-#include "attainable_work.h"
+#include "attainable_problem.h"
 
 #include <math.h>
 #include <stdlib.h>

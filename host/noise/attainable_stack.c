@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* attainable_stack.c — the rows of one output, record under record, and the best residues at given poles. */
-#include "attainable_work.h"
+#include "attainable_problem.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
- * attainable_work.h — private to noise/: attainable.c (start poles, answer) calls attainable_records.c (what is fitted) and
+ * attainable_problem.h — private to noise/: attainable.c (start poles, answer) calls attainable_records.c (what is fitted) and
  * attainable_search.c (rounds), which calls attainable_rows.c (records at given poles), attainable_stack.c (residues) and
  * attainable_poles.c (better poles).
  *
  * A pair of poles is a quadratic q = s² + 2as + ω², kept as x[2k] = ln ω, x[2k + 1] = ln a: stable, and two real poles where a > ω.
  * Its columns for an input u are ω²u/q and ω s u/q; an initial state has the same columns with a pulse for u.
  */
-#ifndef BEAMFIT_ATTAINABLE_WORK_H
-#define BEAMFIT_ATTAINABLE_WORK_H
+#ifndef BEAMFIT_ATTAINABLE_PROBLEM_H
+#define BEAMFIT_ATTAINABLE_PROBLEM_H
 
 #include "noise.h"
 #include "response/response.h"
