@@ -19,7 +19,7 @@ static struct pair pair_of(const double x[2])
 
 struct sheet {
     const struct attainable_record *record;
-    size_t rows;                    /* of X: at least as many as columns */
+    size_t rows;                    /* of X: the samples */
     double *X;                      /* [rows × columns] */
     double complex *F, *S, *factor; /* [grid.m] */
     double *y;                      /* [lead + n] */
@@ -111,6 +111,25 @@ static enum bf_status fill(const struct attainable_problem *p, const double x[],
     return status;
 }
 
+/* R[n × n] of X[rows × n], block by block: a long record leaves the processor's cache else. */
+static enum bf_status triangle(size_t rows, size_t n, const double X[], double R[], struct bf_error *err)
+{
+    enum { BLOCK = 1024 };
+    double *A = bf_alloc((n + BLOCK) * n, sizeof *A);
+    enum bf_status status = BF_OK;
+    memset(R, 0, n * n * sizeof *R);
+    for (size_t first = 0; first < rows && status == BF_OK; first += BLOCK) {
+        const size_t some = rows - first < BLOCK ? rows - first : BLOCK, height = n + some;
+        for (size_t j = 0; j < n; j++) {
+            memcpy(A + j * height, R + j * n, n * sizeof *A);
+            memcpy(A + j * height + n, X + first + j * rows, some * sizeof *A);
+        }
+        status = dense_qr_triangle(height, n, A, R, err);
+    }
+    free(A);
+    return status;
+}
+
 static enum bf_status compress(const struct attainable_problem *p, const double x[], enum attainable_extra extra,
                                const struct attainable_record *record, struct attainable_rows *rows,
                                struct bf_error *err)
@@ -122,7 +141,7 @@ static enum bf_status compress(const struct attainable_problem *p, const double 
     else if (extra == EXTRA_MEASURED)
         rows->n_extra = record->n_data * pairs;
     rows->n = states + rows->n_residues + rows->n_extra + record->n_data;
-    struct sheet s = {.record = record, .rows = record->n > rows->n ? record->n : rows->n};
+    struct sheet s = {.record = record, .rows = record->n};
     s.X = bf_alloc(s.rows * rows->n, sizeof *s.X);
     s.F = bf_alloc(record->grid.m, sizeof *s.F);
     s.S = bf_alloc(record->grid.m, sizeof *s.S);
@@ -131,7 +150,7 @@ static enum bf_status compress(const struct attainable_problem *p, const double 
     rows->R = bf_alloc(rows->n * rows->n, sizeof *rows->R);
     enum bf_status status = fill(p, x, extra, rows, &s, err);
     if (status == BF_OK)
-        status = dense_qr_triangle(s.rows, rows->n, s.X, rows->R, err);
+        status = triangle(s.rows, rows->n, s.X, rows->R, err);
     free(s.X), free(s.F), free(s.S), free(s.factor), free(s.y);
     return status;
 }

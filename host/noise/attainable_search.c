@@ -8,16 +8,15 @@
 
 /* Steps of vector fitting from one start: it settles in a handful or goes round in circles … */
 enum { RELOCATIONS = 12 };
-/* … and is left after so many that did not lower the error by 0.1 %. */
+/* … and is left after so many that did not lower the error by `worth`. */
 enum { PATIENCE = 4 };
-/* Rounds of refinement: each begins with the form error that the one before left, which hardly moves the second time. */
-enum { ROUNDS = 3 };
-/* Relative change of the form error that asks for another round. */
-static const double form_change = 0.1;
+/* A refinement that left less than half the form error it was weighted by is followed by another one, at most this often. */
+enum { ROUNDS = 2 };
+static const double much_less = 0.5;
 /* Gauss–Newton steps of one round. */
 enum { STEPS = 20 };
 /* Share of what is left (½Σr², or the error of a step of vector fitting) below which a step is not worth its time. */
-static const double worth = 1e-3;
+static const double worth = 3e-3;
 /* How often a spare pair of poles is put to use, as long as that gains. */
 enum { REUSES = 3 };
 /* What it must gain, as a share of the error: a third of what two starts may differ by. */
@@ -230,7 +229,7 @@ static double improve(struct search *s, double top_rad, const double start[], do
     for (int round = 0; round < ROUNDS; round++) {
         before = s->problem->form_error;
         refine(s, best, &least);
-        if (fabs(s->problem->form_error - before) <= form_change * before)
+        if (s->problem->form_error > much_less * before)
             break;
     }
     for (int i = 0; i < REUSES && s->problem->m > 1 && s->problem->form_error > noise_alone * least; i++) {
