@@ -68,21 +68,23 @@ static void put_states(struct sheet *s, const double x[2], size_t column, size_t
 {
     static const double apart = 1e-6; /* of c² from 0, as a share of ω²: nearer, 1/c³ cancels */
     const struct pair pair = pair_of(x);
-    const double a = 0.5 * pair.A, omega = sqrt(pair.b), split = pair.b - a * a;
+    const double a = 0.5 * pair.A, omega = sqrt(pair.b), split = pair.b - a * a, dt_s = s->record->grid.dt_s;
     const double complex i = CMPLX(0.0, 1.0), c = csqrt(fabs(split) > apart * pair.b ? split : apart * pair.b);
+    const double complex per_c = 1.0 / c, half_cube = 0.5 * per_c * per_c * per_c;
+    const double complex up_step = cexp((i * c - a) * dt_s), down_step = cexp((-i * c - a) * dt_s);
     double *const h = s->X + column * s->rows, *const v = h + s->rows;
     double *const h2 = s->X + derivative * s->rows, *const v2 = h2 + s->rows;
-    for (size_t k = 0; k < s->record->n; k++) {
-        const double t = (double)k * s->record->grid.dt_s;
-        const double complex up = 0.5 * cexp((i * c - a) * t), down = 0.5 * cexp((-i * c - a) * t);
-        const double complex sine = (up - down) / i, cosine = up + down;
-        h[k] = pair.b * creal(sine / c);
-        v[k] = omega * creal(cosine - a * sine / c);
+    double complex up = 0.5, down = 0.5;
+    for (size_t k = 0; k < s->record->n; k++, up *= up_step, down *= down_step) {
+        const double t = (double)k * dt_s;
+        const double complex sine = -i * (up - down), cosine = up + down;
+        h[k] = pair.b * creal(sine * per_c);
+        v[k] = omega * creal(cosine - a * sine * per_c);
         if (derivative == 0)
             continue;
-        const double complex twice = (sine - c * t * cosine) / (2.0 * c * c * c);
+        const double complex twice = (sine - c * t * cosine) * half_cube;
         h2[k] = pair.b * pair.b * creal(twice);
-        v2[k] = omega * pair.b * creal(t * sine / (2.0 * c) - a * twice);
+        v2[k] = omega * pair.b * creal(0.5 * t * sine * per_c - a * twice);
     }
 }
 

@@ -24,6 +24,9 @@ static const double reuse_gain = 0.02;
 /* With a form error below this share of the whole error the records are explained (1.15 times the noise). */
 static const double noise_alone = 0.5;
 
+/* Samples times pairs from which the second start and the reuse of spares are left out: they would take many seconds. */
+enum { LARGE = 400000 };
+
 struct search {
     struct attainable_problem *problem;
     struct attainable_rows *rows; /* [n_records], of the last point */
@@ -222,17 +225,22 @@ static double improve(struct search *s, double top_rad, const double start[], do
 {
     const size_t n = 2 * s->problem->m;
     double *other = bf_alloc(n, sizeof *other), least = start_nrmse, before;
+    size_t samples = 0;
+    for (size_t r = 0; r < s->problem->n_records; r++)
+        samples += s->problem->records[r].n;
+    const bool large = samples * s->problem->m > LARGE;
     memcpy(best, start, n * sizeof *best);
     relocate(s, start, best, &least);
     spread(s->problem, top_rad, other);
-    relocate(s, other, best, &least);
+    if (!large)
+        relocate(s, other, best, &least);
     for (int round = 0; round < ROUNDS; round++) {
         before = s->problem->form_error;
         refine(s, best, &least);
         if (s->problem->form_error > much_less * before)
             break;
     }
-    for (int i = 0; i < REUSES && s->problem->m > 1 && s->problem->form_error > noise_alone * least; i++) {
+    for (int i = 0; i < REUSES && !large && s->problem->form_error > noise_alone * least; i++) {
         before = least;
         reuse_spare(s, best, &least);
         if (!(least < (1.0 - reuse_gain) * before))
