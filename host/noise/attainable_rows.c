@@ -19,7 +19,7 @@ static struct pair pair_of(const double x[2])
 
 struct sheet {
     const struct attainable_record *record;
-    size_t rows;                    /* of X: at least as many as columns */
+    size_t rows;                    /* of X: the samples */
     double *X;                      /* [rows × columns] */
     double complex *F, *S, *factor; /* [grid.m] */
     double *y;                      /* [lead + n] */
@@ -68,21 +68,23 @@ static void put_states(struct sheet *s, const double x[2], size_t column, size_t
 {
     static const double apart = 1e-6; /* of c² from 0, as a share of ω²: nearer, 1/c³ cancels */
     const struct pair pair = pair_of(x);
-    const double a = 0.5 * pair.A, omega = sqrt(pair.b), split = pair.b - a * a;
+    const double a = 0.5 * pair.A, omega = sqrt(pair.b), split = pair.b - a * a, dt_s = s->record->grid.dt_s;
     const double complex i = CMPLX(0.0, 1.0), c = csqrt(fabs(split) > apart * pair.b ? split : apart * pair.b);
+    const double complex per_c = 1.0 / c, half_cube = 0.5 * per_c * per_c * per_c;
+    const double complex up_step = cexp((i * c - a) * dt_s), down_step = cexp((-i * c - a) * dt_s);
     double *const h = s->X + column * s->rows, *const v = h + s->rows;
     double *const h2 = s->X + derivative * s->rows, *const v2 = h2 + s->rows;
-    for (size_t k = 0; k < s->record->n; k++) {
-        const double t = (double)k * s->record->grid.dt_s;
-        const double complex up = 0.5 * cexp((i * c - a) * t), down = 0.5 * cexp((-i * c - a) * t);
-        const double complex sine = (up - down) / i, cosine = up + down;
-        h[k] = pair.b * creal(sine / c);
-        v[k] = omega * creal(cosine - a * sine / c);
+    double complex up = 0.5, down = 0.5;
+    for (size_t k = 0; k < s->record->n; k++, up *= up_step, down *= down_step) {
+        const double t = (double)k * dt_s;
+        const double complex sine = -i * (up - down), cosine = up + down;
+        h[k] = pair.b * creal(sine * per_c);
+        v[k] = omega * creal(cosine - a * sine * per_c);
         if (derivative == 0)
             continue;
-        const double complex twice = (sine - c * t * cosine) / (2.0 * c * c * c);
+        const double complex twice = (sine - c * t * cosine) * half_cube;
         h2[k] = pair.b * pair.b * creal(twice);
-        v2[k] = omega * pair.b * creal(t * sine / (2.0 * c) - a * twice);
+        v2[k] = omega * pair.b * creal(0.5 * t * sine * per_c - a * twice);
     }
 }
 
@@ -111,6 +113,25 @@ static enum bf_status fill(const struct attainable_problem *p, const double x[],
     return status;
 }
 
+/* R[n × n] of X[rows × n], block by block: a long record leaves the processor's cache else. */
+static enum bf_status triangle(size_t rows, size_t n, const double X[], double R[], struct bf_error *err)
+{
+    enum { BLOCK = 1024 };
+    double *A = bf_alloc((n + BLOCK) * n, sizeof *A);
+    enum bf_status status = BF_OK;
+    memset(R, 0, n * n * sizeof *R);
+    for (size_t first = 0; first < rows && status == BF_OK; first += BLOCK) {
+        const size_t some = rows - first < BLOCK ? rows - first : BLOCK, height = n + some;
+        for (size_t j = 0; j < n; j++) {
+            memcpy(A + j * height, R + j * n, n * sizeof *A);
+            memcpy(A + j * height + n, X + first + j * rows, some * sizeof *A);
+        }
+        status = dense_qr_triangle(height, n, A, R, err);
+    }
+    free(A);
+    return status;
+}
+
 static enum bf_status compress(const struct attainable_problem *p, const double x[], enum attainable_extra extra,
                                const struct attainable_record *record, struct attainable_rows *rows,
                                struct bf_error *err)
@@ -122,7 +143,7 @@ static enum bf_status compress(const struct attainable_problem *p, const double 
     else if (extra == EXTRA_MEASURED)
         rows->n_extra = record->n_data * pairs;
     rows->n = states + rows->n_residues + rows->n_extra + record->n_data;
-    struct sheet s = {.record = record, .rows = record->n > rows->n ? record->n : rows->n};
+    struct sheet s = {.record = record, .rows = record->n};
     s.X = bf_alloc(s.rows * rows->n, sizeof *s.X);
     s.F = bf_alloc(record->grid.m, sizeof *s.F);
     s.S = bf_alloc(record->grid.m, sizeof *s.S);
@@ -131,7 +152,7 @@ static enum bf_status compress(const struct attainable_problem *p, const double 
     rows->R = bf_alloc(rows->n * rows->n, sizeof *rows->R);
     enum bf_status status = fill(p, x, extra, rows, &s, err);
     if (status == BF_OK)
-        status = dense_qr_triangle(s.rows, rows->n, s.X, rows->R, err);
+        status = triangle(s.rows, rows->n, s.X, rows->R, err);
     free(s.X), free(s.F), free(s.S), free(s.factor), free(s.y);
     return status;
 }

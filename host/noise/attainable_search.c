@@ -8,22 +8,24 @@
 
 /* Steps of vector fitting from one start: it settles in a handful or goes round in circles … */
 enum { RELOCATIONS = 12 };
-/* … and is left after so many that did not lower the error by 0.1 %. */
+/* … and is left after so many that did not lower the error by `worth`. */
 enum { PATIENCE = 4 };
-/* Rounds of refinement: each begins with the form error that the one before left, which hardly moves the second time. */
-enum { ROUNDS = 3 };
-/* Relative change of the form error that asks for another round. */
-static const double form_change = 0.1;
+/* A refinement that left less than half the form error it was weighted by is followed by another one, at most this often. */
+enum { ROUNDS = 2 };
+static const double much_less = 0.5;
 /* Gauss–Newton steps of one round. */
 enum { STEPS = 20 };
 /* Share of what is left (½Σr², or the error of a step of vector fitting) below which a step is not worth its time. */
-static const double worth = 1e-3;
+static const double worth = 3e-3;
 /* How often a spare pair of poles is put to use, as long as that gains. */
 enum { REUSES = 3 };
 /* What it must gain, as a share of the error: a third of what two starts may differ by. */
 static const double reuse_gain = 0.02;
 /* With a form error below this share of the whole error the records are explained (1.15 times the noise). */
 static const double noise_alone = 0.5;
+
+/* Samples times pairs from which the second start and the reuse of spares are left out: they would take many seconds. */
+enum { LARGE = 400000 };
 
 struct search {
     struct attainable_problem *problem;
@@ -223,17 +225,22 @@ static double improve(struct search *s, double top_rad, const double start[], do
 {
     const size_t n = 2 * s->problem->m;
     double *other = bf_alloc(n, sizeof *other), least = start_nrmse, before;
+    size_t samples = 0;
+    for (size_t r = 0; r < s->problem->n_records; r++)
+        samples += s->problem->records[r].n;
+    const bool large = samples * s->problem->m > LARGE;
     memcpy(best, start, n * sizeof *best);
     relocate(s, start, best, &least);
     spread(s->problem, top_rad, other);
-    relocate(s, other, best, &least);
+    if (!large)
+        relocate(s, other, best, &least);
     for (int round = 0; round < ROUNDS; round++) {
         before = s->problem->form_error;
         refine(s, best, &least);
-        if (fabs(s->problem->form_error - before) <= form_change * before)
+        if (s->problem->form_error > much_less * before)
             break;
     }
-    for (int i = 0; i < REUSES && s->problem->m > 1 && s->problem->form_error > noise_alone * least; i++) {
+    for (int i = 0; i < REUSES && !large && s->problem->form_error > noise_alone * least; i++) {
         before = least;
         reuse_spare(s, best, &least);
         if (!(least < (1.0 - reuse_gain) * before))

@@ -234,7 +234,8 @@ struct attainable {
 /*
  * noise_rms: [n_records · model->n_outputs], index record · n_outputs + output, 0 unknown; NULL: estimated here (10 ms a
  * channel). The modes are those of the model up to the highest Nyquist frequency and the next, 4 to 20. The error is never
- * above that of the model's own poles. Free with attainable_free(), also after a failure. Cost: about 0.4 s for 4 records × 4096 and 7 modes.
+ * above that of the model's own poles. Free with attainable_free(), also after a failure. Cost: about 0.3 s for 4 records × 4096 and 7
+ * modes, twice that where it ends above the noise.
  */
 enum bf_status attainable_find(const struct model *model, const struct record records[], size_t n_records,
                                const double noise_rms[], struct attainable *out, struct bf_error *err);
