@@ -39,10 +39,11 @@ static const struct import_format *recognise(const char *path, const char *data,
     const struct import_format *best = NULL;
     enum import_match surest = IMPORT_NO_MATCH;
     for (int i = 0; i < import_formats_count; i++) {
-        const enum import_match match = import_formats[i]->recognise(path, data, n);
+        const struct import_format *format = import_formats[i];
+        const enum import_match match = format->recognise(path, data, n);
         if (match > surest) {
             surest = match;
-            best = import_formats[i];
+            best = format;
         }
     }
     return best;
