@@ -18,6 +18,7 @@
 static const double reached = 1.1;    /* noise_ratio up to which nothing else is searched */
 static const double at_optimum = 0.1; /* distance from the optimum, in standard errors, that counts as there */
 static const double guess = 1e-3;     /* of the signal: stands for a noise that cannot be seen */
+enum { SEARCH_MINIMA = 8 };           /* that a search keeps */
 
 /* Everything one fit owns while it runs. */
 struct fit_work {
@@ -190,8 +191,7 @@ static void keep_minima(const struct fit_work *w, const struct minima *minima, d
         struct fit_minimum *m = &out->minima[out->n_minima++];
         m->noise_ratio = sqrt(2.0 * minima->half_square[k] / (double)p->n_rows);
         m->value = bf_alloc(p->n_refs, sizeof *m->value);
-        memcpy(m->value, p->theta, p->n_refs * sizeof *m->value);
-        fit_problem_to_theta(p, minima->x + k * p->n_unknowns, m->value);
+        memcpy(m->value, minima->theta + k * p->n_refs, p->n_refs * sizeof *m->value);
     }
 }
 
@@ -199,16 +199,17 @@ static enum bf_status search(struct fit_work *w, const struct staircase *stairs,
                              struct optimise_result *best, struct fit_result *out, struct bf_error *err)
 {
     struct fit_problem *p = &w->problem;
-    struct minima minima = {0};
-    double *start = bf_alloc(p->n_unknowns, sizeof *start), *theta = bf_alloc(p->n_refs, sizeof *theta);
+    struct minima minima = minima_new(SEARCH_MINIMA, p);
+    double *theta = bf_alloc(p->n_refs, sizeof *theta);
+    memcpy(theta, p->theta, p->n_refs * sizeof *theta);
+    fit_problem_to_theta(p, w->x, theta);
+    minima_add(&minima, p, theta, best->half_square);
     for (size_t i = 0; i < p->n_refs; i++)
         theta[i] = w->refs[i].value;
-    fit_problem_to_x(p, theta, start);
     out->searched = true;
-    enum bf_status status = search_run(p, w->model, stairs, bar, start, &minima, err);
-    if (!status && minima.n > 0) {
-        minima_add(&minima, p->n_unknowns, w->x, best->half_square);
-        memcpy(w->x, minima.x, p->n_unknowns * sizeof *w->x);
+    enum bf_status status = search_run(p, w->model, stairs, bar, theta, &minima, err);
+    if (!status) {
+        fit_problem_to_x(p, minima.theta, w->x);
         const double lowest = minima.half_square[0];
         if (!progress_interrupted())
             status = staircase_last(p, stairs, w->x, best, err);
@@ -217,7 +218,7 @@ static enum bf_status search(struct fit_work *w, const struct staircase *stairs,
         keep_minima(w, &minima, lowest, out);
     }
     minima_free(&minima);
-    free(start), free(theta);
+    free(theta);
     return status;
 }
 

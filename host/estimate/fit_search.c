@@ -17,34 +17,47 @@ static const double tied_box = 2.0; /* … in standard deviations of a prior */
 
 /* ---- The list of minima ---- */
 
-static bool same_minimum(const struct minima *minima, size_t i, size_t n_unknowns, const double x[], double half_square)
+struct minima minima_new(size_t room, const struct fit_problem *p)
+{
+    return (struct minima){.room = room,
+                           .half_square = bf_alloc(room, sizeof(double)),
+                           .theta = bf_alloc(room * p->n_refs, sizeof(double))};
+}
+
+static bool same_minimum(const struct minima *minima, size_t i, const struct fit_problem *p, const double theta[],
+                         double half_square)
 {
     static const double near = 0.1; /* in x */
+    const double *other = minima->theta + i * p->n_refs;
     if (fabs(minima->half_square[i] - half_square) > fmax(1.0, 0.01 * half_square))
         return false;
-    for (size_t j = 0; j < n_unknowns; j++)
-        if (fabs(minima->x[i * n_unknowns + j] - x[j]) > near)
+    for (size_t j = 0; j < p->n_unknowns; j++) {
+        const struct unknown *u = &p->unknowns[j];
+        const double a = theta[u->ref], b = other[u->ref];
+        if (fabs(u->logarithmic ? log(a / b) : (a - b) / u->scale) > near)
             return false;
+    }
     return true;
 }
 
-static void minima_remove(struct minima *minima, size_t i, size_t n_unknowns)
+static void minima_remove(struct minima *minima, size_t i, size_t n_refs)
 {
     minima->n--;
     for (; i < minima->n; i++) {
         minima->half_square[i] = minima->half_square[i + 1];
-        memcpy(minima->x + i * n_unknowns, minima->x + (i + 1) * n_unknowns, n_unknowns * sizeof *minima->x);
+        memcpy(minima->theta + i * n_refs, minima->theta + (i + 1) * n_refs, n_refs * sizeof *minima->theta);
     }
 }
 
-void minima_add(struct minima *minima, size_t n_unknowns, const double x[], double half_square)
+void minima_add(struct minima *minima, const struct fit_problem *p, const double theta[], double half_square)
 {
+    const size_t n = p->n_refs;
     for (size_t i = 0; i < minima->n; i++) {
-        if (!same_minimum(minima, i, n_unknowns, x, half_square))
+        if (!same_minimum(minima, i, p, theta, half_square))
             continue;
         if (minima->half_square[i] <= half_square)
             return;
-        minima_remove(minima, i, n_unknowns);
+        minima_remove(minima, i, n);
         break;
     }
     size_t at = 0;
@@ -56,22 +69,16 @@ void minima_add(struct minima *minima, size_t n_unknowns, const double x[], doub
         minima->n++;
     for (size_t i = minima->n - 1; i > at; i--) {
         minima->half_square[i] = minima->half_square[i - 1];
-        memcpy(minima->x + i * n_unknowns, minima->x + (i - 1) * n_unknowns, n_unknowns * sizeof *x);
+        memcpy(minima->theta + i * n, minima->theta + (i - 1) * n, n * sizeof *theta);
     }
     minima->half_square[at] = half_square;
-    memcpy(minima->x + at * n_unknowns, x, n_unknowns * sizeof *x);
+    memcpy(minima->theta + at * n, theta, n * sizeof *theta);
 }
 
 void minima_free(struct minima *minima)
 {
-    free(minima->half_square), free(minima->x);
+    free(minima->half_square), free(minima->theta);
     *minima = (struct minima){0};
-}
-
-static struct minima minima_new(size_t room, size_t n_unknowns)
-{
-    return (struct minima){
-        .room = room, .half_square = bf_alloc(room, sizeof(double)), .x = bf_alloc(room * n_unknowns, sizeof(double))};
 }
 
 /* ---- Starts ---- */
@@ -80,10 +87,19 @@ struct search_state {
     struct fit_problem *p;
     const struct model *model;
     const struct staircase *stairs;
-    const double *start;
+    const double *start; /* [n_unknowns] x, with the scales of the first stage */
     struct minima *promising;
     struct bf_error *err;
 };
+
+static void add_x(struct minima *minima, const struct fit_problem *p, const double x[], double half_square)
+{
+    double *theta = bf_alloc(p->n_refs, sizeof *theta);
+    memcpy(theta, p->theta, p->n_refs * sizeof *theta);
+    fit_problem_to_theta(p, x, theta);
+    minima_add(minima, p, theta, half_square);
+    free(theta);
+}
 
 /* A few steps from x at the cheapest window; what comes out is a candidate. */
 static enum bf_status try_start(struct search_state *s, const double x[])
@@ -96,7 +112,7 @@ static enum bf_status try_start(struct search_state *s, const double x[])
     struct optimise_result result;
     enum bf_status status = optimise_local(&view, &options, moved, &result, s->err);
     if (!status)
-        minima_add(s->promising, n, moved, result.half_square);
+        add_x(s->promising, s->p, moved, result.half_square);
     free(moved);
     return status == BF_NUMERIC ? BF_OK : status; /* a start without a value is no start */
 }
@@ -145,15 +161,15 @@ static enum bf_status scan_box(struct search_state *s)
 
 static enum bf_status climb(struct search_state *s, struct progress *bar, struct minima *minima)
 {
-    const size_t n = s->p->n_unknowns;
-    double *x = bf_alloc(n, sizeof *x);
+    struct fit_problem *p = s->p;
+    double *x = bf_alloc(p->n_unknowns, sizeof *x);
     enum bf_status status = BF_OK;
-    for (size_t k = 0; k < s->promising->n && !status && !fit_problem_interrupted(s->p); k++) {
+    for (size_t k = 0; k < s->promising->n && !status && !fit_problem_interrupted(p); k++) {
         struct optimise_result result;
-        memcpy(x, s->promising->x + k * n, n * sizeof *x);
-        status = staircase_run(s->p, s->stairs, bar, x, &result, s->err);
+        fit_problem_to_x(p, s->promising->theta + k * p->n_refs, x);
+        status = staircase_run(p, s->stairs, bar, x, &result, s->err);
         if (!status)
-            minima_add(minima, n, x, result.half_square);
+            add_x(minima, p, x, result.half_square);
         else if (status == BF_NUMERIC)
             status = BF_OK;
     }
@@ -165,13 +181,13 @@ enum bf_status search_run(struct fit_problem *p, const struct model *model, cons
                           struct progress *bar, const double start[], struct minima *minima, struct bf_error *err)
 {
     static const double floor = 0.02;
-    struct minima promising = minima_new(PROMISING, p->n_unknowns);
-    if (minima->room == 0)
-        *minima = minima_new(2 * PROMISING, p->n_unknowns);
-    struct search_state s = {p, model, stairs, start, &promising, err};
-    enum bf_status status = fit_problem_stage(p, stairs->first_ps, floor, start, err);
+    struct minima promising = minima_new(PROMISING, p);
+    double *x = bf_alloc(p->n_unknowns, sizeof *x);
+    struct search_state s = {p, model, stairs, x, &promising, err};
+    fit_problem_to_x(p, start, x);
+    enum bf_status status = fit_problem_stage(p, stairs->first_ps, floor, x, err);
     if (!status)
-        status = try_start(&s, start);
+        status = try_start(&s, x);
     for (size_t e = 0; e < model->n_effects && !status; e++)
         status = scan_effect(&s, e);
     if (!status)
@@ -179,5 +195,6 @@ enum bf_status search_run(struct fit_problem *p, const struct model *model, cons
     if (!status)
         status = climb(&s, bar, minima);
     minima_free(&promising);
+    free(x);
     return status;
 }
