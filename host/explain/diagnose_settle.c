@@ -14,6 +14,7 @@ enum {
     PLACES = 6,
     MOST_JOBS = 1 + DIAGNOSE_EFFECTS * (PLACES - 1),
     MOST_NEAR = 3,
+    MOST_SINGLES = 2,
     ALL_JOBS = (1 + MOST_NEAR) * MOST_JOBS
 };
 /* Times the noise: on a weak misfit a single effect below it may be the cause at a wrong place. */
@@ -135,6 +136,19 @@ void diagnose_drop_repeats(struct diagnosis *d)
     d->n_hypotheses = kept;
 }
 
+/* Refits them; the models are theirs afterwards. */
+static enum bf_status run_jobs(struct diagnose_work *w, struct settle_jobs *jobs, enum bf_status status, double span)
+{
+    for (size_t i = 0; status && i < jobs->n; i++)
+        model_free(&jobs->job[i].model);
+    if (status || jobs->n == 0)
+        return status;
+    diagnose_refits(w, jobs->job, jobs->n, span);
+    diagnose_rank(w->d, w->n_tried);
+    diagnose_drop_repeats(w->d);
+    return BF_OK;
+}
+
 enum bf_status diagnose_settle(struct diagnose_work *w, double span, struct bf_error *err)
 {
     struct diagnosis *d = w->d;
@@ -146,12 +160,22 @@ enum bf_status diagnose_settle(struct diagnose_work *w, double span, struct bf_e
             d->hypotheses[i].settled = true;
             near++;
         }
-    for (size_t i = 0; status && i < jobs.n; i++)
-        model_free(&jobs.job[i].model);
-    if (status || jobs.n == 0)
-        return status;
-    diagnose_refits(w, jobs.job, jobs.n, span);
-    diagnose_rank(d, w->n_tried);
-    diagnose_drop_repeats(d);
-    return BF_OK;
+    return run_jobs(w, &jobs, status, span);
+}
+
+enum bf_status diagnose_settle_singles(struct diagnose_work *w, double span, struct bf_error *err)
+{
+    struct diagnosis *d = w->d;
+    struct settle_jobs jobs = {0};
+    enum bf_status status = BF_OK;
+    const double most_left = diagnose_worth * diagnose_best_left(d, 1);
+    for (size_t i = 0, n = 0; i < d->n_hypotheses && n < MOST_SINGLES && !status; i++) {
+        struct hypothesis *h = &d->hypotheses[i];
+        if (isnan(only_place(h)) || !can_settle(h) || h->fitted.noise_ratio > most_left)
+            continue;
+        status = push_jobs(h, &jobs, err);
+        h->settled = true;
+        n++;
+    }
+    return run_jobs(w, &jobs, status, span);
 }
