@@ -6,6 +6,7 @@
 #include <string.h>
 #include <time.h>
 #include "maths/maths.h"
+#include "fit_best.h"
 #include "fit_law.h"
 #include "fit_result.h"
 #include "fit_search.h"
@@ -198,19 +199,36 @@ static void keep_minima(const struct fit_work *w, const struct minima *minima, d
     }
 }
 
+/* Whole records at once from the given values: where the shortest window leads astray they may be near enough. */
+static enum bf_status add_nearest(struct fit_problem *p, const struct staircase *stairs, const double start[],
+                                  struct minima *minima, struct bf_error *err)
+{
+    struct optimise_result end;
+    double *x = bf_alloc(p->n_unknowns, sizeof *x);
+    fit_problem_to_x(p, start, x);
+    const enum bf_status status = staircase_last(p, stairs, x, &end, err);
+    if (!status) {
+        double *theta = tried_theta(p, x);
+        minima_add(minima, p, theta, end.half_square);
+        free(theta);
+    }
+    free(x);
+    return status == BF_NUMERIC ? BF_OK : status;
+}
+
 static enum bf_status search(struct fit_work *w, const struct staircase *stairs, struct progress *bar,
                              struct optimise_result *best, struct fit_result *out, struct bf_error *err)
 {
     struct fit_problem *p = &w->problem;
     struct minima minima = minima_new(SEARCH_MINIMA, p);
-    double *theta = bf_alloc(p->n_refs, sizeof *theta);
-    memcpy(theta, p->theta, p->n_refs * sizeof *theta);
-    fit_problem_to_theta(p, w->x, theta);
+    double *theta = tried_theta(p, w->x);
     minima_add(&minima, p, theta, best->half_square);
     for (size_t i = 0; i < p->n_refs; i++)
         theta[i] = w->refs[i].value;
     out->searched = true;
     enum bf_status status = search_run(p, w->model, stairs, bar, theta, &minima, err);
+    if (!status && !progress_interrupted())
+        status = add_nearest(p, stairs, theta, &minima, err);
     if (!status) {
         fit_problem_to_x(p, minima.theta, w->x);
         const double lowest = minima.half_square[0];
@@ -230,11 +248,10 @@ static enum bf_status verify(struct fit_work *w, const struct optimise_result *f
                              struct bf_error *err)
 {
     struct fit_problem *p = &w->problem;
-    const struct least_squares view = fit_problem_view(p);
     double square;
     enum bf_status status = BF_OK;
     if (!out->interrupted && p->n_unknowns > 0)
-        status = optimise_polish(&view, 4, w->x, &out->polish_gain, err);
+        status = best_polish(p, w->x, found->half_square, &out->polish_gain, err);
     if (!status)
         status = fit_problem_evaluate(p, w->x, true, &square, err);
     if (status)
@@ -286,16 +303,21 @@ static enum bf_status first_descent(struct fit_work *w, const struct fit_options
     return status;
 }
 
+/*
+ * The first descent and the search, where it is wanted. tried: the start, which is known on whole records; the ends of windows, which
+ * are looked at where the noise is missed.
+ */
 static enum bf_status descend(struct fit_work *w, const struct fit_options *options, struct progress *bar,
-                              struct fit_result *out, struct bf_error *err)
+                              struct tried *tried, struct optimise_result *found, struct fit_result *out,
+                              struct bf_error *err)
 {
     struct fit_problem *p = &w->problem;
-    struct optimise_result found;
-    const struct staircase stairs = staircase_for(w->model, w->records, w->n_records);
-    enum bf_status status = first_descent(w, options, &stairs, bar, &found, err);
+    struct staircase stairs = staircase_for(w->model, w->records, w->n_records);
+    stairs.tried = tried;
+    enum bf_status status = first_descent(w, options, &stairs, bar, found, err);
     if (status)
         return status;
-    if (found.end == OPTIMISE_INTERRUPTED)
+    if (found->end == OPTIMISE_INTERRUPTED)
         status = fit_problem_stage(p, 0.0, 0.0, w->x, err);
     double square;
     if (!status)
@@ -304,8 +326,32 @@ static enum bf_status descend(struct fit_work *w, const struct fit_options *opti
     const bool wanted = options->start == FIT_SEARCH ||
                         (missed && options->start == FIT_GIVEN && !options->never_search && !law_is_new(p, 0));
     if (!status && wanted && p->n_unknowns > 0 && !progress_interrupted())
-        status = search(w, &stairs, bar, &found, out, err);
+        status = search(w, &stairs, bar, found, out, err);
+    stairs.tried = NULL;
+    if (!missed)
+        tried->n = 1;
+    if (p->n_used < p->n_rows) /* other rows than those that the start was judged by */
+        tried->half_square[0] = nan("");
+    if (!status && !progress_interrupted())
+        status = best_of_tried(tried, p, &stairs, w->x, found, err);
     out->interrupted = progress_interrupted();
+    return status;
+}
+
+static enum bf_status estimate(struct fit_work *w, const struct fit_options *options, struct progress *bar,
+                               struct fit_result *out, struct bf_error *err)
+{
+    struct optimise_result found;
+    struct tried tried = {0};
+    double *theta = bf_alloc(w->n_refs, sizeof *theta);
+    for (size_t i = 0; i < w->n_refs; i++)
+        theta[i] = w->refs[i].value;
+    tried_add(&tried, &w->problem, theta);
+    enum bf_status status = tried_value(&tried, &w->problem, err);
+    if (!status)
+        status = descend(w, options, bar, &tried, &found, out, err);
+    tried_free(&tried);
+    free(theta);
     return status ? status : verify(w, &found, out, err);
 }
 
@@ -322,7 +368,7 @@ enum bf_status fit_run(const struct model *model, const struct record records[],
     struct progress *bar = options->quiet ? NULL : progress_begin("fit");
     enum bf_status status = work_new(&w, model, records, n_records, options, err);
     if (!status)
-        status = descend(&w, options, bar, out, err);
+        status = estimate(&w, options, bar, out, err);
     if (!status) {
         out->n_channels = w.problem.n_channels;
         out->channels = channel_errors(&w);

@@ -7,6 +7,7 @@
 #include <string.h>
 #include "fit_phase.h"
 #include "fit_starts.h"
+#include "fit_tried.h"
 #include "ground/ground.h"
 #include "refit_horizon.h"
 
@@ -213,6 +214,8 @@ enum bf_status staircase_run(struct fit_problem *p, const struct staircase *stai
         if (status || out->end == OPTIMISE_INTERRUPTED)
             return status;
         const double misfit = sqrt(fit_problem_mean_square(p));
+        if (stairs->tried)
+            tried_add_x(stairs->tried, p, x);
         say(bar, s, stairs, p);
         s /= next_factor(misfit);
     }

@@ -6,6 +6,7 @@
 #include "fit_problem.h"
 
 struct progress;
+struct tried;
 
 /*
  * The windows e^(−s t): s falls from about 4.5 times the first frequency (a fifth of its period is seen) until
@@ -21,6 +22,7 @@ struct staircase {
     int iterations;  /* of the last step, per reduced space */
     int rounds;      /* reduced spaces of the last step, at most */
     double relative; /* the last step ends when ½‖r‖² would fall by less than this share, divided by the rows */
+    struct tried *tried; /* where the end of every window is noted (fit_tried.h), unless gentle; NULL: not */
 };
 struct staircase staircase_for(const struct model *model, const struct record records[], size_t n_records);
 

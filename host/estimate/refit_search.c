@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include "fit_best.h"
 #include "fit_phase.h"
 #include "fit_starts.h"
 #include "refit_horizon.h"
@@ -287,6 +288,21 @@ static enum bf_status refine_near(struct refit_search *t, double x[], struct opt
     return status;
 }
 
+/* The best end, or what one of the starts comes to on whole records at once, where that is lower. */
+static enum bf_status take_best(struct refit_search *t, const struct best_end *best, struct tried *starts, double x[],
+                                struct optimise_result *found, struct bf_error *err)
+{
+    struct fit_problem *p = t->p;
+    starts_to_x(p, best->theta, x);
+    *found = best->found;
+    p->explained_ps = best->explained_ps;
+    memcpy(p->horizon_s, best->horizon_s, p->n_records * sizeof *best->horizon_s);
+    enum bf_status status = fit_problem_stage(p, 0.0, 0.0, x, err);
+    if (!status && !t->quick && !fit_problem_interrupted(p))
+        status = best_of_tried(starts, p, &t->stairs, x, found, err);
+    return status;
+}
+
 enum bf_status refit_search_run(struct refit_search *t, double x[], struct optimise_result *found, struct bf_error *err)
 {
     if (t->near)
@@ -296,6 +312,10 @@ enum bf_status refit_search_run(struct refit_search *t, double x[], struct optim
     struct best_end best = {.theta = bf_alloc(p->n_refs, sizeof *best.theta),
                             .explained = bf_alloc(p->n_refs, sizeof *best.explained),
                             .horizon_s = bf_alloc(p->n_records, sizeof *best.horizon_s)};
+    struct tried starts = {0};
+    tried_add(&starts, p, t->theta0);
+    for (size_t k = 0; k < t->n_starts; k++)
+        tried_add(&starts, p, t->starts + k * p->n_refs);
     t->stairs.predict = &t->predict;
     t->stairs.gentle = model_has_law(p->model) && !t->quick;
     enum bf_status status = law ? descend_trial(t, &best, err) : BF_OK;
@@ -306,13 +326,9 @@ enum bf_status refit_search_run(struct refit_search *t, double x[], struct optim
         status = bf_fail(err, BF_NUMERIC, "no start of the new effects has a value");
     if (!status && is_cut(t, &best) && explained(&best) && !fit_problem_interrupted(p))
         status = move_horizon(t, &best, err);
-    if (best.have) {
-        starts_to_x(p, best.theta, x);
-        *found = best.found;
-        p->explained_ps = best.explained_ps;
-        memcpy(p->horizon_s, best.horizon_s, p->n_records * sizeof *best.horizon_s);
-        status = fit_problem_stage(p, 0.0, 0.0, x, err);
-    }
+    if (best.have)
+        status = take_best(t, &best, &starts, x, found, err);
+    tried_free(&starts);
     free(best.theta), free(best.explained), free(best.horizon_s);
     return status;
 }

@@ -96,10 +96,16 @@ static enum bf_status one_more(struct diagnose_state *w, size_t n_effects, struc
     return status;
 }
 
-/* Of three linear effects two may be enough; of a pair, the law that came second alone, when its own refit ended in a local minimum. */
-static bool may_be_fewer(const struct hypothesis *best)
+/*
+ * Without what came last it is known, although not from these values: a step through time for that is too dear. Of three effects with
+ * a law two are not tried either.
+ */
+static bool is_worth_dropping(const struct hypothesis *best, size_t e)
 {
-    return best->n_effects >= 3 ? !hypothesis_has_law(best) : best->n_effects == 2 && best->effects[1]->law != NULL;
+    const bool last = e + 1 == best->n_effects;
+    if (best->n_effects > 2)
+        return !hypothesis_has_law(best);
+    return !last || best->effects[0]->law == NULL;
 }
 
 /* Refits the best hypothesis without each of its effects: one that was added first may have fitted what a later one explains. */
@@ -109,10 +115,12 @@ static enum bf_status without_one(struct diagnose_state *w, struct bf_error *err
     struct refit_job jobs[DIAGNOSE_EFFECTS];
     size_t n = 0;
     enum bf_status status = BF_OK;
-    if (w->d->n_hypotheses == 0 || !may_be_fewer(best))
+    if (w->d->n_hypotheses == 0 || best->n_effects < 2)
         return BF_OK;
-    for (size_t e = 0; e + 1 < best->n_effects && !status; e++) { /* without the last it is known */
+    for (size_t e = 0; e < best->n_effects && !status; e++) {
         struct refit_job *job = &jobs[n];
+        if (!is_worth_dropping(best, e))
+            continue;
         *job = (struct refit_job){.n_effects = best->n_effects - 1, .n_tried = w->n_tried};
         status = model_copy(&best->model, &job->model, err);
         if (status)

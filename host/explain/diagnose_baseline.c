@@ -80,6 +80,7 @@ enum bf_status diagnose_baseline(struct diagnose_state *w, struct bf_error *err)
     status = refit_run(&h->model, d->records, d->n_records, &again, &h->fit, err);
     if (status)
         return status;
+    refit_into_model(d->records, d->n_records, h->fit.value, h->fit.sd, &h->model);
     h->refitted = true;
     d->converged = d->converged || h->fit.converged;
     d->evaluations += h->fit.evaluations;

@@ -108,6 +108,14 @@ bool hypothesis_has_law(const struct hypothesis *h)
     return false;
 }
 
+bool diagnose_explained(const struct diagnosis *d, size_t n_effects)
+{
+    for (size_t i = 0; i < d->n_hypotheses; i++)
+        if (d->hypotheses[i].n_effects == n_effects && d->hypotheses[i].explains)
+            return true;
+    return false;
+}
+
 double diagnose_best_left(const struct diagnosis *d, size_t n_effects)
 {
     double best = d->baseline.fitted.noise_ratio;

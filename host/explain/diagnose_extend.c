@@ -10,15 +10,6 @@
 
 #include "ground/ground.h"
 
-static bool explained(const struct shortlist *s)
-{
-    const struct diagnosis *d = s->w->d;
-    for (size_t i = 0; i < d->n_hypotheses; i++)
-        if (d->hypotheses[i].n_effects == s->n_effects && d->hypotheses[i].explains)
-            return true;
-    return false;
-}
-
 /* Rms in units of the noise of the best that is known for this number of effects. */
 static double best_left(const struct shortlist *s)
 {
@@ -77,6 +68,14 @@ static void refit_best_law(struct shortlist *s)
     diagnose_rank(s->w->d, s->w->n_tried);
 }
 
+/* No single effect explains what the fitted baseline leaves: it may stand where none can. */
+static bool given_is_wanted(const struct shortlist *s)
+{
+    const struct diagnosis *d = s->w->d;
+    return s->from->n_effects == 0 && !s->w->options->everything && diagnose_is_far(&d->baseline) &&
+           !diagnose_explained(d, s->n_effects);
+}
+
 enum bf_status diagnose_extend(struct diagnose_state *w, const struct hypothesis *from, const size_t most[],
                                double span, struct bf_error *err)
 {
@@ -88,10 +87,14 @@ enum bf_status diagnose_extend(struct diagnose_state *w, const struct hypothesis
     enum bf_status status = shortlist_new(w, from, &s, err);
     if (!status)
         status = stage(&s, kinds, 2, most, 0.6 * span, err);
-    const bool enough = explained(&s) && w->d->linearity.verdict != LINEARITY_CANNOT_TELL && diagnose_is_far(from);
+    if (!status && given_is_wanted(&s) && !progress_interrupted())
+        status = shortlist_from_given(&s, 0.0, err);
+    const bool enough = diagnose_explained(w->d, s.n_effects) && w->d->linearity.verdict != LINEARITY_CANNOT_TELL &&
+                        diagnose_is_far(from);
     if (!status && !progress_interrupted() && (!enough || w->options->everything))
         status = stage(&s, kinds + 2, 1, most, 0.4 * span, err);
-    if (!status && nonlinear && !w->options->everything && !progress_interrupted() && !explained(&s))
+    if (!status && nonlinear && !w->options->everything && !progress_interrupted() &&
+        !diagnose_explained(w->d, s.n_effects))
         refit_best_law(&s);
     shortlist_free(&s);
     return status;

@@ -13,8 +13,9 @@
 enum {
     PLACES = 6,
     MOST_JOBS = 1 + DIAGNOSE_EFFECTS * (PLACES - 1),
-    MOST_SINGLES = 3,
-    ALL_JOBS = (1 + MOST_SINGLES) * MOST_JOBS
+    MOST_WEAK = 3,
+    MOST_SINGLES = 2,
+    ALL_JOBS = (1 + MOST_WEAK) * MOST_JOBS
 };
 /* On a weak misfit a single effect that leaves at most this many times the noise may be the cause at a wrong place. */
 static const double weak_ratio = 1.05;
@@ -136,23 +137,46 @@ void diagnose_drop_repeats(struct diagnosis *d)
     d->n_hypotheses = kept;
 }
 
+/* Refits them; the models are theirs afterwards. */
+static enum bf_status run_jobs(struct diagnose_state *w, struct place_jobs *jobs, enum bf_status status, double span)
+{
+    for (size_t i = 0; status && i < jobs->n; i++)
+        model_free(&jobs->job[i].model);
+    if (status || jobs->n == 0)
+        return status;
+    diagnose_refits(w, jobs->job, jobs->n, span);
+    diagnose_rank(w->d, w->n_tried);
+    diagnose_drop_repeats(w->d);
+    return BF_OK;
+}
+
 enum bf_status diagnose_other_places(struct diagnose_state *w, double span, struct bf_error *err)
 {
     struct diagnosis *d = w->d;
     struct place_jobs jobs = {0};
     enum bf_status status = BF_OK;
-    for (size_t i = 0, chosen = 0; i < d->n_hypotheses && chosen <= MOST_SINGLES && !status; i++)
+    for (size_t i = 0, chosen = 0; i < d->n_hypotheses && chosen <= MOST_WEAK && !status; i++)
         if (is_wanted(d, &d->hypotheses[i])) {
             status = push_jobs(&d->hypotheses[i], &jobs, err);
             d->hypotheses[i].places_tried = true;
             chosen++;
         }
-    for (size_t i = 0; status && i < jobs.n; i++)
-        model_free(&jobs.job[i].model);
-    if (status || jobs.n == 0)
-        return status;
-    diagnose_refits(w, jobs.job, jobs.n, span);
-    diagnose_rank(d, w->n_tried);
-    diagnose_drop_repeats(d);
-    return BF_OK;
+    return run_jobs(w, &jobs, status, span);
+}
+
+enum bf_status diagnose_single_places(struct diagnose_state *w, double span, struct bf_error *err)
+{
+    struct diagnosis *d = w->d;
+    struct place_jobs jobs = {0};
+    enum bf_status status = BF_OK;
+    const double most_left = diagnose_worth * diagnose_best_left(d, 1);
+    for (size_t i = 0, n = 0; i < d->n_hypotheses && n < MOST_SINGLES && !status; i++) {
+        struct hypothesis *h = &d->hypotheses[i];
+        if (isnan(only_place(h)) || !can_move(h) || h->fitted.noise_ratio > most_left)
+            continue;
+        status = push_jobs(h, &jobs, err);
+        h->places_tried = true;
+        n++;
+    }
+    return run_jobs(w, &jobs, status, span);
 }

@@ -47,4 +47,10 @@ void shortlist_choose(struct shortlist *s, enum effect_kind kind, size_t most, d
 /* The law with the best trial even when its trial leaves too much: for a nonlinear beam that nothing else explains. */
 void shortlist_choose_last(const struct shortlist *s, double best, struct refit_job **jobs, size_t *n);
 
+/*
+ * diagnose_given.c: linear candidates, best score first, refitted from the model as given (diagnose_as_given()) and not from the fitted
+ * baseline. Ranks. `from` must be the baseline. Linear refits, some tenths of a second to a second each.
+ */
+enum bf_status shortlist_from_given(struct shortlist *s, double span, struct bf_error *err);
+
 #endif

@@ -42,6 +42,12 @@ enum bf_status diagnose_baseline(struct diagnose_state *w, struct bf_error *err)
  */
 enum bf_status diagnose_restart(struct diagnose_state *w, bool *lower, struct bf_error *err);
 
+/*
+ * diagnose_given.c: the model with the values that were believed before any fit: the centres of the priors, and what the oldest of
+ * its ancestors says that stands in its file's directory; what neither tells keeps its value. Free *out with model_free().
+ */
+enum bf_status diagnose_as_given(const struct model *model, struct model *out, struct bf_error *err);
+
 /* diagnose_numerics.c: the baseline computed twice as finely; cost: two predictors and one prediction. */
 enum bf_status diagnose_numerics(struct diagnose_state *w, struct bf_error *err);
 /* What the baseline leaves cannot be the error of its computation, so that physics may be blamed. */
@@ -56,6 +62,8 @@ void hypothesis_free(struct hypothesis *h);
 bool hypothesis_has_law(const struct hypothesis *h);
 /* Rms in units of the noise of the best with so many added effects; the baseline's when there is none below it. */
 double diagnose_best_left(const struct diagnosis *d, size_t n_effects);
+/* A hypothesis with so many added effects leaves nothing that matters. After diagnose_rank(). */
+bool diagnose_explained(const struct diagnosis *d, size_t n_effects);
 
 /* diagnose_refit.c: jobs on all threads; each job that has a value becomes a hypothesis of the diagnosis. */
 void diagnose_refits(struct diagnose_state *w, struct refit_job jobs[], size_t n, double span);
@@ -79,6 +87,11 @@ enum bf_status diagnose_extend(struct diagnose_state *w, const struct hypothesis
  * tenths of a second each.
  */
 enum bf_status diagnose_other_places(struct diagnose_state *w, double span, struct bf_error *err);
+/*
+ * The best single effects that have a place, from other places: before a pair is looked at. Nothing twice; some linear refits,
+ * and ranks again.
+ */
+enum bf_status diagnose_single_places(struct diagnose_state *w, double span, struct bf_error *err);
 /* Of refits of the same effects the best stays; it notes where another place is as good. After diagnose_rank(). */
 void diagnose_drop_repeats(struct diagnosis *d);
 

@@ -104,6 +104,21 @@ static void another_place_that_does_as_well_is_told(void **state)
     bench_free(b);
 }
 
+/* Before a pair is looked at, a single effect has been at other places too, whether or not its refit has converged. */
+static void a_single_effect_is_looked_for_elsewhere(void **state)
+{
+    (void)state;
+    struct bf_error err;
+    struct bench *b = with_damper();
+    struct diagnose_state w = trapped(b);
+    b->d.hypotheses[0].fit.converged = true;
+    assert_int_equal(diagnose_single_places(&w, 0.0, &err), BF_OK);
+    assert_int_equal(b->d.n_hypotheses, 1);
+    assert_true(fabs(place(&b->d.hypotheses[0]) - damper_at_m) < 0.02);
+    work_free(&w);
+    bench_free(b);
+}
+
 static void what_has_converged_stays(void **state)
 {
     (void)state;
@@ -124,6 +139,7 @@ int main(void)
         cmocka_unit_test(another_place_is_found),
         cmocka_unit_test(what_leaves_a_part_is_tried_elsewhere),
         cmocka_unit_test(another_place_that_does_as_well_is_told),
+        cmocka_unit_test(a_single_effect_is_looked_for_elsewhere),
         cmocka_unit_test(what_has_converged_stays),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

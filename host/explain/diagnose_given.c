@@ -1,0 +1,104 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/*
+ * The second road to single effects: from the model as given. A baseline that lacks an effect is driven to values that stand in for it,
+ * and a refit that starts there may never leave them. What was believed before any fit has not been driven anywhere: the
+ * effect is added to that, its place scanned, and everything is fitted from short windows to whole records.
+ */
+#include "diagnose_shortlist.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "compare/compare.h"
+#include "ground/ground.h"
+
+/* Refits at most, and how many of them before it is asked whether one has explained the records. */
+enum { MOST_GIVEN = 12, MOST_AT_ONCE = 4 };
+
+static void to_prior(struct parameter *p)
+{
+    if (p->prior > 0.0 && !p->fixed && (!p->logarithmic || p->prior_value > 0.0))
+        p->value = fmin(fmax(p->prior_value, p->min), p->max);
+}
+
+/* Values as they were: those of `from` where it has the same region. */
+static void take_materials(const struct model *from, struct model *to)
+{
+    for (size_t m = 0; m < to->n_materials; m++) {
+        struct material *own = &to->materials[m];
+        const struct material *other = model_material(from, own->name);
+        if (other == NULL)
+            continue;
+        own->EI.value = own->EI.fixed ? own->EI.value : other->EI.value;
+        own->rho.value = own->rho.fixed ? own->rho.value : other->rho.value;
+        own->cDI.value = own->cDI.fixed ? own->cDI.value : other->cDI.value;
+    }
+    to->gamma.value = to->gamma.fixed ? to->gamma.value : from->gamma.value;
+    to->Ks.value = to->Ks.fixed ? to->Ks.value : from->Ks.value;
+    to->KB.value = to->KB.fixed ? to->KB.value : from->KB.value;
+}
+
+/* The first of its ancestors that stands beside it, as a file of values from before any fit. */
+static void take_first_ancestor(const struct model *model, struct model *to)
+{
+    struct history history;
+    struct bf_error ignored;
+    if (model->path == NULL || model->fit.parent_sha256[0] == '\0')
+        return;
+    if (history_of(model->path, NULL, 0, &history, &ignored) == BF_OK) {
+        int i = 0;
+        for (int steps = 0; history_parent(&history, i) != NULL && steps < history.n; steps++)
+            i = history.entries[i].parent;
+        if (i != 0)
+            take_materials(&history.entries[i].model, to);
+    }
+    history_free(&history);
+}
+
+enum bf_status diagnose_as_given(const struct model *model, struct model *out, struct bf_error *err)
+{
+    const enum bf_status status = model_copy(model, out, err);
+    if (status)
+        return status;
+    for (size_t m = 0; m < out->n_materials; m++) {
+        struct material *own = &out->materials[m];
+        to_prior(&own->EI), to_prior(&own->rho), to_prior(&own->cDI);
+    }
+    to_prior(&out->gamma), to_prior(&out->Ks), to_prior(&out->KB);
+    take_first_ancestor(model, out);
+    return BF_OK;
+}
+
+/* The next candidates, and their refits. */
+static void refit_some(struct shortlist *s, const struct model *given, size_t from, size_t to, double span)
+{
+    struct diagnose_state *w = s->w;
+    struct refit_job jobs[MOST_AT_ONCE];
+    size_t n = 0;
+    for (size_t k = from; k < to; k++) {
+        struct bf_error ignored; /* a candidate that the model refuses is none */
+        const struct candidate *candidate = &s->list.candidates[s->order[KIND_LINEAR][k]];
+        jobs[n] = (struct refit_job){.n_effects = s->n_effects, .n_tried = w->n_tried, .first_new = given->n_effects};
+        n += candidate_model(given, candidate, candidate->start, &jobs[n].model, &ignored) == BF_OK;
+    }
+    diagnose_refits(w, jobs, n, span);
+    diagnose_rank(w->d, w->n_tried);
+    diagnose_drop_repeats(w->d);
+}
+
+enum bf_status shortlist_from_given(struct shortlist *s, double span, struct bf_error *err)
+{
+    struct diagnose_state *w = s->w;
+    struct model given;
+    const size_t n = s->n_order[KIND_LINEAR] < MOST_GIVEN ? s->n_order[KIND_LINEAR] : MOST_GIVEN;
+    const enum bf_status status = diagnose_as_given(w->d->model, &given, err);
+    if (status)
+        return status;
+    for (size_t k = 0; k < n && !diagnose_explained(w->d, s->n_effects) && !progress_interrupted(); k += MOST_AT_ONCE)
+        refit_some(s, &given, k, k + MOST_AT_ONCE < n ? k + MOST_AT_ONCE : n, span * MOST_AT_ONCE / MOST_GIVEN);
+    model_free(&given);
+    if (diagnose_explained(w->d, s->n_effects) || progress_interrupted())
+        return BF_OK;
+    return diagnose_single_places(w, 0.0, err);
+}

@@ -1,0 +1,78 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* The second road to single effects: from the model as given, when the fitted baseline leads nowhere. */
+#include <unistd.h>
+
+#include "diagnose_rig.h"
+#include "ground/ground.h"
+#include "test_files.h"
+
+/* A mass of a fifth of the beam's near its middle: the baseline without it ends where no single effect can help. */
+static void what_ruins_the_baseline_is_found(void **state)
+{
+    (void)state;
+    static const char *const ids[] = {"point_mass", "point_spring", "tip_mass", "axial_load", NULL};
+    struct bench *b = bench_new("{kind: point_mass, mass_kg: 0.008, at_m: 0.15}", 2, LONG, 0.004, ids);
+    diagnose(b, 2, 0);
+    assert_true(b->d.baseline.fitted.noise_ratio > 20.0);
+    assert_int_equal(b->d.verdict, VERDICT_MISSING);
+    assert_int_equal(b->d.n_named, 1);
+    assert_string_equal(b->d.named[0], "point_mass");
+    const struct hypothesis *best = &b->d.hypotheses[0];
+    assert_int_equal(best->n_effects, 1);
+    assert_true(best->fitted.noise_ratio < 1.02);
+    assert_true(fabs(best->model.effects[0].parameters[0].value - 0.008) < 1e-4);
+    assert_true(fabs(best->model.effects[0].parameters[1].value - 0.15) < 1e-3);
+    bench_free(b);
+}
+
+/* ---- What was believed before any fit ---- */
+
+static void a_prior_says_what_was_believed(void **state)
+{
+    (void)state;
+    struct bf_error err;
+    struct model model = make(""), given;
+    struct parameter *EI = &model.materials[0].EI, *rho = &model.materials[0].rho;
+    EI->prior = 0.03, EI->prior_value = 0.5, EI->value = 0.02;
+    rho->prior = 0.03, rho->prior_value = 0.11; /* and it is held */
+    model.Ks.value = 17.0;
+    assert_int_equal(diagnose_as_given(&model, &given, &err), BF_OK);
+    assert_true(given.materials[0].EI.value == 0.5);
+    assert_true(given.materials[0].rho.value == rho->value);
+    assert_true(given.Ks.value == 17.0);
+    assert_true(EI->value == 0.02);
+    model_free(&given);
+    model_free(&model);
+}
+
+static void an_ancestor_says_what_was_believed(void **state)
+{
+    (void)state;
+    struct bf_error err;
+    struct model model = make(""), read, given;
+    char first[512], second[512];
+    (void)snprintf(first, sizeof first, "%s/first.yaml", temporary_directory());
+    (void)snprintf(second, sizeof second, "%s/second.yaml", temporary_directory());
+    assert_int_equal(model_write(first, &model, &err), BF_OK);
+    assert_int_equal(model_read(first, &read, &err), BF_OK);
+    read.materials[0].EI.value = 0.02, read.Ks.value = 17.0, read.gamma.value = 3.0;
+    assert_int_equal(model_write(second, &read, &err), BF_OK);
+    model_free(&read);
+    assert_int_equal(model_read(second, &read, &err), BF_OK);
+    assert_int_equal(diagnose_as_given(&read, &given, &err), BF_OK);
+    assert_true(given.materials[0].EI.value == model.materials[0].EI.value);
+    assert_true(given.Ks.value == model.Ks.value);
+    assert_true(given.gamma.value == 3.0); /* it is held */
+    unlink(first), unlink(second), remove_temporary_directory();
+    model_free(&given), model_free(&read), model_free(&model);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(what_ruins_the_baseline_is_found),
+        cmocka_unit_test(a_prior_says_what_was_believed),
+        cmocka_unit_test(an_ancestor_says_what_was_believed),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
