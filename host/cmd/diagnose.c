@@ -2,7 +2,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "attainable_or_warn.h"
 #include "commands.h"
 #include "explain/explain.h"
 #include "ground/ground.h"
@@ -162,8 +161,6 @@ static enum bf_status answer(const struct arguments *a, const struct model *mode
         diagnose_run(model, fitted->records, fitted->n, held_out->records, held_out->n, &a->options, diagnosis, err);
     if (status)
         return status;
-    if (!diagnosis->interrupted)
-        attainable_or_warn(model, fitted->records, fitted->n, &diagnosis->attainable);
     if (a->json)
         status = json_print_and_free(diagnose_json(diagnosis), stdout, err);
     else

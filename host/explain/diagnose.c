@@ -6,7 +6,6 @@
 #include <string.h>
 #include <time.h>
 
-#include "beam/beam.h"
 #include "ground/ground.h"
 
 /* Refits per stage, at most. */
@@ -24,8 +23,6 @@ static const double least_progress = 0.75;
  * effects leaves: beside a stronger linear effect a law is found from that one's side.
  */
 static const double law_root = 1.5;
-/* Bands of the misfit: one a mode. */
-enum { MOST_MODES = 16, SPLINES = 100 };
 /* Parts of the progress bar. */
 static const double part_baseline = 0.15, part_singles = 0.45, part_pairs = 0.2, part_places = 0.05;
 
@@ -39,7 +36,6 @@ static void set_progress(struct diagnose_state *w, double done, const char *note
 static enum bf_status test_linearity(struct diagnose_state *w, struct bf_error *err)
 {
     struct diagnosis *d = w->d;
-    set_progress(w, part_baseline, "linearity");
     return linearity_test(d->model, d->records, d->n_records, NULL, &d->linearity, err);
 }
 
@@ -161,21 +157,30 @@ static enum bf_status search(struct diagnose_state *w, struct bf_error *err)
     return status;
 }
 
-static enum bf_status localise(struct diagnose_state *w, struct bf_error *err)
+/* Where the misfit of a hypothesis is, mode by mode. */
+static enum bf_status localise(const struct diagnosis *d, const struct hypothesis *h, struct localisation *out,
+                               struct bf_error *err)
 {
-    struct diagnosis *d = w->d;
-    struct misfit_channel *channels = hypothesis_channels(d, &d->baseline);
-    double nyquist_Hz = 0.0, frequency_Hz[MOST_MODES];
-    size_t n_modes = 0;
-    for (size_t c = 0; c < d->n_channels; c++)
-        nyquist_Hz = fmax(nyquist_Hz, 0.5 / channels[c].dt_s);
-    enum bf_status status = modes_frequencies(&d->baseline.model, SPLINES, false, MOST_MODES, frequency_Hz, err);
-    while (n_modes < MOST_MODES && frequency_Hz[n_modes] < nyquist_Hz)
-        n_modes++;
-    if (!status)
-        status = localise_misfit(channels, d->n_channels, frequency_Hz, n_modes, &d->where, err);
+    struct misfit_channel *channels = hypothesis_channels(d, h);
+    const enum bf_status status =
+        localise_misfit(channels, d->n_channels, d->mode_Hz, d->n_modes, out, err);
     free(channels);
     return status;
+}
+
+/* What a free linear model leaves of the fitted records; without it the diagnosis goes on. */
+static void find_attainable(struct diagnose_state *w)
+{
+    struct diagnosis *d = w->d;
+    const size_t n_outputs = d->model->n_outputs;
+    double *noise = bf_alloc(d->n_records * n_outputs + 1, sizeof *noise);
+    struct bf_error ignored;
+    set_progress(w, part_baseline, "a free linear model");
+    for (size_t c = 0; c < d->n_channels; c++)
+        noise[d->baseline.fit.channels[c].record * n_outputs + d->baseline.fit.channels[c].output] = d->noise[c].rms;
+    if (attainable_find(d->model, d->records, d->n_records, noise, &d->attainable, &ignored) != BF_OK)
+        attainable_free(&d->attainable);
+    free(noise);
 }
 
 /* The force that the baseline lacks, for a verdict `unknown`. */
@@ -213,54 +218,31 @@ static enum bf_status restart(struct diagnose_state *w, struct bf_error *err)
     if (status || !lower)
         return status;
     localise_free(&w->d->where);
-    status = localise(w, err);
+    status = localise(w->d, &w->d->baseline, &w->d->where, err);
     diagnose_rank(w->d, w->n_tried);
     diagnose_decide(w->d);
     return status;
 }
 
-/* An explanation is named, or would be if left-out records confirm it. */
-static bool about_to_name(const struct diagnosis *d)
-{
-    return !d->interrupted && (d->n_named > 0 || (d->unconfirmed && diagnose_can_cross(d)));
-}
-
-/* Scores one more effect on the best hypothesis, and on whichever becomes the best after that. */
-static enum bf_status look_for_remains(struct diagnose_state *w, struct bf_error *err)
-{
-    struct diagnosis *d = w->d;
-    enum bf_status status = BF_OK;
-    while (!status && about_to_name(d) && diagnose_is_doubtful(d, &d->hypotheses[0]) && !d->hypotheses[0].looked) {
-        d->hypotheses[0].looked = true;
-        status = diagnose_remains(w, err);
-        if (!status && !progress_interrupted() && diagnose_leaves_more(d, &d->hypotheses[0]))
-            status = diagnose_other_places(w, 0.0, err);
-        d->interrupted = progress_interrupted();
-        diagnose_decide(d);
-    }
-    return status;
-}
-
-/* Checks what is about to be named: refits from other places, the baseline again, what one more effect would take, cross-validation. */
+/* Checks what is about to be named: refits from other places, the baseline again, cross-validation. */
 static enum bf_status confirm(struct diagnose_state *w, struct bf_error *err)
 {
     struct diagnosis *d = w->d;
     enum bf_status status = BF_OK;
-    if (about_to_name(d)) {
+    if (d->n_named > 0) {
         status = diagnose_other_places(w, part_places, err);
         d->interrupted = progress_interrupted();
         diagnose_decide(d);
     }
-    if (!status && about_to_name(d))
+    if (!status && d->n_named > 0)
         status = restart(w, err);
-    if (!status)
-        status = look_for_remains(w, err);
     if (!status && !d->interrupted && diagnose_computed(d))
         diagnose_cross(w, fmax(1.0 - w->done, 0.0));
     return status;
 }
 
-static enum bf_status stages(struct diagnose_state *w, struct bf_error *err)
+/* What is known before any effect is tried. */
+static enum bf_status look(struct diagnose_state *w, struct bf_error *err)
 {
     struct diagnosis *d = w->d;
     set_progress(w, 0.0, "baseline");
@@ -272,8 +254,25 @@ static enum bf_status stages(struct diagnose_state *w, struct bf_error *err)
     if (!status)
         status = test_linearity(w, err);
     if (!status)
-        status = localise(w, err);
-    if (!status && !progress_interrupted() && diagnose_computed(d))
+        status = localise(d, &d->baseline, &d->where, err);
+    if (!status && !progress_interrupted())
+        find_attainable(w);
+    d->interrupted = d->interrupted || progress_interrupted();
+    return status;
+}
+
+/* At the noise, as good as any linear model, linear as far as the records tell, and no signal is added: nothing to search for. */
+static bool nothing_to_find(const struct diagnosis *d)
+{
+    return diagnose_is_complete(d) && diagnose_no_linear_misses(d) && d->linearity.n_added == 0;
+}
+
+static enum bf_status stages(struct diagnose_state *w, struct bf_error *err)
+{
+    struct diagnosis *d = w->d;
+    enum bf_status status = look(w, err);
+    const bool searched = w->options->everything || !nothing_to_find(d);
+    if (!status && !d->interrupted && diagnose_computed(d) && searched)
         status = search(w, err);
     d->interrupted = d->interrupted || progress_interrupted();
     if (status)
@@ -282,6 +281,8 @@ static enum bf_status stages(struct diagnose_state *w, struct bf_error *err)
     status = confirm(w, err);
     if (!status && d->verdict == VERDICT_UNKNOWN && !d->interrupted && diagnose_computed(d))
         status = reconstruct(w, err);
+    if (!status && d->n_hypotheses > 0)
+        status = localise(d, &d->hypotheses[0], &d->remains, err);
     if (!status)
         d->text = diagnose_words(d);
     return status;
@@ -317,10 +318,10 @@ void diagnose_free(struct diagnosis *d)
     for (size_t c = 0; d->noise && c < d->n_channels; c++)
         noise_free(&d->noise[c]);
     linearity_free(&d->linearity);
-    localise_free(&d->where);
+    localise_free(&d->where), localise_free(&d->remains);
     attainable_free(&d->attainable);
     if (d->reconstructed)
         reconstruct_free(&d->reconstruction);
-    free(d->hypotheses), free(d->noise), free(d->text);
+    free(d->hypotheses), free(d->noise), free(d->facts), free(d->text);
     *d = (struct diagnosis){0};
 }

@@ -6,7 +6,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "beam/beam.h"
 #include "estimate/estimate.h"
+#include "facts.h"
 #include "maths/maths.h"
 
 static const double guess = 1e-3; /* of the signal: stands for a noise that cannot be seen, as in a fit */
@@ -53,6 +55,25 @@ enum bf_status diagnose_noise(struct diagnose_state *w, struct bf_error *err)
     return status;
 }
 
+/* One fact a mode: the frequencies of the fitted baseline part the bands. */
+static enum bf_status find_facts(struct diagnose_state *w, struct bf_error *err)
+{
+    enum { SPLINES = 100 };
+    struct diagnosis *d = w->d;
+    double nyquist_Hz = 0.0;
+    struct misfit_channel *channels = hypothesis_channels(d, &d->baseline);
+    const enum bf_status status =
+        modes_frequencies(&d->baseline.model, SPLINES, false, DIAGNOSE_MODES, d->mode_Hz, err);
+    for (size_t c = 0; c < d->n_channels; c++)
+        nyquist_Hz = fmax(nyquist_Hz, 0.5 / channels[c].dt_s);
+    while (!status && d->n_modes < DIAGNOSE_MODES && d->mode_Hz[d->n_modes] < nyquist_Hz)
+        d->n_modes++;
+    if (!status)
+        facts_of_channels(d, channels, w->sigma, d->mode_Hz, d->n_modes);
+    free(channels);
+    return status;
+}
+
 /* fit_run() knows how to begin far off; refit_run() then gives residual and errors in the form of every hypothesis. */
 enum bf_status diagnose_baseline(struct diagnose_state *w, struct bf_error *err)
 {
@@ -84,7 +105,8 @@ enum bf_status diagnose_baseline(struct diagnose_state *w, struct bf_error *err)
     h->refitted = true;
     d->converged = d->converged || h->fit.converged;
     d->evaluations += h->fit.evaluations;
-    return hypothesis_measure(w, h, err);
+    status = find_facts(w, err);
+    return status ? status : hypothesis_measure(w, h, err);
 }
 
 /* The parameters of the baseline come first in every hypothesis: new effects are appended. */

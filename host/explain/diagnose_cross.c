@@ -229,7 +229,7 @@ static void gather(const struct diagnose_state *w, const struct fold_job jobs[],
         set_free(&out);
     }
     if (done == n_folds && found == d->n_channels) {
-        hypothesis_take_check(h, all, d->n_channels);
+        hypothesis_take_check(h, all, d->noise, d->n_channels);
         w->d->check_kind = CHECK_CROSS;
     }
     free(all);
@@ -257,15 +257,17 @@ static bool lacks_check(const struct hypothesis *h)
     return h->refitted && h->check.n_channels == 0 && !h->cross_failed;
 }
 
-/* The best, when it is named or would be, and what the fitted records cannot tell from it. */
+/* What is named; where nothing is, the best, if it could be: a record that was left out may confirm it. */
 static size_t wanted(const struct diagnosis *d, struct hypothesis *out[], size_t room)
 {
+    static const double could_be = 0.3; /* probability */
     size_t n = 0;
-    if (d->verdict == VERDICT_COMPLETE || (d->verdict == VERDICT_UNKNOWN && !d->unconfirmed))
-        return 0;
-    for (size_t i = 0; i < d->n_hypotheses && n < room; i++)
-        if ((i == 0 || d->hypotheses[i].rival) && lacks_check(&d->hypotheses[i]))
+    for (size_t i = 0; i < d->n_hypotheses && n < room; i++) {
+        const bool named = d->n_named > 0 && (i == 0 || d->hypotheses[i].rival);
+        const bool likely = d->verdict == VERDICT_UNKNOWN && d->hypotheses[i].probability > could_be;
+        if ((named || likely) && lacks_check(&d->hypotheses[i]))
             out[n++] = &d->hypotheses[i];
+    }
     return n;
 }
 
@@ -278,7 +280,7 @@ void diagnose_cross(struct diagnose_state *w, double span)
         return;
     for (;;) {
         const size_t more = wanted(d, chosen + n, MOST_CHECKED - checked);
-        if (n + more == 0)
+        if (more == 0)
             return;
         span *= 0.5;
         cross_validate(w, chosen, n + more, span);

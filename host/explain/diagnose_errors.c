@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* How far a hypothesis is from the records, fitted and held out, measured by their noise. */
 #include "diagnose_state.h"
+#include "facts.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -61,15 +62,30 @@ static void measure_fitted(const struct diagnose_state *w, struct hypothesis *h)
     e->misfit.n = fit->n_rows;
 }
 
-void hypothesis_take_check(struct hypothesis *h, const struct fit_channel_error channels[], size_t n)
+static void check_free(struct hypothesis_errors *e)
+{
+    free(e->ratio), free(e->bins), free(e->doubt);
+}
+
+/* Of the power of a channel's noise. */
+static double relative_doubt(const struct noise_estimate *noise)
+{
+    return noise->rms > 0.0 ? 2.0 * noise->rms_sd / noise->rms : 1.0;
+}
+
+void hypothesis_take_check(struct hypothesis *h, const struct fit_channel_error channels[],
+                           const struct noise_estimate noise[], size_t n)
 {
     struct hypothesis_errors *e = &h->check;
     e->n_channels = n;
     e->ratio = bf_alloc(n, sizeof *e->ratio);
+    e->bins = bf_alloc(n, sizeof *e->bins), e->doubt = bf_alloc(n, sizeof *e->doubt);
     e->worst_ratio = 0.0;
     fit_totals(channels, n, &e->nrmse, &e->noise_ratio);
     for (size_t c = 0; c < n; c++) {
         e->ratio[c] = channels[c].noise_ratio;
+        e->bins[c] = fmax(1.0, 0.5 * (double)channels[c].n);
+        e->doubt[c] = relative_doubt(&noise[c]);
         e->worst_ratio = fmax(e->worst_ratio, e->ratio[c]);
     }
 }
@@ -77,6 +93,7 @@ void hypothesis_take_check(struct hypothesis *h, const struct fit_channel_error 
 static enum bf_status measure_check(const struct diagnose_state *w, struct hypothesis *h, struct bf_error *err)
 {
     const struct diagnosis *d = w->d;
+    check_free(&h->check);
     h->check = (struct hypothesis_errors){.nrmse = NAN, .noise_ratio = NAN, .worst_ratio = NAN};
     if (d->n_checks == 0)
         return BF_OK;
@@ -89,7 +106,7 @@ static enum bf_status measure_check(const struct diagnose_state *w, struct hypot
         status = fit_errors(own.model, d->checks, d->n_checks, &options, &channels, &n, err);
     own_values_free(&own);
     if (!status)
-        hypothesis_take_check(h, channels, n);
+        hypothesis_take_check(h, channels, w->check_noise, n);
     free(channels);
     return status;
 }
@@ -97,7 +114,17 @@ static enum bf_status measure_check(const struct diagnose_state *w, struct hypot
 enum bf_status hypothesis_measure(const struct diagnose_state *w, struct hypothesis *h, struct bf_error *err)
 {
     measure_fitted(w, h);
-    return measure_check(w, h, err);
+    const enum bf_status status = facts_measure(w->d, h, err);
+    return status ? status : measure_check(w, h, err);
+}
+
+/* A place that was pushed to the end of the beam is no unknown of the fit, and was one of the search. */
+size_t hypothesis_parameters(const struct hypothesis *h)
+{
+    size_t n = 0;
+    for (size_t i = 0; i < h->n_effects; i++)
+        n += (size_t)h->effects[i]->n_parameters;
+    return n > h->n_added ? n : h->n_added;
 }
 
 bool hypothesis_has_law(const struct hypothesis *h)
@@ -129,6 +156,7 @@ void hypothesis_free(struct hypothesis *h)
 {
     model_free(&h->model);
     refit_free(&h->fit);
-    free(h->fitted.ratio), free(h->check.ratio);
+    free(h->fitted.ratio), free(h->left);
+    check_free(&h->check);
     *h = (struct hypothesis){0};
 }

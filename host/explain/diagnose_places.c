@@ -56,7 +56,7 @@ static bool is_wanted(const struct diagnosis *d, const struct hypothesis *h)
     const bool best = h == &d->hypotheses[0];
     if (!can_move(h))
         return false;
-    if (best && (!h->fit.converged || diagnose_leaves_more(d, h)))
+    if (best && (!h->fit.converged || !h->explains))
         return true;
     return !diagnose_is_far(&d->baseline) && !isnan(only_place(h)) && h->fitted.noise_ratio <= weak_ratio;
 }

@@ -55,13 +55,16 @@ bool diagnose_computed(const struct diagnosis *d);
 
 /* diagnose_errors.c: residual -> errors against the noise; the held-out records. */
 enum bf_status hypothesis_measure(const struct diagnose_state *w, struct hypothesis *h, struct bf_error *err);
-/* channels: [n] of records that were not fitted; they become the held-out errors of the hypothesis. */
-void hypothesis_take_check(struct hypothesis *h, const struct fit_channel_error channels[], size_t n);
+/* channels, noise: [n] of records that were not fitted; they become the held-out errors of the hypothesis. */
+void hypothesis_take_check(struct hypothesis *h, const struct fit_channel_error channels[],
+                           const struct noise_estimate noise[], size_t n);
 void hypothesis_free(struct hypothesis *h);
 /* One of its added effects is a law, so that its prediction steps through time. */
 bool hypothesis_has_law(const struct hypothesis *h);
 /* Rms in units of the noise of the best with so many added effects; the baseline's when there is none below it. */
 double diagnose_best_left(const struct diagnosis *d, size_t n_effects);
+/* Parameters more than the baseline has, as the catalogue counts them. */
+size_t hypothesis_parameters(const struct hypothesis *h);
 /* A hypothesis with so many added effects leaves nothing that matters. After diagnose_rank(). */
 bool diagnose_explained(const struct diagnosis *d, size_t n_effects);
 
@@ -95,9 +98,6 @@ enum bf_status diagnose_single_places(struct diagnose_state *w, double span, str
 /* Of refits of the same effects the best stays; it notes where another place is as good. After diagnose_rank(). */
 void diagnose_drop_repeats(struct diagnosis *d);
 
-/* diagnose_remains.c: scores of one more effect on the best hypothesis, into its `remains`; ranks again. About a second. */
-enum bf_status diagnose_remains(struct diagnose_state *w, struct bf_error *err);
-
 /*
  * diagnose_cross.c: held-out errors where no record is held out: each record (or group) is left out in turn, everything is
  * fitted to the others from its fitted values, and the record is predicted. Of the baseline and of what the verdict hangs on;
@@ -110,19 +110,14 @@ bool diagnose_can_cross(const struct diagnosis *d);
 /* Evidence against the baseline and Holm over all that were tried; best first. */
 void diagnose_rank(struct diagnosis *d, size_t n_tried);
 void diagnose_decide(struct diagnosis *d);
-/* Something significant is left by the best hypothesis (or the baseline), so that one more effect is worth a search. */
+/* The best hypothesis leaves more than what is known of the noise, so that one more effect is worth a search. */
 bool diagnose_more_wanted(const struct diagnosis *d);
-/*
- * Two or three effects on a weak misfit: it has too little to tell them by, and others, as many, describe the records as well.
- * They are not named; who has reason to expect one of them adds it and asks again.
- */
-bool diagnose_too_many(const struct diagnosis *d, const struct hypothesis *h);
-/* The misfit is weak, or h has several effects: a wrong explanation may fit too, so h->remains has to be known. */
-bool diagnose_is_doubtful(const struct diagnosis *d, const struct hypothesis *h);
-/* The records cannot tell `h` from `best`: within the search's share of the whitened misfit. */
+/* The records cannot tell `h` from `best`: by what the facts say. */
 bool diagnose_as_good(const struct diagnosis *d, const struct hypothesis *h, const struct hypothesis *best);
-/* h is doubtful, and one more effect would take a part of what it leaves: it is not the cause, which leaves nothing to take. */
-bool diagnose_leaves_more(const struct diagnosis *d, const struct hypothesis *h);
+/* The baseline is within what is known of the noise. */
+bool diagnose_is_complete(const struct diagnosis *d);
+/* A free linear model with as many modes leaves as much as the baseline, and the records do not show a nonlinearity. */
+bool diagnose_no_linear_misses(const struct diagnosis *d);
 
 /* diagnose_words.c */
 char *diagnose_words(const struct diagnosis *d);

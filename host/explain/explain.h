@@ -23,6 +23,8 @@
 
 enum { DIAGNOSE_EFFECTS = 3 }; /* in one explanation, at most */
 
+enum { DIAGNOSE_MODES = 16 };
+
 enum verdict { VERDICT_COMPLETE, VERDICT_MISSING, VERDICT_AMBIGUOUS, VERDICT_UNKNOWN };
 const char *verdict_name(enum verdict verdict);
 
@@ -42,7 +44,17 @@ struct hypothesis_errors {
     double worst_ratio;        /* of a single channel */
     struct misfit misfit;      /* whitened; empty for held-out records */
     size_t n_channels;
-    double *ratio; /* [n_channels] */
+    double *ratio;        /* [n_channels] */
+    double *bins, *doubt; /* [n_channels] of held-out records: independent bins; relative standard error of the noise's power */
+};
+
+/* One mode's band of one channel of one fitted record: what it tells of a model is one fact (explain/facts.h). */
+struct fact {
+    size_t channel; /* order of predictor_channels() */
+    double from_Hz, to_Hz;
+    double noise; /* mean square of the noise in the band, unit² of the channel */
+    double bins;  /* of its spectrum */
+    double doubt; /* relative standard error of `noise` */
 };
 
 /* One explanation: effects added to the baseline and everything fitted again. No effect: the baseline itself. */
@@ -57,14 +69,17 @@ struct hypothesis {
     size_t n_tried;           /* models that were compared to choose this one, scan points included */
     struct evidence evidence; /* against the baseline */
     double p_value;           /* of the evidence, family-wise (Holm) over all that were tried */
-    double remains;           /* fall of its misfit (χ²) that one more effect promises, by score */
-    bool looked;              /* `remains` was computed */
+    double *left;             /* [n_facts of the diagnosis] power of the residual over the noise's, in each fact */
+    double score;             /* nats: what the facts say against it, and the price of its parameters; the highest is best */
+    double explained;         /* share of the misfit's power above the noise that it takes from the fitted records */
+    double held_out_explained; /* the same of held-out or left-out records; NaN: none */
+    double probability;       /* that it is the cause, 0 … 1 */
     bool places_tried;        /* refitted with its places elsewhere */
     bool has_other_place;     /* a single effect, and the records allow another place as well: */
     double other_at_m;        /* m from the clamp */
     bool refitted;            /* false: only scored; fit, model and errors are empty */
-    bool explains;            /* nothing that matters is left in fitted and held-out records */
-    bool rival;               /* the records do not tell it from the best */
+    bool explains;            /* what it leaves of fitted and held-out records is within what is known of the noise */
+    bool rival;               /* named beside the best: the records do not tell them apart */
     bool cross_failed;        /* `check` is empty because a refit without some of the records has no value */
 };
 
@@ -84,6 +99,33 @@ enum check_kind {
 };
 const char *check_kind_name(enum check_kind kind);
 
+/* What the probability of a decision is computed from; logarithms are natural unless they say otherwise. */
+enum feature {
+    FEATURE_STRENGTH,         /* log10 of the baseline's error in units of the noise */
+    FEATURE_EXPLAINED,        /* mean over facts that show a misfit of log(relative error before/after) */
+    FEATURE_REMAINS,          /* log10 of the error that the best leaves, in units of the noise */
+    FEATURE_HELD_OUT,         /* log10 of the error of held-out records before/after; fitted ones where none are held out */
+    FEATURE_HELD_OUT_REMAINS, /* log10 of that error after, in units of the noise */
+    FEATURE_UNCHECKED,        /* 1: no record was held or left out */
+    FEATURE_LEAD,             /* log(1 + lead in score over the best that is not in the decision) */
+    FEATURE_FACTS,            /* log(1 + facts that show a misfit) */
+    FEATURE_LAW,              /* 1: the best has a law */
+    FEATURE_MORE_EFFECTS,     /* effects of the best, less one */
+    FEATURE_OTHERS,           /* explanations in the decision, less one */
+    FEATURES
+};
+const char *feature_name(enum feature feature);
+
+enum { DECISIONS_EACH = 4, DECISIONS = DIAGNOSE_EFFECTS * DECISIONS_EACH };
+
+/* The best explanations: one, two and so on. */
+struct decision {
+    size_t n;
+    size_t among[DECISIONS_EACH]; /* [n] index into hypotheses */
+    double feature[FEATURES];
+    double probability; /* that one of them is the cause */
+};
+
 struct diagnosis {
     enum verdict verdict;
     const struct model *model; /* as given */
@@ -94,18 +136,25 @@ struct diagnosis {
     size_t n_channels;
     struct hypothesis baseline; /* the model given, fitted */
     struct numerics numerics;   /* of the baseline */
+    size_t n_facts;
+    struct fact *facts;
     size_t n_hypotheses;        /* best first */
     struct hypothesis *hypotheses;
+    size_t n_decisions; /* of one explanation, of two, … */
+    struct decision decisions[DECISIONS];
+    double probability; /* of the verdict's effects; NaN: nothing is named */
     size_t n_named; /* effects of the verdict: of the best (missing), one of each rival (ambiguous), none else */
     const char *named[16];
     struct linearity linearity;
-    struct localisation where;
-    struct attainable attainable; /* filled by the caller that wants it, else no modes */
+    size_t n_modes;
+    double mode_Hz[DIAGNOSE_MODES]; /* [n_modes] of the baseline, up to the highest Nyquist frequency */
+    struct localisation where;   /* is the baseline's misfit */
+    struct localisation remains; /* what the best explanation leaves */
+    struct attainable attainable; /* no modes: not known */
     bool reconstructed;
     struct reconstruction reconstruction; /* of what the best explanation leaves, when the verdict is unknown */
     bool converged;                       /* the search for the baseline's values */
     bool interrupted;
-    bool unconfirmed; /* several effects explain the fitted records, but no record was left out: they are not named */
     size_t n_failed;  /* refits without an answer */
     char *text;       /* one paragraph for a person */
     double seconds;

@@ -47,12 +47,49 @@ static void put_candidate(struct json *list, const struct diagnosis *d, const st
     json_put_number(one, "check_nrmse_after", h->check.nrmse);
     json_put_number(one, "noise_ratio_after", h->fitted.noise_ratio);
     json_put_number(one, "check_noise_ratio_after", h->check.noise_ratio);
+    json_put_number(one, "probability", h->probability);
+    json_put_number(one, "score", h->score);
+    json_put_number(one, "explained", h->explained);
+    json_put_number(one, "held_out_explained", h->held_out_explained);
     json_put_bool(one, "explains", h->explains);
     json_put_bool(one, "rival", h->rival);
     json_put_bool(one, "converged", h->fit.converged);
     json_put_number(one, "other_at_m", h->has_other_place ? h->other_at_m : nan(""));
     json_put_number(one, "seconds", h->fit.seconds);
     put_parameters(one, d, h);
+}
+
+/* What the best answer leaves, and where. */
+static void put_remains(struct json *root, const struct diagnosis *d, const struct hypothesis *after)
+{
+    const bool added = after != &d->baseline;
+    const struct localisation *where = added ? &d->remains : &d->where;
+    struct json *object = json_put(root, "remains", json_new_object());
+    struct misfit_channel *channels = hypothesis_channels(d, after);
+    json_put_number(object, "noise_ratio", after->fitted.noise_ratio);
+    json_put_number(object, "nrmse", after->fitted.nrmse);
+    (void)json_put(object, "where", localise_json(where, channels));
+    json_put_text(object, "text", where->text);
+    free(channels);
+}
+
+static void put_decisions(struct json *root, const struct diagnosis *d)
+{
+    struct json *list = json_put(root, "decision", json_new_array());
+    for (size_t k = 0; k < d->n_decisions; k++) {
+        const struct decision *decision = &d->decisions[k];
+        struct json *one = json_push(list, json_new_object()), *all = json_put(one, "effects", json_new_array());
+        for (size_t i = 0; i < decision->n; i++) {
+            const struct hypothesis *h = &d->hypotheses[decision->among[i]];
+            struct json *ids = json_push(all, json_new_array());
+            for (size_t e = 0; e < h->n_effects; e++)
+                json_push_text(ids, h->effects[e]->id);
+        }
+        json_put_number(one, "probability", decision->probability);
+        struct json *features = json_put(one, "features", json_new_object());
+        for (int f = 0; f < FEATURES; f++)
+            json_put_number(features, feature_name((enum feature)f), decision->feature[f]);
+    }
 }
 
 static void put_linearity(struct json *root, const struct linearity *linearity)
@@ -104,6 +141,8 @@ struct json *diagnose_json(const struct diagnosis *d)
     struct json *effects = json_put(root, "effects", json_new_array());
     for (size_t i = 0; i < d->n_named; i++)
         json_push_text(effects, d->named[i]);
+    json_put_number(root, "probability", d->probability);
+    json_put_number(root, "explained", d->n_named > 0 ? (isfinite(after->held_out_explained) ? after->held_out_explained : after->explained) : nan(""));
     json_put_number(root, "nrmse_before", before->fitted.nrmse);
     json_put_number(root, "nrmse_after", after->fitted.nrmse);
     json_put_number(root, "noise_ratio_before", before->fitted.noise_ratio);
@@ -120,6 +159,8 @@ struct json *diagnose_json(const struct diagnosis *d)
     struct json *candidates = json_put(root, "candidates", json_new_array());
     for (size_t i = 0; i < d->n_hypotheses; i++)
         put_candidate(candidates, d, &d->hypotheses[i]);
+    put_decisions(root, d);
+    put_remains(root, d, after);
     put_numerics(root, d);
     put_linearity(root, &d->linearity);
     if (d->reconstructed)

@@ -1,0 +1,65 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "diagnose_relatives.h"
+
+#include <string.h>
+
+static bool has_effect(const struct hypothesis *h, const struct beam_effect *effect)
+{
+    for (size_t i = 0; i < h->n_effects; i++)
+        if (h->effects[i] == effect)
+            return true;
+    return false;
+}
+
+bool diagnose_contains(const struct hypothesis *large, const struct hypothesis *small)
+{
+    for (size_t i = 0; i < small->n_effects; i++)
+        if (!has_effect(large, small->effects[i]))
+            return false;
+    return true;
+}
+
+/* The terms of `small` are those of `large` with some parameters neutral or a place at the free end. */
+static bool special_case(const struct beam_effect *small, const struct beam_effect *large, const struct model *model)
+{
+    double ps[BEAM_EFFECT_PARAMETERS], pl[BEAM_EFFECT_PARAMETERS];
+    struct beam_term ts[BEAM_EFFECT_TERMS] = {0}, tl[BEAM_EFFECT_TERMS] = {0};
+    const struct beam_place place = model_place(model);
+    if (small == large || small->terms == NULL || large->terms == NULL || small->n_terms != large->n_terms ||
+        small->n_parameters >= large->n_parameters)
+        return false;
+    for (int j = 0; j < small->n_parameters; j++)
+        ps[j] = small->parameters[j].role == BEAM_ROLE_PLACE ? model->length_m : small->parameters[j].start;
+    for (int i = 0; i < large->n_parameters; i++) {
+        const struct beam_parameter_info *info = &large->parameters[i];
+        pl[i] = info->role == BEAM_ROLE_PLACE ? model->length_m : info->neutral;
+        for (int j = 0; j < small->n_parameters; j++)
+            if (strcmp(info->name, small->parameters[j].name) == 0)
+                pl[i] = ps[j];
+    }
+    if (small->terms(ps, &place, ts) != 0 || large->terms(pl, &place, tl) != 0)
+        return false;
+    for (int t = 0; t < small->n_terms; t++) {
+        const struct beam_coefficients *a = &ts[t].value, *b = &tl[t].value;
+        if (ts[t].place.kind != tl[t].place.kind || ts[t].place.at_m != tl[t].place.at_m || a->mass != b->mass ||
+            a->damping != b->damping || a->stiffness != b->stiffness || a->memory != b->memory)
+            return false;
+    }
+    return true;
+}
+
+bool diagnose_same_family(const struct diagnosis *d, const struct hypothesis *a, const struct hypothesis *b)
+{
+    if (a->n_effects != b->n_effects)
+        return false;
+    for (size_t i = 0; i < a->n_effects; i++) {
+        bool found = false;
+        for (size_t j = 0; j < b->n_effects; j++)
+            found = found || a->effects[i] == b->effects[j] || special_case(a->effects[i], b->effects[j], d->model) ||
+                    special_case(b->effects[j], a->effects[i], d->model);
+        if (!found)
+            return false;
+    }
+    return true;
+}
+

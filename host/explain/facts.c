@@ -1,0 +1,185 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "facts.h"
+
+#include <complex.h>
+#include <math.h>
+#include <stdlib.h>
+
+#include "maths/maths.h"
+
+/* A fact shows a misfit when it is this many standard errors of its noise above the noise. */
+static const double shown = 3.0;
+/* What any model's own computation is wrong by, of the power in a band: two explanations closer than this are one. */
+static const double computed = 2e-3;
+
+/* ---- The bands ---- */
+
+static double noise_power(const struct noise_estimate *noise, double from_Hz, double to_Hz)
+{
+    double sum = 0.0;
+    for (size_t k = 0; k < noise->n_bins; k++) { /* bin k stands for half a bin to either side */
+        const double low = fmax(from_Hz, ((double)k - 0.5) * noise->df_Hz);
+        const double high = fmin(to_Hz, ((double)k + 0.5) * noise->df_Hz);
+        sum += high > low ? noise->psd[k] * (high - low) : 0.0;
+    }
+    return sum;
+}
+
+/* A channel without a noise level has its noise spread evenly, at the level that stands for it. */
+static double noise_in_band(const struct misfit_channel *c, double sigma, double from_Hz, double to_Hz)
+{
+    if (c->noise->method != NOISE_NONE && c->noise->rms > 0.0 && c->noise->n_bins > 0)
+        return noise_power(c->noise, from_Hz, to_Hz);
+    return sigma * sigma * (to_Hz - from_Hz) * 2.0 * c->dt_s;
+}
+
+static double relative_doubt(const struct noise_estimate *noise)
+{
+    return noise->rms > 0.0 ? 2.0 * noise->rms_sd / noise->rms : 1.0;
+}
+
+void facts_of_channels(struct diagnosis *d, const struct misfit_channel channels[], const double sigma[],
+                       const double frequency_Hz[], size_t n_modes)
+{
+    enum { MORE_EDGES = 12 };
+    double *edge = bf_alloc(n_modes + MORE_EDGES, sizeof *edge);
+    free(d->facts);
+    d->facts = bf_alloc(d->n_channels * (n_modes + MORE_EDGES) + 1, sizeof *d->facts);
+    d->n_facts = 0;
+    for (size_t c = 0; c < d->n_channels; c++) {
+        const double nyquist_Hz = 0.5 / channels[c].dt_s, length_s = (double)channels[c].n * channels[c].dt_s;
+        size_t used = 0;
+        while (used < n_modes && frequency_Hz[used] < nyquist_Hz)
+            used++;
+        const size_t n_edges = residual_band_edges(frequency_Hz, used, channels[c].dt_s, edge);
+        for (size_t b = 0; b + 1 < n_edges; b++) {
+            const double noise = noise_in_band(&channels[c], sigma[c], edge[b], edge[b + 1]);
+            if (noise > 0.0)
+                d->facts[d->n_facts++] = (struct fact){.channel = c,
+                                                       .from_Hz = edge[b],
+                                                       .to_Hz = edge[b + 1],
+                                                       .noise = noise,
+                                                       .bins = fmax(1.0, (edge[b + 1] - edge[b]) * length_s),
+                                                       .doubt = relative_doubt(channels[c].noise)};
+        }
+    }
+    free(edge);
+}
+
+/* ---- What a hypothesis leaves of each ---- */
+
+static double band_power(const double complex X[], size_t n, double dt_s, const struct fact *fact)
+{
+    const double bins_a_Hz = (double)n * dt_s;
+    const size_t from = (size_t)ceil(fact->from_Hz * bins_a_Hz - 1e-9);
+    const size_t to = fact->to_Hz * dt_s >= 0.5 ? n / 2 + 1 : (size_t)ceil(fact->to_Hz * bins_a_Hz - 1e-9);
+    double sum = 0.0;
+    for (size_t k = from; k < to; k++)
+        sum += (k == 0 || 2 * k == n ? 1.0 : 2.0) * (creal(X[k]) * creal(X[k]) + cimag(X[k]) * cimag(X[k]));
+    return sum / ((double)n * (double)n);
+}
+
+enum bf_status facts_measure(const struct diagnosis *d, struct hypothesis *h, struct bf_error *err)
+{
+    struct misfit_channel *channels = hypothesis_channels(d, h);
+    enum bf_status status = BF_OK;
+    free(h->left);
+    h->left = bf_alloc(d->n_facts + 1, sizeof *h->left);
+    for (size_t f = 0; f < d->n_facts && !status;) {
+        const size_t c = d->facts[f].channel, n = channels[c].n;
+        const struct fft *plan = NULL;
+        status = n > 1 ? fft_get(n, &plan, err) : BF_OK;
+        double complex *X = bf_alloc(n / 2 + 1, sizeof *X);
+        if (!status && plan != NULL)
+            fft_forward(plan, channels[c].residual, X);
+        for (; f < d->n_facts && d->facts[f].channel == c; f++)
+            h->left[f] = band_power(X, n > 1 ? n : 1, channels[c].dt_s, &d->facts[f]) / d->facts[f].noise;
+        free(X);
+    }
+    free(channels);
+    return status;
+}
+
+/* ---- Scores ---- */
+
+/* One fact in all hypotheses: what an explanation that leaves `left` loses against the least. */
+struct fact_weight {
+    double least, bins;
+};
+
+static struct fact_weight weigh(double least, double bins, double doubt)
+{
+    const double noise = 1.0 + 2.0 * hypot(doubt, sqrt(2.0 / bins));
+    const double form = fmax(least - noise, 0.0) / fmax(least, 1e-300);
+    return (struct fact_weight){.least = least, .bins = 1.0 / (1.0 / bins + form * form + computed * computed)};
+}
+
+static double lost(const struct fact_weight *w, double left)
+{
+    return 0.5 * log1p(w->bins * (left - w->least) / w->least);
+}
+
+/* The hypotheses, and last the baseline. */
+static const struct hypothesis *nth(const struct diagnosis *d, size_t i)
+{
+    return i < d->n_hypotheses ? &d->hypotheses[i] : &d->baseline;
+}
+
+static double add_fitted(const struct diagnosis *d, double score[])
+{
+    double counted = 0.0;
+    for (size_t f = 0; f < d->n_facts; f++) {
+        double least = INFINITY;
+        for (size_t i = 0; i <= d->n_hypotheses; i++)
+            least = fmin(least, nth(d, i)->left[f]);
+        const struct fact_weight w = weigh(fmax(least, 1e-12), d->facts[f].bins, d->facts[f].doubt);
+        counted += w.bins;
+        for (size_t i = 0; i <= d->n_hypotheses; i++)
+            score[i] -= lost(&w, nth(d, i)->left[f]);
+    }
+    return counted;
+}
+
+/* Only what every hypothesis was asked; a cross-validation asks the best ones alone. */
+static void add_held_out(const struct diagnosis *d, double score[])
+{
+    const size_t n = d->baseline.check.n_channels;
+    for (size_t i = 0; i <= d->n_hypotheses; i++)
+        if (nth(d, i)->check.n_channels != n)
+            return;
+    for (size_t c = 0; c < n; c++) {
+        double least = INFINITY;
+        for (size_t i = 0; i <= d->n_hypotheses; i++)
+            least = fmin(least, nth(d, i)->check.ratio[c] * nth(d, i)->check.ratio[c]);
+        if (!isfinite(least))
+            continue;
+        const struct fact_weight w = weigh(fmax(least, 1e-12), d->baseline.check.bins[c], d->baseline.check.doubt[c]);
+        for (size_t i = 0; i <= d->n_hypotheses; i++)
+            score[i] -= lost(&w, nth(d, i)->check.ratio[c] * nth(d, i)->check.ratio[c]);
+    }
+}
+
+void facts_scores(const struct diagnosis *d, double score[])
+{
+    for (size_t i = 0; i <= d->n_hypotheses; i++)
+        score[i] = 0.0;
+    const double counted = add_fitted(d, score);
+    add_held_out(d, score);
+    for (size_t i = 0; i < d->n_hypotheses; i++)
+        score[i] -= 0.5 * (double)hypothesis_parameters(&d->hypotheses[i]) * log(fmax(counted, 2.0));
+}
+
+double facts_explained(const struct diagnosis *d, const struct hypothesis *h, size_t *n)
+{
+    double sum = 0.0;
+    *n = 0;
+    for (size_t f = 0; f < d->n_facts; f++) {
+        const double doubt = hypot(d->facts[f].doubt, sqrt(2.0 / d->facts[f].bins));
+        const double before = d->baseline.left[f] - 1.0;
+        if (before <= shown * doubt)
+            continue;
+        sum += 0.5 * log((before + doubt) / (fmax(h->left[f] - 1.0, 0.0) + doubt));
+        (*n)++;
+    }
+    return *n > 0 ? sum / (double)*n : 0.0;
+}

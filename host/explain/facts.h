@@ -1,0 +1,31 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/*
+ * facts.h — what records say for one explanation against another, counted in facts; private to explain/.
+ *
+ * What the form of a model is wrong by is smooth over the band of a mode: neighbouring bins tell the same thing, not thousands of
+ * things. One fact is therefore one mode's band of one channel of one record, or one channel of one held-out record. Of fact f, with e the
+ * power of a residual over that of the noise, e_f the least that any explanation leaves and K_f bins, an explanation loses
+ *
+ *     ½ log(1 + K (e − e_f)/e_f),    1/K = 1/K_f + s²,    s: the part of e_f that the noise does not account for
+ *
+ * against the best. At the noise (s = 0) that begins as half the difference of χ²: every bin counts. Far from it (s = 1) it is log(τ/τ_f), the
+ * ratio of the two relative errors of form: the band counts once.
+ */
+#ifndef BEAMFIT_FACTS_H
+#define BEAMFIT_FACTS_H
+
+#include "diagnose_state.h"
+
+/* Of one model: power of the residual over the noise's, fact by fact (the bands of d->facts); after the baseline's frequencies are known. */
+enum bf_status facts_measure(const struct diagnosis *d, struct hypothesis *h, struct bf_error *err);
+/* d->facts: bands of modes of all channels. sigma: rms of each channel's noise; frequency_Hz: [n_modes] ascending. */
+void facts_of_channels(struct diagnosis *d, const struct misfit_channel channels[], const double sigma[],
+                       const double frequency_Hz[], size_t n_modes);
+
+/* [n_hypotheses + 1] score of each hypothesis and last of the baseline: what it loses, and its parameters' price, in nats; highest is best. */
+void facts_scores(const struct diagnosis *d, double score[]);
+
+/* Mean over the facts that show a misfit of log(relative error before/after); *n: how many show one. */
+double facts_explained(const struct diagnosis *d, const struct hypothesis *h, size_t *n);
+
+#endif
