@@ -28,6 +28,9 @@ static const char help[] =
     "                        Two or three effects together are named only when one or the other confirms them\n"
     "  --without ID,ID...    effects that are not considered\n"
     "  --effects N           effects in one explanation, at most (1 to 3, default 3)\n"
+    "  -o, --output NEW      writes the model with the named effects at the values found; the fitted model when none "
+    "is "
+    "named\n"
     "  --plot DIR            pictures: misfit before and after, ranking, frequency and damping against amplitude, the\n"
     "                        missing force\n"
     "  --everything          fit every candidate, short-listed or not (slow; for comparison)\n"
@@ -69,7 +72,7 @@ struct arguments {
     struct record_sets sets;
     char *without_text;
     const char **without; /* n_without of the options */
-    const char *plot;
+    const char *plot, *output;
     bool json;
     struct diagnose_options options;
 };
@@ -112,6 +115,9 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
         return status;
     case 's':
         return splines_from_text(optarg, &a->options.predict, err);
+    case 'o':
+        a->output = optarg;
+        return BF_OK;
     case 'p':
         a->plot = optarg;
         return BF_OK;
@@ -135,6 +141,7 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
         {"without", required_argument, NULL, 'w'},
         {"effects", required_argument, NULL, 'e'},
         {"plot", required_argument, NULL, 'p'},
+        {"output", required_argument, NULL, 'o'},
         {"everything", no_argument, NULL, 'a'},
         {"intersample", required_argument, NULL, 'i'},
         {"splines", required_argument, NULL, 's'},
@@ -144,12 +151,22 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
         {0},
     };
     int code;
-    while ((code = record_sets_next(&a->sets, argc, argv, "-:", options, err)) != -1)
+    while ((code = record_sets_next(&a->sets, argc, argv, "-:o:", options, err)) != -1)
         if (take_option(a, code, err) != BF_OK)
             return BF_USAGE;
     if (a->sets.fitted.n_names < 1)
         return bf_fail(err, BF_USAGE, "give a model and at least one record: beamfit diagnose MODEL RECORD...");
     return BF_OK;
+}
+
+static enum bf_status write_found(const struct arguments *a, const struct diagnosis *diagnosis, struct bf_error *err)
+{
+    struct model found;
+    enum bf_status status = diagnose_found(diagnosis, &found, err);
+    if (!status)
+        status = model_write(a->output, &found, err);
+    model_free(&found);
+    return status;
 }
 
 static enum bf_status answer(const struct arguments *a, const struct model *model, struct diagnosis *diagnosis,
@@ -164,7 +181,9 @@ static enum bf_status answer(const struct arguments *a, const struct model *mode
     if (a->json)
         status = json_print_and_free(diagnose_json(diagnosis), stdout, err);
     else
-        diagnose_print(stdout, diagnosis);
+        diagnose_print(stdout, diagnosis, a->output);
+    if (!status && a->output && !diagnosis->interrupted)
+        status = write_found(a, diagnosis, err);
     if (!status && a->plot)
         status = diagnose_plot(diagnosis, &a->options.predict, a->plot, err);
     return status;

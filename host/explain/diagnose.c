@@ -162,8 +162,7 @@ static enum bf_status localise(const struct diagnosis *d, const struct hypothesi
                                struct bf_error *err)
 {
     struct misfit_channel *channels = hypothesis_channels(d, h);
-    const enum bf_status status =
-        localise_misfit(channels, d->n_channels, d->mode_Hz, d->n_modes, out, err);
+    const enum bf_status status = localise_misfit(channels, d->n_channels, d->mode_Hz, d->n_modes, out, err);
     free(channels);
     return status;
 }
@@ -229,7 +228,12 @@ static enum bf_status confirm(struct diagnose_state *w, struct bf_error *err)
 {
     struct diagnosis *d = w->d;
     enum bf_status status = BF_OK;
-    if (d->n_named > 0) {
+    if (d->n_named > 0 && d->hypotheses[0].n_effects > 1) {
+        status = diagnose_members_from_given(w, err);
+        d->interrupted = progress_interrupted();
+        diagnose_decide(d);
+    }
+    if (!status && d->n_named > 0) {
         status = diagnose_other_places(w, part_places, err);
         d->interrupted = progress_interrupted();
         diagnose_decide(d);

@@ -15,11 +15,11 @@
 
 /* All that is set by hand. */
 static const struct decision_limits {
-    double enough;     /* probability from which an answer is named: a wrong name costs as much as four times no name */
-    double alpha;      /* family-wise error of adding an effect when nothing is missing */
-    double noise;      /* times the noise, its level's own error taken off: nothing is left that matters */
-    double one_channel;/* the same of the worst channel */
-    double attainable; /* times what a free linear model leaves: no linear effect is missing */
+    double enough; /* probability from which an answer is named: a wrong name costs as much as four times no name */
+    double alpha;  /* family-wise error of adding an effect when nothing is missing */
+    double noise;  /* times the noise, its level's own error taken off: nothing is left that matters */
+    double one_channel; /* the same of the worst channel */
+    double attainable;  /* times what a free linear model leaves: no linear effect is missing */
 } limits = {.enough = 0.8, .alpha = 0.01, .noise = 1.05, .one_channel = 1.35, .attainable = 1.03};
 
 const char *verdict_name(enum verdict verdict)
@@ -38,7 +38,8 @@ const char *check_kind_name(enum check_kind kind)
 
 static bool at_noise(const struct hypothesis_errors *e, double doubt)
 {
-    return e->n_channels == 0 || (e->noise_ratio <= limits.noise + doubt && e->worst_ratio <= limits.one_channel + doubt);
+    return e->n_channels == 0 ||
+           (e->noise_ratio <= limits.noise + doubt && e->worst_ratio <= limits.one_channel + doubt);
 }
 
 /* Two standard errors of the level of the noise, over all fitted channels. */
@@ -46,7 +47,8 @@ static double noise_doubt(const struct diagnosis *d)
 {
     double square = 0.0;
     for (size_t c = 0; d->noise != NULL && c < d->n_channels; c++)
-        square += d->noise[c].rms > 0.0 ? d->noise[c].rms_sd * d->noise[c].rms_sd / (d->noise[c].rms * d->noise[c].rms) : 0.0;
+        square +=
+            d->noise[c].rms > 0.0 ? d->noise[c].rms_sd * d->noise[c].rms_sd / (d->noise[c].rms * d->noise[c].rms) : 0.0;
     return d->noise != NULL && d->n_channels > 0 ? 2.0 * sqrt(square) / (double)d->n_channels : 0.0;
 }
 
@@ -159,7 +161,8 @@ static void fill_features(const struct diagnosis *d, struct decision *one)
 {
     const struct hypothesis *best = &d->hypotheses[one->among[0]];
     const size_t other = best_other(d, one);
-    const double rival = other < d->n_hypotheses ? fmax(d->hypotheses[other].score, d->baseline.score) : d->baseline.score;
+    const double rival =
+        other < d->n_hypotheses ? fmax(d->hypotheses[other].score, d->baseline.score) : d->baseline.score;
     const bool checked = best->check.n_channels > 0 && d->baseline.check.n_channels > 0;
     const struct hypothesis_errors *before = checked ? &d->baseline.check : &d->baseline.fitted,
                                    *after = checked ? &best->check : &best->fitted;

@@ -70,6 +70,48 @@ enum bf_status diagnose_as_given(const struct model *model, struct model *out, s
     return BF_OK;
 }
 
+/* The model as given with one effect of a hypothesis: the others are dropped, every value of the beam is as it was believed before. */
+static enum bf_status only_one(const struct hypothesis *h, const struct model *given, size_t kept, struct model *out,
+                               struct bf_error *err)
+{
+    enum bf_status status = model_copy(&h->model, out, err);
+    if (status)
+        return status;
+    for (size_t e = 0; e < h->n_effects && !status; e++)
+        if (e != kept)
+            status = model_drop_effect(out, h->effects[e]->id, err);
+    take_materials(given, out);
+    if (status)
+        model_free(out);
+    return status;
+}
+
+enum bf_status diagnose_members_from_given(struct diagnose_state *w, struct bf_error *err)
+{
+    const struct hypothesis *best = &w->d->hypotheses[0];
+    struct refit_job jobs[DIAGNOSE_EFFECTS];
+    struct model given;
+    size_t n = 0;
+    enum bf_status status = diagnose_as_given(w->d->model, &given, err);
+    if (status)
+        return status;
+    for (size_t e = 0; e < best->n_effects && !status; e++) {
+        if (best->effects[e]->law != NULL) /* without the others a law's refit takes seconds to minutes */
+            continue;
+        jobs[n] = (struct refit_job){.n_effects = 1, .n_tried = w->n_tried, .first_new = best->n_base};
+        status = only_one(best, &given, e, &jobs[n].model, err);
+        n += !status;
+    }
+    model_free(&given);
+    if (!status)
+        diagnose_refits(w, jobs, n, 0.0);
+    for (size_t i = 0; status && i < n; i++)
+        model_free(&jobs[i].model);
+    diagnose_rank(w->d, w->n_tried);
+    diagnose_drop_repeats(w->d);
+    return status;
+}
+
 /* The next candidates, and their refits. */
 static void refit_some(struct shortlist *s, const struct model *given, size_t from, size_t to, double span)
 {

@@ -62,4 +62,3 @@ bool diagnose_same_family(const struct diagnosis *d, const struct hypothesis *a,
     }
     return true;
 }
-

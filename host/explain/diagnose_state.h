@@ -48,6 +48,12 @@ enum bf_status diagnose_restart(struct diagnose_state *w, bool *lower, struct bf
  */
 enum bf_status diagnose_as_given(const struct model *model, struct model *out, struct bf_error *err);
 
+/*
+ * A set of effects is named only when none of them does alone: each linear one of the best hypothesis is refitted from the model as given.
+ * Ranks. Linear refits, some tenths of a second to a second each.
+ */
+enum bf_status diagnose_members_from_given(struct diagnose_state *w, struct bf_error *err);
+
 /* diagnose_numerics.c: the baseline computed twice as finely; cost: two predictors and one prediction. */
 enum bf_status diagnose_numerics(struct diagnose_state *w, struct bf_error *err);
 /* What the baseline leaves cannot be the error of its computation, so that physics may be blamed. */

@@ -27,7 +27,8 @@ static void ratios(FILE *out, const struct diagnosis *d, const struct hypothesis
 /* "97 % of the misfit (held out: 95 %)" */
 static void shares(FILE *out, const struct diagnosis *d, const struct hypothesis *h)
 {
-    (void)fprintf(out, "%.*f %% of the misfit", h->explained > 0.99 && h->explained < 1.0 ? 1 : 0, 100.0 * h->explained);
+    (void)fprintf(out, "%.*f %% of the misfit", h->explained > 0.99 && h->explained < 1.0 ? 1 : 0,
+                  100.0 * h->explained);
     if (isfinite(h->held_out_explained))
         (void)fprintf(out, " (%s: %.0f %%)", d->check_kind == CHECK_CROSS ? "records left out" : "held out",
                       100.0 * h->held_out_explained);
@@ -39,10 +40,11 @@ static void complete(FILE *out, const struct diagnosis *d)
     (void)fprintf(out, "Nothing is missing that these records could show: the fitted model leaves ");
     ratios(out, d, &d->baseline);
     if (!diagnose_is_complete(d))
-        (void)fprintf(out,
-                      " and %.2g %% of the signal, a linear model of %zu free modes %.2g %%: no linear effect can lower "
-                      "that. Either the noise is larger than the estimate, or the records hold what no input caused",
-                      100.0 * d->baseline.fitted.nrmse, a->modes, 100.0 * a->nrmse);
+        (void)fprintf(
+            out,
+            " and %.2g %% of the signal, a linear model of %zu free modes %.2g %%: no linear effect can lower "
+            "that. Either the noise is larger than the estimate, or the records hold what no input caused",
+            100.0 * d->baseline.fitted.nrmse, a->modes, 100.0 * a->nrmse);
     (void)fprintf(out, ".");
     if (d->n_hypotheses > 0) {
         (void)fprintf(out, " The best addition, ");
@@ -122,7 +124,8 @@ static void ambiguous(FILE *out, const struct diagnosis *d)
 {
     (void)fprintf(out, "Something is missing (the model leaves ");
     ratios(out, d, &d->baseline);
-    (void)fprintf(out, "), and these records do not tell which of these it is; with probability %.2f it is one of them:",
+    (void)fprintf(out,
+                  "), and these records do not tell which of these it is; with probability %.2f it is one of them:",
                   d->probability);
     for (size_t i = 0; i < d->n_hypotheses; i++) {
         if (i > 0 && !d->hypotheses[i].rival)

@@ -44,8 +44,9 @@ struct hypothesis_errors {
     double worst_ratio;        /* of a single channel */
     struct misfit misfit;      /* whitened; empty for held-out records */
     size_t n_channels;
-    double *ratio;        /* [n_channels] */
-    double *bins, *doubt; /* [n_channels] of held-out records: independent bins; relative standard error of the noise's power */
+    double *ratio; /* [n_channels] */
+    double *bins,
+        *doubt; /* [n_channels] of held-out records: independent bins; relative standard error of the noise's power */
 };
 
 /* One mode's band of one channel of one fitted record: what it tells of a model is one fact (explain/facts.h). */
@@ -70,17 +71,17 @@ struct hypothesis {
     struct evidence evidence; /* against the baseline */
     double p_value;           /* of the evidence, family-wise (Holm) over all that were tried */
     double *left;             /* [n_facts of the diagnosis] power of the residual over the noise's, in each fact */
-    double score;             /* nats: what the facts say against it, and the price of its parameters; the highest is best */
-    double explained;         /* share of the misfit's power above the noise that it takes from the fitted records */
+    double score;     /* nats: what the facts say against it, and the price of its parameters; the highest is best */
+    double explained; /* share of the misfit's power above the noise that it takes from the fitted records */
     double held_out_explained; /* the same of held-out or left-out records; NaN: none */
-    double probability;       /* that it is the cause, 0 … 1 */
-    bool places_tried;        /* refitted with its places elsewhere */
-    bool has_other_place;     /* a single effect, and the records allow another place as well: */
-    double other_at_m;        /* m from the clamp */
-    bool refitted;            /* false: only scored; fit, model and errors are empty */
-    bool explains;            /* what it leaves of fitted and held-out records is within what is known of the noise */
-    bool rival;               /* named beside the best: the records do not tell them apart */
-    bool cross_failed;        /* `check` is empty because a refit without some of the records has no value */
+    double probability;        /* that it is the cause, 0 … 1 */
+    bool places_tried;         /* refitted with its places elsewhere */
+    bool has_other_place;      /* a single effect, and the records allow another place as well: */
+    double other_at_m;         /* m from the clamp */
+    bool refitted;             /* false: only scored; fit, model and errors are empty */
+    bool explains;             /* what it leaves of fitted and held-out records is within what is known of the noise */
+    bool rival;                /* named beside the best: the records do not tell them apart */
+    bool cross_failed;         /* `check` is empty because a refit without some of the records has no value */
 };
 
 /* How much of the baseline's prediction depends on how finely it is computed. */
@@ -101,10 +102,10 @@ const char *check_kind_name(enum check_kind kind);
 
 /* What the probability of a decision is computed from; logarithms are natural unless they say otherwise. */
 enum feature {
-    FEATURE_STRENGTH,         /* log10 of the baseline's error in units of the noise */
-    FEATURE_EXPLAINED,        /* mean over facts that show a misfit of log(relative error before/after) */
-    FEATURE_REMAINS,          /* log10 of the error that the best leaves, in units of the noise */
-    FEATURE_HELD_OUT,         /* log10 of the error of held-out records before/after; fitted ones where none are held out */
+    FEATURE_STRENGTH,  /* log10 of the baseline's error in units of the noise */
+    FEATURE_EXPLAINED, /* mean over facts that show a misfit of log(relative error before/after) */
+    FEATURE_REMAINS,   /* log10 of the error that the best leaves, in units of the noise */
+    FEATURE_HELD_OUT,  /* log10 of the error of held-out records before/after; fitted ones where none are held out */
     FEATURE_HELD_OUT_REMAINS, /* log10 of that error after, in units of the noise */
     FEATURE_UNCHECKED,        /* 1: no record was held or left out */
     FEATURE_LEAD,             /* log(1 + lead in score over the best that is not in the decision) */
@@ -138,25 +139,25 @@ struct diagnosis {
     struct numerics numerics;   /* of the baseline */
     size_t n_facts;
     struct fact *facts;
-    size_t n_hypotheses;        /* best first */
+    size_t n_hypotheses; /* best first */
     struct hypothesis *hypotheses;
     size_t n_decisions; /* of one explanation, of two, … */
     struct decision decisions[DECISIONS];
     double probability; /* of the verdict's effects; NaN: nothing is named */
-    size_t n_named; /* effects of the verdict: of the best (missing), one of each rival (ambiguous), none else */
+    size_t n_named;     /* effects of the verdict: of the best (missing), one of each rival (ambiguous), none else */
     const char *named[16];
     struct linearity linearity;
     size_t n_modes;
     double mode_Hz[DIAGNOSE_MODES]; /* [n_modes] of the baseline, up to the highest Nyquist frequency */
-    struct localisation where;   /* is the baseline's misfit */
-    struct localisation remains; /* what the best explanation leaves */
-    struct attainable attainable; /* no modes: not known */
+    struct localisation where;      /* is the baseline's misfit */
+    struct localisation remains;    /* what the best explanation leaves */
+    struct attainable attainable;   /* no modes: not known */
     bool reconstructed;
     struct reconstruction reconstruction; /* of what the best explanation leaves, when the verdict is unknown */
     bool converged;                       /* the search for the baseline's values */
     bool interrupted;
-    size_t n_failed;  /* refits without an answer */
-    char *text;       /* one paragraph for a person */
+    size_t n_failed; /* refits without an answer */
+    char *text;      /* one paragraph for a person */
     double seconds;
     size_t evaluations;
 };
@@ -169,6 +170,12 @@ enum bf_status diagnose_run(const struct model *model, const struct record recor
                             const struct record checks[], size_t n_checks, const struct diagnose_options *options,
                             struct diagnosis *out, struct bf_error *err);
 void diagnose_free(struct diagnosis *diagnosis);
+
+/*
+ * The model with what was found: the best explanation when effects are named, else the fitted baseline; with its errors on the fitted records.
+ * Free *out with model_free().
+ */
+enum bf_status diagnose_found(const struct diagnosis *d, struct model *out, struct bf_error *err);
 
 /* "sensor_offset on accel_mps2 + tip_mass": the added effects and where they sit. */
 void hypothesis_name(FILE *out, const struct hypothesis *h);

@@ -142,7 +142,10 @@ struct json *diagnose_json(const struct diagnosis *d)
     for (size_t i = 0; i < d->n_named; i++)
         json_push_text(effects, d->named[i]);
     json_put_number(root, "probability", d->probability);
-    json_put_number(root, "explained", d->n_named > 0 ? (isfinite(after->held_out_explained) ? after->held_out_explained : after->explained) : nan(""));
+    json_put_number(root, "explained",
+                    d->n_named > 0
+                        ? (isfinite(after->held_out_explained) ? after->held_out_explained : after->explained)
+                        : nan(""));
     json_put_number(root, "nrmse_before", before->fitted.nrmse);
     json_put_number(root, "nrmse_after", after->fitted.nrmse);
     json_put_number(root, "noise_ratio_before", before->fitted.noise_ratio);

@@ -53,7 +53,8 @@ enum bf_status history_plot(const struct history *history, const char *directory
 
 /* DIAGNOSE — the verdict, the candidates, where the misfit is, how far the computation can be trusted. */
 
-void diagnose_print(FILE *out, const struct diagnosis *diagnosis);
+/* written: the file that holds the found model; NULL: none was asked for. */
+void diagnose_print(FILE *out, const struct diagnosis *diagnosis, const char *written);
 struct json *diagnose_json(const struct diagnosis *diagnosis);
 
 /*

@@ -1,0 +1,137 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* What records say for one explanation against another: invented spectra and noise, whose limits are known. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "explain/facts.h"
+
+enum { FACTS = 12 };
+
+struct case_of_two {
+    struct diagnosis d;
+    struct fact facts[FACTS];
+    struct hypothesis h[2];
+    double left[3][FACTS];
+};
+
+/* Two hypotheses without parameters, and the baseline: each leaves the same of every fact. */
+static void two(struct case_of_two *c, double first, double second, double baseline, double bins, double doubt)
+{
+    const double left[3] = {first, second, baseline};
+    *c = (struct case_of_two){.d = {.n_facts = FACTS, .n_hypotheses = 2}};
+    c->d.facts = c->facts, c->d.hypotheses = c->h;
+    for (size_t f = 0; f < FACTS; f++) {
+        c->facts[f] = (struct fact){.noise = 1.0, .bins = bins, .doubt = doubt};
+        for (int i = 0; i < 3; i++)
+            c->left[i][f] = left[i];
+    }
+    c->h[0].left = c->left[0], c->h[1].left = c->left[1], c->d.baseline.left = c->left[2];
+}
+
+/* At the noise every bin counts: K bins of ½ (e₂ − e₁) each. */
+static void at_the_noise_it_is_half_the_difference_of_chi_square(void **state)
+{
+    struct case_of_two c;
+    double score[3];
+    (void)state;
+    two(&c, 1.0, 1.0001, 1.0002, 200.0, 0.01);
+    facts_scores(&c.d, score);
+    const double expected = FACTS * 0.5 * 200.0 * 0.0001;
+    assert_true(fabs((score[0] - score[1]) / expected - 1.0) < 0.02);
+    assert_true(fabs((score[0] - score[2]) / (2.0 * expected) - 1.0) < 0.03);
+}
+
+/* Far from it a band is one fact: log of the ratio of the two errors, whatever the number of bins. */
+static void far_from_the_noise_a_band_counts_once(void **state)
+{
+    static const double bins[] = {50.0, 5000.0};
+    struct case_of_two c;
+    double score[3];
+    (void)state;
+    for (size_t i = 0; i < 2; i++) {
+        two(&c, 100.0, 900.0, 10000.0, bins[i], 0.01);
+        facts_scores(&c.d, score);
+        assert_true(fabs((score[0] - score[1]) / (FACTS * log(3.0)) - 1.0) < 0.05);
+        assert_true(fabs((score[1] - score[2]) / (FACTS * log(10.0 / 3.0)) - 1.0) < 0.05);
+    }
+}
+
+/* What counts is known of the noise: a level that is doubted by as much as the difference makes no form error of it. */
+static void a_doubted_noise_is_no_error_of_form(void **state)
+{
+    struct case_of_two sure, doubtful;
+    double score[3], doubted[3];
+    (void)state;
+    two(&sure, 2.0, 2.5, 9.0, 500.0, 0.01);
+    two(&doubtful, 2.0, 2.5, 9.0, 500.0, 0.6);
+    facts_scores(&sure.d, score);
+    facts_scores(&doubtful.d, doubted);
+    assert_true(score[0] - score[1] < 0.5 * FACTS);
+    assert_true(doubted[0] - doubted[1] > 1.5 * FACTS);
+}
+
+static void parameters_have_their_price(void **state)
+{
+    struct case_of_two c;
+    double score[3];
+    (void)state;
+    two(&c, 1.0, 1.0, 4.0, 200.0, 0.01);
+    c.h[1].n_added = 3;
+    facts_scores(&c.d, score);
+    assert_true(fabs(score[0] - score[1] - 3.0 * 0.5 * log(FACTS * 200.0)) < 0.02);
+}
+
+static void what_is_explained_is_told_by_the_facts_that_show_something(void **state)
+{
+    struct case_of_two c;
+    size_t shown;
+    (void)state;
+    two(&c, 1.0, 26.0, 101.0, 1e6, 0.001);
+    for (size_t f = FACTS / 2; f < FACTS; f++)
+        c.left[0][f] = c.left[1][f] = c.left[2][f] = 1.0;
+    const double explained = facts_explained(&c.d, &c.h[1], &shown);
+    assert_int_equal(shown, FACTS / 2);
+    assert_true(fabs(explained - log(2.0)) < 1e-3);
+    assert_true(facts_explained(&c.d, &c.h[0], &shown) > 3.0);
+    assert_true(facts_explained(&c.d, &c.d.baseline, &shown) == 0.0);
+}
+
+/* Each channel has a band around each mode, up to its Nyquist frequency, and the noise of all bands together is the channel's. */
+static void bands_share_the_noise(void **state)
+{
+    static const double mode_Hz[] = {10.0, 60.0, 170.0, 330.0}, sigma[] = {0.5};
+    static const double zero[512];
+    static const struct noise_estimate none;
+    const struct misfit_channel channel = {.n = 512, .dt_s = 1e-3, .measured = zero, .residual = zero, .noise = &none};
+    struct diagnosis d = {.n_channels = 1};
+    double noise = 0.0;
+    (void)state;
+    facts_of_channels(&d, &channel, sigma, mode_Hz, 4);
+    assert_int_equal(d.n_facts, 4);
+    for (size_t f = 0; f < d.n_facts; f++) {
+        assert_true(d.facts[f].from_Hz < mode_Hz[f] && mode_Hz[f] < d.facts[f].to_Hz);
+        noise += d.facts[f].noise;
+    }
+    assert_true(fabs(noise - 0.25) < 1e-12);
+    free(d.facts);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(at_the_noise_it_is_half_the_difference_of_chi_square),
+        cmocka_unit_test(far_from_the_noise_a_band_counts_once),
+        cmocka_unit_test(a_doubted_noise_is_no_error_of_form),
+        cmocka_unit_test(parameters_have_their_price),
+        cmocka_unit_test(what_is_explained_is_told_by_the_facts_that_show_something),
+        cmocka_unit_test(bands_share_the_noise),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
