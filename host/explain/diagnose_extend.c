@@ -33,7 +33,18 @@ static enum bf_status look_at(struct shortlist *s, enum effect_kind kind, struct
 {
     if (kind == KIND_LAW)
         return shortlist_try_laws(s, err);
-    return kind == KIND_NONLINEAR_CHAIN && linear_does(s) ? BF_OK : shortlist_score(s, kind, err);
+    return kind == KIND_NONLINEAR_CHAIN && (s->linear || linear_does(s)) ? BF_OK : shortlist_refine(s, kind, err);
+}
+
+/*
+ * Far from the noise the fitted baseline may stand where no effect explains it, and its scores are of the first order only: the linear
+ * candidates are first refitted from the model as given, which costs less than to refine their scores.
+ */
+static bool given_is_wanted(const struct shortlist *s)
+{
+    const struct diagnosis *d = s->w->d;
+    return s->from->n_effects == 0 && !s->w->options->everything && diagnose_is_far(&d->baseline) &&
+           d->linearity.verdict != LINEARITY_NONLINEAR;
 }
 
 /* Scores, trials and refits of the kinds. */
@@ -68,14 +79,6 @@ static void refit_best_law(struct shortlist *s)
     diagnose_rank(s->w->d, s->w->n_tried);
 }
 
-/* No single effect explains what the fitted baseline leaves: it may stand where none can. */
-static bool given_is_wanted(const struct shortlist *s)
-{
-    const struct diagnosis *d = s->w->d;
-    return s->from->n_effects == 0 && !s->w->options->everything && diagnose_is_far(&d->baseline) &&
-           !diagnose_explained(d, s->n_effects);
-}
-
 enum bf_status diagnose_extend(struct diagnose_state *w, const struct hypothesis *from, const size_t most[],
                                double span, struct bf_error *err)
 {
@@ -85,10 +88,13 @@ enum bf_status diagnose_extend(struct diagnose_state *w, const struct hypothesis
     const enum effect_kind *kinds = nonlinear ? nonlinear_first : linear_first;
     struct shortlist s;
     enum bf_status status = shortlist_new(w, from, &s, err);
-    if (!status)
-        status = stage(&s, kinds, 2, most, 0.6 * span, err);
-    if (!status && given_is_wanted(&s) && !progress_interrupted())
-        status = shortlist_from_given(&s, 0.0, err);
+    if (!status && given_is_wanted(&s))
+        status = shortlist_from_given(&s, 0.3 * span, err);
+    if (!status && !(diagnose_is_far(&w->d->baseline) && diagnose_explained(w->d, s.n_effects)) &&
+        !progress_interrupted())
+        status = stage(&s, kinds, 2, most, 0.3 * span, err);
+    if (!status && given_is_wanted(&s) && !diagnose_explained(w->d, s.n_effects) && !progress_interrupted())
+        status = diagnose_single_places(w, 0.0, err);
     const bool enough = diagnose_explained(w->d, s.n_effects) && w->d->linearity.verdict != LINEARITY_CANNOT_TELL &&
                         diagnose_is_far(from);
     if (!status && !progress_interrupted() && (!enough || w->options->everything))

@@ -133,14 +133,14 @@ enum bf_status shortlist_from_given(struct shortlist *s, double span, struct bf_
 {
     struct diagnose_state *w = s->w;
     struct model given;
-    const size_t n = s->n_order[KIND_LINEAR] < MOST_GIVEN ? s->n_order[KIND_LINEAR] : MOST_GIVEN;
-    const enum bf_status status = diagnose_as_given(w->d->model, &given, err);
+    enum bf_status status = shortlist_score(s, KIND_LINEAR, err);
+    if (!status)
+        status = diagnose_as_given(w->d->model, &given, err);
     if (status)
         return status;
+    const size_t n = s->n_order[KIND_LINEAR] < MOST_GIVEN ? s->n_order[KIND_LINEAR] : MOST_GIVEN;
     for (size_t k = 0; k < n && !diagnose_explained(w->d, s->n_effects) && !progress_interrupted(); k += MOST_AT_ONCE)
         refit_some(s, &given, k, k + MOST_AT_ONCE < n ? k + MOST_AT_ONCE : n, span * MOST_AT_ONCE / MOST_GIVEN);
     model_free(&given);
-    if (diagnose_explained(w->d, s->n_effects) || progress_interrupted())
-        return BF_OK;
-    return diagnose_single_places(w, 0.0, err);
+    return BF_OK;
 }

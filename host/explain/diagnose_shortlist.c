@@ -58,32 +58,63 @@ static size_t keep_likely(const struct score scores[], size_t order[], size_t n)
     return kept;
 }
 
-/* Scores of candidates of one kind; scores[] stays in the order of the list. */
-static void score_kind(struct shortlist *s, enum effect_kind kind)
+/* The candidates of one kind with their scores, as score_run() takes them. */
+struct of_kind {
+    size_t n;
+    struct candidate *candidates;
+    struct score *scores;
+    size_t *at; /* [n] index into the list */
+};
+
+static struct of_kind take_kind(const struct shortlist *s, enum effect_kind kind)
 {
-    struct candidate *some = bf_alloc(s->list.n, sizeof *some);
-    struct score *scores = bf_alloc(s->list.n, sizeof *scores);
-    size_t *at = bf_alloc(s->list.n, sizeof *at), *order = bf_alloc(s->list.n, sizeof *order), n = 0;
+    struct of_kind some = {.candidates = bf_alloc(s->list.n + 1, sizeof *some.candidates),
+                           .scores = bf_alloc(s->list.n + 1, sizeof *some.scores),
+                           .at = bf_alloc(s->list.n + 1, sizeof *some.at)};
     for (size_t i = 0; i < s->list.n; i++)
         if (effect_kind(s->list.candidates[i].effect) == kind) {
-            at[n] = i;
-            some[n++] = s->list.candidates[i];
+            some.at[some.n] = i;
+            some.scores[some.n] = s->scores[i];
+            some.candidates[some.n++] = s->list.candidates[i];
         }
-    score_run(s->base, some, n, scores);
-    size_t ranked = score_rank(some, scores, n, order);
+    return some;
+}
+
+/* scores[] of the list stays in the list's order. */
+static void give_back(struct shortlist *s, struct of_kind *some)
+{
+    for (size_t i = 0; i < some->n; i++)
+        s->scores[some->at[i]] = some->scores[i];
+    free(some->candidates), free(some->scores), free(some->at);
+}
+
+static void score_kind(struct shortlist *s, enum effect_kind kind)
+{
+    struct of_kind some = take_kind(s, kind);
+    size_t *order = bf_alloc(some.n + 1, sizeof *order);
+    score_run(s->base, some.candidates, some.n, some.scores);
+    size_t ranked = score_rank(some.candidates, some.scores, some.n, order);
     if (s->from->fitted.noise_ratio < first_order_ratio)
-        ranked = keep_likely(scores, order, ranked);
-    const size_t refined = s->first_order ? 0 : ranked < REFINED ? ranked : REFINED;
-    score_refine_all(s->base, some, scores, order, refined, 0);
-    for (size_t i = 0; i < n; i++) {
-        s->scores[at[i]] = scores[i];
-        s->w->n_tried += scores[i].n_tried;
-    }
+        ranked = keep_likely(some.scores, order, ranked);
+    for (size_t i = 0; i < some.n; i++)
+        s->w->n_tried += some.scores[i].n_tried;
     for (size_t k = 0; k < ranked; k++)
-        s->order[kind][k] = at[order[k]];
+        s->order[kind][k] = some.at[order[k]];
     s->n_order[kind] = ranked;
-    qsort_r(s->order[kind], refined, sizeof(size_t), by_left, s);
-    free(some), free(scores), free(at), free(order);
+    give_back(s, &some);
+    free(order);
+}
+
+enum bf_status shortlist_refine(struct shortlist *s, enum effect_kind kind, struct bf_error *err)
+{
+    const enum bf_status status = shortlist_score(s, kind, err);
+    if (status || s->refined[kind])
+        return status;
+    const size_t n = s->n_order[kind] < REFINED ? s->n_order[kind] : REFINED;
+    score_refine_all(s->base, s->list.candidates, s->scores, s->order[kind], n, 0);
+    qsort_r(s->order[kind], n, sizeof(size_t), by_left, s);
+    s->refined[kind] = true;
+    return BF_OK;
 }
 
 /* The model has an effect of this kind or of a costlier one. */
@@ -102,7 +133,6 @@ enum bf_status shortlist_score(struct shortlist *s, enum effect_kind kind, struc
         return BF_OK;
     if (s->base == NULL) {
         const struct score_options options = {.sigma = w->sigma,
-                                              .colour = s->colour,
                                               .threads = w->threads,
                                               .stop_at_noise = diagnose_is_far(&w->d->baseline),
                                               .predict = w->options->predict};
@@ -121,11 +151,6 @@ enum bf_status shortlist_score(struct shortlist *s, enum effect_kind kind, struc
     s->order[kind] = bf_alloc(s->list.n, sizeof(size_t));
     score_kind(s, kind);
     return BF_OK;
-}
-
-double shortlist_fall(const struct shortlist *s, enum effect_kind kind)
-{
-    return s->n_order[kind] > 0 ? s->scores[s->order[kind][0]].LM : 0.0;
 }
 
 static bool excluded(const struct diagnose_state *w, const char *id)

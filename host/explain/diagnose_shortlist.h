@@ -16,16 +16,15 @@ struct shortlist {
     const struct hypothesis *from;
     bool has_law; /* of `from`: its scores are those of `linear_part` */
     struct linear_part linear_part;
-    size_t n_effects;              /* of the new hypotheses */
-    bool first_order;              /* scores are not refined: they only tell whether anything is left */
-    const struct ar_model *colour; /* [channels] of the noise in units of sigma; NULL: white */
+    size_t n_effects; /* of the new hypotheses */
     struct candidate_list list;
     struct score_base *base; /* NULL: not needed yet */
     struct score *scores;    /* [list.n] */
     size_t *order[2], n_order[2],
-        looked[2]; /* of KIND_LINEAR and KIND_NONLINEAR_CHAIN, best first; how many were refitted */
-    bool linear;   /* records of two levels agree, and the misfit is large: only laws of degree one are possible */
-    bool tried;    /* trials are there */
+        looked[2];   /* of KIND_LINEAR and KIND_NONLINEAR_CHAIN, best first; how many were refitted */
+    bool refined[2]; /* the best of them have taken a few steps */
+    bool linear;     /* records of two levels agree, and the misfit is large: only laws of degree one are possible */
+    bool tried;      /* trials are there */
     struct trial *trials; /* best first */
     size_t n_trials, refitted_laws;
 };
@@ -33,10 +32,10 @@ struct shortlist {
 enum bf_status shortlist_new(struct diagnose_state *w, const struct hypothesis *from, struct shortlist *out,
                              struct bf_error *err);
 void shortlist_free(struct shortlist *s);
-/* Scores of KIND_LINEAR or KIND_NONLINEAR_CHAIN; nothing when they are there already. */
+/* Scores of KIND_LINEAR or KIND_NONLINEAR_CHAIN, of the first order; nothing when they are there already. */
 enum bf_status shortlist_score(struct shortlist *s, enum effect_kind kind, struct bf_error *err);
-/* Fall of the misfit (in units of the noise) that the best score of a kind promises by one step; 0 when none is likely. */
-double shortlist_fall(const struct shortlist *s, enum effect_kind kind);
+/* The same, and a few Gauss–Newton steps of the best. */
+enum bf_status shortlist_refine(struct shortlist *s, enum effect_kind kind, struct bf_error *err);
 /* Trials of the laws; nothing when they are there already, or when the hypothesis itself has a law (no motion then). */
 enum bf_status shortlist_try_laws(struct shortlist *s, struct bf_error *err);
 /* Rms in units of the noise that a candidate leaves after its few steps. */
