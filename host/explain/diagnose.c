@@ -140,6 +140,17 @@ static bool last_one_helped(const struct diagnosis *d, size_t n_effects)
     return now * now - 1.0 <= least_progress * fmax(before * before - 1.0, 0.0);
 }
 
+/*
+ * What would be named explains nearly all: what remains is asked for again from the model that has it (the answer says so). A pair that
+ * takes what the form of a true effect leaves costs more than all single effects together.
+ */
+static bool is_answered(struct diagnosis *d)
+{
+    static const double nearly_all = 0.95; /* of the misfit's power */
+    diagnose_decide(d);
+    return d->verdict == VERDICT_MISSING && d->hypotheses[0].explained >= nearly_all;
+}
+
 static enum bf_status search(struct diagnose_state *w, struct bf_error *err)
 {
     const size_t most = w->options->most_effects > 0 ? w->options->most_effects : DIAGNOSE_EFFECTS;
@@ -147,7 +158,8 @@ static enum bf_status search(struct diagnose_state *w, struct bf_error *err)
     enum bf_status status = diagnose_extend(w, &w->d->baseline, most_singles, part_singles, err);
     for (size_t n = 1; n < most && !status && !progress_interrupted(); n++) {
         const bool far = diagnose_is_far(&w->d->baseline);
-        if (w->d->n_hypotheses == 0 || !diagnose_more_wanted(w->d) || !last_one_helped(w->d, n) || (n > 1 && !far))
+        if (is_answered(w->d) || w->d->n_hypotheses == 0 || !diagnose_more_wanted(w->d) || !last_one_helped(w->d, n) ||
+            (n > 1 && !far))
             break; /* a weak misfit does not tell three effects */
         status = one_more(w, n, err);
     }

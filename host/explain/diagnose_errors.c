@@ -118,13 +118,16 @@ enum bf_status hypothesis_measure(const struct diagnose_state *w, struct hypothe
     return status ? status : measure_check(w, h, err);
 }
 
-/* A place that was pushed to the end of the beam is no unknown of the fit, and was one of the search. */
+/*
+ * Counted as the catalogue has them: a place that was pushed to the end of the beam is no unknown of the fit, and was one of the search; a
+ * value for each record is one.
+ */
 size_t hypothesis_parameters(const struct hypothesis *h)
 {
     size_t n = 0;
     for (size_t i = 0; i < h->n_effects; i++)
         n += (size_t)h->effects[i]->n_parameters;
-    return n > h->n_added ? n : h->n_added;
+    return n;
 }
 
 bool hypothesis_has_law(const struct hypothesis *h)

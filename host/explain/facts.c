@@ -12,6 +12,11 @@ static const double shown = 3.0;
 /* What any model's own computation is wrong by, of the power in a band: two explanations closer than this are one. */
 static const double computed = 2e-3;
 
+/* Degrees of freedom of a fact: how soon a large misfit in one band stops to count more. Amplitude and phase, twice. */
+static const double freedom = 4.0;
+/* What a parameter must gain, in nats: what one more gains by chance, and by having been chosen out of dozens. */
+static const double price = 2.0;
+
 /* ---- The bands ---- */
 
 static double noise_power(const struct noise_estimate *noise, double from_Hz, double to_Hz)
@@ -116,7 +121,7 @@ static struct fact_weight weigh(double least, double bins, double doubt)
 
 static double lost(const struct fact_weight *w, double left)
 {
-    return 0.5 * log1p(w->bins * (left - w->least) / w->least);
+    return 0.5 * freedom * log1p(w->bins * (left - w->least) / (freedom * w->least));
 }
 
 /* The hypotheses, and last the baseline. */
@@ -125,19 +130,16 @@ static const struct hypothesis *nth(const struct diagnosis *d, size_t i)
     return i < d->n_hypotheses ? &d->hypotheses[i] : &d->baseline;
 }
 
-static double add_fitted(const struct diagnosis *d, double score[])
+static void add_fitted(const struct diagnosis *d, double score[])
 {
-    double counted = 0.0;
     for (size_t f = 0; f < d->n_facts; f++) {
         double least = INFINITY;
         for (size_t i = 0; i <= d->n_hypotheses; i++)
             least = fmin(least, nth(d, i)->left[f]);
         const struct fact_weight w = weigh(fmax(least, 1e-12), d->facts[f].bins, d->facts[f].doubt);
-        counted += w.bins;
         for (size_t i = 0; i <= d->n_hypotheses; i++)
             score[i] -= lost(&w, nth(d, i)->left[f]);
     }
-    return counted;
 }
 
 /* Only what every hypothesis was asked; a cross-validation asks the best ones alone. */
@@ -163,10 +165,10 @@ void facts_scores(const struct diagnosis *d, double score[])
 {
     for (size_t i = 0; i <= d->n_hypotheses; i++)
         score[i] = 0.0;
-    const double counted = add_fitted(d, score);
+    add_fitted(d, score);
     add_held_out(d, score);
     for (size_t i = 0; i < d->n_hypotheses; i++)
-        score[i] -= 0.5 * (double)hypothesis_parameters(&d->hypotheses[i]) * log(fmax(counted, 2.0));
+        score[i] -= price * (double)hypothesis_parameters(&d->hypotheses[i]);
 }
 
 double facts_explained(const struct diagnosis *d, const struct hypothesis *h, size_t *n)

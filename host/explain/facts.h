@@ -6,10 +6,10 @@
  * things. One fact is therefore one mode's band of one channel of one record, or one channel of one held-out record. Of fact f, with e the
  * power of a residual over that of the noise, e_f the least that any explanation leaves and K_f bins, an explanation loses
  *
- *     ½ log(1 + K (e − e_f)/e_f),    1/K = 1/K_f + s²,    s: the part of e_f that the noise does not account for
+ *     2 log(1 + ¼ K (e − e_f)/e_f),    1/K = 1/K_f + s²,    s: the part of e_f that the noise does not account for
  *
- * against the best. At the noise (s = 0) that begins as half the difference of χ²: every bin counts. Far from it (s = 1) it is log(τ/τ_f), the
- * ratio of the two relative errors of form: the band counts once.
+ * against the best: Student's likelihood. At the noise (s = 0) it begins as half the difference of χ²: every bin counts. Far from it (s = 1)
+ * it grows with log(τ/τ_f), the ratio of the two relative errors of form: the band counts once.
  */
 #ifndef BEAMFIT_FACTS_H
 #define BEAMFIT_FACTS_H
