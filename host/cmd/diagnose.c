@@ -178,12 +178,12 @@ static enum bf_status answer(const struct arguments *a, const struct model *mode
         diagnose_run(model, fitted->records, fitted->n, held_out->records, held_out->n, &a->options, diagnosis, err);
     if (status)
         return status;
-    if (a->json)
-        status = json_print_and_free(diagnose_json(diagnosis), stdout, err);
-    else
-        diagnose_print(stdout, diagnosis, a->output);
-    if (!status && a->output && !diagnosis->interrupted)
+    if (a->output && !diagnosis->interrupted)
         status = write_found(a, diagnosis, err);
+    if (!status && a->json)
+        status = json_print_and_free(diagnose_json(diagnosis, a->output), stdout, err);
+    else if (!status)
+        diagnose_print(stdout, diagnosis, a->output);
     if (!status && a->plot)
         status = diagnose_plot(diagnosis, &a->options.predict, a->plot, err);
     return status;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The answer of diagnose for programs; its keys stand in `beamfit diagnose --help`. */
 #include "show.h"
+#include "diagnose_next.h"
 #include "explain/explain.h"
 
 #include <math.h>
@@ -131,7 +132,17 @@ static void put_reconstruction(struct json *root, const struct reconstruction *r
     json_put_text(object, "text", r->text);
 }
 
-struct json *diagnose_json(const struct diagnosis *d)
+static void put_next(struct json *root, const struct diagnosis *d, const char *written)
+{
+    struct json *list = json_put(root, "next", json_new_array());
+    struct diagnose_next next;
+    diagnose_next(d, written, &next);
+    for (size_t i = 0; i < next.n; i++)
+        json_push_text(list, next.command[i]);
+    diagnose_next_free(&next);
+}
+
+struct json *diagnose_json(const struct diagnosis *d, const char *written)
 {
     const struct hypothesis *before = &d->baseline, *after = d->n_hypotheses > 0 ? &d->hypotheses[0] : before;
     if (d->verdict == VERDICT_COMPLETE)
@@ -168,6 +179,7 @@ struct json *diagnose_json(const struct diagnosis *d)
     put_linearity(root, &d->linearity);
     if (d->reconstructed)
         put_reconstruction(root, &d->reconstruction);
+    put_next(root, d, written);
     json_put_text(root, "text", d->text);
     json_put_bool(root, "converged", d->converged);
     json_put_bool(root, "interrupted", d->interrupted);

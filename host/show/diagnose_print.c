@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The answer of diagnose for a person. */
 #include "show.h"
+#include "diagnose_next.h"
 #include "explain/explain.h"
 
 #include <math.h>
@@ -52,84 +53,14 @@ static void print_candidates(FILE *out, const struct diagnosis *d)
                       "on.\n");
 }
 
-/* "tip_mass+sensor_lag@accel_mps2", as discriminate takes it */
-static void rival_text(FILE *out, const struct hypothesis *h)
-{
-    for (size_t i = 0; i < h->n_effects; i++) {
-        const char *channel = h->model.effects[h->n_base + i].channel;
-        (void)fprintf(out, "%s%s%s%s", i > 0 ? "+" : "", h->effects[i]->id, channel[0] != '\0' ? "@" : "", channel);
-    }
-}
-
-/* " hit.csv chirp.csv --check hit2.csv" */
-static void print_records(FILE *out, const struct diagnosis *d)
-{
-    for (size_t r = 0; r < d->n_records; r++)
-        (void)fprintf(out, " %s", d->records[r].path);
-    for (size_t r = 0; r < d->n_checks; r++)
-        (void)fprintf(out, "%s %s", r == 0 ? " --check" : "", d->checks[r].path);
-}
-
-/* beamfit add with the values that were found, so that a fit from there ends where the diagnosis did. */
-static void print_add(FILE *out, const struct hypothesis *h, size_t i, const char *from)
-{
-    const struct model_effect *own = &h->model.effects[h->n_base + i];
-    (void)fprintf(out, "beamfit add %s %s", from, own->effect->id);
-    if (own->channel[0] != '\0')
-        (void)fprintf(out, " --channel %s", own->channel);
-    for (int j = 0; j < own->effect->n_parameters; j++) {
-        const struct beam_parameter_info *info = &own->effect->parameters[j];
-        const bool free_place = info->role == BEAM_ROLE_PLACE && !own->parameters[j].fixed;
-        (void)fprintf(out, " %s=%.6g%s%s", info->name, own->parameters[j].value, free_place ? " --free " : "",
-                      free_place ? info->name : "");
-    }
-    (void)fprintf(out, " -o added%zu.yaml\n", i + 1);
-}
-
-static void print_missing(FILE *out, const struct diagnosis *d, const char *path, const char *written)
-{
-    const struct hypothesis *best = &d->hypotheses[0];
-    char last[32];
-    (void)snprintf(last, sizeof last, "added%zu.yaml", best->n_effects);
-    for (size_t i = 0; written == NULL && i < best->n_effects; i++) {
-        char from[32];
-        (void)snprintf(from, sizeof from, "added%zu.yaml", i);
-        (void)fprintf(out, "%s", i == 0 ? "\nNext: " : "      ");
-        print_add(out, best, i, i == 0 ? path : from);
-    }
-    (void)fprintf(out, "%sbeamfit fit %s", written ? "\nNext: " : "      ", written ? written : last);
-    print_records(out, d);
-    (void)fprintf(out, " -o fitted_with_%s.yaml\n", best->effects[0]->id);
-    if (!best->explains) {
-        (void)fprintf(out, "      beamfit diagnose fitted_with_%s.yaml", best->effects[0]->id);
-        print_records(out, d);
-        (void)fprintf(out, "\n");
-    }
-}
-
-static void print_ambiguous(FILE *out, const struct diagnosis *d, const char *path)
-{
-    size_t n = 0;
-    (void)fprintf(out, "\nNext: beamfit discriminate %s", path);
-    for (size_t i = 0; i < d->n_hypotheses && n < DISCRIMINATE_RIVALS; i++)
-        if (i == 0 || d->hypotheses[i].rival) {
-            (void)fprintf(out, " ");
-            rival_text(out, &d->hypotheses[i]);
-            n++;
-        }
-    for (size_t r = 0; r < d->n_records; r++)
-        (void)fprintf(out, " %s", d->records[r].path);
-    (void)fprintf(out, " -o next.csv\n");
-}
-
 /* Commands that can be typed as they stand. */
 static void print_next(FILE *out, const struct diagnosis *d, const char *written)
 {
-    const char *path = d->model->path ? d->model->path : "MODEL";
-    if (d->verdict == VERDICT_MISSING)
-        print_missing(out, d, path, written);
-    else if (d->verdict == VERDICT_AMBIGUOUS)
-        print_ambiguous(out, d, path);
+    struct diagnose_next next;
+    diagnose_next(d, written, &next);
+    for (size_t i = 0; i < next.n; i++)
+        (void)fprintf(out, "%s%s\n", i == 0 ? "\nNext: " : "      ", next.command[i]);
+    diagnose_next_free(&next);
 }
 
 void diagnose_print(FILE *out, const struct diagnosis *d, const char *written)

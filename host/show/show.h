@@ -55,7 +55,7 @@ enum bf_status history_plot(const struct history *history, const char *directory
 
 /* written: the file that holds the found model; NULL: none was asked for. */
 void diagnose_print(FILE *out, const struct diagnosis *diagnosis, const char *written);
-struct json *diagnose_json(const struct diagnosis *diagnosis);
+struct json *diagnose_json(const struct diagnosis *diagnosis, const char *written);
 
 /*
  * Pictures, each as PNG and PDF: DIR/diagnose-misfit (by band and amplitude, before and after adding the best),

@@ -1,0 +1,142 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* Typed literally, these commands end at the error that the diagnosis states: the effects are added with the values that were found. */
+#include "diagnose_next.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Begins a command; what is printed to the stream ends up in it. */
+static FILE *begin(struct diagnose_next *next, size_t *size)
+{
+    next->command[next->n] = NULL;
+    return open_memstream(&next->command[next->n], size);
+}
+
+static void end(struct diagnose_next *next, FILE *out)
+{
+    (void)fclose(out);
+    next->n++;
+}
+
+/* A path as a shell takes it. */
+static void put_path(FILE *out, const char *path)
+{
+    static const char plain[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789._-/+=:,@%";
+    if (path[strspn(path, plain)] == '\0') {
+        (void)fprintf(out, " %s", path);
+        return;
+    }
+    (void)fputs(" '", out);
+    for (const char *c = path; *c != '\0'; c++)
+        (void)(*c == '\'' ? fputs("'\\''", out) : fputc(*c, out));
+    (void)fputc('\'', out);
+}
+
+/* " hit.csv chirp.csv --check hit2.csv" */
+static void put_records(FILE *out, const struct diagnosis *d, bool with_checks)
+{
+    for (size_t r = 0; r < d->n_records; r++)
+        put_path(out, d->records[r].path);
+    for (size_t r = 0; r < d->n_checks && with_checks; r++) {
+        if (r == 0)
+            (void)fputs(" --check", out);
+        put_path(out, d->checks[r].path);
+    }
+}
+
+static void add_effect(struct diagnose_next *next, const struct hypothesis *h, size_t i, const char *from)
+{
+    const struct model_effect *own = &h->model.effects[h->n_base + i];
+    size_t size = 0;
+    FILE *out = begin(next, &size);
+    if (out == NULL)
+        return;
+    (void)fputs("beamfit add", out);
+    put_path(out, from);
+    (void)fprintf(out, " %s", own->effect->id);
+    if (own->channel[0] != '\0')
+        (void)fprintf(out, " --channel %s", own->channel);
+    for (int j = 0; j < own->effect->n_parameters; j++) {
+        const struct beam_parameter_info *info = &own->effect->parameters[j];
+        (void)fprintf(out, " %s=%.7g", info->name, own->parameters[j].value);
+        if (info->role == BEAM_ROLE_PLACE && !own->parameters[j].fixed)
+            (void)fprintf(out, " --free %s", info->name);
+    }
+    (void)fprintf(out, " -o added%zu.yaml", i + 1);
+    end(next, out);
+}
+
+static void fit_found(struct diagnose_next *next, const struct diagnosis *d, const char *model)
+{
+    const struct hypothesis *best = &d->hypotheses[0];
+    size_t size = 0;
+    FILE *out = begin(next, &size);
+    if (out == NULL)
+        return;
+    (void)fputs("beamfit fit", out);
+    put_path(out, model);
+    put_records(out, d, true);
+    (void)fprintf(out, " -o with_%s.yaml", best->effects[0]->id);
+    end(next, out);
+    if (best->explains || (out = begin(next, &size)) == NULL)
+        return;
+    (void)fprintf(out, "beamfit diagnose with_%s.yaml", best->effects[0]->id);
+    put_records(out, d, true);
+    end(next, out);
+}
+
+static void next_of_missing(struct diagnose_next *next, const struct diagnosis *d, const char *written)
+{
+    const struct hypothesis *best = &d->hypotheses[0];
+    char from[32], last[32];
+    (void)snprintf(last, sizeof last, "added%zu.yaml", best->n_effects);
+    for (size_t i = 0; written == NULL && i < best->n_effects; i++) {
+        (void)snprintf(from, sizeof from, "added%zu.yaml", i);
+        add_effect(next, best, i, i == 0 ? (d->model->path ? d->model->path : "MODEL") : from);
+    }
+    fit_found(next, d, written ? written : last);
+}
+
+/* "tip_mass+sensor_lag@accel_mps2", as discriminate takes it */
+static void put_rival(FILE *out, const struct hypothesis *h)
+{
+    for (size_t i = 0; i < h->n_effects; i++) {
+        const char *channel = h->model.effects[h->n_base + i].channel;
+        (void)fprintf(out, "%s%s%s%s", i > 0 ? "+" : " ", h->effects[i]->id, channel[0] != '\0' ? "@" : "", channel);
+    }
+}
+
+static void next_of_ambiguous(struct diagnose_next *next, const struct diagnosis *d)
+{
+    size_t n = 0, size = 0;
+    FILE *out = begin(next, &size);
+    if (out == NULL)
+        return;
+    (void)fputs("beamfit discriminate", out);
+    put_path(out, d->model->path ? d->model->path : "MODEL");
+    for (size_t i = 0; i < d->n_hypotheses && n < DISCRIMINATE_RIVALS; i++)
+        if (i == 0 || d->hypotheses[i].rival) {
+            put_rival(out, &d->hypotheses[i]);
+            n++;
+        }
+    put_records(out, d, false);
+    (void)fputs(" -o next.csv", out);
+    end(next, out);
+}
+
+void diagnose_next(const struct diagnosis *d, const char *written, struct diagnose_next *out)
+{
+    *out = (struct diagnose_next){0};
+    if (d->verdict == VERDICT_MISSING)
+        next_of_missing(out, d, written);
+    else if (d->verdict == VERDICT_AMBIGUOUS)
+        next_of_ambiguous(out, d);
+}
+
+void diagnose_next_free(struct diagnose_next *next)
+{
+    for (size_t i = 0; i < next->n; i++)
+        free(next->command[i]);
+    *next = (struct diagnose_next){0};
+}
