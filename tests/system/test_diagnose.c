@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* `beamfit diagnose` at a terminal: Ctrl-C while it searches and while it draws; a computation that is too coarse. */
 #include <jansson.h>
+#include <math.h>
 #include <poll.h>
 #include <pty.h>
 #include <setjmp.h>
@@ -111,7 +112,7 @@ static void ctrl_c_while_searching_says_what_is_known(void **state)
     assert_int_equal(status, 0);
     assert_non_null(strstr(rig->outcome.out, "Verdict: unknown (interrupted)\n"));
     assert_non_null(strstr(rig->outcome.out, "Interrupted, so nothing is named. The model leaves"));
-    assert_non_null(strstr(rig->outcome.out, "Where: "));
+    assert_non_null(strstr(rig->outcome.out, "Where the model as it is fails: "));
     assert_non_null(strstr(rig->outcome.out, "Linearity: "));
     assert_null(strstr(rig->outcome.out, "Next: "));
     assert_non_null(strstr(rig->outcome.err, "no pictures are drawn"));
@@ -124,7 +125,7 @@ static void an_interrupted_answer_is_still_json(void **state)
     make_case(rig, "effect quadratic_drag coefficient_Ns2pm3=0.02");
     const int status =
         run_and_type(rig, (const char *[]){"beamfit", "diagnose", "model.yaml", "soft.csv", "hard.csv", "--json", NULL},
-                     "; linearity", NULL);
+                     "; a free linear model", NULL);
     assert_int_equal(status, 0);
     json_t *root = json_loads(rig->outcome.out, 0, NULL);
     assert_non_null(root);
@@ -185,6 +186,71 @@ static void a_coarse_computation_is_said_first(void **state)
     json_decref(root);
 }
 
+static json_t *answer_of(struct rig *rig, const char *const arguments[])
+{
+    json_error_t error;
+    run_beamfit(rig->dir, arguments, &rig->outcome);
+    if (rig->outcome.status != 0)
+        fail_msg("status %d: %s", rig->outcome.status, rig->outcome.err);
+    json_t *root = json_loads(rig->outcome.out, 0, &error);
+    if (!root)
+        fail_msg("not JSON: %s", error.text);
+    return root;
+}
+
+static double number_of(const json_t *root, const char *key)
+{
+    const json_t *value = json_object_get(root, key);
+    if (!json_is_number(value))
+        fail_msg("%s is no number", key);
+    return json_number_value(value);
+}
+
+/* Runs one command as a person would type it, with the program of the tests first in the path. */
+static void type_command(struct rig *rig, const char *command)
+{
+    char line[4096];
+    (void)snprintf(line, sizeof line, "PATH=\"$(dirname \"$BEAMFIT\"):$PATH\"; export PATH; %s", command);
+    run_program(rig->dir, (const char *[]){"sh", "-c", line, NULL}, &rig->outcome);
+    if (rig->outcome.status != 0)
+        fail_msg("%s: status %d: %s", command, rig->outcome.status, rig->outcome.err);
+}
+
+/* Each command of `next`, the fit with --json at its end: its error is the one that the diagnosis stated. */
+static void the_next_commands_end_at_the_stated_error(void **state)
+{
+    struct rig *rig = *state;
+    make_case(rig, "effect tip_mass mass_kg=0.002");
+    json_t *root = answer_of(rig, (const char *[]){"diagnose", "model.yaml", "soft.csv", "hard.csv", "--json", NULL});
+    const json_t *next = json_object_get(root, "next");
+    assert_string_equal(json_string_value(json_object_get(root, "verdict")), "missing");
+    assert_true(json_array_size(next) >= 2);
+    for (size_t i = 0; i < 2; i++) {
+        char command[2048];
+        (void)snprintf(command, sizeof command, "%s%s", json_string_value(json_array_get(next, i)),
+                       i == 1 ? " --json" : "");
+        type_command(rig, command);
+    }
+    json_error_t error;
+    json_t *fit = json_loads(rig->outcome.out, 0, &error);
+    assert_non_null(fit);
+    assert_true(number_of(fit, "noise_ratio") < 1.001 * number_of(root, "noise_ratio_after"));
+    json_decref(fit), json_decref(root);
+}
+
+/* -o: the file holds the effect at the found values, and a fit from it stays there. */
+static void the_found_model_is_written(void **state)
+{
+    struct rig *rig = *state;
+    make_case(rig, "effect tip_mass mass_kg=0.002");
+    json_t *root = answer_of(
+        rig, (const char *[]){"diagnose", "model.yaml", "soft.csv", "hard.csv", "-o", "found.yaml", "--json", NULL});
+    json_t *compared =
+        answer_of(rig, (const char *[]){"compare", "found.yaml", "soft.csv", "hard.csv", "--json", NULL});
+    assert_true(fabs(number_of(compared, "noise_ratio") / number_of(root, "noise_ratio_after") - 1.0) < 1e-3);
+    json_decref(root), json_decref(compared);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -192,6 +258,8 @@ int main(void)
         cmocka_unit_test_setup_teardown(an_interrupted_answer_is_still_json, rig_setup, rig_teardown),
         cmocka_unit_test_setup_teardown(ctrl_c_while_drawing_leaves_whole_pictures, rig_setup, rig_teardown),
         cmocka_unit_test_setup_teardown(a_coarse_computation_is_said_first, rig_setup, rig_teardown),
+        cmocka_unit_test_setup_teardown(the_next_commands_end_at_the_stated_error, rig_setup, rig_teardown),
+        cmocka_unit_test_setup_teardown(the_found_model_is_written, rig_setup, rig_teardown),
     };
     return cmocka_run_group_tests_name("diagnose", tests, NULL, NULL);
 }
