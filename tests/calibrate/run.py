@@ -71,14 +71,14 @@ def known_answer(path, tools):
     return row if row["program"] == tools["version"] else None
 
 
-def one(number, options, tools):
+def one(seed, number, options, tools):
     """All answers of one case, made or read."""
-    case, directory = settle.make_case(options.seed, number, tools, options.work)
+    case, directory = settle.make_case(seed, number, tools, options.work)
     rows = []
     if case["kind"] == "refused":
         return [{**case, "state": "refused"}]
     modes = ["full"] if not options.without_only else []
-    lottery = random.Random("beamfit without %d %d" % (options.seed, number)).random()
+    lottery = random.Random("beamfit without %d %d" % (seed, number)).random()
     if len(case["truth"]) == 1 and case["removed"] and case["kind"] in ("plain", "subtle") and \
             lottery < (options.without if case["kind"] == "plain" else 0):
         modes.append("without")
@@ -131,8 +131,8 @@ def arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--build", default="build", help="directory with beamfit and beam_truth")
     parser.add_argument("--work", default=os.path.join("build", "calibrate"), help="directory for cases and answers")
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--number", type=int, default=100, help="cases 1 to NUMBER of the seed")
+    parser.add_argument("--seed", type=int, nargs="+", default=[1])
+    parser.add_argument("--number", type=int, default=100, help="cases 1 to NUMBER of each seed")
     parser.add_argument("--first", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=2, help="cases at once; each diagnosis has one thread")
     parser.add_argument("--without", type=float, default=0.5, help="share of plain single effects that are diagnosed once more without the truth")
@@ -151,7 +151,7 @@ def main():
         raise KeyboardInterrupt
     signal.signal(signal.SIGTERM, interrupted)
     with ThreadPoolExecutor(options.jobs) as pool:
-        waiting = {pool.submit(one, number, options, tools): number for number in range(options.first, options.number + 1)}
+        waiting = [pool.submit(one, seed, number, options, tools) for seed in options.seed for number in range(options.first, options.number + 1)]
         try:
             for done in as_completed(waiting):
                 for row in done.result():

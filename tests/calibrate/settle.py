@@ -12,7 +12,7 @@ import records
 import rigs
 
 # kind, share, (weakest, strongest) goal in times what the rig leaves without the effect
-BAD_FIT = 0.3  # a fit that leaves so much without a search has ended in a wrong minimum more often than not
+BAD_FIT = 0.15  # a fit that leaves so much without a search has ended in a wrong minimum more often than not
 STRONGEST = 150  # times the noise of a strong effect, unless the clean rig leaves a tenth of that or more
 KINDS = (("clean", 12, None), ("plain", 55, (4, 40)), ("subtle", 20, (1.4, 2.8)), ("pair", 8, (4, 40)), ("outside", 5, (2.5, 20)))
 PLAIN, FAINT = 3.2, 1.15  # times clean_ratio: plain above, subtle between, faint (nobody can see it) below
