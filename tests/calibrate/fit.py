@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Fits the table of probabilities to the answers that run.py has stored, or judges answers by their own probabilities: docs/calibration.md.
 
-    python3 tests/calibrate/fit.py --seeds 1 2             fits; writes host/explain/probability_table.c and docs/results/calibration.md
-    python3 tests/calibrate/fit.py --judge --seeds 11 12   judges other seeds; writes docs/results/drawn_imperfect.md
+    python3 tests/calibrate/fit.py --seeds 1 2             fits; writes host/explain/probability_table.c and results/calibration
+    python3 tests/calibrate/fit.py --judge --seeds 11 12   judges other seeds; writes results/drawn_imperfect
 """
 
 import argparse
@@ -27,7 +27,7 @@ def entries(rows, stub):
             names = names or list(entry["features"])
             if list(entry["features"]) != names:
                 raise SystemExit("%s: its features are %s, others have %s" % (row["case"], list(entry["features"]), names))
-            values = [float(entry["features"][name]) for name in names]
+            values = [math.nan if entry["features"][name] is None else float(entry["features"][name]) for name in names]
             if all(map(math.isfinite, values)):
                 found.append((row, entry, values, answers.label(row, entry)))
     if not found:
@@ -124,7 +124,7 @@ def main():
     parser.add_argument("--ridge", type=float, default=RIDGE)
     parser.add_argument("--table", default=os.path.join(records.TOP, "host", "explain", "probability_table.c"))
     parser.add_argument("--no-table", action="store_true", help="only the page")
-    parser.add_argument("--page", help="default: docs/results/calibration.md or drawn_imperfect.md")
+    parser.add_argument("--page", help="default: calibration or drawn_imperfect below docs/results")
     parser.add_argument("--stub", action="store_true", help="features from the candidates, for answers without `decision`")
     options = parser.parse_args()
     options.page = options.page or os.path.join(records.TOP, "docs", "results", "drawn_imperfect.md" if options.judge else "calibration.md")

@@ -192,7 +192,7 @@ static void bending_change_add(const struct truth_system *s, double t_s, const d
 {
     const double smooth_s = 5e-3;
     double time_s = fmax(t_s, 0);
-    if (isfinite(s->settling_s))
+    if (s->drift_ps != 0 && isfinite(s->settling_s))
         time_s = -s->settling_s * expm1(-time_s / s->settling_s);
     double share = s->drift_ps * time_s + s->step * (1 + tanh((t_s - s->step_at_s) / smooth_s)) / 2;
     for (size_t i = 0; i < s->n_modes; i++)
