@@ -261,6 +261,17 @@ drawn: $(B)/beamfit $(B)/beam_truth ## measure: diagnose cases drawn at random, 
 	@python3 -B tests/hidden/run.py --build $(B) --work $(HIDDEN)/drawn$(SEED) --drawn $(HIDDEN)/drawn$(SEED) --without-truth
 false-alarms: $(B)/beamfit $(B)/beam_truth ## measure: diagnose sets that hide nothing under coloured noise [N=200 PAGE=]
 	@python3 -B tests/hidden/false_alarms.py --build $(B) --work $(HIDDEN)/false_alarms --jobs $(JOBS) $(PAGE:%=--page %) $(N)
+# Cases and answers are kept below CALIBRATE: the same command goes on where it was interrupted.
+CALIBRATE ?= build/calibrate
+calibrate: $(B)/beamfit $(B)/beam_truth ## measure: draw imperfect rigs, diagnose, fit the probabilities; table and page [SEED='1 2' N=200 JOBS=2]
+	@tools/deps.sh build test
+	@python3 -B tests/calibrate/run.py --build $(B) --work $(CALIBRATE) --jobs $(JOBS) --number $(N) --seed $(SEED)
+	@python3 -B tests/calibrate/fit.py --work $(CALIBRATE) --number $(N) --seeds $(SEED)
+drawn-imperfect: JUDGED = $(if $(filter file,$(origin SEED)),101,$(SEED))
+drawn-imperfect: $(B)/beamfit $(B)/beam_truth ## measure: judge diagnose and its probabilities on imperfect rigs that calibrated nothing [SEED=101 N=200 JOBS=2]
+	@tools/deps.sh build test
+	@python3 -B tests/calibrate/run.py --build $(B) --work $(CALIBRATE) --jobs $(JOBS) --number $(N) --seed $(JUDGED)
+	@python3 -B tests/calibrate/fit.py --judge --work $(CALIBRATE) --number $(N) --seeds $(JUDGED)
 own-effect: $(B)/beamfit $(B)/libbeamf.a $(B)/beam_truth ## test: a user's effect in a copy of the tree, built and diagnosed (docs/own_effect.md)
 	@tools/own_effect.sh $(B)
 BOARD  ?= host
@@ -316,5 +327,5 @@ help: ## build: this list
 DEPFILES = $(FW_OBJ:.o=.d) $(BOARD_HOST_OBJ:.o=.d) $(SHADOWS:.o=.d) $(BEAM_SHADOWS:.o=.d) $(LIB_OBJ:.o=.d) $(FLOAT_OBJ:.o=.d) $(TARGET_OBJ:.o=.d) $(CPLX_OBJ:.o=.d) $(HOST_OBJ:.o=.d) $(B)/host/main.d \
            $(UNIT_TESTS:%=%.d) $(SYSTEM_TESTS:%=%.d) $(SYSTEM_COMMON:.o=.d) $(TRUTH_OBJ:.o=.d)
 -include $(wildcard $(DEPFILES))
-.PHONY: live-demo conformance survival results constants docs
+.PHONY: calibrate drawn-imperfect live-demo conformance survival results constants docs
 .PHONY: FORCE all tests unit test test-both demo deps lint layers size coverage bench hidden drawn false-alarms own-effect experiments data fuzz install uninstall clean help

@@ -49,7 +49,7 @@ double truth_link_step(const struct truth_effect *effect, struct truth_link *lin
     case TRUTH_SENSOR_LAG:
         return first_order(p[0], dt_s, false, link, w);
     case TRUTH_SENSOR_SATURATION:
-        return isfinite(p[0]) ? p[0] * tanh(w / p[0]) : w;
+        return isfinite(p[0]) ? p[0] * truth_curve(p[1], w / p[0]) : w;
     case TRUTH_SENSOR_OFFSET:
         return w + (p[0] + p[1] * t_s);
     case TRUTH_FEEDTHROUGH:

@@ -112,6 +112,10 @@ void truth_assembly_row(const struct truth_assembly *fe, double x_m, int derivat
 void truth_assembly_slope_difference(const struct truth_assembly *fe, double from_m, double to_m, double factor,
                                      double *out);
 
+/* --- curves --------------------------------------------------------------------------------------------------- */
+enum { TRUTH_TANH, TRUTH_ROOT, TRUTH_ARCTANGENT, TRUTH_CLIP }; /* x/√(1 + x²), 2/π atan(πx/2), cut at ±1 */
+double truth_curve(double curve, double x);
+
 /* --- linear algebra (the one file that sees LAPACKE and CBLAS) ------------------------------------------------ */
 /* Lowest `count` of K φ = ω² M φ, φᵀ M φ = 1; shape [n × count]. K semi-definite is allowed. */
 int truth_normal_modes(size_t n, const double *K, const double *M, size_t count, double *omega_radps, double *shape,
@@ -149,12 +153,13 @@ struct truth_system {
     struct truth_output output[TRUTH_PORTS];
     size_t n_laws;
     struct truth_law law[TRUTH_EFFECTS];
-    double *K_bending;                /* modal ⟨EI φ'', φ''⟩ [n_modes²], when the stiffness changes with time */
-    double drift_ps, step, step_at_s; /* EI(t) = EI (1 + drift t + step H(t − step_at)) */
+    double *K_bending; /* modal ⟨EI φ'', φ''⟩ [n_modes²], when the stiffness changes with time */
+    double drift_ps, settling_s; /* EI(t) = EI (1 + drift τ (1 − e^(−t/τ)) + step H(t − step_at)), τ → ∞ unless bent */
+    double step, step_at_s;
     /* quadrature over the span: two Gauss points an element */
     size_t n_points;
     double *weight, *EI_point, *rho_point, *Y, *dY, *ddY; /* rows [n_points × n_modes] */
-    double drag, rotation;
+    double drag, drag_power, rotation;
     double base_amplitude_mps2, base_phase_rad, base_radps;
 };
 

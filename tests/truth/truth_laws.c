@@ -11,23 +11,65 @@ static double cube(double x)
     return x * x * x;
 }
 
+/* |x|ⁿ sign x */
+static double odd_power(double x, double n)
+{
+    return copysign(pow(fabs(x), n), x);
+}
+
+/* Odd, slope 1 at 0, ±1 far away, by one of TRUTH_CURVES. */
+double truth_curve(double curve, double x)
+{
+    switch ((int)curve) {
+    case TRUTH_ROOT:
+        return x / sqrt(1 + x * x);
+    case TRUTH_ARCTANGENT:
+        return 2 / TRUTH_PI * atan(TRUTH_PI / 2 * x);
+    case TRUTH_CLIP:
+        return fmax(-1, fmin(1, x));
+    default:
+        return tanh(x);
+    }
+}
+
+static double curve_slope(double curve, double x)
+{
+    double c = cosh(fmin(fabs(x), 300));
+    switch ((int)curve) {
+    case TRUTH_ROOT:
+        return 1 / (1 + x * x) / sqrt(1 + x * x);
+    case TRUTH_ARCTANGENT:
+        return 1 / (1 + TRUTH_PI * TRUTH_PI / 4 * x * x);
+    case TRUTH_CLIP:
+        return fabs(x) < 1 ? 1 : 0;
+    default:
+        return 1 / (c * c);
+    }
+}
+
+/* max(w, 0) with a corner rounded over r: (w + √(w² + r²) − r)/2 */
+static double opening(double w, double r)
+{
+    return r > 0 ? (w + sqrt(w * w + r * r) - r) / 2 : fmax(w, 0);
+}
+
 /* Force (or moment) against the coordinate w and its rate. */
 static double law_force(const struct truth_law *law, double w, double rate, double delayed_rate)
 {
     const double *p = law->p;
     switch (law->kind) {
     case TRUTH_CUBIC_STIFFNESS:
-        return p[0] * cube(w);
+        return p[0] * odd_power(w, p[2]);
     case TRUTH_QUINTIC_SPRING:
         return p[0] * cube(w) * w * w;
     case TRUTH_PATCH_SOFTENING:
-        return p[0] * fabs(w) * w;
+        return p[0] * odd_power(w, p[1]);
     case TRUTH_COULOMB_FRICTION:
-        return p[0] * tanh(rate / p[1]);
+        return p[0] * truth_curve(p[2], rate / p[1]);
     case TRUTH_BILINEAR_STIFFNESS:
-        return w > 0 ? -p[0] * w : 0;
+        return -p[0] * opening(w, p[3]);
     case TRUTH_STOP_CONTACT:
-        return w > p[1] ? p[0] * (w - p[1]) : 0;
+        return w > p[1] ? p[0] * pow(w - p[1], p[3]) : 0;
     case TRUTH_TIP_MAGNET: { /* pulls outwards, strongest near the reach, gone far away */
         double r = w / p[1];
         return -p[0] * r / ((1 + r * r) * (1 + r * r));
@@ -54,24 +96,22 @@ static void law_tangent(const struct truth_law *law, double w, double rate, doub
     *stiffness = *damping = 0;
     switch (law->kind) {
     case TRUTH_CUBIC_STIFFNESS:
-        *stiffness = 3 * p[0] * w * w;
+        *stiffness = p[2] * p[0] * pow(fabs(w), p[2] - 1);
         break;
     case TRUTH_QUINTIC_SPRING:
         *stiffness = 5 * p[0] * w * w * w * w;
         break;
     case TRUTH_PATCH_SOFTENING:
-        *stiffness = 2 * p[0] * fabs(w);
+        *stiffness = p[1] * p[0] * pow(fabs(w), p[1] - 1);
         break;
-    case TRUTH_COULOMB_FRICTION: {
-        double c = cosh(fmin(fabs(rate / p[1]), 300));
-        *damping = p[0] / p[1] / (c * c);
+    case TRUTH_COULOMB_FRICTION:
+        *damping = p[0] / p[1] * curve_slope(p[2], rate / p[1]);
         break;
-    }
     case TRUTH_BILINEAR_STIFFNESS:
-        *stiffness = w > 0 ? -p[0] : 0;
+        *stiffness = p[3] > 0 ? -p[0] / 2 * (1 + w / hypot(w, p[3])) : w > 0 ? -p[0] : 0;
         break;
     case TRUTH_STOP_CONTACT:
-        *stiffness = w > p[1] ? p[0] : 0;
+        *stiffness = w > p[1] ? p[3] * p[0] * pow(w - p[1], p[3] - 1) : 0;
         break;
     case TRUTH_TIP_MAGNET: {
         double r2 = w * w / (p[1] * p[1]);
@@ -83,13 +123,13 @@ static void law_tangent(const struct truth_law *law, double w, double rate, doub
     }
 }
 
-/* ⟨c |ẏ| ẏ, φ⟩ */
+/* ⟨c |ẏ|ⁿ sign ẏ, φ⟩, n = 2 unless bent */
 static void drag_add(const struct truth_system *s, const double *v, double *vdot)
 {
     double *force = truth_array(s->n_points);
     truth_multiply_add(s->n_points, s->n_modes, s->Y, v, force);
     for (size_t k = 0; k < s->n_points; k++)
-        force[k] *= -s->drag * s->weight[k] * fabs(force[k]);
+        force[k] = -s->drag * s->weight[k] * odd_power(force[k], s->drag_power);
     truth_multiply_add_transposed(s->n_points, s->n_modes, s->Y, force, vdot);
     free(force);
 }
@@ -151,7 +191,10 @@ static void rotation_add(const struct truth_system *s, const double *q, const do
 static void bending_change_add(const struct truth_system *s, double t_s, const double *q, double *vdot)
 {
     const double smooth_s = 5e-3;
-    double share = s->drift_ps * fmax(t_s, 0) + s->step * (1 + tanh((t_s - s->step_at_s) / smooth_s)) / 2;
+    double time_s = fmax(t_s, 0);
+    if (s->drift_ps != 0 && isfinite(s->settling_s))
+        time_s = -s->settling_s * expm1(-time_s / s->settling_s);
+    double share = s->drift_ps * time_s + s->step * (1 + tanh((t_s - s->step_at_s) / smooth_s)) / 2;
     for (size_t i = 0; i < s->n_modes; i++)
         vdot[i] -= share * dot(s->n_modes, s->K_bending + i * s->n_modes, q);
 }

@@ -181,7 +181,8 @@ static int solver_make(struct solver *solver, struct run *run, double t_s, doubl
         return -1;
     N_VConst(0, solver->x);
     fill_tolerance(s, tolerance, N_VGetArrayPointer(solver->tolerance));
-    double longest_s = 1e-3;
+    /* A blow lasts some samples; a solver at rest must not leap over it. */
+    double longest_s = fmin(1e-3, 2.5 * run->grid->dt_s * (double)run->grid->oversampling);
     for (size_t k = 0; k < s->n_laws; k++)
         if (run->history[k])
             longest_s = fmin(longest_s, s->law[k].p[1] - 4 * run->grid->dt_s);

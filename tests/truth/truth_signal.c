@@ -206,7 +206,7 @@ void truth_drive_distort(const struct truth_spec *spec, struct truth_drive *driv
             break;
         case TRUTH_DRIVE_SATURATION:
             for (size_t i = 0; i < n && isfinite(p[0]); i++)
-                x[i] = p[0] * tanh(x[i] / p[0]);
+                x[i] = p[0] * truth_curve(p[1], x[i] / p[0]);
             break;
         case TRUTH_DRIVE_DEAD_ZONE:
             for (size_t i = 0; i < n; i++)

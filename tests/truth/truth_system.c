@@ -166,12 +166,14 @@ static void fill_effects(struct truth_system *s, const struct truth_spec *spec, 
             break;
         case TRUTH_QUADRATIC_DRAG:
             s->drag += p[0];
+            s->drag_power = p[1];
             break;
         case TRUTH_LARGE_ROTATION:
             s->rotation += p[0];
             break;
         case TRUTH_THERMAL_DRIFT:
             s->drift_ps += p[0];
+            s->settling_s = p[1];
             break;
         case TRUTH_STIFFNESS_STEP:
             s->step = p[0];

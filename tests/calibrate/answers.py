@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The stored answers of run.py, and what counts as right in them: docs/calibration.md."""
+
+import json
+import math
+import os
+
+KINDS = ("plain", "subtle", "pair", "clean", "outside", "faint", "removed")
+WORDS = ("right", "class", "also", "ambiguous", "partial", "unknown", "missed", "alarm", "astray", "WRONG", "dear", "failed")
+DOMINATES = 2.0  # with less than so many times the clean ratio the rig's own errors are at least a third of the misfit's rms
+
+
+def load(work, seeds, number):
+    """Rows of cases 1 to number (0: all) of the seeds below work, of one program only."""
+    rows = []
+    for name in sorted(os.listdir(work)):
+        seed, _, case = name[1:].partition("_")
+        if seed not in map(str, seeds) or not case.isdigit() or int(case) > (number or math.inf):
+            continue
+        for mode in ("full.json", "without.json"):
+            path = os.path.join(work, name, mode)
+            if os.path.exists(path):
+                with open(path, encoding="utf-8") as stream:
+                    rows.append(json.load(stream))
+    programs = sorted({row["program"] for row in rows})
+    if not rows:
+        raise SystemExit("%s: no answers of seeds %s; tests/calibrate/run.py makes them" % (work, " ".join(map(str, seeds))))
+    if len(programs) > 1:
+        raise SystemExit("%s: answers of several programs (%s): finish run.py with one of them" % (work, ", ".join(programs)))
+    return rows
+
+
+def is_right(row, effects):
+    """The set is what hides in the rig: the truth or a mate of it, and beside it only errors of the rig that the catalogue has."""
+    named, also = set(effects), set(row["also_true"])
+    rights = [] if row["kind"] == "removed" else [set(right) for right in row["right"]]
+    if any(right <= named and named - right <= also for right in rights):
+        return True
+    small = row["kind"] == "clean" or row["ratio"] < DOMINATES * max(row["clean_ratio"], 1)
+    return small and len(named) > 0 and named <= also
+
+
+def label(row, entry):
+    return int(any(is_right(row, effects) for effects in entry["effects"]))
+
+
+def stub_decision(answer):
+    """Until diagnose writes `decision`: the features that today's answers have."""
+    found, before = [], float(answer.get("noise_ratio_before") or math.nan)
+    after = [(c["effects"], float(c.get("noise_ratio_after") or math.nan)) for c in answer.get("candidates", [])]
+    after = sorted([item for item in after if math.isfinite(item[1])], key=lambda item: item[1])
+    for k in range(1, min(4, len(after) + 1)):
+        rest = after[k][1] if k < len(after) else before
+        found.append({"effects": [effects for effects, _ in after[:k]], "probability": None,
+                      "features": {"explained": math.log(before / after[0][1]), "lead": math.log(max(rest / after[k - 1][1], 1e-6)),
+                                   "remains": math.log(max(after[0][1], 1e-6)), "members": float(k)}})
+    return found
+
+
+def decisions(row, stub):
+    answer = row.get("answer") or {}
+    return answer.get("decision") or (stub_decision(answer) if stub and answer else [])
+
+
+def outcome(row):
+    """One word for what the program said."""
+    if row["state"] != "done":
+        return row["state"]
+    answer, kind = row["answer"], row["kind"]
+    verdict, named = answer["verdict"], answer["effects"]
+    nothing_known = kind in ("clean", "outside", "removed", "faint")
+    if verdict == "complete":
+        return "right" if kind in ("clean", "faint") else "missed"
+    if verdict == "unknown":
+        return {"clean": "alarm", "outside": "right", "removed": "right"}.get(kind, "unknown")
+    listed = [e for e in (d["effects"] for d in answer["candidates"]) if set(e) <= set(named)] if verdict == "ambiguous" else [named]
+    if verdict == "ambiguous":
+        if any(is_right(row, effects) for effects in listed):
+            return "ambiguous"
+        return "alarm" if kind == "clean" else "astray"
+    if kind != "removed" and any(set(named) == set(right) for right in row["right"]):
+        return "right" if set(named) == set(row["truth"]) else "class"
+    if is_right(row, named):
+        return "also"
+    truth = set(row["truth"]) | {e for right in row["right"] for e in right}
+    return "partial" if not nothing_known and set(named) < truth | set(row["also_true"]) and set(named) & truth else "WRONG"
+
+
+def named_probability(row):
+    """Probability that the answer gives to what it names; None: it names nothing, or gives none."""
+    answer = row.get("answer") or {}
+    value = answer.get("probability")
+    return float(value) if answer.get("verdict") == "missing" and value is not None else None
