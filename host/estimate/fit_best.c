@@ -54,6 +54,8 @@ enum bf_status best_of_tried(struct tried *tried, struct fit_problem *p, const s
     if (!status) {
         starts_to_x(p, theta, x);
         status = fit_problem_stage(p, 0.0, 0.0, x, err);
+        if (!status)
+            fit_problem_weigh_priors(p, x);
     }
     free(theta);
     return status;

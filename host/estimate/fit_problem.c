@@ -165,6 +165,7 @@ enum bf_status fit_problem_new(struct fit_problem *p, const struct model *model,
                                struct bf_error *err)
 {
     *p = (struct fit_problem){.model = model,
+                              .prior_scale = 1.0,
                               .records = records,
                               .n_records = n_records,
                               .predictor = predictor,

@@ -64,6 +64,7 @@ struct fit_problem {
     bool stop;                          /* set by the caller or by Ctrl-C */
     bool (*interrupted)(void *context); /* asked before every evaluation, besides Ctrl-C; may be NULL */
     void *context;
+    double prior_scale;   /* ≥ 1, see fit_problem_weigh_priors() */
     double explained_ps;  /* smallest s of a window that was explained to the floor, by careful windows; 0: none */
     double *explained;    /* [n_refs] θ of that window */
     double abandon_above; /* χ²/n; the last step of a staircase ends when it would not get below; 0: never */
@@ -102,6 +103,20 @@ bool fit_problem_interrupted(const struct fit_problem *p);
 /* Fills residual, fitted (and jacobian). data_square: ½‖data rows‖². BF_NUMERIC when there is no value at x. */
 enum bf_status fit_problem_evaluate(struct fit_problem *p, const double x[], bool with_jacobian, double *data_square,
                                     struct bf_error *err);
+/*
+ * What the form of the model is wrong by is as large in one sample as in the next: a misfit that the noise does not account for is a few facts
+ * a channel, not thousands of samples. With q = ½‖r‖² at x, q₀ what the noise may account for, and m facts, the data count (q − q₀)/(m/2) times
+ * too much against the priors, and so the priors are weighed by
+ *
+ *     prior_scale = max(1, (q − q₀)/(m/2)),
+ *
+ * which is one step of the reweighting that minimises (m/2) log q + ½ Σ ((x − x₀)/prior)². At the noise it is 1. Nothing without priors. Cost: an
+ * evaluation without derivatives. The scale is 1 where x has no value.
+ */
+void fit_problem_weigh_priors(struct fit_problem *p, const double x[]);
+/* That scale at the last evaluation, with or without priors: how many times the data say the same, ≥ 1. */
+double fit_problem_form_scale(const struct fit_problem *p);
+
 /* The problem as the optimiser sees it; valid while p stays where it is. */
 struct least_squares fit_problem_view(struct fit_problem *p);
 /* Mean square of the data rows in use of the last evaluation: χ²/n when the weights are those of the noise. */

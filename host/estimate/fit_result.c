@@ -63,8 +63,8 @@ static enum bf_status covariance(const struct fit_problem *p, struct fit_result 
             for (size_t i = 0; i < n; i++)
                 basis[i + j * n] = id->V[i + j * n] * extent[i];
         fit_noise_models(p, channels);
-        status = intervals_covariance(p->n_rows, n, p->jacobian, p->weight, precision, p->n_channels, channels, basis,
-                                      id->kept, cov, err);
+        status = intervals_covariance(p->n_rows, n, p->jacobian, p->weight, precision, fit_problem_form_scale(p),
+                                      p->n_channels, channels, basis, id->kept, cov, err);
     }
     free(precision), free(extent), free(basis), free(channels);
     return status;

@@ -63,8 +63,11 @@ enum bf_status staircase_last(struct fit_problem *p, const struct staircase *sta
 {
     static const double unmoved = 1e-3; /* the reduced space is exact to second order in this */
     fit_problem_rescale(p, x);
+    static const double same_scale = 0.1;
     enum bf_status status = fit_problem_stage(p, 0.0, 0.0, x, err);
     int values = 0, derivatives = 0;
+    if (!status)
+        fit_problem_weigh_priors(p, x);
     for (int round = 0; round < stairs->rounds && !status; round++) {
         const struct optimise_options options = {.iterations = stairs->iterations,
                                                  .tolerance = 1e-4,
@@ -73,10 +76,16 @@ enum bf_status staircase_last(struct fit_problem *p, const struct staircase *sta
         const struct least_squares view = fit_problem_view(p);
         status = optimise_local(&view, &options, x, out, err);
         values += out->values, derivatives += out->derivatives;
-        if (status || out->end == OPTIMISE_INTERRUPTED || out->end == OPTIMISE_GAVE_UP ||
-            fit_problem_moved(p, x) < unmoved)
+        if (status || out->end == OPTIMISE_INTERRUPTED || out->end == OPTIMISE_GAVE_UP)
             break;
-        status = fit_problem_rebase(p, x, err);
+        const double scale = p->prior_scale;
+        const bool moved = fit_problem_moved(p, x) >= unmoved;
+        if (scale > 1.0)
+            fit_problem_weigh_priors(p, x);
+        if (!moved && fabs(p->prior_scale - scale) <= same_scale * scale)
+            break;
+        if (moved)
+            status = fit_problem_rebase(p, x, err);
     }
     out->values = values, out->derivatives = derivatives;
     return status;
@@ -93,6 +102,8 @@ enum bf_status staircase_step(struct fit_problem *p, double decay_ps, int iterat
     enum bf_status status = fit_problem_stage(p, decay_ps, floor_share, x, err);
     const struct optimise_options options = {.iterations = iterations, .tolerance = 1e-2, .relative = 1e-2};
     const struct least_squares view = fit_problem_view(p);
+    if (!status)
+        fit_problem_weigh_priors(p, x);
     if (!status)
         status = optimise_local(&view, &options, x, out, err);
     return status;
@@ -136,6 +147,8 @@ static enum bf_status careful_step(struct fit_problem *p, double decay_ps, doubl
     status = fit_problem_stage(p, decay_ps, 0.0, x, err);
     const struct optimise_options options = {.iterations = 12, .tolerance = 0.5, .relative = 1e-4};
     const struct least_squares view = fit_problem_view(p);
+    if (!status)
+        fit_problem_weigh_priors(p, x);
     return status ? status : optimise_local(&view, &options, x, out, err);
 }
 

@@ -50,6 +50,8 @@ enum bf_status tried_value(struct tried *tried, struct fit_problem *p, struct bf
         const struct least_squares view = fit_problem_view(p);
         status = fit_problem_stage(p, 0.0, 0.0, x, err);
         if (!status)
+            fit_problem_weigh_priors(p, x);
+        if (!status)
             status = view.value(view.context, x, value, err);
         if (status || !isfinite(*value))
             *value = HUGE_VAL;

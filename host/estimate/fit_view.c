@@ -11,7 +11,45 @@ static double prior_square(const struct fit_problem *p, const double x[])
     for (size_t i = 0; i < p->n_unknowns; i++)
         if (p->unknowns[i].prior > 0.0)
             sum += pow((x[i] - p->unknowns[i].prior_x) / p->unknowns[i].prior, 2.0);
+    return 0.5 * sum * p->prior_scale;
+}
+
+/* Times the noise's ½‖r‖²: more is an error of form. Facts in a channel: amplitude and phase of the modes in its band, some ten. */
+static const double noise_accounts = 2.0, facts_a_channel = 20.0;
+
+/* ½‖r‖² of noise alone: a window or a floor makes rows count less. */
+static double noise_square(const struct fit_problem *p)
+{
+    double sum = 0.0;
+    for (size_t c = 0; c < p->n_channels; c++) {
+        const struct predict_channel *channel = &p->channels[c];
+        double largest = 0.0, rows = 0.0;
+        for (size_t k = channel->row; k < channel->row + channel->n; k++)
+            largest = fmax(largest, p->weight[k]);
+        for (size_t k = channel->row; k < channel->row + channel->n && largest > 0.0; k++)
+            rows += p->weight[k] * p->weight[k];
+        sum += largest > 0.0 ? rows / (largest * largest) : 0.0;
+    }
     return 0.5 * sum;
+}
+
+double fit_problem_form_scale(const struct fit_problem *p)
+{
+    const double form = 0.5 * dense_dot(p->n_rows, p->residual, p->residual) - noise_accounts * noise_square(p);
+    return fmax(1.0, form / (0.5 * facts_a_channel * (double)p->n_channels));
+}
+
+void fit_problem_weigh_priors(struct fit_problem *p, const double x[])
+{
+    struct bf_error ignored;
+    double square;
+    bool any = false;
+    for (size_t i = 0; i < p->n_unknowns; i++)
+        any = any || p->unknowns[i].prior > 0.0;
+    p->prior_scale = 1.0;
+    if (!any || fit_problem_evaluate(p, x, false, &square, &ignored) != BF_OK)
+        return;
+    p->prior_scale = fit_problem_form_scale(p);
 }
 
 static enum bf_status view_value(void *context, const double x[], double *half_square, struct bf_error *err)
@@ -41,8 +79,9 @@ static enum bf_status view_derivative(void *context, const double x[], double *h
         const struct unknown *u = &p->unknowns[i];
         if (!(u->prior > 0.0))
             continue;
-        gradient[i] += (x[i] - u->prior_x) / (u->prior * u->prior);
-        gram[i + i * n] += 1.0 / (u->prior * u->prior);
+        const double precision = p->prior_scale / (u->prior * u->prior);
+        gradient[i] += precision * (x[i] - u->prior_x);
+        gram[i + i * n] += precision;
     }
     for (size_t i = 0; i < n; i++) {
         gradient[i] = p->held[i] ? 0.0 : gradient[i];

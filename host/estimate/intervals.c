@@ -73,7 +73,7 @@ static enum bf_status sandwich(size_t n, size_t kept, const double basis[], cons
 }
 
 enum bf_status intervals_covariance(size_t n_rows, size_t n, const double J[], const double weight[],
-                                    const double prior_precision[], size_t n_channels,
+                                    const double prior_precision[], double form_scale, size_t n_channels,
                                     const struct interval_channel channels[], const double basis[], size_t kept,
                                     double covariance[], struct bf_error *err)
 {
@@ -82,11 +82,13 @@ enum bf_status intervals_covariance(size_t n_rows, size_t n, const double J[], c
     memset(covariance, 0, n * n * sizeof *covariance);
     double *A = bf_alloc(n * n, sizeof *A), *B = bf_alloc(n * n, sizeof *B), *unit = bf_alloc(n * n, sizeof *unit);
     dense_gram(n_rows, n, J, A);
+    for (size_t i = 0; i < n * n; i++)
+        B[i] = (form_scale - 1.0) * A[i];
     for (size_t c = 0; c < n_channels; c++)
         add_channel(n_rows, n, J, weight, &channels[c], B);
     for (size_t i = 0; i < n; i++) {
-        A[i + i * n] += prior_precision[i];
-        B[i + i * n] += prior_precision[i];
+        A[i + i * n] += form_scale * prior_precision[i];
+        B[i + i * n] += form_scale * form_scale * prior_precision[i];
         unit[i + i * n] = 1.0;
     }
     const enum bf_status status = sandwich(n, basis ? kept : n, basis ? basis : unit, A, B, covariance, err);

@@ -19,12 +19,13 @@ struct interval_channel {
 };
 
 /*
- * J: [n_rows × n] weighted, column-major; weight: [n_rows]; prior_precision: [n] diagonal of P. The inverse of A is taken
+ * J: [n_rows × n] weighted, column-major; weight: [n_rows]; prior_precision: [n] diagonal of P; form_scale s ≥ 1 (fit_problem_form_scale()): the data
+ * say the same s times, so that A = JᵀJ + s P and B = JᵀΣJ + (s − 1) JᵀJ + s² P. The inverse of A is taken
  * in the space of the `kept` orthonormal columns of basis [n × n] (identifiability.h); NULL: the whole space.
  * covariance: [n × n] out. O(n_rows n (n + order)).
  */
 enum bf_status intervals_covariance(size_t n_rows, size_t n, const double J[], const double weight[],
-                                    const double prior_precision[], size_t n_channels,
+                                    const double prior_precision[], double form_scale, size_t n_channels,
                                     const struct interval_channel channels[], const double basis[], size_t kept,
                                     double covariance[], struct bf_error *err);
 

@@ -83,6 +83,8 @@ static enum bf_status rank_starts(struct refit_search *t, struct starts *kept, s
         starts_add(kept, theta, 0.0);
     } else {
         status = fit_problem_stage(p, t->stairs.first_ps, floor, x, err);
+        if (!status)
+            fit_problem_weigh_priors(p, x);
         for (size_t k = 0; k < t->n_starts && !status; k++)
             status = try_start(t, t->starts + k * t->p->n_refs, kept, err);
         for (size_t k = 0; k < grid.n && !status && !fit_problem_interrupted(p); k++) {
@@ -298,6 +300,8 @@ static enum bf_status take_best(struct refit_search *t, const struct best_end *b
     p->explained_ps = best->explained_ps;
     memcpy(p->horizon_s, best->horizon_s, p->n_records * sizeof *best->horizon_s);
     enum bf_status status = fit_problem_stage(p, 0.0, 0.0, x, err);
+    if (!status)
+        fit_problem_weigh_priors(p, x);
     if (!status && !t->quick && !fit_problem_interrupted(p))
         status = best_of_tried(starts, p, &t->stairs, x, found, err);
     return status;

@@ -89,6 +89,8 @@ static enum bf_status step_window(struct fit_problem *p, double decay_ps, double
     fit_problem_rescale(p, x);
     enum bf_status status = fit_problem_stage(p, decay_ps, floor, x, err);
     if (!status)
+        fit_problem_weigh_priors(p, x);
+    if (!status)
         status = optimise_local(&view, &options, x, &result, err);
     if (!status)
         *half_square = result.half_square;

@@ -12,7 +12,7 @@
 static const size_t most_singles[] = {[KIND_LINEAR] = 6, [KIND_NONLINEAR_CHAIN] = 3, [KIND_LAW] = 4};
 static const size_t most_pairs[] = {[KIND_LINEAR] = 4, [KIND_NONLINEAR_CHAIN] = 2, [KIND_LAW] = 3};
 static const size_t most_on_law[] = {[KIND_LINEAR] = 2, [KIND_NONLINEAR_CHAIN] = 0, [KIND_LAW] = 0}; /* seconds each */
-enum { PAIR_ROOTS = 2 };
+enum { PAIR_ROOTS = 1 };
 /*
  * One more effect is sought when the last one has left at most this part of the excess over the noise (in power). Of effects of equal
  * strength and unlike shape the first of three leaves 2/3, the first of two (or second of three) 1/2.

@@ -25,7 +25,7 @@ static const double worth_share = 0.5;
 static const double highest_p = 0.05;
 static const double first_order_ratio = 1.5;
 /* Best first-order scores that are refined, and renewals of a trial's motion. */
-enum { REFINED = 14, TRIAL_ROUNDS = 3 };
+enum { REFINED = 5, TRIAL_ROUNDS = 3 };
 
 bool diagnose_is_far(const struct hypothesis *h)
 {

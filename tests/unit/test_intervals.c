@@ -51,7 +51,7 @@ static void white_residuals_give_the_textbook_covariance(void **state)
         G[0] += J[i] * J[i], G[1] += J[i] * J[i + ROWS], G[2] += J[i + ROWS] * J[i + ROWS];
     }
     const struct interval_channel channel = {.n = ROWS, .noise = {.order = 0, .sigma = sigma}};
-    assert_int_equal(intervals_covariance(ROWS, N, J, weight, none, 1, &channel, NULL, 0, cov, &err), BF_OK);
+    assert_int_equal(intervals_covariance(ROWS, N, J, weight, none, 1.0, 1, &channel, NULL, 0, cov, &err), BF_OK);
     const double det = G[0] * G[2] - G[1] * G[1];
     assert_near(cov[0], G[2] / det, 1e-15);
     assert_near(cov[1], -G[1] / det, 1e-15);
@@ -66,7 +66,7 @@ static void a_prior_adds_its_precision(void **state)
     double J[4] = {2.0, 2.0, 2.0, 2.0}, weight[4] = {1.0, 1.0, 1.0, 1.0}, cov[1];
     const double prior[1] = {9.0};
     const struct interval_channel channel = {.n = 4, .noise = {.sigma = 1.0}};
-    assert_int_equal(intervals_covariance(4, 1, J, weight, prior, 1, &channel, NULL, 0, cov, &err), BF_OK);
+    assert_int_equal(intervals_covariance(4, 1, J, weight, prior, 1.0, 1, &channel, NULL, 0, cov, &err), BF_OK);
     assert_near(cov[0], 1.0 / 25.0, 1e-15);
 }
 
@@ -78,8 +78,8 @@ static void a_basis_leaves_the_null_direction_out(void **state)
     const double none[2] = {0.0, 0.0}, h = sqrt(0.5), basis[4] = {h, h, h, -h};
     double J[8] = {1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0}, weight[4] = {1.0, 1.0, 1.0, 1.0}, cov[4];
     const struct interval_channel channel = {.n = 4, .noise = {.sigma = 1.0}};
-    assert_int_equal(intervals_covariance(4, 2, J, weight, none, 1, &channel, NULL, 0, cov, &err), BF_NUMERIC);
-    assert_int_equal(intervals_covariance(4, 2, J, weight, none, 1, &channel, basis, 1, cov, &err), BF_OK);
+    assert_int_equal(intervals_covariance(4, 2, J, weight, none, 1.0, 1, &channel, NULL, 0, cov, &err), BF_NUMERIC);
+    assert_int_equal(intervals_covariance(4, 2, J, weight, none, 1.0, 1, &channel, basis, 1, cov, &err), BF_OK);
     for (size_t i = 0; i < 4; i++) /* (1,1)/√2 has JᵀJ = 8, and the other direction none */
         assert_near(cov[i], 0.5 / 8.0, 1e-15);
 }
@@ -120,7 +120,7 @@ static void coloured_residuals_give_the_scatter(void **state)
     for (size_t k = 0; k < 2; k++) {
         const struct interval_channel channel = {.n = ROWS,
                                                  .noise = {.order = 1, .a = {coefficients[k]}, .sigma = 1.0}};
-        assert_int_equal(intervals_covariance(ROWS, N, J, weight, none, 1, &channel, NULL, 0, cov, &err), BF_OK);
+        assert_int_equal(intervals_covariance(ROWS, N, J, weight, none, 1.0, 1, &channel, NULL, 0, cov, &err), BF_OK);
         coloured_scatter(coefficients[k], 4000, scatter);
         for (size_t j = 0; j < N; j++)
             assert_near(cov[j + j * N] / scatter[j], 1.0, 0.09);
@@ -136,7 +136,7 @@ static void channels_add(void **state)
     double J[4] = {1.0, 1.0, 0.5, 0.5}, weight[4] = {1.0, 1.0, 0.5, 0.5}, cov[1];
     const struct interval_channel channels[2] = {{.row = 0, .n = 2, .noise = {.sigma = 1.0}},
                                                  {.row = 2, .n = 2, .noise = {.sigma = 2.0}}};
-    assert_int_equal(intervals_covariance(4, 1, J, weight, none, 2, channels, NULL, 0, cov, &err), BF_OK);
+    assert_int_equal(intervals_covariance(4, 1, J, weight, none, 1.0, 2, channels, NULL, 0, cov, &err), BF_OK);
     assert_near(cov[0], 1.0 / 2.5, 1e-15);
 }
 
