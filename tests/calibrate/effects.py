@@ -14,7 +14,7 @@ LAWS = ("quadratic_drag", "cubic_stiffness", "patch_softening", "coulomb_frictio
 PATCH = ("patch_position", "electrical_coupling", "patch_softening", "coulomb_friction", "microslip")
 # need the beam's state, which a free decay does not give: beamfit cannot add these to a model that is fitted to one
 STATEFUL = ("quadratic_drag", "cubic_stiffness", "patch_softening", "coulomb_friction", "microslip", "bilinear_stiffness", "large_rotation",
-            "stop_contact", "thermal_drift")
+            "stop_contact", "thermal_drift", "sensor_saturation")
 DRIVE = ("feedthrough", "drive_hysteresis", "drive_saturation", "drive_dead_zone")
 CHANNEL = ("sensor_highpass", "sensor_lag", "sensor_delay", "sensor_saturation", "sensor_offset", "feedthrough", "mains_hum", "sensor_quadratic")
 PER_RECORD = {"input_position": ("shift_m",), "mains_hum": ("phase_rad",), "base_motion": ("phase_rad",)}

@@ -163,6 +163,8 @@ def main():
                     count[row["state"]] = count.get(row["state"], 0) + 1
                     print(show(row), flush=True)
         except BaseException as error:
+            for number in (signal.SIGINT, signal.SIGTERM):  # a second one must not hinder the clearing up
+                signal.signal(number, signal.SIG_IGN)
             for future in waiting:
                 future.cancel()
             records.stop()
