@@ -157,6 +157,13 @@ static double log_ratio(double ratio)
     return log10(fmax(ratio, 0.1));
 }
 
+/* The smallest error (nrmse) that can be asked for: a free linear model's, or the noise. */
+static double floor_of(const struct diagnosis *d)
+{
+    const double noise = d->baseline.fitted.nrmse / fmax(d->baseline.fitted.noise_ratio, 1e-3);
+    return fmax(d->attainable.modes > 0 ? fmax(d->attainable.nrmse, noise) : noise, 1e-300);
+}
+
 static void fill_features(const struct diagnosis *d, struct decision *one)
 {
     const struct hypothesis *best = &d->hypotheses[one->among[0]];
@@ -170,9 +177,9 @@ static void fill_features(const struct diagnosis *d, struct decision *one)
     size_t shown;
     x[FEATURE_STRENGTH] = log_ratio(d->baseline.fitted.noise_ratio);
     x[FEATURE_EXPLAINED] = facts_explained(d, best, &shown);
-    x[FEATURE_REMAINS] = log_ratio(best->fitted.noise_ratio);
+    x[FEATURE_REMAINS] = log_ratio(best->fitted.nrmse / floor_of(d));
     x[FEATURE_HELD_OUT] = log_ratio(before->noise_ratio) - log_ratio(after->noise_ratio);
-    x[FEATURE_HELD_OUT_REMAINS] = log_ratio(after->noise_ratio);
+    x[FEATURE_GAP] = log_ratio(after->noise_ratio) - log_ratio(best->fitted.noise_ratio);
     x[FEATURE_UNCHECKED] = checked ? 0.0 : 1.0;
     x[FEATURE_LEAD] = log1p(fmax(best->score - rival, 0.0));
     x[FEATURE_FACTS] = log1p((double)shown);

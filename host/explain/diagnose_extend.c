@@ -43,8 +43,7 @@ static enum bf_status look_at(struct shortlist *s, enum effect_kind kind, struct
 static bool given_is_wanted(const struct shortlist *s)
 {
     const struct diagnosis *d = s->w->d;
-    return s->from->n_effects == 0 && !s->w->options->everything && diagnose_is_far(&d->baseline) &&
-           d->linearity.verdict != LINEARITY_NONLINEAR;
+    return s->from->n_effects == 0 && !s->w->options->everything && diagnose_is_far(&d->baseline);
 }
 
 /* Scores, trials and refits of the kinds. */

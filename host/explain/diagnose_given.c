@@ -14,7 +14,7 @@
 #include "ground/ground.h"
 
 /* Refits at most, and how many of them before it is asked whether one has explained the records. */
-enum { MOST_GIVEN = 12, MOST_AT_ONCE = 4 };
+enum { MOST_GIVEN = 16, MOST_AT_ONCE = 4 };
 
 static void to_prior(struct parameter *p)
 {
@@ -112,15 +112,34 @@ enum bf_status diagnose_members_from_given(struct diagnose_state *w, struct bf_e
     return status;
 }
 
+/*
+ * By score, then those that the scores at the fitted baseline think nothing of, on their usual channels: order[list.n].
+ */
+static size_t order_of_linear(const struct shortlist *s, size_t order[])
+{
+    size_t n = s->n_order[KIND_LINEAR];
+    memcpy(order, s->order[KIND_LINEAR], n * sizeof *order);
+    for (size_t i = 0; i < s->list.n; i++) {
+        const struct candidate *candidate = &s->list.candidates[i];
+        bool ranked = effect_kind(candidate->effect) != KIND_LINEAR || candidate->channel[0] != '\0';
+        for (size_t k = 0; k < s->n_order[KIND_LINEAR]; k++)
+            ranked = ranked || order[k] == i;
+        if (!ranked)
+            order[n++] = i;
+    }
+    return n;
+}
+
 /* The next candidates, and their refits. */
-static void refit_some(struct shortlist *s, const struct model *given, size_t from, size_t to, double span)
+static void refit_some(struct shortlist *s, const struct model *given, const size_t order[], size_t from, size_t to,
+                       double span)
 {
     struct diagnose_state *w = s->w;
     struct refit_job jobs[MOST_AT_ONCE];
     size_t n = 0;
     for (size_t k = from; k < to; k++) {
         struct bf_error ignored; /* a candidate that the model refuses is none */
-        const struct candidate *candidate = &s->list.candidates[s->order[KIND_LINEAR][k]];
+        const struct candidate *candidate = &s->list.candidates[order[k]];
         jobs[n] = (struct refit_job){.n_effects = s->n_effects, .n_tried = w->n_tried, .first_new = given->n_effects};
         n += candidate_model(given, candidate, candidate->start, &jobs[n].model, &ignored) == BF_OK;
     }
@@ -138,9 +157,11 @@ enum bf_status shortlist_from_given(struct shortlist *s, double span, struct bf_
         status = diagnose_as_given(w->d->model, &given, err);
     if (status)
         return status;
-    const size_t n = s->n_order[KIND_LINEAR] < MOST_GIVEN ? s->n_order[KIND_LINEAR] : MOST_GIVEN;
+    size_t *order = bf_alloc(s->list.n + 1, sizeof *order);
+    const size_t all = order_of_linear(s, order), n = all < MOST_GIVEN ? all : MOST_GIVEN;
     for (size_t k = 0; k < n && !diagnose_explained(w->d, s->n_effects) && !progress_interrupted(); k += MOST_AT_ONCE)
-        refit_some(s, &given, k, k + MOST_AT_ONCE < n ? k + MOST_AT_ONCE : n, span * MOST_AT_ONCE / MOST_GIVEN);
+        refit_some(s, &given, order, k, k + MOST_AT_ONCE < n ? k + MOST_AT_ONCE : n, span * MOST_AT_ONCE / MOST_GIVEN);
     model_free(&given);
+    free(order);
     return BF_OK;
 }

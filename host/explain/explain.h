@@ -104,15 +104,15 @@ const char *check_kind_name(enum check_kind kind);
 enum feature {
     FEATURE_STRENGTH,  /* log10 of the baseline's error in units of the noise */
     FEATURE_EXPLAINED, /* mean over facts that show a misfit of log(relative error before/after) */
-    FEATURE_REMAINS,   /* log10 of the error that the best leaves, in units of the noise */
+    FEATURE_REMAINS,   /* log10 of the error that the best leaves over what a free linear model or the noise leaves */
     FEATURE_HELD_OUT,  /* log10 of the error of held-out records before/after; fitted ones where none are held out */
-    FEATURE_HELD_OUT_REMAINS, /* log10 of that error after, in units of the noise */
-    FEATURE_UNCHECKED,        /* 1: no record was held or left out */
-    FEATURE_LEAD,             /* log(1 + lead in score over the best that is not in the decision) */
-    FEATURE_FACTS,            /* log(1 + facts that show a misfit) */
-    FEATURE_LAW,              /* 1: the best has a law */
-    FEATURE_MORE_EFFECTS,     /* effects of the best, less one */
-    FEATURE_OTHERS,           /* explanations in the decision, less one */
+    FEATURE_GAP,       /* log10 of held-out over fitted error of the best, in units of the noise; 0: none held out */
+    FEATURE_UNCHECKED, /* 1: no record was held or left out */
+    FEATURE_LEAD,      /* log(1 + lead in score over the best that is not in the decision) */
+    FEATURE_FACTS,     /* log(1 + facts that show a misfit) */
+    FEATURE_LAW,       /* 1: the best has a law */
+    FEATURE_MORE_EFFECTS, /* effects of the best, less one */
+    FEATURE_OTHERS,       /* explanations in the decision, less one */
     FEATURES
 };
 const char *feature_name(enum feature feature);

@@ -84,22 +84,48 @@ static double band_power(const double complex X[], size_t n, double dt_s, const 
     return sum / ((double)n * (double)n);
 }
 
+/* Power of x[n] in the bands of one channel, over the noise's; facts [from, to) are the channel's. */
+static enum bf_status over_noise(const struct diagnosis *d, size_t from, size_t to, const double x[], size_t n,
+                                 double dt_s, double out[], struct bf_error *err)
+{
+    const struct fft *plan;
+    const enum bf_status status = fft_get(n, &plan, err);
+    if (status)
+        return status;
+    double complex *X = bf_alloc(n / 2 + 1, sizeof *X);
+    fft_forward(plan, x, X);
+    for (size_t f = from; f < to; f++)
+        out[f] = band_power(X, n, dt_s, &d->facts[f]) / d->facts[f].noise;
+    free(X);
+    return BF_OK;
+}
+
+/* A prediction that is farther from the measured signal than none at all has explained nothing: more cannot be lost. */
+static enum bf_status measure_channel(const struct diagnosis *d, const struct misfit_channel *c, size_t from, size_t to,
+                                      double left[], struct bf_error *err)
+{
+    double *signal = bf_alloc(d->n_facts + 1, sizeof *signal);
+    enum bf_status status = over_noise(d, from, to, c->residual, c->n, c->dt_s, left, err);
+    if (!status)
+        status = over_noise(d, from, to, c->measured, c->n, c->dt_s, signal, err);
+    for (size_t f = from; f < to && !status; f++)
+        left[f] = fmin(left[f], fmax(signal[f], 1.0));
+    free(signal);
+    return status;
+}
+
 enum bf_status facts_measure(const struct diagnosis *d, struct hypothesis *h, struct bf_error *err)
 {
     struct misfit_channel *channels = hypothesis_channels(d, h);
     enum bf_status status = BF_OK;
     free(h->left);
     h->left = bf_alloc(d->n_facts + 1, sizeof *h->left);
-    for (size_t f = 0; f < d->n_facts && !status;) {
-        const size_t c = d->facts[f].channel, n = channels[c].n;
-        const struct fft *plan = NULL;
-        status = n > 1 ? fft_get(n, &plan, err) : BF_OK;
-        double complex *X = bf_alloc(n / 2 + 1, sizeof *X);
-        if (!status && plan != NULL)
-            fft_forward(plan, channels[c].residual, X);
-        for (; f < d->n_facts && d->facts[f].channel == c; f++)
-            h->left[f] = band_power(X, n > 1 ? n : 1, channels[c].dt_s, &d->facts[f]) / d->facts[f].noise;
-        free(X);
+    for (size_t from = 0, to = 0; from < d->n_facts && !status; from = to) {
+        const struct misfit_channel *c = &channels[d->facts[from].channel];
+        while (to < d->n_facts && d->facts[to].channel == d->facts[from].channel)
+            to++;
+        if (c->n > 1)
+            status = measure_channel(d, c, from, to, h->left, err);
     }
     free(channels);
     return status;

@@ -6,16 +6,11 @@
 const char *feature_name(enum feature feature)
 {
     static const char *const names[FEATURES] = {
-        [FEATURE_STRENGTH] = "strength",
-        [FEATURE_EXPLAINED] = "explained",
-        [FEATURE_REMAINS] = "remains",
-        [FEATURE_HELD_OUT] = "held_out",
-        [FEATURE_HELD_OUT_REMAINS] = "held_out_remains",
-        [FEATURE_UNCHECKED] = "unchecked",
-        [FEATURE_LEAD] = "lead",
-        [FEATURE_FACTS] = "facts",
-        [FEATURE_LAW] = "law",
-        [FEATURE_MORE_EFFECTS] = "more_effects",
+        [FEATURE_STRENGTH] = "strength", [FEATURE_EXPLAINED] = "explained",
+        [FEATURE_REMAINS] = "remains",   [FEATURE_HELD_OUT] = "held_out",
+        [FEATURE_GAP] = "gap",           [FEATURE_UNCHECKED] = "unchecked",
+        [FEATURE_LEAD] = "lead",         [FEATURE_FACTS] = "facts",
+        [FEATURE_LAW] = "law",           [FEATURE_MORE_EFFECTS] = "more_effects",
         [FEATURE_OTHERS] = "others",
     };
     return names[feature];

@@ -7,7 +7,7 @@ const struct probability_table probability_table = {
     .weight = {[FEATURE_EXPLAINED] = 1.0,
                [FEATURE_REMAINS] = -2.0,
                [FEATURE_HELD_OUT] = 1.0,
-               [FEATURE_HELD_OUT_REMAINS] = -1.0,
+               [FEATURE_GAP] = -3.0,
                [FEATURE_LEAD] = 1.0,
                [FEATURE_MORE_EFFECTS] = -0.5},
 };

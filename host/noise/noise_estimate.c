@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "noise_estimate.h"
 #include "noise_floor.h"
+#include "noise_input.h"
 #include "ground/ground.h"
 #include "maths/maths.h"
 
@@ -194,7 +195,7 @@ enum bf_status noise_estimate(const double *z, size_t n, double dt_s, const doub
         return BF_OK;
     take(chosen, chosen == &quiet ? NOISE_QUIET : NOISE_LOCAL, out);
     fill_psd(chosen, dt_s, out);
-    return BF_OK;
+    return n_inputs > 0 ? noise_add_inputs(z, u, n_inputs, n, dt_s, out, err) : BF_OK;
 }
 
 enum bf_status noise_of_channel(const struct model *model, const struct record *record, const char *channel,
