@@ -141,8 +141,8 @@ static bool last_one_helped(const struct diagnosis *d, size_t n_effects)
 }
 
 /*
- * What would be named explains nearly all: what remains is asked for again from the model that has it (the answer says so). A pair that
- * takes what the form of a true effect leaves costs more than all single effects together.
+ * What would be named explains nearly all. What remains is asked for again from the model that has it (the answer says so), unless one more
+ * effect promises to take most of it: pairs that take what the form of a true effect leaves cost more than all single effects together.
  */
 static bool is_answered(struct diagnosis *d)
 {
@@ -158,8 +158,8 @@ static enum bf_status search(struct diagnose_state *w, struct bf_error *err)
     enum bf_status status = diagnose_extend(w, &w->d->baseline, most_singles, part_singles, err);
     for (size_t n = 1; n < most && !status && !progress_interrupted(); n++) {
         const bool far = diagnose_is_far(&w->d->baseline);
-        if (is_answered(w->d) || w->d->n_hypotheses == 0 || !diagnose_more_wanted(w->d) || !last_one_helped(w->d, n) ||
-            (n > 1 && !far))
+        w->answered = is_answered(w->d);
+        if (w->d->n_hypotheses == 0 || !diagnose_more_wanted(w->d) || !last_one_helped(w->d, n) || (n > 1 && !far))
             break; /* a weak misfit does not tell three effects */
         status = one_more(w, n, err);
     }

@@ -78,6 +78,22 @@ static void refit_best_law(struct shortlist *s)
     diagnose_rank(s->w->d, s->w->n_tried);
 }
 
+/* By first-order score one more effect would take this share of what is left above the noise. */
+static enum bf_status is_promising(struct shortlist *s, bool *promising, struct bf_error *err)
+{
+    static const double most_of_it = 0.5;
+    enum bf_status status = BF_OK;
+    const double rows = (double)s->from->fit.n_rows, left = s->from->fit.chi2_per_row * rows - rows;
+    double taken = 0.0;
+    for (enum effect_kind kind = KIND_LINEAR; kind <= KIND_NONLINEAR_CHAIN && !status; kind++) {
+        status = shortlist_score(s, kind, err);
+        if (!status && s->n_order[kind] > 0)
+            taken = fmax(taken, s->scores[s->order[kind][0]].LM);
+    }
+    *promising = taken >= most_of_it * left;
+    return status;
+}
+
 enum bf_status diagnose_extend(struct diagnose_state *w, const struct hypothesis *from, const size_t most[],
                                double span, struct bf_error *err)
 {
@@ -87,6 +103,14 @@ enum bf_status diagnose_extend(struct diagnose_state *w, const struct hypothesis
     const enum effect_kind *kinds = nonlinear ? nonlinear_first : linear_first;
     struct shortlist s;
     enum bf_status status = shortlist_new(w, from, &s, err);
+    if (!status && w->answered && from->n_effects > 0) {
+        bool promising = false;
+        status = is_promising(&s, &promising, err);
+        if (status || !promising) {
+            shortlist_free(&s);
+            return status;
+        }
+    }
     if (!status && given_is_wanted(&s))
         status = shortlist_from_given(&s, 0.3 * span, err);
     if (!status && !(diagnose_is_far(&w->d->baseline) && diagnose_explained(w->d, s.n_effects)) &&

@@ -4,6 +4,7 @@
  * and a refit that starts there may never leave them. What was believed before any fit has not been driven anywhere: the
  * effect is added to that, its place scanned, and everything is fitted from short windows to whole records.
  */
+#include "diagnose_relatives.h"
 #include "diagnose_shortlist.h"
 
 #include <math.h>
@@ -148,6 +149,29 @@ static void refit_some(struct shortlist *s, const struct model *given, const siz
     diagnose_drop_repeats(w->d);
 }
 
+static bool was_refitted(const struct diagnosis *d, const struct beam_effect *effect)
+{
+    for (size_t i = 0; i < d->n_hypotheses; i++)
+        if (d->hypotheses[i].n_effects == 1 && d->hypotheses[i].effects[0] == effect)
+            return true;
+    return false;
+}
+
+/* A point mass at the free end is a tip mass: what the best is the general form of has its chance. */
+static void refit_special_cases(struct shortlist *s, const struct model *given, double span)
+{
+    const struct diagnosis *d = s->w->d;
+    size_t order[MOST_AT_ONCE], n = 0;
+    if (d->n_hypotheses == 0)
+        return;
+    for (size_t i = 0; i < s->list.n && n < MOST_AT_ONCE; i++) {
+        const struct beam_effect *effect = s->list.candidates[i].effect;
+        if (diagnose_special_case(effect, d->hypotheses[0].effects[0], d->model) && !was_refitted(d, effect))
+            order[n++] = i;
+    }
+    refit_some(s, given, order, 0, n, span / MOST_GIVEN);
+}
+
 enum bf_status shortlist_from_given(struct shortlist *s, double span, struct bf_error *err)
 {
     struct diagnose_state *w = s->w;
@@ -161,6 +185,8 @@ enum bf_status shortlist_from_given(struct shortlist *s, double span, struct bf_
     const size_t all = order_of_linear(s, order), n = all < MOST_GIVEN ? all : MOST_GIVEN;
     for (size_t k = 0; k < n && !diagnose_explained(w->d, s->n_effects) && !progress_interrupted(); k += MOST_AT_ONCE)
         refit_some(s, &given, order, k, k + MOST_AT_ONCE < n ? k + MOST_AT_ONCE : n, span * MOST_AT_ONCE / MOST_GIVEN);
+    if (!progress_interrupted())
+        refit_special_cases(s, &given, span);
     model_free(&given);
     free(order);
     return BF_OK;

@@ -19,8 +19,7 @@ bool diagnose_contains(const struct hypothesis *large, const struct hypothesis *
     return true;
 }
 
-/* The terms of `small` are those of `large` with some parameters neutral or a place at the free end. */
-static bool special_case(const struct beam_effect *small, const struct beam_effect *large, const struct model *model)
+bool diagnose_special_case(const struct beam_effect *small, const struct beam_effect *large, const struct model *model)
 {
     double ps[BEAM_EFFECT_PARAMETERS], pl[BEAM_EFFECT_PARAMETERS];
     struct beam_term ts[BEAM_EFFECT_TERMS] = {0}, tl[BEAM_EFFECT_TERMS] = {0};
@@ -55,8 +54,9 @@ bool diagnose_same_family(const struct diagnosis *d, const struct hypothesis *a,
     for (size_t i = 0; i < a->n_effects; i++) {
         bool found = false;
         for (size_t j = 0; j < b->n_effects; j++)
-            found = found || a->effects[i] == b->effects[j] || special_case(a->effects[i], b->effects[j], d->model) ||
-                    special_case(b->effects[j], a->effects[i], d->model);
+            found = found || a->effects[i] == b->effects[j] ||
+                    diagnose_special_case(a->effects[i], b->effects[j], d->model) ||
+                    diagnose_special_case(b->effects[j], a->effects[i], d->model);
         if (!found)
             return false;
     }

@@ -20,6 +20,8 @@ struct diagnose_state {
     struct progress *bar;
     double done; /* part of the work, 0 … 1 */
     size_t n_tried;
+    bool
+        answered; /* a single effect would be named that explains nearly all: one more must promise much to be refitted */
 };
 
 /* A model to refit, and where the answer goes. The model moves into the hypothesis. */
