@@ -114,20 +114,10 @@ static enum bf_status measure_check(const struct diagnose_state *w, struct hypot
 enum bf_status hypothesis_measure(const struct diagnose_state *w, struct hypothesis *h, struct bf_error *err)
 {
     measure_fitted(w, h);
-    const enum bf_status status = facts_measure(w->d, h, err);
+    struct misfit_channel *channels = hypothesis_channels(w->d, h);
+    const enum bf_status status = facts_measure(w->d, channels, h, err);
+    free(channels);
     return status ? status : measure_check(w, h, err);
-}
-
-/*
- * Counted as the catalogue has them: a place that was pushed to the end of the beam is no unknown of the fit, and was one of the search; a
- * value for each record is one.
- */
-size_t hypothesis_parameters(const struct hypothesis *h)
-{
-    size_t n = 0;
-    for (size_t i = 0; i < h->n_effects; i++)
-        n += (size_t)h->effects[i]->n_parameters;
-    return n;
 }
 
 bool hypothesis_has_law(const struct hypothesis *h)

@@ -71,8 +71,6 @@ void hypothesis_free(struct hypothesis *h);
 bool hypothesis_has_law(const struct hypothesis *h);
 /* Rms in units of the noise of the best with so many added effects; the baseline's when there is none below it. */
 double diagnose_best_left(const struct diagnosis *d, size_t n_effects);
-/* Parameters more than the baseline has, as the catalogue counts them. */
-size_t hypothesis_parameters(const struct hypothesis *h);
 /* A hypothesis with so many added effects leaves nothing that matters. After diagnose_rank(). */
 bool diagnose_explained(const struct diagnosis *d, size_t n_effects);
 

@@ -114,9 +114,9 @@ static enum bf_status measure_channel(const struct diagnosis *d, const struct mi
     return status;
 }
 
-enum bf_status facts_measure(const struct diagnosis *d, struct hypothesis *h, struct bf_error *err)
+enum bf_status facts_measure(const struct diagnosis *d, const struct misfit_channel channels[], struct hypothesis *h,
+                             struct bf_error *err)
 {
-    struct misfit_channel *channels = hypothesis_channels(d, h);
     enum bf_status status = BF_OK;
     free(h->left);
     h->left = bf_alloc(d->n_facts + 1, sizeof *h->left);
@@ -127,11 +127,22 @@ enum bf_status facts_measure(const struct diagnosis *d, struct hypothesis *h, st
         if (c->n > 1)
             status = measure_channel(d, c, from, to, h->left, err);
     }
-    free(channels);
     return status;
 }
 
 /* ---- Scores ---- */
+
+/*
+ * Counted as the catalogue has them: a place that was pushed to the end of the beam is no unknown of the fit, and was one of the search; a
+ * value for each record is one.
+ */
+static size_t n_parameters(const struct hypothesis *h)
+{
+    size_t n = 0;
+    for (size_t i = 0; i < h->n_effects; i++)
+        n += (size_t)h->effects[i]->n_parameters;
+    return n;
+}
 
 /* One fact in all hypotheses: what an explanation that leaves `left` loses against the least. */
 struct fact_weight {
@@ -194,7 +205,7 @@ void facts_scores(const struct diagnosis *d, double score[])
     add_fitted(d, score);
     add_held_out(d, score);
     for (size_t i = 0; i < d->n_hypotheses; i++)
-        score[i] -= price * (double)hypothesis_parameters(&d->hypotheses[i]);
+        score[i] -= price * (double)n_parameters(&d->hypotheses[i]);
 }
 
 double facts_explained(const struct diagnosis *d, const struct hypothesis *h, size_t *n)

@@ -16,8 +16,9 @@
 
 #include "diagnose_state.h"
 
-/* Of one model: power of the residual over the noise's, fact by fact (the bands of d->facts); after the baseline's frequencies are known. */
-enum bf_status facts_measure(const struct diagnosis *d, struct hypothesis *h, struct bf_error *err);
+/* h->left: power of the residual over the noise's in each band of d->facts. channels: of this hypothesis. */
+enum bf_status facts_measure(const struct diagnosis *d, const struct misfit_channel channels[], struct hypothesis *h,
+                             struct bf_error *err);
 /* d->facts: bands of modes of all channels. sigma: rms of each channel's noise; frequency_Hz: [n_modes] ascending. */
 void facts_of_channels(struct diagnosis *d, const struct misfit_channel channels[], const double sigma[],
                        const double frequency_Hz[], size_t n_modes);
