@@ -142,6 +142,22 @@ static void warn_about_parameter(const struct fit_problem *p, const struct model
              f->sd, f->unit);
 }
 
+/* Said before all else: what was believed and what the records say exclude each other. */
+static void warn_about_priors(const struct fit_problem *p, const double x[], struct fit_result *out)
+{
+    static const double contradicts = 4.0; /* standard deviations of the prior */
+    for (size_t i = 0; i < p->n_unknowns; i++) {
+        const struct unknown *u = &p->unknowns[i];
+        const double away = u->prior > 0.0 ? fabs(x[i] - u->prior_x) / u->prior : 0.0;
+        if (away > contradicts)
+            warn(out,
+                 "%s = %.4g %s lies %.0f standard deviations of its prior from what the model file says: a wrong unit "
+                 "or sign "
+                 "of a column, or another beam?",
+                 p->refs[u->ref].label, p->theta[u->ref], p->refs[u->ref].info->unit, away);
+    }
+}
+
 static void warn_about_levels(const struct fit_problem *p, const struct model *model, struct fit_result *out)
 {
     for (size_t r = 0; r < p->n_records; r++) {
@@ -211,6 +227,7 @@ enum bf_status fit_statistics(const struct fit_problem *p, const struct model *m
     if (status)
         return status;
     relative_weights(p, x, out);
+    warn_about_priors(p, x, out);
     warn_about_search(out);
     for (size_t i = 0; i < n; i++)
         warn_about_parameter(p, model, i, out);

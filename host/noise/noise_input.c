@@ -8,8 +8,8 @@
 
 #include "ground/ground.h"
 
-/* Noise over rms of an input: above, the input never rests; below, its noise is that of a number written in a file. */
-static const double rests = 0.2, seen = 1e-6;
+/* Noise over the peak of an input: above, the input never rests; below, its noise is that of a number written in a file. */
+static const double rests = 0.1, seen = 1e-6;
 static const double median_of_normal = 0.6744897501960817; /* median of |x|, unit variance */
 
 static int ascending(const void *a, const void *b)
@@ -27,16 +27,16 @@ static double median_of(double *x, size_t n)
 /* Rms of the noise of an input that rests most of the time; 0: none that can be told. */
 static double resting_noise(const double *u, size_t n)
 {
-    double *copy = bf_alloc(n, sizeof *copy), square = 0.0;
+    double *copy = bf_alloc(n, sizeof *copy), peak = 0.0;
     memcpy(copy, u, n * sizeof *copy);
     const double middle = median_of(copy, n);
     for (size_t i = 0; i < n; i++) {
         copy[i] = fabs(u[i] - middle);
-        square += copy[i] * copy[i];
+        peak = fmax(peak, copy[i]);
     }
-    const double noise = median_of(copy, n) / median_of_normal, rms = sqrt(square / (double)n);
+    const double noise = median_of(copy, n) / median_of_normal;
     free(copy);
-    return noise > seen * rms && noise < rests * rms ? noise : 0.0;
+    return noise > seen * peak && noise < rests * peak ? noise : 0.0;
 }
 
 /* psd[n_bins] at 0, df, 2 df …: one-sided, each the mean over the periodogram's bins that are nearest to it. */

@@ -10,7 +10,7 @@
  * |H|² S_u beside the output's own noise (errors in variables; Pintelon & Schoukens 2012). No model is needed for H: where the output is the
  * answer to the input, |H|² = P_y/P_u, so that of the output's power the part S_u/P_u is noise.
  * S_u is known of inputs that rest most of the time, as a hammer does: from the median of |u|, taken as white. A drive that never rests, or
- * rests exactly, adds nothing. Adds to estimate->psd and ->rms. O(n log n).
+ * rests exactly, adds nothing. Where the beam rings longer than the record, up to √2 too much (rms). Adds to estimate->psd and ->rms. O(n log n).
  */
 enum bf_status noise_add_inputs(const double *z, const double *const u[], size_t n_inputs, size_t n, double dt_s,
                                 struct noise_estimate *estimate, struct bf_error *err);
