@@ -266,7 +266,8 @@ CALIBRATE ?= build/calibrate
 calibrate: $(B)/beamfit $(B)/beam_truth ## measure: draw imperfect rigs, diagnose, fit the probabilities; table and page [SEED='1 2' N=200 JOBS=2]
 	@tools/deps.sh build test
 	@python3 -B tests/calibrate/run.py --build $(B) --work $(CALIBRATE) --jobs $(JOBS) --number $(N) --seed $(SEED)
-	@python3 -B tests/calibrate/fit.py --work $(CALIBRATE) --number $(N) --seeds $(SEED)
+	@python3 -B tests/calibrate/perfect.py --build $(B) --work $(CALIBRATE) --records $(B)/hidden
+	@python3 -B tests/calibrate/fit.py --work $(CALIBRATE) --seeds 0 $(SEED)
 drawn-imperfect: JUDGED = $(if $(filter file,$(origin SEED)),101,$(SEED))
 drawn-imperfect: $(B)/beamfit $(B)/beam_truth ## measure: judge diagnose and its probabilities on imperfect rigs that calibrated nothing [SEED=101 N=200 JOBS=2]
 	@tools/deps.sh build test

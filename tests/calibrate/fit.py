@@ -57,10 +57,10 @@ def calibrate(rows, options):
     kinds = [f[0]["kind"] for f in found]
     said = logistic.cross_validated(values, labels, [f[0]["case"] for f in found], options.ridge)
     model = logistic.fit(values, labels, options.ridge)
-    command = "make calibrate SEED='%s' N=%d" % (" ".join(map(str, options.seeds)), options.number)
+    command = "make calibrate SEED='%s'" % " ".join(str(seed) for seed in options.seeds if seed)
     count = "%d cases, %d answers, %d entries, of them %d right" % (len({row["case"] for row in rows}), len(rows), len(found), sum(labels))
     text = page.head("Calibration of the probability", command) + "What is drawn and what counts as right: [calibration.md](../calibration.md).\n\n"
-    text += "Seeds %s: %s. Logistic regression, ridge penalty %g on standardised features. The figures below are cross-validated: ten folds, a case " \
+    text += "Seeds %s (0: data/hidden): %s. Logistic regression, ridge penalty %g on standardised features. The figures below are cross-validated: ten folds, a case " \
         "in one of them with all its answers.\n\n" % (" ".join(map(str, options.seeds)), count, options.ridge)
     text += page.brier_table(kinds, said, labels) + "\n"
     text = with_diagram(text, logistic.reliability(said, labels), "Calibration, cross-validated", options.page)

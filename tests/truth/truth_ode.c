@@ -166,6 +166,18 @@ static void fill_tolerance(const struct truth_system *s, double relative, double
             tolerance[s->law[k].state] = relative * s->law[k].p[1];
 }
 
+/* A blow lasts some samples; a solver at rest must not leap over it, nor over a delay. A live run has no grid: its steps are short. */
+static double longest_step(const struct run *run)
+{
+    double longest_s = 1e-3;
+    if (run->grid)
+        longest_s = fmin(longest_s, 2.5 * run->grid->dt_s * (double)run->grid->oversampling);
+    for (size_t k = 0; run->grid && k < run->system->n_laws; k++)
+        if (run->history[k])
+            longest_s = fmin(longest_s, run->system->law[k].p[1] - 4 * run->grid->dt_s);
+    return longest_s;
+}
+
 static int solver_make(struct solver *solver, struct run *run, double t_s, double tolerance, bool sliders)
 {
     const struct truth_system *s = run->system;
@@ -181,11 +193,7 @@ static int solver_make(struct solver *solver, struct run *run, double t_s, doubl
         return -1;
     N_VConst(0, solver->x);
     fill_tolerance(s, tolerance, N_VGetArrayPointer(solver->tolerance));
-    /* A blow lasts some samples; a solver at rest must not leap over it. */
-    double longest_s = fmin(1e-3, 2.5 * run->grid->dt_s * (double)run->grid->oversampling);
-    for (size_t k = 0; k < s->n_laws; k++)
-        if (run->history[k])
-            longest_s = fmin(longest_s, s->law[k].p[1] - 4 * run->grid->dt_s);
+    double longest_s = longest_step(run);
     int bad = CVodeInit(solver->memory, right_side, t_s, solver->x);
     bad |= CVodeSVtolerances(solver->memory, tolerance, solver->tolerance);
     bad |= CVodeSetUserData(solver->memory, run);
