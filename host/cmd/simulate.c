@@ -19,7 +19,8 @@ static const char help[] =
     "                        does not hold are zero\n"
     "  -o, --output OUT      the record to write (CSV, SI units as in the model)\n"
     "  --intersample HOW     what inputs do between samples: bl (band-limited, default), foh (linear), zoh (held)\n"
-    "  --oversample N        steps a sample for nonlinear effects (default 8 for forces at a point, 4 over the span)\n"
+    "  --oversample N        steps a sample for nonlinear effects (default: the model's steps_per_sample, else\n"
+  "                        8 for forces at a point, 4 over the span)\n"
     "  --digits N            significant digits (default 9, at most 17)\n"
     "  --json                {\"file\", \"samples\", \"dt_s\", \"intersample\", \"outputs\": [{\"name\", \"rms\",\n"
     "                        \"step_error\"}]}; step_error: relative change when nonlinear steps are halved\n"
@@ -149,7 +150,7 @@ static enum bf_status step_errors(const struct model *model, const struct record
         return BF_OK;
     struct predict_options finer = *how;
     double *z = bf_alloc(model->n_outputs * stage->n, sizeof *z);
-    finer.oversample = 2 * (how->oversample > 0 ? how->oversample : 8);
+    finer.oversample = 2 * predict_steps(model, how);
     enum bf_status status = predict(model, stage, &finer, z, err);
     for (size_t o = 0; status == BF_OK && o < model->n_outputs; o++) {
         double *row = z + o * stage->n, scale = rms(stage->n, row);

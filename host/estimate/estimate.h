@@ -111,6 +111,7 @@ struct fit_result {
     size_t evaluations; /* of the prediction */
     double seconds;
     enum intersample intersample;
+    int steps_per_sample; /* that the laws needed, for the model; 0: as the model says */
     size_t n_warnings;
     char **warnings; /* one sentence each */
 };
@@ -182,11 +183,20 @@ void own_values_free(struct own_values *own);
 /* FINER — a fitted model predicted once more, twice as finely: how large is the error of the computation? */
 
 struct finer_prediction {
-    size_t n_channels; /* order of predictor_channels() */
-    size_t *row;       /* [n_channels] first row of each channel */
-    double *fitted;    /* stacked rows, linear unknowns solved again */
-    size_t runs;       /* evaluations of the prediction */
+    size_t n_channels;                /* order of predictor_channels() */
+    struct predict_channel *channels; /* [n_channels] */
+    double *fitted;                   /* stacked rows, linear unknowns solved again */
+    size_t runs;                      /* evaluations of the prediction */
 };
+
+/* The records as the model predicts them with these options; the rest as fit_finer(). */
+enum bf_status fit_predict(const struct model *model, const struct record records[], size_t n_records,
+                           const struct fit_options *options, const double theta[], struct finer_prediction *out,
+                           struct bf_error *err);
+
+/* options become those of fit_finer(). */
+enum bf_status predict_finer(const struct model *model, const struct record records[], size_t n_records,
+                             struct predict_options *options, struct bf_error *err);
 
 /*
  * Twice the modes and fine splines and, where a law steps through time, half the step. theta: in the order of
@@ -197,6 +207,16 @@ enum bf_status fit_finer(const struct model *model, const struct record records[
                          const struct fit_options *options, const double theta[], struct finer_prediction *out,
                          struct bf_error *err);
 void finer_prediction_free(struct finer_prediction *finer);
+
+/*
+ * Steps a sample that the model's laws need at theta, at most MODEL_STEPS_MOST: doubled until the prediction changes, before horizon_s
+ * (seconds from the first row of each record; NULL: everywhere), by less than a tenth of what it leaves and of the noise. Kinks of friction
+ * and contact are resolved slowly: half the step may change 1 % where the change is 0.1 % at the step before. Does nothing (*steps 0)
+ * without a law or where options.predict.oversample is given. Cost: one prediction for each number of steps.
+ */
+enum bf_status fit_steps(const struct model *model, const struct record records[], size_t n_records,
+                         const struct fit_options *options, const double theta[], const double horizon_s[], int *steps,
+                         struct bf_error *err);
 
 /*
  * REFIT — one candidate model fitted to records, silently, from a baseline that is already fitted; the noise is given.
@@ -218,7 +238,8 @@ struct refit_options {
     int threads;          /* for records of nonlinear models; 0: 1 */
     double abandon_above; /* χ²/n: stop when ten more steps like the next would not get below it; 0: never */
     bool quick;           /* best start, few steps: good enough to rank, not for values; sd is NaN */
-    bool near; /* the model's values are near the optimum: whole records at once, no other start; sd is NaN */
+    bool near;   /* the model's values are near the optimum: whole records at once, no other start; sd is NaN */
+    bool errors; /* with near: standard errors too */
     const double *
         known_sd; /* [n_parameters] with near: standard errors of the values, see REFIT_WEAK; NULL: all are estimated */
     size_t first_new; /* effects of the model before this index hold fitted values and have no starts of their own */

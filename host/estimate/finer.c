@@ -6,7 +6,7 @@
 
 #include "fit_problem.h"
 
-enum { USUAL_SPLINES = 160, USUAL_OVERSAMPLE = 8 };
+enum { USUAL_SPLINES = 160 };
 
 struct finer {
     const char **names;
@@ -23,20 +23,21 @@ static void finer_free(struct finer *f)
     free(f->names), free(f->refs), free(f->x);
 }
 
-static enum bf_status finer_predictor(const struct model *model, const struct record records[], size_t n_records,
-                                      const struct fit_options *given, struct predictor **out, struct bf_error *err)
+enum bf_status predict_finer(const struct model *model, const struct record records[], size_t n_records,
+                             struct predict_options *options, struct bf_error *err)
 {
-    struct predict_options options = given->predict;
-    options.quiet = true;
-    enum bf_status status = predictor_new(model, records, n_records, &options, out, err);
+    struct predictor *predictor;
+    struct predict_options quiet = *options;
+    quiet.quiet = true;
+    const enum bf_status status = predictor_new(model, records, n_records, &quiet, &predictor, err);
     if (status)
         return status;
-    options.modes = 2 * predictor_modes(*out);
-    options.fine_splines = 2 * (options.fine_splines > 0 ? options.fine_splines : USUAL_SPLINES);
-    options.oversample = 2 * (options.oversample > 0 ? options.oversample : USUAL_OVERSAMPLE);
-    predictor_free(*out);
-    *out = NULL;
-    return predictor_new(model, records, n_records, &options, out, err);
+    options->modes = 2 * predictor_modes(predictor);
+    options->fine_splines = 2 * (options->fine_splines > 0 ? options->fine_splines : USUAL_SPLINES);
+    if (model_has_law(model))
+        options->oversample = 2 * predict_steps(model, options);
+    predictor_free(predictor);
+    return BF_OK;
 }
 
 static enum bf_status finer_new(const struct model *model, const struct record records[], size_t n_records,
@@ -44,7 +45,9 @@ static enum bf_status finer_new(const struct model *model, const struct record r
 {
     *f = (struct finer){.names = record_base_names(records, n_records)};
     const size_t n = model_parameters(model, f->names, n_records, &f->refs);
-    enum bf_status status = finer_predictor(model, records, n_records, options, &f->predictor, err);
+    struct predict_options predict = options->predict;
+    predict.quiet = true;
+    enum bf_status status = predictor_new(model, records, n_records, &predict, &f->predictor, err);
     if (!status)
         status = fit_problem_new(&f->problem, model, f->predictor, records, n_records, f->names, f->refs, n,
                                  options->sigma, err);
@@ -56,16 +59,15 @@ static enum bf_status finer_new(const struct model *model, const struct record r
 static void take(const struct fit_problem *p, struct finer_prediction *out)
 {
     out->n_channels = p->n_channels;
-    out->row = bf_alloc(p->n_channels, sizeof *out->row);
+    out->channels = bf_alloc(p->n_channels, sizeof *out->channels);
     out->fitted = bf_alloc(p->n_rows, sizeof *out->fitted);
-    for (size_t c = 0; c < p->n_channels; c++)
-        out->row[c] = p->channels[c].row;
+    memcpy(out->channels, p->channels, p->n_channels * sizeof *out->channels);
     memcpy(out->fitted, p->fitted, p->n_rows * sizeof *out->fitted);
 }
 
-enum bf_status fit_finer(const struct model *model, const struct record records[], size_t n_records,
-                         const struct fit_options *options, const double theta[], struct finer_prediction *out,
-                         struct bf_error *err)
+enum bf_status fit_predict(const struct model *model, const struct record records[], size_t n_records,
+                           const struct fit_options *options, const double theta[], struct finer_prediction *out,
+                           struct bf_error *err)
 {
     struct finer f;
     double square;
@@ -84,8 +86,18 @@ enum bf_status fit_finer(const struct model *model, const struct record records[
     return status;
 }
 
+enum bf_status fit_finer(const struct model *model, const struct record records[], size_t n_records,
+                         const struct fit_options *options, const double theta[], struct finer_prediction *out,
+                         struct bf_error *err)
+{
+    struct fit_options finer = *options;
+    *out = (struct finer_prediction){0};
+    const enum bf_status status = predict_finer(model, records, n_records, &finer.predict, err);
+    return status ? status : fit_predict(model, records, n_records, &finer, theta, out, err);
+}
+
 void finer_prediction_free(struct finer_prediction *finer)
 {
-    free(finer->row), free(finer->fitted);
+    free(finer->channels), free(finer->fitted);
     *finer = (struct finer_prediction){0};
 }

@@ -48,6 +48,8 @@ void fit_into_model(const struct fit_result *result, const struct record records
         sd[i] = result->parameters[i].identifiable ? known(result->parameters[i].sd) : 0.0;
     }
     model_set_parameters(model, refs, n, value, sd, names);
+    if (result->steps_per_sample > 0)
+        model->steps_per_sample = result->steps_per_sample;
     struct fit_info *fit = &model->fit;
     free_fit_records(fit);
     fit->present = true;

@@ -205,7 +205,7 @@ static enum bf_status fill_errors(const struct refit_work *w, struct refit_resul
 static enum bf_status finish(struct refit_work *w, struct refit_result *out, struct bf_error *err)
 {
     struct fit_problem *p = &w->problem;
-    const bool values_only = w->options->quick || w->options->near;
+    const bool values_only = w->options->quick || (w->options->near && !w->options->errors);
     double square;
     const enum bf_status status = fit_problem_evaluate(p, w->x, !values_only, &square, err);
     if (status)

@@ -7,7 +7,7 @@
 #include "maths/maths.h"
 #include "fit_starts.h"
 
-enum { SPAN = 16, USUAL_OVERSAMPLE = 8 };
+enum { SPAN = 16 };
 static const double other_motion = 0.02; /* of the channel's rms: not the same motion any more */
 static const double same_motion = 0.1;   /* of the noise: no difference that matters */
 
@@ -54,7 +54,7 @@ enum bf_status horizon_find(struct fit_problem *p, const struct predict_options 
     double *x = bf_alloc(p->n_unknowns, sizeof *x), square;
     *any = false;
     finer.quiet = true;
-    finer.oversample = 2 * (predict->oversample > 0 ? predict->oversample : USUAL_OVERSAMPLE);
+    finer.oversample = 2 * predict_steps(p->model, predict);
     for (size_t r = 0; r < p->n_records; r++)
         p->horizon_s[r] = HUGE_VAL;
     starts_to_x(p, theta, x);

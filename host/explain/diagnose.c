@@ -156,12 +156,16 @@ static enum bf_status search(struct diagnose_state *w, struct bf_error *err)
     const size_t most = w->options->most_effects > 0 ? w->options->most_effects : DIAGNOSE_EFFECTS;
     set_progress(w, part_baseline, "short list");
     enum bf_status status = diagnose_extend(w, &w->d->baseline, most_singles, part_singles, err);
+    if (!status && !progress_interrupted())
+        status = diagnose_steps(w, err);
     for (size_t n = 1; n < most && !status && !progress_interrupted(); n++) {
         const bool far = diagnose_is_far(&w->d->baseline);
         w->answered = is_answered(w->d);
         if (w->d->n_hypotheses == 0 || !diagnose_more_wanted(w->d) || !last_one_helped(w->d, n) || (n > 1 && !far))
             break; /* a weak misfit does not tell three effects */
         status = one_more(w, n, err);
+        if (!status && !progress_interrupted())
+            status = diagnose_steps(w, err);
     }
     if (!status && !progress_interrupted())
         status = without_one(w, err);

@@ -33,7 +33,7 @@ static void compare(const struct diagnose_state *w, const struct finer_predictio
     struct misfit_channel *channels = hypothesis_channels(w->d, &w->d->baseline);
     numerics->change = 0.0;
     for (size_t c = 0; c < finer->n_channels; c++) {
-        const double change = change_of(&channels[c], finer->fitted + finer->row[c], w->sigma[c]);
+        const double change = change_of(&channels[c], finer->fitted + finer->channels[c].row, w->sigma[c]);
         if (change > numerics->change) {
             numerics->change = change;
             numerics->channel = c;

@@ -120,6 +120,14 @@ static void note_place(const struct diagnosis *d, struct hypothesis *best, const
     best->other_at_m = other;
 }
 
+static void exchange(struct hypothesis *a, struct hypothesis *b)
+{
+    const struct hypothesis kept = *a;
+    *a = *b;
+    *b = kept;
+}
+
+/* What was computed with more steps is the truer one, whatever it leaves; else the one with the better score, which stands first. */
 void diagnose_drop_repeats(struct diagnosis *d)
 {
     size_t kept = 0;
@@ -131,7 +139,10 @@ void diagnose_drop_repeats(struct diagnosis *d)
             d->hypotheses[kept++] = d->hypotheses[i];
             continue;
         }
-        note_place(d, &d->hypotheses[first], &d->hypotheses[i]);
+        if (d->hypotheses[i].model.steps_per_sample > d->hypotheses[first].model.steps_per_sample)
+            exchange(&d->hypotheses[first], &d->hypotheses[i]);
+        else
+            note_place(d, &d->hypotheses[first], &d->hypotheses[i]);
         hypothesis_free(&d->hypotheses[i]);
     }
     d->n_hypotheses = kept;

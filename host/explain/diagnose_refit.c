@@ -50,6 +50,8 @@ static bool run_job(struct refit_queue *queue, struct refit_job *job, int thread
                                     .threads = threads,
                                     .abandon_above = abandon_above,
                                     .first_new = job->first_new,
+                                    .near = job->near,
+                                    .errors = job->near,
                                     .predict = w->options->predict};
     *h = (struct hypothesis){.n_base = d->baseline.n_base, .n_effects = job->n_effects, .n_tried = job->n_tried};
     h->model = job->model;

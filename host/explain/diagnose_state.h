@@ -32,6 +32,7 @@ struct refit_job {
     size_t n_tried;    /* scan points that led here */
     bool to_the_end;   /* not given up, however much it leaves: a pair may grow from it */
     bool places_tried; /* the hypothesis is not refitted from other places again */
+    bool near;         /* the values are near the optimum */
 };
 
 /* diagnose_baseline.c: noise of all channels; the model given, fitted; its predictor. */
@@ -55,6 +56,9 @@ enum bf_status diagnose_as_given(const struct model *model, struct model *out, s
  * Ranks. Linear refits, some tenths of a second to a second each.
  */
 enum bf_status diagnose_members_from_given(struct diagnose_state *w, struct bf_error *err);
+
+/* diagnose_steps.c: the best laws at the steps a sample that they need. Ranks. */
+enum bf_status diagnose_steps(struct diagnose_state *w, struct bf_error *err);
 
 /* diagnose_numerics.c: the baseline computed twice as finely; cost: two predictors and one prediction. */
 enum bf_status diagnose_numerics(struct diagnose_state *w, struct bf_error *err);

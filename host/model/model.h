@@ -22,7 +22,7 @@
  * (docs/model_file.md); only model_*.c know it.
  */
 
-enum { MODEL_NAME = 64 };
+enum { MODEL_NAME = 64, MODEL_STEPS_MOST = 64 };
 
 enum model_support { SUPPORT_CLAMPED_FREE, SUPPORT_CLAMPED_CLAMPED, SUPPORT_PINNED_PINNED, SUPPORT_FREE_FREE };
 
@@ -152,6 +152,7 @@ struct model {
     struct model_residual *residuals;
     size_t n_effects;
     struct model_effect *effects;
+    int steps_per_sample; /* of a law's step through time, 1 … MODEL_STEPS_MOST; 0: as many as the laws usually need */
     struct fit_info fit;
     struct model_board board;
     void *document; /* owned: the file's text with comments, for saving (model_file.c) */

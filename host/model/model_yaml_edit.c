@@ -230,6 +230,19 @@ static void edit_fit(struct editor *e)
     free(after.s);
 }
 
+static void edit_steps(struct editor *e)
+{
+    char steps[16] = "";
+    if (e->new->steps_per_sample == e->old->steps_per_sample)
+        return;
+    if (e->new->steps_per_sample > 0)
+        (void)snprintf(steps, sizeof steps, " %d", e->new->steps_per_sample);
+    if (e->old->steps_per_sample > 0)
+        splice_set_pair(&e->splicer, e->root, "steps_per_sample", steps + (steps[0] == ' '));
+    else
+        append_section(e, "steps_per_sample", steps);
+}
+
 static bool states(const char *text, const struct model *model)
 {
     struct bf_error err;
@@ -261,6 +274,7 @@ char *model_edit_text(const char *text, size_t n, const struct model *model)
     if (model_from_yaml("", root, &old, &err) == BF_OK) {
         edit_parameters(&e);
         edit_effects(&e);
+        edit_steps(&e);
         edit_fit(&e);
         result = splice_apply(&e.splicer);
     }

@@ -264,6 +264,8 @@ char *model_to_text(const struct model *m)
         model_print_effect(&text, m, &m->effects[i]);
         yaml_text_add(&text, "\n");
     }
+    if (m->steps_per_sample > 0)
+        yaml_text_addf(&text, "steps_per_sample: %d\n", m->steps_per_sample);
     model_print_board(&text, &m->board);
     if (m->fit.present || m->fit.parent_sha256[0]) {
         yaml_text_add(&text, "fit:");

@@ -267,6 +267,19 @@ static enum bf_status check_format(const struct yaml_reader *r, const struct yam
                      format->kind == YAML_SCALAR ? format->text : "not a word");
 }
 
+static enum bf_status read_steps(const struct yaml_reader *r, const struct yaml_node *node)
+{
+    double steps = 0.0;
+    if (!node)
+        return BF_OK;
+    const enum bf_status status = yaml_number(r, node, "steps_per_sample", &steps);
+    if (status == BF_OK && !(steps >= 1.0 && steps <= MODEL_STEPS_MOST && steps == floor(steps)))
+        return yaml_fail(r, node, "steps_per_sample is %g; write a whole number from 1 to %d, or take the line out", steps,
+                         MODEL_STEPS_MOST);
+    r->model->steps_per_sample = (int)steps;
+    return status;
+}
+
 /* Line of the deepest node on the way to where. */
 static long line_of(const struct yaml_node *root, const struct model_where *where)
 {
@@ -286,7 +299,7 @@ enum bf_status model_from_yaml(const char *path, const struct yaml_node *root, s
                                struct bf_error *err)
 {
     static const char *const known[] = {"format",  "beam",  "parameters", "inputs", "outputs",
-                                        "effects", "board", "fit",        "notes"};
+                                        "effects", "board", "fit",        "notes",  "steps_per_sample"};
     const struct yaml_reader r = {path, err, model};
     enum bf_status status;
     if (root->kind != YAML_MAPPING)
@@ -308,6 +321,7 @@ enum bf_status model_from_yaml(const char *path, const struct yaml_node *root, s
     model_make_residuals(model); /* one for each pair of channels: their names are parameters */
     if ((status = read_parameters(&r, parameters)) != BF_OK ||
         (status = yaml_read_effects(&r, yaml_get(root, "effects", NULL))) != BF_OK ||
+        (status = read_steps(&r, yaml_get(root, "steps_per_sample", NULL))) != BF_OK ||
         (status = yaml_read_board(&r, yaml_get(root, "board", NULL))) != BF_OK ||
         (status = yaml_read_fit(&r, yaml_get(root, "fit", NULL))) != BF_OK)
         return status;

@@ -11,6 +11,13 @@ static const double far_smooth = 4.0, far_kinked = 2.0;
 /* Steps a sample: forces that are smooth in time are followed by cubics, kinks by shorter straight lines. */
 enum { OVERSAMPLE_SMOOTH = 4, OVERSAMPLE_KINKED = 8 };
 
+int predict_steps(const struct model *model, const struct predict_options *options)
+{
+    if (options->oversample > 0)
+        return options->oversample;
+    return model->steps_per_sample > 0 ? model->steps_per_sample : OVERSAMPLE_KINKED;
+}
+
 static bool all_smooth(const struct law_run *l)
 {
     for (size_t e = 0; e < l->n_laws; e++)

@@ -39,6 +39,8 @@ enum bf_status predictor_new(const struct model *model, const struct record reco
     *p = (struct predictor){.records = records, .n_records = n_records, .t_end_s = INFINITY};
     if (options != NULL)
         p->options = *options;
+    if (p->options.oversample <= 0)
+        p->options.oversample = model->steps_per_sample;
     p->plans = bf_alloc(n_records, sizeof *p->plans);
     enum bf_status status = model_copy(model, &p->model, err);
     if (status == BF_OK)

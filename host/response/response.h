@@ -30,7 +30,7 @@ enum bf_status intersample_from_text(const char *text, enum intersample *out, st
 
 struct predict_options {
     enum intersample intersample; /* 0: band limited */
-    int oversample;               /* of the nonlinear grid; 0: 8, checked by predict_convergence() */
+    int oversample;               /* steps a sample of laws; 0: the model's steps_per_sample, else the laws' usual number */
     int threads;                  /* for nonlinear records; 0: one a processor */
     bool quiet;                   /* no warnings (the same records were seen before) */
     bool uniform_splines; /* equidistant knots, not on the region edges: the seed paper's space, for comparison */
@@ -40,6 +40,9 @@ struct predict_options {
 
 /* What --splines of the commands can be: N or N,uniform; into fine_splines and uniform_splines. BF_USAGE for anything else. */
 enum bf_status splines_from_text(const char *text, struct predict_options *out, struct bf_error *err);
+
+/* The largest number of steps a sample that these options make any law of the model take. */
+int predict_steps(const struct model *model, const struct predict_options *options);
 
 /* One output of one record. */
 struct predict_channel {
