@@ -8,6 +8,7 @@
 #include "maths/maths.h"
 #include "fit_best.h"
 #include "fit_law.h"
+#include "fit_once.h"
 #include "fit_result.h"
 #include "fit_search.h"
 #include "fit_stages.h"
@@ -355,15 +356,28 @@ static enum bf_status estimate(struct fit_work *w, const struct fit_options *opt
     return status ? status : verify(w, &found, out, err);
 }
 
-enum bf_status fit_run(const struct model *model, const struct record records[], size_t n_records,
-                       const struct fit_options *options, struct fit_result *out, struct bf_error *err)
+/* Steps that the laws need at the values found. */
+static enum bf_status steps_at_end(const struct fit_work *w, const struct fit_options *options,
+                                   const struct fit_result *out, int *steps, struct bf_error *err)
 {
-    static const struct fit_options defaults;
+    struct fit_options how = *options;
+    double *theta = bf_alloc(w->n_refs + 1, sizeof *theta);
+    how.sigma = w->sigma;
+    for (size_t i = 0; i < w->n_refs; i++)
+        theta[i] = out->parameters[i].value;
+    const enum bf_status status =
+        fit_steps(w->model, w->records, w->n_records, &how, theta, w->problem.horizon_s, steps, err);
+    free(theta);
+    return status == BF_NUMERIC ? BF_OK : status;
+}
+
+enum bf_status fit_once(const struct model *model, const struct record records[], size_t n_records,
+                               const struct fit_options *options, struct fit_result *out, int *finer,
+                               struct bf_error *err)
+{
     struct timespec begin, end;
     *out = (struct fit_result){0};
     clock_gettime(CLOCK_MONOTONIC, &begin);
-    if (!options)
-        options = &defaults;
     struct fit_work w;
     struct progress *bar = options->quiet ? NULL : progress_begin("fit");
     enum bf_status status = work_new(&w, model, records, n_records, options, err);
@@ -376,6 +390,9 @@ enum bf_status fit_run(const struct model *model, const struct record records[],
         out->intersample = options->predict.intersample;
         status = fit_statistics(&w.problem, model, w.x, out, err);
     }
+    *finer = 0;
+    if (!status && !out->interrupted)
+        status = steps_at_end(&w, options, out, finer, err);
     if (bar)
         progress_end(bar);
     out->evaluations = w.problem.runs;

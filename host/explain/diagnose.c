@@ -270,7 +270,7 @@ static enum bf_status look(struct diagnose_state *w, struct bf_error *err)
     if (!status)
         status = diagnose_baseline(w, err);
     if (!status && !progress_interrupted())
-        status = diagnose_numerics(w, err);
+        status = diagnose_resolve(w, err);
     if (!status)
         status = test_linearity(w, err);
     if (!status)
@@ -318,7 +318,8 @@ enum bf_status diagnose_run(const struct model *model, const struct record recor
         .model = model, .records = records, .n_records = n_records, .checks = checks, .n_checks = n_checks};
     out->check_kind = n_checks > 0 ? CHECK_RECORDS : CHECK_NONE;
     clock_gettime(CLOCK_MONOTONIC, &begin);
-    struct diagnose_state w = {.d = out, .options = options ? options : &defaults};
+    struct diagnose_options own = options ? *options : defaults;
+    struct diagnose_state w = {.d = out, .options = &own, .predict = &own.predict};
     w.threads = workers_wanted(w.options->threads);
     w.bar = w.options->quiet ? NULL : progress_begin("diagnose");
     const enum bf_status status = stages(&w, err);

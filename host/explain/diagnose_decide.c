@@ -157,6 +157,26 @@ static double log_ratio(double ratio)
     return log10(fmax(ratio, 0.1));
 }
 
+/* Of the hypotheses with some of its effects the least error, in units of the noise: what a set gains over its members. */
+static double least_of_subsets(const struct diagnosis *d, const struct hypothesis *h)
+{
+    double least = d->baseline.fitted.noise_ratio;
+    for (size_t i = 0; i < d->n_hypotheses; i++)
+        if (d->hypotheses[i].n_effects < h->n_effects && diagnose_contains(h, &d->hypotheses[i]))
+            least = fmin(least, d->hypotheses[i].fitted.noise_ratio);
+    return least;
+}
+
+/* Of the hypotheses with more effects beside its own: what one more would take. */
+static double least_of_supersets(const struct diagnosis *d, const struct hypothesis *h)
+{
+    double least = h->fitted.noise_ratio;
+    for (size_t i = 0; i < d->n_hypotheses; i++)
+        if (d->hypotheses[i].n_effects > h->n_effects && diagnose_contains(&d->hypotheses[i], h))
+            least = fmin(least, d->hypotheses[i].fitted.noise_ratio);
+    return least;
+}
+
 /* The smallest error (nrmse) that can be asked for: a free linear model's, or the noise. */
 static double floor_of(const struct diagnosis *d)
 {
@@ -186,6 +206,9 @@ static void fill_features(const struct diagnosis *d, struct decision *one)
     x[FEATURE_LAW] = hypothesis_has_law(best) ? 1.0 : 0.0;
     x[FEATURE_MORE_EFFECTS] = (double)best->n_effects - 1.0;
     x[FEATURE_OTHERS] = (double)one->n - 1.0;
+    x[FEATURE_OVER_MEMBERS] =
+        best->n_effects > 1 ? log_ratio(least_of_subsets(d, best)) - log_ratio(best->fitted.noise_ratio) : 0.0;
+    x[FEATURE_ONE_MORE] = log_ratio(best->fitted.noise_ratio) - log_ratio(least_of_supersets(d, best));
     one->probability = probability_of(x);
 }
 
@@ -288,6 +311,22 @@ bool diagnose_more_wanted(const struct diagnosis *d)
     return d->n_hypotheses > 0 && !d->hypotheses[0].explains;
 }
 
+/* Of the decisions that are probable enough the one with the fewest explanations, then effects; n_decisions: none is. */
+static size_t simplest(const struct diagnosis *d)
+{
+    size_t found = d->n_decisions;
+    for (size_t k = 0; k < d->n_decisions; k++) {
+        const struct decision *one = &d->decisions[k], *best = &d->decisions[found];
+        if (one->probability < limits.enough)
+            continue;
+        const size_t effects = d->hypotheses[one->among[0]].n_effects;
+        if (found == d->n_decisions || one->n < best->n ||
+            (one->n == best->n && effects < d->hypotheses[best->among[0]].n_effects))
+            found = k;
+    }
+    return found;
+}
+
 void diagnose_decide(struct diagnosis *d)
 {
     d->n_named = 0;
@@ -299,11 +338,11 @@ void diagnose_decide(struct diagnosis *d)
     if (d->interrupted || !diagnose_computed(d))
         return;
     make_decisions(d);
-    for (size_t k = 0; k < d->n_decisions; k++)
-        if (d->decisions[k].probability >= limits.enough) {
-            take_decision(d, k);
-            return;
-        }
+    const size_t k = simplest(d);
+    if (k < d->n_decisions) {
+        take_decision(d, k);
+        return;
+    }
     if (diagnose_is_complete(d) || diagnose_no_linear_misses(d))
         d->verdict = VERDICT_COMPLETE;
 }

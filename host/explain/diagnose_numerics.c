@@ -9,6 +9,7 @@
 #include <stdlib.h>
 
 #include "estimate/estimate.h"
+#include "ground/ground.h"
 
 /*
  * Of the noise, rms on one channel. An error of this size raises a misfit of 1.00 times the noise to 1.04, just below
@@ -63,4 +64,21 @@ bool diagnose_computed(const struct diagnosis *d)
 {
     const double misfit = sqrt(fmax(d->baseline.fitted.noise_ratio * d->baseline.fitted.noise_ratio - 1.0, 0.0));
     return d->numerics.fine || misfit > far_above * d->numerics.change;
+}
+
+enum bf_status diagnose_resolve(struct diagnose_state *w, struct bf_error *err)
+{
+    enum { MOST_TIMES = 2 };
+    struct diagnosis *d = w->d;
+    enum bf_status status = diagnose_numerics(w, err);
+    for (int k = 0; k < MOST_TIMES && !status && !d->numerics.fine && !progress_interrupted(); k++) {
+        status = predict_finer(&d->baseline.model, d->records, d->n_records, w->predict, err);
+        hypothesis_free(&d->baseline);
+        d->n_modes = 0;
+        if (!status)
+            status = diagnose_baseline(w, err);
+        if (!status)
+            status = diagnose_numerics(w, err);
+    }
+    return status;
 }

@@ -11,6 +11,7 @@ struct progress;
 struct diagnose_state {
     struct diagnosis *d;
     const struct diagnose_options *options;
+    struct predict_options *predict; /* of options: finer than asked for where the baseline needs it */
     int threads;
     double *sigma, *check_sigma; /* per channel of the fitted and the held-out records */
     struct whitener *whiteners;  /* [d->n_channels] */
@@ -62,6 +63,8 @@ enum bf_status diagnose_steps(struct diagnose_state *w, struct bf_error *err);
 
 /* diagnose_numerics.c: the baseline computed twice as finely; cost: two predictors and one prediction. */
 enum bf_status diagnose_numerics(struct diagnose_state *w, struct bf_error *err);
+/* The same, and while that changes more than it may, everything twice as fine from here on, twice at most. */
+enum bf_status diagnose_resolve(struct diagnose_state *w, struct bf_error *err);
 /* What the baseline leaves cannot be the error of its computation, so that physics may be blamed. */
 bool diagnose_computed(const struct diagnosis *d);
 

@@ -113,6 +113,8 @@ enum feature {
     FEATURE_LAW,       /* 1: the best has a law */
     FEATURE_MORE_EFFECTS, /* effects of the best, less one */
     FEATURE_OTHERS,       /* explanations in the decision, less one */
+    FEATURE_OVER_MEMBERS, /* log10 of the least error of its subsets over its own; 0 for one effect */
+    FEATURE_ONE_MORE,     /* log10 of its error over the least of those with one more effect */
     FEATURES
 };
 const char *feature_name(enum feature feature);

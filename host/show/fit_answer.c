@@ -108,6 +108,8 @@ struct json *fit_json(const struct fit_result *result, const struct record recor
     json_put_number(root, "nrmse", result->nrmse);
     json_put_number(root, "noise_ratio", result->noise_ratio);
     attainable_json(root, &result->attainable);
+    if (result->steps_per_sample > 0)
+        json_put_number(root, "steps_per_sample", (double)result->steps_per_sample);
     put_parameters(root, result);
     put_null_directions(root, result);
     json_put_number(root, "seconds", result->seconds);
@@ -234,6 +236,9 @@ void fit_print(FILE *out, const struct fit_result *result, const struct record r
             fprintf(out, "force level of %s: %.6g\n", result->names[r], result->level[r]);
     print_channels(out, "Fitted records", records, result->channels, result->n_channels);
     attainable_print(out, &result->attainable, result->nrmse);
+    if (result->steps_per_sample > 0)
+        (void)fprintf(out, "Its laws needed %d steps a sample; the model keeps that as steps_per_sample.\n",
+                      result->steps_per_sample);
     if (check->n > 0)
         print_channels(out, "Held-out records", check->records, check->channels, check->n_channels);
     for (size_t k = 0; k < check->n_notes; k++)

@@ -1,0 +1,58 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* A fit, and once more from where it ended when its laws need finer steps there. */
+#include "fit_once.h"
+
+#include <stdlib.h>
+
+/* The values of a result in a copy of its model, at another number of steps. */
+static enum bf_status model_at(const struct model *model, const struct fit_result *result, int steps, struct model *out,
+                               struct bf_error *err)
+{
+    const enum bf_status status = model_copy(model, out, err);
+    if (status)
+        return status;
+    struct parameter_ref *refs;
+    const char *const *names = (const char *const *)result->names;
+    const size_t n = model_parameters(out, names, result->n_records, &refs);
+    double *value = bf_alloc(n + 1, sizeof *value);
+    for (size_t i = 0; i < n; i++)
+        value[i] = result->parameters[i].value;
+    model_set_parameters(out, refs, n, value, NULL, names);
+    out->steps_per_sample = steps;
+    free(refs), free(value);
+    return BF_OK;
+}
+
+/* The second result goes on where the first one ended; what was asked of the model stays in view. */
+static void join(struct fit_result *first, struct fit_result *second, int steps)
+{
+    second->steps_per_sample = steps;
+    second->evaluations += first->evaluations;
+    second->seconds += first->seconds;
+    second->searched = second->searched || first->searched;
+    for (size_t i = 0; i < second->n_parameters; i++)
+        second->parameters[i].start = first->parameters[i].start;
+    fit_free(first);
+    *first = *second;
+}
+
+enum bf_status fit_run(const struct model *model, const struct record records[], size_t n_records,
+                       const struct fit_options *options, struct fit_result *out, struct bf_error *err)
+{
+    static const struct fit_options defaults;
+    struct fit_options near = options ? *options : defaults;
+    struct fit_result again;
+    struct model finer;
+    int steps, ignored;
+    enum bf_status status = fit_once(model, records, n_records, &near, out, &steps, err);
+    if (status || steps == 0)
+        return status;
+    status = model_at(model, out, steps, &finer, err);
+    near.start = FIT_NEAR;
+    if (!status && fit_once(&finer, records, n_records, &near, &again, &ignored, err) == BF_OK)
+        join(out, &again, steps);
+    model_free(&finer);
+    if (status)
+        fit_free(out);
+    return status;
+}
