@@ -41,6 +41,8 @@ enum bf_status fit_steps(const struct model *model, const struct record records[
         return BF_OK;
     int n = predict_steps(model, &options->predict);
     const int first = n;
+    if (2 * n > MODEL_STEPS_MOST)
+        return BF_OK;
     enum bf_status status = fit_predict(model, records, n_records, &finer, theta, &coarse, err);
     for (; !status && 2 * n <= MODEL_STEPS_MOST; n *= 2) {
         finer.predict.oversample = 2 * n;

@@ -157,6 +157,16 @@ static double log_ratio(double ratio)
     return log10(fmax(ratio, 0.1));
 }
 
+/* The least error, in units of the noise, of what speaks against the decision. */
+static double least_of_others(const struct diagnosis *d, const struct decision *one)
+{
+    double least = d->baseline.fitted.noise_ratio;
+    for (size_t i = 0; i < d->n_hypotheses; i++)
+        if (!is_among(one, i) && !is_kin(d, one, &d->hypotheses[i]))
+            least = fmin(least, d->hypotheses[i].fitted.noise_ratio);
+    return least;
+}
+
 /* Of the hypotheses with some of its effects the least error, in units of the noise: what a set gains over its members. */
 static double least_of_subsets(const struct diagnosis *d, const struct hypothesis *h)
 {
@@ -208,6 +218,7 @@ static void fill_features(const struct diagnosis *d, struct decision *one)
     x[FEATURE_OTHERS] = (double)one->n - 1.0;
     x[FEATURE_OVER_MEMBERS] =
         best->n_effects > 1 ? log_ratio(least_of_subsets(d, best)) - log_ratio(best->fitted.noise_ratio) : 0.0;
+    x[FEATURE_AHEAD] = log_ratio(least_of_others(d, one)) - log_ratio(best->fitted.noise_ratio);
     x[FEATURE_ONE_MORE] = log_ratio(best->fitted.noise_ratio) - log_ratio(least_of_supersets(d, best));
     one->probability = probability_of(x);
 }

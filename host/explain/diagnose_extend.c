@@ -111,11 +111,15 @@ enum bf_status diagnose_extend(struct diagnose_state *w, const struct hypothesis
             return status;
         }
     }
-    if (!status && given_is_wanted(&s))
+    if (!status && !nonlinear && given_is_wanted(&s))
         status = shortlist_from_given(&s, 0.3 * span, err);
     if (!status && !(diagnose_is_far(&w->d->baseline) && diagnose_explained(w->d, s.n_effects)) &&
         !progress_interrupted())
         status = stage(&s, kinds, 2, most, 0.3 * span, err);
+    if (!status && nonlinear && !progress_interrupted())
+        status = diagnose_steps(w, err);
+    if (!status && nonlinear && given_is_wanted(&s) && !diagnose_explained(w->d, s.n_effects))
+        status = shortlist_from_given(&s, 0.3 * span, err);
     if (!status && given_is_wanted(&s) && !diagnose_explained(w->d, s.n_effects) && !progress_interrupted())
         status = diagnose_single_places(w, 0.0, err);
     const bool enough = diagnose_explained(w->d, s.n_effects) && w->d->linearity.verdict != LINEARITY_CANNOT_TELL &&

@@ -15,7 +15,7 @@
 #include "ground/ground.h"
 
 /* Refits at most, and how many of them before it is asked whether one has explained the records. */
-enum { MOST_GIVEN = 16, MOST_AT_ONCE = 4 };
+enum { MOST_FIRST = 3, MOST_GIVEN = 16, MOST_AT_ONCE = 4 };
 
 static void to_prior(struct parameter *p)
 {
@@ -183,6 +183,7 @@ enum bf_status shortlist_from_given(struct shortlist *s, double span, struct bf_
         return status;
     size_t *order = bf_alloc(s->list.n + 1, sizeof *order);
     const size_t all = order_of_linear(s, order), n = all < MOST_GIVEN ? all : MOST_GIVEN;
+    refit_some(s, &w->d->baseline.model, order, 0, all < MOST_FIRST ? all : MOST_FIRST, 0.0);
     for (size_t k = 0; k < n && !diagnose_explained(w->d, s->n_effects) && !progress_interrupted(); k += MOST_AT_ONCE)
         refit_some(s, &given, order, k, k + MOST_AT_ONCE < n ? k + MOST_AT_ONCE : n, span * MOST_AT_ONCE / MOST_GIVEN);
     if (!progress_interrupted())

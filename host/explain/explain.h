@@ -114,6 +114,7 @@ enum feature {
     FEATURE_MORE_EFFECTS, /* effects of the best, less one */
     FEATURE_OTHERS,       /* explanations in the decision, less one */
     FEATURE_OVER_MEMBERS, /* log10 of the least error of its subsets over its own; 0 for one effect */
+    FEATURE_AHEAD,        /* log10 of the least error of those not in the decision, and not its kin, over its own */
     FEATURE_ONE_MORE,     /* log10 of its error over the least of those with one more effect */
     FEATURES
 };

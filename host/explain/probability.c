@@ -12,7 +12,7 @@ const char *feature_name(enum feature feature)
         [FEATURE_LEAD] = "lead",         [FEATURE_FACTS] = "facts",
         [FEATURE_LAW] = "law",           [FEATURE_MORE_EFFECTS] = "more_effects",
         [FEATURE_OTHERS] = "others",     [FEATURE_OVER_MEMBERS] = "over_members",
-        [FEATURE_ONE_MORE] = "one_more",
+        [FEATURE_AHEAD] = "ahead",       [FEATURE_ONE_MORE] = "one_more",
     };
     return names[feature];
 }
