@@ -54,6 +54,43 @@ static void the_whole_block(void **state)
     model_free(&m);
 }
 
+/* A key of the root that a fit may add, change and take out again. */
+static void steps_per_sample(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *text, *message;
+    } bad[] = {
+        {"steps_per_sample: 0\n", "m.yaml:10: steps_per_sample is 0; write a whole number from 1 to 64"},
+        {"steps_per_sample: 65\n", "m.yaml:10: steps_per_sample is 65;"},
+        {"steps_per_sample: 2.5\n", "m.yaml:10: steps_per_sample is 2.5;"},
+        {"steps_per_sample: [8]\n", "m.yaml:10: "},
+    };
+    struct model m, again;
+    struct bf_error err;
+    reads(GOOD, &m);
+    assert_int_equal(m.steps_per_sample, 0);
+    for (int steps = 32; steps >= 0; steps -= 16) { /* added, changed, taken out */
+        m.steps_per_sample = steps;
+        char *text = model_edit_text(m.document, strlen(m.document), &m);
+        assert_non_null(text);
+        free(m.document);
+        m.document = text;
+        reads(text, &again);
+        assert_int_equal(again.steps_per_sample, steps);
+        model_free(&again);
+    }
+    assert_string_equal(m.document, GOOD);
+    model_free(&m);
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        char text[1024];
+        (void)snprintf(text, sizeof text, "%s%s", GOOD, bad[i].text);
+        assert_int_equal(model_read_text("m.yaml", text, strlen(text), &m, &err), BF_BAD_FILE);
+        if (strncmp(err.text, bad[i].message, strlen(bad[i].message)) != 0)
+            fail_msg("%s", err.text);
+    }
+}
+
 static void parts_and_nothing(void **state)
 {
     static const char *const blocks[] = {
@@ -136,7 +173,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_whole_block),
-        cmocka_unit_test(parts_and_nothing),
+        cmocka_unit_test(steps_per_sample), cmocka_unit_test(parts_and_nothing),
         cmocka_unit_test(what_is_refused),
         cmocka_unit_test(the_noise_of_a_fit),
     };
