@@ -113,21 +113,46 @@ enum bf_status diagnose_members_from_given(struct diagnose_state *w, struct bf_e
     return status;
 }
 
-/*
- * By score, then those that the scores at the fitted baseline think nothing of, on their usual channels: order[list.n].
- */
-static size_t order_of_linear(const struct shortlist *s, size_t order[])
+/* Moves the beam's frequencies and shapes: what a baseline without it is driven away by. */
+static bool is_structural(const struct beam_effect *effect)
 {
-    size_t n = s->n_order[KIND_LINEAR];
-    memcpy(order, s->order[KIND_LINEAR], n * sizeof *order);
+    return effect->terms != NULL || effect->geometry != NULL;
+}
+
+static bool is_in(const size_t order[], size_t n, size_t i)
+{
+    for (size_t k = 0; k < n; k++)
+        if (order[k] == i)
+            return true;
+    return false;
+}
+
+/* By score: order[list.n]. */
+static size_t order_by_score(const struct shortlist *s, size_t order[])
+{
+    memcpy(order, s->order[KIND_LINEAR], s->n_order[KIND_LINEAR] * sizeof *order);
+    return s->n_order[KIND_LINEAR];
+}
+
+/*
+ * The beam's own effects by score, then those of them that the scores at the fitted baseline think nothing of, then the measurement's by
+ * score: order[list.n].
+ */
+static size_t order_from_given(const struct shortlist *s, size_t order[])
+{
+    const size_t *ranked = s->order[KIND_LINEAR], n_ranked = s->n_order[KIND_LINEAR];
+    size_t n = 0;
+    for (size_t k = 0; k < n_ranked; k++)
+        if (is_structural(s->list.candidates[ranked[k]].effect))
+            order[n++] = ranked[k];
     for (size_t i = 0; i < s->list.n; i++) {
         const struct candidate *candidate = &s->list.candidates[i];
-        bool ranked = effect_kind(candidate->effect) != KIND_LINEAR || candidate->channel[0] != '\0';
-        for (size_t k = 0; k < s->n_order[KIND_LINEAR]; k++)
-            ranked = ranked || order[k] == i;
-        if (!ranked)
+        if (effect_kind(candidate->effect) == KIND_LINEAR && is_structural(candidate->effect) && !is_in(order, n, i))
             order[n++] = i;
     }
+    for (size_t k = 0; k < n_ranked; k++)
+        if (!is_in(order, n, ranked[k]))
+            order[n++] = ranked[k];
     return n;
 }
 
@@ -182,8 +207,9 @@ enum bf_status shortlist_from_given(struct shortlist *s, double span, struct bf_
     if (status)
         return status;
     size_t *order = bf_alloc(s->list.n + 1, sizeof *order);
-    const size_t all = order_of_linear(s, order), n = all < MOST_GIVEN ? all : MOST_GIVEN;
-    refit_some(s, &w->d->baseline.model, order, 0, all < MOST_FIRST ? all : MOST_FIRST, 0.0);
+    const size_t first = order_by_score(s, order);
+    refit_some(s, &w->d->baseline.model, order, 0, first < MOST_FIRST ? first : MOST_FIRST, 0.0);
+    const size_t all = order_from_given(s, order), n = all < MOST_GIVEN ? all : MOST_GIVEN;
     for (size_t k = 0; k < n && !diagnose_explained(w->d, s->n_effects) && !progress_interrupted(); k += MOST_AT_ONCE)
         refit_some(s, &given, order, k, k + MOST_AT_ONCE < n ? k + MOST_AT_ONCE : n, span * MOST_AT_ONCE / MOST_GIVEN);
     if (!progress_interrupted())

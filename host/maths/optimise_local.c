@@ -261,13 +261,14 @@ static enum bf_status try_step(struct search *s, bool *moved, struct bf_error *e
 }
 
 /*
- * After a step. The problem may refine itself where it arrives (a rebased model); when the fall from `before` is not real there, the
- * step is taken back and a shorter one will follow. Without this a badly determined direction is followed without end.
+ * After a step. The problem may refine itself where it arrives (a rebased model); when the fall from `before` is not real there, or the
+ * refined problem has no value (a beam beyond buckling), the step is taken back and a shorter one will follow. Without this a badly
+ * determined direction is followed without end.
  */
 static enum bf_status arrive(struct search *s, double before, struct bf_error *err)
 {
     const enum bf_status status = linearise(s, err);
-    if (status || s->out->half_square <= before)
+    if ((status && status != BF_NUMERIC) || (!status && s->out->half_square <= before))
         return status;
     memcpy(s->x, s->trial, s->problem->n * sizeof *s->x);
     s->radius = fmin(s->radius, 0.25 * dense_norm(s->problem->n, s->step));
