@@ -231,6 +231,43 @@ static void a_fall_that_a_refinement_denies_is_taken_back(void **state)
     assert_near(x[0], 0.0, 2e-3);
 }
 
+/* ln x through its tangent, as above; there is nothing at x <= 0, which the tangent does not know. */
+static enum bf_status strut_value(void *context, const double x[], double *half_square, struct bf_error *err)
+{
+    (void)err;
+    const double base = *(const double *)context, r = log(base) + (x[0] - base) / base;
+    *half_square = 0.5 * r * r;
+    return BF_OK;
+}
+
+static enum bf_status strut_derivative(void *context, const double x[], double *half_square, double gradient[],
+                                       double gram[], struct bf_error *err)
+{
+    double *base = context;
+    if (!(x[0] > 0.0))
+        return bf_fail(err, BF_NUMERIC, "the strut has buckled");
+    if (fabs(x[0] - *base) > 0.03)
+        *base = x[0];
+    const double slope = 1.0 / *base;
+    gram[0] = slope * slope;
+    gradient[0] = slope * (log(*base) + (x[0] - *base) * slope);
+    return strut_value(context, x, half_square, err);
+}
+
+static void a_step_to_where_a_refinement_has_no_value_is_taken_back(void **state)
+{
+    (void)state;
+    struct bf_error err;
+    double base = 1e3, x[1] = {4.0}; /* from 4 a Gauss-Newton step goes to -1.5 */
+    const struct least_squares problem = {
+        .n = 1, .context = &base, .value = strut_value, .derivative = strut_derivative};
+    const struct optimise_options options = {.radius = 1e9, .radius_max = 1e9};
+    struct optimise_result result;
+    assert_int_equal(optimise_local(&problem, &options, x, &result, &err), BF_OK);
+    assert_int_equal(result.end, OPTIMISE_CONVERGED);
+    assert_near(x[0], 1.0, 2e-3);
+}
+
 static void an_interruption_keeps_the_best(void **state)
 {
     (void)state;
@@ -324,6 +361,7 @@ int main(void)
         cmocka_unit_test(the_decrement_sees_the_distance),
         cmocka_unit_test(a_step_without_a_value_is_shortened),
         cmocka_unit_test(a_fall_that_a_refinement_denies_is_taken_back),
+        cmocka_unit_test(a_step_to_where_a_refinement_has_no_value_is_taken_back),
         cmocka_unit_test(an_interruption_keeps_the_best),
         cmocka_unit_test(the_polish_finds_what_is_left_and_nothing_at_the_optimum),
         cmocka_unit_test(every_global_search_leaves_the_local_minimum),
