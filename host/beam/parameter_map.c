@@ -4,6 +4,14 @@
 #include <stdint.h>
 #include <stdlib.h>
 
+static size_t *nowhere(size_t n)
+{
+    size_t *list = bf_alloc(n, sizeof *list);
+    for (size_t i = 0; i < n; i++)
+        list[i] = SIZE_MAX;
+    return list;
+}
+
 struct parameter_map parameter_map_new(const struct model *model, const struct parameter_ref refs[], size_t n,
                                        size_t n_records)
 {
@@ -14,9 +22,9 @@ struct parameter_map parameter_map_new(const struct model *model, const struct p
     map.cDI = bf_alloc(model->n_materials, sizeof(size_t));
     map.residual = bf_alloc(model->n_residuals, sizeof(size_t));
     size_t slots = records * model->n_effects * BEAM_EFFECT_PARAMETERS;
-    map.effect = bf_alloc(slots, sizeof(size_t));
-    for (size_t i = 0; i < slots; i++)
-        map.effect[i] = SIZE_MAX;
+    map.effect = nowhere(slots);
+    map.input_place = nowhere(model->n_inputs), map.input_gain = nowhere(model->n_inputs);
+    map.output_place = nowhere(model->n_outputs), map.output_gain = nowhere(model->n_outputs);
     for (size_t i = 0; i < n; i++) {
         switch (refs[i].role) {
         case ROLE_EI:
@@ -40,6 +48,18 @@ struct parameter_map parameter_map_new(const struct model *model, const struct p
         case ROLE_RESIDUAL:
             map.residual[refs[i].owner] = i;
             break;
+        case ROLE_INPUT_PLACE:
+            map.input_place[refs[i].owner] = i;
+            break;
+        case ROLE_INPUT_GAIN:
+            map.input_gain[refs[i].owner] = i;
+            break;
+        case ROLE_OUTPUT_PLACE:
+            map.output_place[refs[i].owner] = i;
+            break;
+        case ROLE_OUTPUT_GAIN:
+            map.output_gain[refs[i].owner] = i;
+            break;
         case ROLE_EFFECT:
             for (size_t r = 0; r < records; r++)
                 if (refs[i].record < 0 || (size_t)refs[i].record == r)
@@ -57,6 +77,7 @@ void parameter_map_free(struct parameter_map *map)
     free(map->rho);
     free(map->cDI);
     free(map->residual);
+    free(map->input_place), free(map->input_gain), free(map->output_place), free(map->output_gain);
     free(map->effect);
     *map = (struct parameter_map){0};
 }

@@ -120,8 +120,7 @@ static void mend(const struct path *reference, double dt_s, int room, double lac
 /* Gains of the patch, which the paths leave out. */
 static void scale_rows(struct deployment *d)
 {
-    const double gain = (d->model.inputs[0].kind == INPUT_PATCH_MOMENT ? d->model.KB.value : 1.0) *
-                        (d->model.outputs[0].kind == OUTPUT_PATCH_STRAIN ? d->model.Ks.value : 1.0);
+    const double gain = model_input_gain(&d->model, 0) * model_output_gain(&d->model, 0);
     for (int i = 0; i < d->n_beside; i++) {
         d->beside[i].row[0] *= gain;
         d->beside[i].row[1] *= gain;

@@ -94,12 +94,12 @@ static void copy_channels(const struct deployment *d, struct beam_model *out)
     out->n_inputs = out->n_outputs = 1;
     out->input[0].kind = input->kind == INPUT_PATCH_MOMENT ? BEAM_INPUT_PATCH_MOMENT : BEAM_INPUT_POINT_FORCE;
     reduced_input(&d->reduced, input, out->input[0].vector);
-    if (input->kind == INPUT_PATCH_MOMENT)
-        scale_vector(d->model.KB.value, out->input[0].vector);
+    if (model_input_gain(&d->model, 0) != 1.0)
+        scale_vector(model_input_gain(&d->model, 0), out->input[0].vector);
     out->output[0].kind = kinds[output->kind];
     reduced_output(&d->reduced, output, out->output[0].vector);
-    if (output->kind == OUTPUT_PATCH_STRAIN)
-        scale_vector(d->model.Ks.value, out->output[0].vector);
+    if (model_output_gain(&d->model, 0) != 1.0)
+        scale_vector(model_output_gain(&d->model, 0), out->output[0].vector);
 }
 
 static void forget_space(struct deployment *d)

@@ -288,7 +288,7 @@ double fit_problem_moved(const struct fit_problem *p, const double x[])
     double moved = 0.0;
     for (size_t i = 0; i < p->n_unknowns; i++) {
         const enum parameter_role role = p->refs[p->unknowns[i].ref].role;
-        if (role != ROLE_KS && role != ROLE_KB)
+        if (role != ROLE_KS && role != ROLE_KB && role != ROLE_INPUT_GAIN && role != ROLE_OUTPUT_GAIN)
             moved = fmax(moved, fabs(x[i] - p->base[i]));
     }
     return moved;

@@ -127,7 +127,8 @@ static void warn_about_parameter(const struct fit_problem *p, const struct model
     if (f->at_bound)
         warn(out, "%s ended at a bound of its range (%.6g %s): widen min or max if the physics allows it", f->label,
              f->value, f->unit);
-    const bool gain = ref->role == ROLE_KS || ref->role == ROLE_KB,
+    const bool gain = ref->role == ROLE_KS || ref->role == ROLE_KB || ref->role == ROLE_INPUT_GAIN ||
+                      ref->role == ROLE_OUTPUT_GAIN,
                beam = ref->role == ROLE_EI || ref->role == ROLE_RHO;
     const double limit = gain ? suspicious_gain : suspicious_beam, ratio = fabs(f->value / f->start);
     if ((gain || beam) && f->start != 0.0 && (ratio > limit || ratio < 1.0 / limit))

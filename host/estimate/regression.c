@@ -213,7 +213,8 @@ void regression_project(const struct regression *regression, const double rows[]
 static double moved(const struct parameter_ref *ref, double value, double change)
 {
     const struct parameter *info = ref->info;
-    bool bounded = ref->role == ROLE_EI || ref->role == ROLE_RHO || ref->role == ROLE_KS || ref->role == ROLE_KB;
+    bool bounded = ref->role == ROLE_EI || ref->role == ROLE_RHO || ref->role == ROLE_KS || ref->role == ROLE_KB ||
+                   ref->role == ROLE_INPUT_GAIN || ref->role == ROLE_OUTPUT_GAIN;
     double least = value * exp(-largest_move), most = value * exp(largest_move);
     if (!info->logarithmic || !(value > 0.0))
         value += change;

@@ -23,6 +23,20 @@ static void to_prior(struct parameter *p)
         p->value = fmin(fmax(p->prior_value, p->min), p->max);
 }
 
+static void channels_to_prior(struct model *model)
+{
+    for (size_t i = 0; i < model->n_inputs; i++) {
+        struct model_input *input = &model->inputs[i];
+        to_prior(&input->own.at), to_prior(&input->own.gain);
+        input->at_m = input->own.lists_at ? input->own.at.value : input->at_m;
+    }
+    for (size_t i = 0; i < model->n_outputs; i++) {
+        struct model_output *output = &model->outputs[i];
+        to_prior(&output->own.at), to_prior(&output->own.gain);
+        output->at_m = output->own.lists_at ? output->own.at.value : output->at_m;
+    }
+}
+
 /* Values as they were: those of `from` where it has the same region. */
 static void take_materials(const struct model *from, struct model *to)
 {
@@ -67,6 +81,7 @@ enum bf_status diagnose_as_given(const struct model *model, struct model *out, s
         to_prior(&own->EI), to_prior(&own->rho), to_prior(&own->cDI);
     }
     to_prior(&out->gamma), to_prior(&out->Ks), to_prior(&out->KB);
+    channels_to_prior(out);
     take_first_ancestor(model, out);
     return BF_OK;
 }

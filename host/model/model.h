@@ -54,10 +54,21 @@ struct material {
 enum input_kind { INPUT_POINT_FORCE, INPUT_PATCH_MOMENT };
 enum output_kind { OUTPUT_DISPLACEMENT, OUTPUT_VELOCITY, OUTPUT_ACCELERATION, OUTPUT_PATCH_STRAIN };
 
+/*
+ * Where a point force or a point sensor is and what its column's numbers are worth, as parameters: held at what the file says unless it frees
+ * them, with a prior or without. Beam = gain × column for an input, column = gain × beam for an output; those of a patch are KB and Ks.
+ */
+struct channel_parameters {
+    struct parameter at; /* "at_m"; its value stands in at_m of the channel too, which is the one to read */
+    struct parameter gain;
+    bool lists_at, lists_gain; /* among model_parameters(): the file writes {value: …} */
+};
+
 struct model_input {
     char name[MODEL_NAME]; /* column of the record */
     enum input_kind kind;
     double at_m;           /* INPUT_POINT_FORCE */
+    struct channel_parameters own;
     double from_m, to_m;   /* INPUT_PATCH_MOMENT: the patch (default: region 'patch') */
     bool level_per_record; /* `level: per_record`: an unknown factor for each record */
 };
@@ -66,6 +77,7 @@ struct model_output {
     char name[MODEL_NAME];
     enum output_kind kind;
     double at_m;         /* all but OUTPUT_PATCH_STRAIN */
+    struct channel_parameters own;
     double from_m, to_m; /* OUTPUT_PATCH_STRAIN: the patch (default: region 'patch') */
 };
 
@@ -194,6 +206,10 @@ size_t model_unit_warnings(const struct model *model, model_warning text[], size
 
 /* PLACES — what the model has at a place of the span. */
 
+/* What a channel's numbers are worth: KB or Ks of a patch, else the channel's gain, 1 when none is stated. */
+double model_input_gain(const struct model *model, size_t input);
+double model_output_gain(const struct model *model, size_t output);
+
 /* First patch of the model: the region(s) named "patch", else the first patch channel; false when there is none. */
 bool model_patch(const struct model *model, double *from_m, double *to_m);
 const struct material *model_material(const struct model *model, const char *region);
@@ -226,10 +242,23 @@ bool model_has_law(const struct model *model);
  * PARAMETERS — as one vector: materials (EI, rho, cDI of each, in order), gamma, Ks, KB, residuals, each effect's.
  * A per-record parameter appears once per record name. Order is stable for a given model and list of records.
  */
-enum parameter_role { ROLE_EI, ROLE_RHO, ROLE_CDI, ROLE_GAMMA, ROLE_KS, ROLE_KB, ROLE_RESIDUAL, ROLE_EFFECT };
+enum parameter_role {
+    ROLE_EI,
+    ROLE_RHO,
+    ROLE_CDI,
+    ROLE_GAMMA,
+    ROLE_KS,
+    ROLE_KB,
+    ROLE_RESIDUAL,
+    ROLE_INPUT_PLACE, /* places and gains of channels are parameters only where the model frees them */
+    ROLE_INPUT_GAIN,
+    ROLE_OUTPUT_PLACE,
+    ROLE_OUTPUT_GAIN,
+    ROLE_EFFECT
+};
 struct parameter_ref {
     enum parameter_role role;
-    size_t owner;                 /* material, residual or effect index */
+    size_t owner;                 /* material, residual, channel or effect index */
     int slot;                     /* parameter index inside the effect */
     int record;                   /* index into the record list for a per-record parameter, else −1 */
     char label[MODEL_NAME + 64];  /* unique for people and JSON: the bare name where unique, "effect.name" where not,

@@ -132,6 +132,25 @@ static enum bf_status check_patch(struct check *c, struct model_where where, dou
     return status;
 }
 
+static enum bf_status check_gain(struct check *c, const char *section, const char *channel, const struct parameter *gain)
+{
+    const struct model_where where = {section, channel, 0, "gain"};
+    if (!gain->name[0] || (isfinite(gain->value) && fabs(gain->value) > 0.0))
+        return BF_OK;
+    return fault(c, where, "gain is %g; write what the column's numbers are to be multiplied by, not 0", gain->value);
+}
+
+static enum bf_status check_gains(struct check *c)
+{
+    const struct model *m = c->model;
+    enum bf_status status = BF_OK;
+    for (size_t i = 0; i < m->n_inputs && !status; i++)
+        status = check_gain(c, "inputs", m->inputs[i].name, &m->inputs[i].own.gain);
+    for (size_t i = 0; i < m->n_outputs && !status; i++)
+        status = check_gain(c, "outputs", m->outputs[i].name, &m->outputs[i].own.gain);
+    return status;
+}
+
 static enum bf_status check_channels(struct check *c)
 {
     const struct model *m = c->model;
@@ -260,6 +279,8 @@ enum bf_status model_check_where(const struct model *model, struct model_where *
         status = check_parameters(&c);
     if (status == BF_OK)
         status = check_channels(&c);
+    if (status == BF_OK)
+        status = check_gains(&c);
     if (status == BF_OK)
         status = check_effects(&c);
     return status;

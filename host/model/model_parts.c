@@ -34,6 +34,15 @@ void model_parameter_init(struct parameter *out, const char *name, const char *u
     (void)snprintf(out->unit, sizeof out->unit, "%s", unit);
 }
 
+void model_channel_init(struct channel_parameters *out, double length_m)
+{
+    model_parameter_init(&out->at, "at_m", "m", false);
+    model_parameter_init(&out->gain, "gain", "", true);
+    out->at.max = length_m;
+    out->at.fixed = out->gain.fixed = true;
+    out->gain.value = 1.0;
+}
+
 static void free_fit(struct fit_info *fit)
 {
     for (size_t i = 0; i < fit->n_records; i++) {
@@ -124,6 +133,22 @@ void model_make_residuals(struct model *model)
             model_parameter_init(&r->compliance, name, volt_out ? "V/N" : volt_in ? "m/V" : "m/N", true);
         }
     }
+}
+
+double model_input_gain(const struct model *model, size_t input)
+{
+    const struct model_input *channel = &model->inputs[input];
+    if (channel->kind == INPUT_PATCH_MOMENT)
+        return model->KB.value;
+    return channel->own.gain.name[0] ? channel->own.gain.value : 1.0;
+}
+
+double model_output_gain(const struct model *model, size_t output)
+{
+    const struct model_output *channel = &model->outputs[output];
+    if (channel->kind == OUTPUT_PATCH_STRAIN)
+        return model->Ks.value;
+    return channel->own.gain.name[0] ? channel->own.gain.value : 1.0;
 }
 
 bool model_patch(const struct model *model, double *from_m, double *to_m)

@@ -8,6 +8,9 @@
 /* An empty free parameter with its physical bounds: ≥ 0 unless it may be negative. */
 void model_parameter_init(struct parameter *out, const char *name, const char *unit, bool may_be_negative);
 
+/* Of a channel on a beam of this length: place held at 0, gain held at 1. */
+void model_channel_init(struct channel_parameters *out, double length_m);
+
 /* Catalogue entry of an effect's parameter as a parameter with default value, bounds and flags. */
 void model_effect_parameter(const struct model *model, const struct beam_effect *effect, int slot,
                             struct parameter *out);

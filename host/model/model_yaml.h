@@ -71,6 +71,8 @@ enum bf_status yaml_name(const struct yaml_reader *r, const struct yaml_node *no
 /* out arrives with name, unit, default bounds and `fixed`, and leaves with what the file says. */
 enum bf_status yaml_parameter(const struct yaml_reader *r, const struct yaml_node *node, bool per_record,
                               struct parameter *out);
+/* A place: a number, or the mapping of a parameter, whose keys the caller checks. */
+enum bf_status yaml_place(const struct yaml_reader *r, const struct yaml_node *node, struct parameter *out);
 enum bf_status yaml_interval(const struct yaml_reader *r, const struct yaml_node *node, const char *what,
                              double *from_m, double *to_m);
 
@@ -83,11 +85,13 @@ enum bf_status yaml_read_fit(const struct yaml_reader *r, const struct yaml_node
 /* WRITING — model_yaml_print.c new text, _edit.c and _splice.c changes to an old one. */
 
 /* The keys of a parameter and their texts, "" for those that say nothing beyond `absent` (the reader's defaults). */
-enum { YAML_PARAMETER_KEYS = 7, YAML_PARAMETER_FIXED = 3 };
+enum { YAML_PARAMETER_KEYS = 7, YAML_PARAMETER_PRIOR = 1, YAML_PARAMETER_FIXED = 3 };
 struct yaml_parameter_text {
     const char *key[YAML_PARAMETER_KEYS];
     char text[YAML_PARAMETER_KEYS][DECIMAL_TEXT];
 };
+/* Turns a copy of a channel's place or gain into what the reader makes of `{}`: the keys that equal it are not written. */
+void yaml_channel_absent(struct parameter *p);
 void yaml_parameter_keys(const struct parameter *p, const struct parameter *absent, struct yaml_parameter_text *out);
 
 /* "{kind: …, …}" in one line. */

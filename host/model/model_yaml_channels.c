@@ -13,12 +13,64 @@ enum { MOST_CHANNELS = 64, MOST_EFFECTS = 32, MOST_RECORDS = 10000, MOST_ANCESTO
 
 /* ---- Inputs and outputs ---- */
 
-static enum bf_status read_at(const struct yaml_reader *r, const struct yaml_node *node, const char *kind, double *at_m)
+/* The standard deviation of a place that was measured, in metres: `prior_m`, or `sd` where no fit has been. Kept relative. */
+static enum bf_status read_prior_m(const struct yaml_reader *r, const struct yaml_node *node, struct parameter *at)
 {
+    const struct yaml_node *own = yaml_get(node, "prior_m", NULL), *sd = yaml_get(node, "sd", NULL);
+    const struct yaml_node *stated = own ? own : sd; /* beside `prior` an sd is what the last fit found */
+    double prior_m = 0.0;
+    if (!stated || (!own && yaml_get(node, "prior", NULL)))
+        return BF_OK;
+    const enum bf_status status = yaml_number(r, stated, own ? "prior_m" : "sd", &prior_m);
+    if (status == BF_OK && !(prior_m > 0.0 && isfinite(prior_m)))
+        return yaml_fail(r, stated, "the standard deviation of a place is %g; write metres above 0, e.g. 0.002", prior_m);
+    const struct yaml_node *centre = yaml_get(node, "prior_value", NULL);
+    at->prior_value = at->value;
+    if (status == BF_OK && centre && yaml_number(r, centre, "prior_value", &at->prior_value) != BF_OK)
+        return BF_BAD_FILE;
+    if (status == BF_OK && !(at->prior_value > 0.0))
+        return yaml_fail(r, stated, "a place at %g m with a standard deviation; write at least 1e-6 m, or hold it",
+                         at->prior_value);
+    at->prior = prior_m / at->prior_value;
+    at->sd = own ? at->sd : 0.0;
+    return status;
+}
+
+/* A number holds the place; {value: …} frees it, with `prior_m`, the standard deviation of the ruler, or without. */
+static enum bf_status read_at(const struct yaml_reader *r, const struct yaml_node *node, const char *kind,
+                              struct channel_parameters *own, double *at_m)
+{
+    static const char *const known[] = {"value", "prior", "prior_m", "prior_value", "fixed", "min", "max", "sd"};
     const struct yaml_node *at = yaml_get(node, "at_m", NULL);
+    model_channel_init(own, r->model->length_m);
     if (!at)
         return yaml_fail(r, node, "a %s has no at_m; add its distance from the clamp in metres", kind);
-    return yaml_number(r, at, "at_m", at_m);
+    own->lists_at = at->kind == YAML_MAPPING;
+    own->at.fixed = !own->lists_at;
+    enum bf_status status = BF_OK;
+    if (at->kind == YAML_MAPPING)
+        status = yaml_known_keys(r, at, "at_m", known, sizeof known / sizeof *known);
+    if (status == BF_OK)
+        status = yaml_place(r, at, &own->at);
+    if (status == BF_OK && at->kind == YAML_MAPPING)
+        status = read_prior_m(r, at, &own->at);
+    *at_m = own->at.value;
+    return status;
+}
+
+/* What the column's numbers are worth: 1 when nothing is said. */
+static enum bf_status read_gain(const struct yaml_reader *r, const struct yaml_node *node,
+                                struct channel_parameters *own)
+{
+    struct parameter *gain = &own->gain;
+    const struct yaml_node *stated = yaml_get(node, "gain", NULL);
+    if (!stated)
+        return BF_OK;
+    own->lists_gain = stated->kind == YAML_MAPPING;
+    gain->fixed = !own->lists_gain;
+    const enum bf_status status = yaml_parameter(r, stated, false, gain);
+    gain->logarithmic = gain->value > 0.0;
+    return status;
 }
 
 static enum bf_status read_patch(const struct yaml_reader *r, const struct yaml_node *node, const char *kind,
@@ -55,8 +107,8 @@ static enum bf_status read_kind(const struct yaml_reader *r, const struct yaml_n
 static enum bf_status read_input(const struct yaml_reader *r, const struct yaml_node *name,
                                  const struct yaml_node *node)
 {
-    static const char *const force_keys[] = {"kind", "at_m", "level"}, *const moment_keys[] = {"kind", "patch_m",
-                                                                                               "level"};
+    static const char *const force_keys[] = {"kind", "level", "at_m", "gain"},
+                             *const moment_keys[] = {"kind", "level", "patch_m"};
     struct model_input input = {0};
     enum bf_status status = yaml_name(r, name, "an input's name", sizeof input.name, input.name);
     if (status == BF_OK)
@@ -69,10 +121,12 @@ static enum bf_status read_input(const struct yaml_reader *r, const struct yaml_
         return status;
     input.kind = (enum input_kind)kind;
     bool force = input.kind == INPUT_POINT_FORCE;
-    if ((status = yaml_known_keys(r, node, input.name, force ? force_keys : moment_keys, 3)) != BF_OK)
+    if ((status = yaml_known_keys(r, node, input.name, force ? force_keys : moment_keys, force ? 4 : 3)) != BF_OK)
         return status;
-    status = force ? read_at(r, node, model_input_kind_name(input.kind), &input.at_m)
+    status = force ? read_at(r, node, model_input_kind_name(input.kind), &input.own, &input.at_m)
                    : read_patch(r, node, model_input_kind_name(input.kind), &input.from_m, &input.to_m);
+    if (status == BF_OK && force)
+        status = read_gain(r, node, &input.own);
     const struct yaml_node *level = yaml_get(node, "level", NULL);
     if (status == BF_OK && level) {
         input.level_per_record = level->kind == YAML_SCALAR && strcmp(level->text, "per_record") == 0;
@@ -91,7 +145,7 @@ static enum bf_status read_input(const struct yaml_reader *r, const struct yaml_
 static enum bf_status read_output(const struct yaml_reader *r, const struct yaml_node *name,
                                   const struct yaml_node *node)
 {
-    static const char *const point_keys[] = {"kind", "at_m"}, *const strain_keys[] = {"kind", "patch_m"};
+    static const char *const point_keys[] = {"kind", "at_m", "gain"}, *const strain_keys[] = {"kind", "patch_m"};
     struct model_output output = {0};
     enum bf_status status = yaml_name(r, name, "an output's name", sizeof output.name, output.name);
     if (status == BF_OK)
@@ -106,10 +160,12 @@ static enum bf_status read_output(const struct yaml_reader *r, const struct yaml
         return status;
     output.kind = (enum output_kind)kind;
     bool strain = output.kind == OUTPUT_PATCH_STRAIN;
-    if ((status = yaml_known_keys(r, node, output.name, strain ? strain_keys : point_keys, 2)) != BF_OK)
+    if ((status = yaml_known_keys(r, node, output.name, strain ? strain_keys : point_keys, strain ? 2 : 3)) != BF_OK)
         return status;
     status = strain ? read_patch(r, node, model_output_kind_name(output.kind), &output.from_m, &output.to_m)
-                    : read_at(r, node, model_output_kind_name(output.kind), &output.at_m);
+                    : read_at(r, node, model_output_kind_name(output.kind), &output.own, &output.at_m);
+    if (status == BF_OK && !strain)
+        status = read_gain(r, node, &output.own);
     if (status != BF_OK)
         return status;
     struct model *m = r->model;

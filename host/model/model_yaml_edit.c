@@ -42,6 +42,9 @@ static void edit_parameter(struct editor *e, const struct yaml_node *owner, cons
             if (strcmp(before.text[i], after.text[i]) != 0)
                 splice_set_pair(&e->splicer, node, after.key[i], text);
         }
+        /* a place whose prior is told by `sd`, which now is what a fit found */
+        if (after.text[YAML_PARAMETER_PRIOR][0] && splice_index(node, "prior") < 0 && splice_index(node, "prior_m") < 0)
+            splice_set_pair(&e->splicer, node, "prior", after.text[YAML_PARAMETER_PRIOR]);
         if (strcmp(old_per_record, per_record) != 0)
             splice_set_pair(&e->splicer, node, "per_record", per_record);
         return;
@@ -85,6 +88,33 @@ static void edit_parameters(struct editor *e)
     edit_shared(e, node, &e->old->KB, &e->new->KB, true);
     for (size_t i = 0; i < e->new->n_residuals; i++)
         edit_shared(e, node, &e->old->residuals[i].compliance, &e->new->residuals[i].compliance, true);
+}
+
+/* Places and gains that are parameters; where that changes the file is written anew. */
+static void edit_own(struct editor *e, const struct yaml_node *channel, const struct channel_parameters *old,
+                     const struct channel_parameters *new)
+{
+    struct parameter absent = new->at;
+    yaml_channel_absent(&absent);
+    if (old->lists_at && new->lists_at)
+        edit_parameter(e, channel, &old->at, &new->at, &absent, "", "");
+    absent = new->gain;
+    yaml_channel_absent(&absent);
+    if (old->lists_gain && new->lists_gain)
+        edit_parameter(e, channel, &old->gain, &new->gain, &absent, "", "");
+}
+
+static void edit_channels(struct editor *e)
+{
+    const struct yaml_node *inputs = yaml_get(e->root, "inputs", NULL), *outputs = yaml_get(e->root, "outputs", NULL);
+    for (size_t i = 0; i < e->new->n_inputs && i < e->old->n_inputs; i++) {
+        const struct yaml_node *channel = yaml_get(inputs, e->new->inputs[i].name, NULL);
+        edit_own(e, channel, &e->old->inputs[i].own, &e->new->inputs[i].own);
+    }
+    for (size_t i = 0; i < e->new->n_outputs && i < e->old->n_outputs; i++) {
+        const struct yaml_node *channel = yaml_get(outputs, e->new->outputs[i].name, NULL);
+        edit_own(e, channel, &e->old->outputs[i].own, &e->new->outputs[i].own);
+    }
 }
 
 /* ---- Effects ---- */
@@ -273,6 +303,7 @@ char *model_edit_text(const char *text, size_t n, const struct model *model)
     char *result = NULL;
     if (model_from_yaml("", root, &old, &err) == BF_OK) {
         edit_parameters(&e);
+        edit_channels(&e);
         edit_effects(&e);
         edit_steps(&e);
         edit_fit(&e);

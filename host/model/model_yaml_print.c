@@ -49,6 +49,15 @@ void yaml_parameter_keys(const struct parameter *p, const struct parameter *abse
         decimal_print_rounded(out->text[6], p->sd, SD_DIGITS);
 }
 
+void yaml_channel_absent(struct parameter *p)
+{
+    p->fixed = false;
+    p->value = p->prior = p->prior_value = p->sd = 0.0;
+    p->min = strcmp(p->name, "gain") == 0 ? -HUGE_VAL : 0.0;
+    if (strcmp(p->name, "gain") == 0)
+        p->max = HUGE_VAL;
+}
+
 /* A free parameter of a material or of the model, as the reader makes it before it has seen the file. */
 static void print_parameter(struct yaml_text *text, const struct parameter *p, bool may_be_negative)
 {
@@ -205,6 +214,30 @@ static void print_beam(struct yaml_text *text, const struct model *m)
     }
 }
 
+/* ", key: {value: …}" of what is a parameter, ", key: number" of what is not. */
+static void print_own(struct yaml_text *text, const struct parameter *p, bool listed, double value)
+{
+    struct parameter absent = *p;
+    struct yaml_parameter_text keys;
+    if (!listed) {
+        add_pair(text, p->name[0] ? p->name : "at_m", value, false);
+        return;
+    }
+    yaml_channel_absent(&absent);
+    yaml_parameter_keys(p, &absent, &keys);
+    yaml_text_addf(text, ", %s: {value: %s", p->name, keys.text[0]);
+    for (int i = 1; i < YAML_PARAMETER_KEYS; i++)
+        if (keys.text[i][0])
+            yaml_text_addf(text, ", %s: %s", keys.key[i], keys.text[i]);
+    yaml_text_add(text, "}");
+}
+
+static void print_gain(struct yaml_text *text, const struct channel_parameters *own)
+{
+    if (own->lists_gain || (own->gain.name[0] && !same(own->gain.value, 1.0)))
+        print_own(text, &own->gain, own->lists_gain, own->gain.value);
+}
+
 static void print_channels(struct yaml_text *text, const struct model *m)
 {
     yaml_text_add(text, m->n_inputs ? "inputs:\n" : "inputs: {}\n");
@@ -214,7 +247,8 @@ static void print_channels(struct yaml_text *text, const struct model *m)
         yaml_text_scalar(text, input->name);
         yaml_text_addf(text, ": {kind: %s", model_input_kind_name(input->kind));
         if (input->kind == INPUT_POINT_FORCE) {
-            add_pair(text, "at_m", input->at_m, false);
+            print_own(text, &input->own.at, input->own.lists_at, input->at_m);
+            print_gain(text, &input->own);
         } else {
             yaml_text_add(text, ", patch_m: ");
             print_interval(text, input->from_m, input->to_m);
@@ -228,7 +262,8 @@ static void print_channels(struct yaml_text *text, const struct model *m)
         yaml_text_scalar(text, output->name);
         yaml_text_addf(text, ": {kind: %s", model_output_kind_name(output->kind));
         if (output->kind != OUTPUT_PATCH_STRAIN) {
-            add_pair(text, "at_m", output->at_m, false);
+            print_own(text, &output->own.at, output->own.lists_at, output->at_m);
+            print_gain(text, &output->own);
         } else {
             yaml_text_add(text, ", patch_m: ");
             print_interval(text, output->from_m, output->to_m);

@@ -119,18 +119,13 @@ static enum bf_status check_prior(const struct yaml_reader *r, const struct yaml
     return BF_OK;
 }
 
-enum bf_status yaml_parameter(const struct yaml_reader *r, const struct yaml_node *node, bool per_record,
-                              struct parameter *out)
+/* The keys of a parameter whose mapping may hold no others. */
+static enum bf_status read_keys(const struct yaml_reader *r, const struct yaml_node *node, bool place,
+                                struct parameter *out)
 {
-    static const char *const known[] = {"value", "prior", "prior_value", "fixed", "min", "max", "sd", "per_record"};
-    char what[MODEL_NAME + 8];
-    (void)snprintf(what, sizeof what, "%s", out->name);
-    if (node->kind == YAML_SCALAR)
-        return yaml_number(r, node, what, &out->value);
-    enum bf_status status = yaml_expect(r, node, YAML_MAPPING, what);
-    if (status == BF_OK)
-        status = yaml_known_keys(r, node, what, known, per_record ? 8 : 7);
-    if (status == BF_OK && !yaml_get(node, "value", NULL))
+    const char *what = out->name;
+    enum bf_status status = BF_OK;
+    if (!yaml_get(node, "value", NULL))
         return yaml_fail(r, node, "%s has no value; write {value: NUMBER}", what);
     static const char *const keys[] = {"value", "prior", "min", "max", "sd"};
     double *const targets[] = {&out->value, &out->prior, &out->min, &out->max, &out->sd};
@@ -142,7 +137,27 @@ enum bf_status yaml_parameter(const struct yaml_reader *r, const struct yaml_nod
     const struct yaml_node *fixed = yaml_get(node, "fixed", NULL);
     if (status == BF_OK && fixed)
         status = yaml_bool(r, fixed, "fixed", &out->fixed);
-    return status == BF_OK ? check_prior(r, node, out) : status;
+    const bool in_metres = place && (yaml_get(node, "prior_m", NULL) || !yaml_get(node, "prior", NULL));
+    return status == BF_OK && !in_metres ? check_prior(r, node, out) : status;
+}
+
+enum bf_status yaml_parameter(const struct yaml_reader *r, const struct yaml_node *node, bool per_record,
+                              struct parameter *out)
+{
+    static const char *const known[] = {"value", "prior", "prior_value", "fixed", "min", "max", "sd", "per_record"};
+    if (node->kind == YAML_SCALAR)
+        return yaml_number(r, node, out->name, &out->value);
+    enum bf_status status = yaml_expect(r, node, YAML_MAPPING, out->name);
+    if (status == BF_OK)
+        status = yaml_known_keys(r, node, out->name, known, per_record ? 8 : 7);
+    return status == BF_OK ? read_keys(r, node, false, out) : status;
+}
+
+enum bf_status yaml_place(const struct yaml_reader *r, const struct yaml_node *node, struct parameter *out)
+{
+    if (node->kind != YAML_MAPPING)
+        return yaml_number(r, node, out->name, &out->value);
+    return read_keys(r, node, true, out);
 }
 
 enum bf_status yaml_interval(const struct yaml_reader *r, const struct yaml_node *node, const char *what,

@@ -73,11 +73,29 @@ static size_t add_effect(const struct model *model, size_t owner, const char *co
     return n;
 }
 
+/* Of a channel what the model lists: its place, its gain. */
+static size_t add_channel(const char *name, const struct channel_parameters *own, double at_m,
+                          enum parameter_role place, size_t owner, struct parameter_ref *refs)
+{
+    size_t n = 0;
+    if (own->lists_at) {
+        add_shared(&refs[n], place, owner, &own->at);
+        refs[n].value = at_m;
+        (void)snprintf(refs[n++].label, sizeof refs->label, "%s.at_m", name);
+    }
+    if (own->lists_gain) {
+        add_shared(&refs[n], place + 1, owner, &own->gain);
+        (void)snprintf(refs[n++].label, sizeof refs->label, "%s.gain", name);
+    }
+    return n;
+}
+
 size_t model_parameters(const struct model *model, const char *const record_names[], size_t n_records,
                         struct parameter_ref **out)
 {
     size_t most =
-        3 * model->n_materials + 3 + model->n_residuals + model->n_effects * BEAM_EFFECT_PARAMETERS * (n_records + 1);
+        3 * model->n_materials + 3 + model->n_residuals + 2 * (model->n_inputs + model->n_outputs) + 
+        model->n_effects * BEAM_EFFECT_PARAMETERS * (n_records + 1);
     struct parameter_ref *refs = bf_alloc(most, sizeof *refs);
     size_t n = 0;
     for (size_t i = 0; i < model->n_materials; i++) {
@@ -90,6 +108,12 @@ size_t model_parameters(const struct model *model, const char *const record_name
     add_shared(&refs[n++], ROLE_KB, 0, &model->KB);
     for (size_t i = 0; i < model->n_residuals; i++)
         add_shared(&refs[n++], ROLE_RESIDUAL, i, &model->residuals[i].compliance);
+    for (size_t i = 0; i < model->n_inputs; i++)
+        n += add_channel(model->inputs[i].name, &model->inputs[i].own, model->inputs[i].at_m, ROLE_INPUT_PLACE, i,
+                         refs + n);
+    for (size_t i = 0; i < model->n_outputs; i++)
+        n += add_channel(model->outputs[i].name, &model->outputs[i].own, model->outputs[i].at_m, ROLE_OUTPUT_PLACE, i,
+                         refs + n);
     for (size_t i = 0; i < model->n_effects; i++)
         n += add_effect(model, i, record_names, n_records, refs + n);
     *out = refs;
@@ -113,6 +137,14 @@ static struct parameter *target_of(struct model *model, const struct parameter_r
         return &model->KB;
     case ROLE_RESIDUAL:
         return &model->residuals[ref->owner].compliance;
+    case ROLE_INPUT_PLACE:
+        return &model->inputs[ref->owner].own.at;
+    case ROLE_INPUT_GAIN:
+        return &model->inputs[ref->owner].own.gain;
+    case ROLE_OUTPUT_PLACE:
+        return &model->outputs[ref->owner].own.at;
+    case ROLE_OUTPUT_GAIN:
+        return &model->outputs[ref->owner].own.gain;
     case ROLE_EFFECT:
         break;
     }
@@ -147,6 +179,10 @@ void model_set_parameters(struct model *model, const struct parameter_ref refs[]
         }
         struct parameter *p = target_of(model, ref);
         p->value = value[i];
+        if (ref->role == ROLE_INPUT_PLACE)
+            model->inputs[ref->owner].at_m = value[i];
+        if (ref->role == ROLE_OUTPUT_PLACE)
+            model->outputs[ref->owner].at_m = value[i];
         if (sd)
             p->sd = sd[i];
     }

@@ -48,6 +48,40 @@ void geometry_free(struct predictor *p)
 
 /* ---- Functionals ---- */
 
+/* g of a free place at theta and its derivative by it, which is the slope there. */
+static void place_free(const struct run *run, struct functional *f, size_t parameter)
+{
+    struct predictor *p = run->p;
+    const size_t n = p->reduced.n;
+    reduced_point(&p->reduced, 0, run->theta[parameter], f->g);
+    if (run->want == NULL)
+        return;
+    reduced_point(&p->reduced, 1, run->theta[parameter], functional_change(f, n, parameter));
+    p->moves[parameter] = true;
+}
+
+static enum bf_status place_channels(const struct run *run, struct bf_error *err)
+{
+    struct predictor *p = run->p;
+    for (size_t o = 0; o < p->model.n_outputs; o++) {
+        const double at_m = output_place(p, o, run->theta);
+        if (p->map.output_place[o] == SIZE_MAX)
+            continue;
+        if (!(at_m >= 0.0 && at_m <= p->model.length_m))
+            return bf_fail(err, BF_NUMERIC, "output %s at %.4g m is outside the beam", p->model.outputs[o].name, at_m);
+        place_free(run, &p->outputs[o], p->map.output_place[o]);
+    }
+    for (size_t i = 0; i < p->model.n_inputs; i++) {
+        const double at_m = input_place(p, i, run->theta);
+        if (p->map.input_place[i] == SIZE_MAX)
+            continue;
+        if (!(at_m >= 0.0 && at_m <= p->model.length_m))
+            return bf_fail(err, BF_NUMERIC, "input %s at %.4g m is outside the beam", p->model.inputs[i].name, at_m);
+        place_free(run, &p->inputs[i], p->map.input_place[i]);
+    }
+    return BF_OK;
+}
+
 /* dg of a shifted source by the parameters of the effects that shift it. */
 static void source_changes(const struct run *run, const struct source *source, struct functional *f, double at_m)
 {
@@ -59,6 +93,10 @@ static void source_changes(const struct run *run, const struct source *source, s
     for (size_t c = 0; c < f->n_changes; c++)
         if (!not_zero(p->geometry.patch_by[f->changes[c].parameter]))
             memset(f->changes[c].g, 0, n * sizeof(double));
+    if (p->map.input_place[source->input] != SIZE_MAX) {
+        memcpy(functional_change(f, n, p->map.input_place[source->input]), slope, n * sizeof *slope);
+        p->moves[p->map.input_place[source->input]] = true;
+    }
     for (size_t e = 0; e < p->model.n_effects; e++) {
         struct beam_geometry at;
         if (p->model.effects[e].effect->geometry == NULL || !effect_on_input(&p->model, e, source->input) ||
@@ -87,7 +125,7 @@ static enum bf_status place_sources(const struct run *run, struct bf_error *err)
         status = geometry_input_shift(p, source->record, source->input, run->theta, &shift_m, err);
         if (status != BF_OK)
             break;
-        double at_m = p->model.inputs[source->input].at_m + shift_m;
+        double at_m = input_place(p, source->input, run->theta) + shift_m;
         reduced_point(&p->reduced, 0, at_m, p->inputs[i].g);
         if (run->want != NULL)
             source_changes(run, source, &p->inputs[i], at_m);
@@ -189,6 +227,8 @@ enum bf_status geometry_evaluate(const struct run *run, struct bf_error *err)
     enum bf_status status = set_clock(run, err);
     if (status == BF_OK && run->p->geometry.patch_moves)
         status = patch_evaluate(run, err);
+    if (status == BF_OK)
+        status = place_channels(run, err);
     if (status == BF_OK)
         status = place_sources(run, err);
     if (status == BF_OK)

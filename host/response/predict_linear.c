@@ -121,7 +121,7 @@ static enum bf_status put_derivatives(const struct run *run, const struct grid_w
         double *column = run_column(run, j, channel);
         if (j == gain_parameter) {
             status = put(run, w, 1.0, w->F, w->Y, column, err);
-        } else if (run_structural(run, j) || j == p->map.KB) {
+        } else if (run_structural(run, j) || is_input_gain(p, j)) {
             sum_inputs(run, w, plan, channel->output, j, w->sum);
             status = put(run, w, gain, w->F, w->sum, column, err);
         } else if (channel_filter_derivative(run, channel->record, channel->output, j, p->grids[w->grid].s, w->m, dF)) {

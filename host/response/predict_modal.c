@@ -20,7 +20,7 @@ static bool shakes(const struct predictor *p, size_t record, size_t parameter)
 static bool input_depends(const struct predictor *p, size_t record, size_t parameter)
 {
     const struct record_plan *plan = &p->plans[record];
-    if (parameter == p->map.KB)
+    if (is_input_gain(p, parameter))
         return true;
     for (size_t c = 0; c < plan->n_changes; c++)
         if (plan->changes[c].parameter == parameter)

@@ -20,18 +20,51 @@ int output_order(enum output_kind kind)
     return 0;
 }
 
+/* A gain that the model holds, or that stands in theta; one that was never stated is 1. */
+static double own_gain(const struct run *run, const struct parameter *gain, size_t place, size_t *parameter)
+{
+    *parameter = place;
+    if (place != SIZE_MAX)
+        return run->theta[place];
+    return gain->name[0] ? gain->value : 1.0;
+}
+
 double input_gain(const struct run *run, size_t input, size_t *parameter)
 {
-    bool patch = run->p->model.inputs[input].kind == INPUT_PATCH_MOMENT;
-    *parameter = patch ? run->p->map.KB : SIZE_MAX;
-    return patch ? run->theta[run->p->map.KB] : 1.0;
+    const struct model_input *channel = &run->p->model.inputs[input];
+    if (channel->kind != INPUT_PATCH_MOMENT)
+        return own_gain(run, &channel->own.gain, run->p->map.input_gain[input], parameter);
+    *parameter = run->p->map.KB;
+    return run->theta[run->p->map.KB];
 }
 
 double output_gain(const struct run *run, size_t output, size_t *parameter)
 {
-    bool patch = run->p->model.outputs[output].kind == OUTPUT_PATCH_STRAIN;
-    *parameter = patch ? run->p->map.Ks : SIZE_MAX;
-    return patch ? run->theta[run->p->map.Ks] : 1.0;
+    const struct model_output *channel = &run->p->model.outputs[output];
+    if (channel->kind != OUTPUT_PATCH_STRAIN)
+        return own_gain(run, &channel->own.gain, run->p->map.output_gain[output], parameter);
+    *parameter = run->p->map.Ks;
+    return run->theta[run->p->map.Ks];
+}
+
+bool is_input_gain(const struct predictor *p, size_t parameter)
+{
+    for (size_t i = 0; i < p->model.n_inputs; i++)
+        if (p->map.input_gain[i] == parameter)
+            return true;
+    return parameter == p->map.KB;
+}
+
+double input_place(const struct predictor *p, size_t input, const double theta[])
+{
+    const size_t place = p->map.input_place[input];
+    return place != SIZE_MAX ? theta[place] : p->model.inputs[input].at_m;
+}
+
+double output_place(const struct predictor *p, size_t output, const double theta[])
+{
+    const size_t place = p->map.output_place[output];
+    return place != SIZE_MAX ? theta[place] : p->model.outputs[output].at_m;
 }
 
 void predictor_use(struct predictor *p, const double theta[])
@@ -67,7 +100,7 @@ enum bf_status geometry_input_shift(const struct predictor *p, size_t record, si
         status = read_geometry(p, record, e, theta, &at, err);
         *shift_m += at.input_shift_m;
     }
-    double to = p->model.inputs[input].at_m + *shift_m;
+    double to = input_place(p, input, theta) + *shift_m;
     if (status == BF_OK && !(to >= 0.0 && to <= p->model.length_m))
         status = bf_fail(err, BF_NUMERIC, "input %s, shifted by %.4g m, would leave the beam",
                          p->model.inputs[input].name, *shift_m);

@@ -140,8 +140,13 @@ void kernels_free(struct predictor *p);
 /* predict_parameters.c: what a parameter vector says. predictor_use: writes it into p->model. */
 void predictor_use(struct predictor *p, const double theta[]);
 int output_order(enum output_kind kind); /* time derivatives of the deflection: 0, 1, 2 */
-double input_gain(const struct run *run, size_t input, size_t *parameter); /* KB and where it stands; 1 and SIZE_MAX */
-double output_gain(const struct run *run, size_t output, size_t *parameter); /* Ks likewise */
+/* KB or Ks of a patch, else the channel's gain, and where it stands; SIZE_MAX: it is held. */
+double input_gain(const struct run *run, size_t input, size_t *parameter);
+double output_gain(const struct run *run, size_t output, size_t *parameter);
+bool is_input_gain(const struct predictor *p, size_t parameter);
+/* at_m of a channel at theta. */
+double input_place(const struct predictor *p, size_t input, const double theta[]);
+double output_place(const struct predictor *p, size_t output, const double theta[]);
 /* What effect e shifts at theta; zero for an effect without geometry. */
 enum bf_status read_geometry(const struct predictor *p, size_t record, size_t e, const double theta[],
                              struct beam_geometry *out, struct bf_error *err);

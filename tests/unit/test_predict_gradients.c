@@ -54,8 +54,30 @@ static void free_decay_with_a_filter(void **state)
         false);
 }
 
+/* All places and gains of point channels are parameters; no place next to a knot, where differences cross a kink of the splines. */
+static void free_channels(struct model *model)
+{
+    for (size_t i = 0; i < model->n_inputs; i++) {
+        struct model_input *input = &model->inputs[i];
+        if (input->kind == INPUT_PATCH_MOMENT)
+            continue;
+        input->own.lists_at = input->own.lists_gain = true;
+        input->own.at.fixed = input->own.gain.fixed = false;
+        input->own.gain.value = 1.1;
+        input->at_m = input->own.at.value = 0.2113;
+    }
+    for (size_t o = 0; o < model->n_outputs; o++) {
+        struct model_output *output = &model->outputs[o];
+        if (output->kind == OUTPUT_PATCH_STRAIN)
+            continue;
+        output->own.lists_at = output->own.lists_gain = true;
+        output->own.at.fixed = output->own.gain.fixed = false;
+        output->own.gain.value = 0.9;
+    }
+}
+
 /* Effects that meet in one place of the code. */
-static void check_together(const char *effects, bool inputs, const char *filter, double goal)
+static void check_model(const char *effects, bool free, bool inputs, const char *filter, double goal)
 {
     struct predict_options options = {.fine_splines = 24, .modes = 6};
     struct predict_case c = {.record = case_record("case.csv", SAMPLES, 1.0 / 1200.0, 1.0, inputs)};
@@ -63,6 +85,8 @@ static void check_together(const char *effects, bool inputs, const char *filter,
     if (filter != NULL)
         record_add_meta(&c.record, RECORD_FILTER, filter);
     fixture_model(&c.model, effects);
+    if (free)
+        free_channels(&c.model);
     if (case_open(&c, &options, &err) != BF_OK)
         fail_msg("%s", err.text);
     struct summary s = check_case(&c, true);
@@ -70,6 +94,42 @@ static void check_together(const char *effects, bool inputs, const char *filter,
     assert_true(s.worst.estimate < goal);
     assert_true(s.worst.error < goal);
     case_close(&c);
+}
+
+static void check_together(const char *effects, bool inputs, const char *filter, double goal)
+{
+    check_model(effects, false, inputs, filter, goal);
+}
+
+static void free_places_and_gains(void **state)
+{
+    (void)state;
+    check_model("  - {kind: sensor_lag, channel: tip_mps, tau_s: 0.0004}\n", true, true, NULL, 3e-8);
+    check_model("  - {kind: sensor_lag, channel: tip_mps, tau_s: 0.0004}\n", true, false, NULL, 3e-8);
+}
+
+static void free_places_and_gains_with_a_shifted_blow_and_a_wrong_clock(void **state)
+{
+    (void)state;
+    check_model("  - {kind: clock_error, relative: 0.002}\n"
+                "  - {kind: input_position, shift_m: 0.004}\n"
+                "  - {kind: drive_saturation, level_V: 20}\n"
+                "  - {kind: base_motion, amplitude_mps2: 2, frequency_Hz: 31, phase_rad: 0.5}\n",
+                true, true, NULL, 3e-8);
+}
+
+static void free_places_and_gains_with_a_law(void **state)
+{
+    (void)state;
+    check_model("  - {kind: drive_saturation, level_V: 20}\n"
+                "  - {kind: cubic_stiffness, coefficient_Npm3: 1e6, at_m: 0.3507}\n",
+                true, true, NULL, 1e-6);
+}
+
+static void free_places_and_gains_with_a_shifted_patch(void **state)
+{
+    (void)state;
+    check_model("  - {kind: patch_position, shift_m: 0.004}\n", true, true, NULL, 1e-7); /* a shift is differentiated at the places of the base */
 }
 
 static void shaken_clamp_with_masses_filters_and_a_shifted_patch(void **state)
@@ -151,6 +211,10 @@ int main(void)
         cmocka_unit_test(beam_zero_order_hold),
         cmocka_unit_test(beam_first_order_hold),
         cmocka_unit_test(free_decay_with_a_filter),
+        cmocka_unit_test(free_places_and_gains),
+        cmocka_unit_test(free_places_and_gains_with_a_shifted_blow_and_a_wrong_clock),
+        cmocka_unit_test(free_places_and_gains_with_a_law),
+        cmocka_unit_test(free_places_and_gains_with_a_shifted_patch),
         cmocka_unit_test(shaken_clamp_with_masses_filters_and_a_shifted_patch),
         cmocka_unit_test(clock_with_drives_filters_signals_and_a_shifted_blow),
         cmocka_unit_test(free_decay_on_a_shaken_clamp_under_a_wrong_clock),
