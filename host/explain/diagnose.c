@@ -151,14 +151,68 @@ static bool is_answered(struct diagnosis *d)
     return d->verdict == VERDICT_MISSING && d->hypotheses[0].explained >= nearly_all;
 }
 
+/* Where the misfit of a hypothesis is, mode by mode. */
+static enum bf_status localise(const struct diagnosis *d, const struct hypothesis *h, struct localisation *out,
+                               struct bf_error *err)
+{
+    struct misfit_channel *channels = hypothesis_channels(d, h);
+    const enum bf_status status = localise_misfit(channels, d->n_channels, d->mode_Hz, d->n_modes, out, err);
+    free(channels);
+    return status;
+}
+
+/* Goes on with the rig free where that lowers the misfit clearly. */
+static enum bf_status free_rig(struct diagnose_state *w, bool at_noise_only, bool *freed, struct bf_error *err)
+{
+    enum bf_status status = diagnose_free_rig(w, at_noise_only, freed, err);
+    if (status || !*freed)
+        return status;
+    localise_free(&w->d->where);
+    return localise(w->d, &w->d->baseline, &w->d->where, err);
+}
+
+/* Far from the noise the likeliest effects come first: what one of them explains asks for little more. */
+static enum bf_status first_look(struct diagnose_state *w, struct bf_error *err)
+{
+    const bool wanted = diagnose_is_far(&w->d->baseline) && !w->options->everything && !progress_interrupted();
+    return wanted ? diagnose_first_look(w, err) : BF_OK;
+}
+
+static enum bf_status singles(struct diagnose_state *w, struct bf_error *err)
+{
+    const enum bf_status status = diagnose_extend(w, &w->d->baseline, most_singles, part_singles, err);
+    return status || progress_interrupted() ? status : diagnose_steps(w, err);
+}
+
+/*
+ * Single effects, and the rig. Unless one of the likeliest effects explains the records with the rig that the file has, it is asked whether
+ * the rig alone does; and when no single effect explains them, whether the best of them do with it.
+ */
+static enum bf_status singles_and_rig(struct diagnose_state *w, bool *done, struct bf_error *err)
+{
+    bool freed = false;
+    enum bf_status status = first_look(w, err);
+    *done = false;
+    if (!status && diagnose_is_far(&w->d->baseline) && !diagnose_explained(w->d, 1))
+        status = free_rig(w, true, &freed, err);
+    *done = freed;
+    if (!status && !freed)
+        status = singles(w, err);
+    if (!status && !freed && !diagnose_explained(w->d, 1))
+        status = free_rig(w, false, &freed, err);
+    if (!status && freed && !*done && !diagnose_explained(w->d, 1))
+        status = first_look(w, err);
+    *done = *done || (freed && diagnose_is_complete(w->d));
+    return status;
+}
+
 static enum bf_status search(struct diagnose_state *w, struct bf_error *err)
 {
     const size_t most = w->options->most_effects > 0 ? w->options->most_effects : DIAGNOSE_EFFECTS;
+    bool done;
     set_progress(w, part_baseline, "short list");
-    enum bf_status status = diagnose_extend(w, &w->d->baseline, most_singles, part_singles, err);
-    if (!status && !progress_interrupted())
-        status = diagnose_steps(w, err);
-    for (size_t n = 1; n < most && !status && !progress_interrupted(); n++) {
+    enum bf_status status = singles_and_rig(w, &done, err);
+    for (size_t n = 1; n < most && !status && !done && !progress_interrupted(); n++) {
         const bool far = diagnose_is_far(&w->d->baseline);
         w->answered = is_answered(w->d);
         if (w->d->n_hypotheses == 0 || !diagnose_more_wanted(w->d) || !last_one_helped(w->d, n) || (n > 1 && !far))
@@ -170,17 +224,7 @@ static enum bf_status search(struct diagnose_state *w, struct bf_error *err)
     if (!status && !progress_interrupted())
         status = without_one(w, err);
     diagnose_drop_repeats(w->d);
-    return status;
-}
-
-/* Where the misfit of a hypothesis is, mode by mode. */
-static enum bf_status localise(const struct diagnosis *d, const struct hypothesis *h, struct localisation *out,
-                               struct bf_error *err)
-{
-    struct misfit_channel *channels = hypothesis_channels(d, h);
-    const enum bf_status status = localise_misfit(channels, d->n_channels, d->mode_Hz, d->n_modes, out, err);
-    free(channels);
-    return status;
+    return status ? status : diagnose_hold_rig(w, err);
 }
 
 /* What a free linear model leaves of the fitted records; without it the diagnosis goes on. */
@@ -223,6 +267,7 @@ static void work_free(struct diagnose_state *w)
     for (size_t c = 0; w->check_noise && c < w->n_check_channels; c++)
         noise_free(&w->check_noise[c]);
     free(w->check_noise), free(w->whiteners), free(w->sigma), free(w->check_sigma);
+    diagnose_side_free(&w->other);
 }
 
 /* Fits the baseline again from the best explanation, so that a local minimum of the baseline is not taken for missing physics. */
@@ -341,6 +386,7 @@ void diagnose_free(struct diagnosis *d)
     linearity_free(&d->linearity);
     localise_free(&d->where), localise_free(&d->remains);
     attainable_free(&d->attainable);
+    model_free(&d->rig);
     if (d->reconstructed)
         reconstruct_free(&d->reconstruction);
     free(d->hypotheses), free(d->noise), free(d->facts), free(d->text);

@@ -142,13 +142,6 @@ static bool is_in(const size_t order[], size_t n, size_t i)
     return false;
 }
 
-/* By score: order[list.n]. */
-static size_t order_by_score(const struct shortlist *s, size_t order[])
-{
-    memcpy(order, s->order[KIND_LINEAR], s->n_order[KIND_LINEAR] * sizeof *order);
-    return s->n_order[KIND_LINEAR];
-}
-
 /*
  * The beam's own effects by score, then those of them that the scores at the fitted baseline think nothing of, then the measurement's by
  * score: order[list.n].
@@ -222,8 +215,6 @@ enum bf_status shortlist_from_given(struct shortlist *s, double span, struct bf_
     if (status)
         return status;
     size_t *order = bf_alloc(s->list.n + 1, sizeof *order);
-    const size_t first = order_by_score(s, order);
-    refit_some(s, &w->d->baseline.model, order, 0, first < MOST_FIRST ? first : MOST_FIRST, 0.0);
     const size_t all = order_from_given(s, order), n = all < MOST_GIVEN ? all : MOST_GIVEN;
     for (size_t k = 0; k < n && !diagnose_explained(w->d, s->n_effects) && !progress_interrupted(); k += MOST_AT_ONCE)
         refit_some(s, &given, order, k, k + MOST_AT_ONCE < n ? k + MOST_AT_ONCE : n, span * MOST_AT_ONCE / MOST_GIVEN);
@@ -232,4 +223,18 @@ enum bf_status shortlist_from_given(struct shortlist *s, double span, struct bf_
     model_free(&given);
     free(order);
     return BF_OK;
+}
+
+enum bf_status diagnose_first_look(struct diagnose_state *w, struct bf_error *err)
+{
+    struct shortlist s;
+    enum bf_status status = shortlist_new(w, &w->d->baseline, &s, err);
+    if (!status)
+        status = shortlist_score(&s, KIND_LINEAR, err);
+    if (!status) {
+        const size_t n = s.n_order[KIND_LINEAR];
+        refit_some(&s, &w->d->baseline.model, s.order[KIND_LINEAR], 0, n < MOST_FIRST ? n : MOST_FIRST, 0.0);
+    }
+    shortlist_free(&s);
+    return status;
 }

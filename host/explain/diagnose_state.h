@@ -8,8 +8,20 @@
 
 struct progress;
 
+/* A diagnosis on one of two models: with its channels where and what the file says, or within what a ruler and a gauge are good for. */
+struct diagnose_side {
+    const struct model *model;
+    struct hypothesis baseline;
+    bool converged;
+    size_t n_facts, n_modes, n_hypotheses;
+    struct fact *facts;
+    double mode_Hz[DIAGNOSE_MODES];
+    struct hypothesis *hypotheses;
+};
+
 struct diagnose_state {
     struct diagnosis *d;
+    struct diagnose_side other; /* the side that is not in d */
     const struct diagnose_options *options;
     struct predict_options *predict; /* of options: finer than asked for where the baseline needs it */
     int threads;
@@ -51,6 +63,19 @@ enum bf_status diagnose_restart(struct diagnose_state *w, bool *lower, struct bf
  * its ancestors says that stands in its file's directory; what neither tells keeps its value. Free *out with model_free().
  */
 enum bf_status diagnose_as_given(const struct model *model, struct model *out, struct bf_error *err);
+
+/* The linear effects with the best first-order score, refitted from the fitted baseline. Ranks. Some tenths of a second each. */
+enum bf_status diagnose_first_look(struct diagnose_state *w, struct bf_error *err);
+
+/*
+ * diagnose_rig.c: places and gains of the channels within what a ruler and a gauge are good for. The best explanations are fitted again with
+ * them free, and where that lowers the misfit clearly (*freed) the diagnosis goes on with that model. at_noise_only: nothing but the
+ * baseline is tried, and it must come down to the noise.
+ */
+enum bf_status diagnose_free_rig(struct diagnose_state *w, bool at_noise_only, bool *freed, struct bf_error *err);
+/* Where the best explanation does as well with the channels as the file has them, they are that. Ranks; decides nothing. */
+enum bf_status diagnose_hold_rig(struct diagnose_state *w, struct bf_error *err);
+void diagnose_side_free(struct diagnose_side *side);
 
 /*
  * A set of effects is named only when none of them does alone: each linear one of the best hypothesis is refitted from the model as given.

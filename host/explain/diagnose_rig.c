@@ -1,0 +1,189 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/*
+ * A rig is never quite where and what the model file says: sensors and the hammer's mark are off by a millimetre or two, gains by some per
+ * cent. Left alone that is a misfit of several times the noise, and effects that are not there take it. Where it matters, places and
+ * gains are fitted too, each with a prior around what the file says.
+ */
+#include "diagnose_state.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "ground/ground.h"
+
+/* What a ruler and a calibrated channel are good for, one standard deviation. */
+static const struct rig_limits {
+    double place_m, gain;
+    double clear; /* of the misfit's power above the noise: what freeing the rig must take */
+} limits = {.place_m = 0.002, .gain = 0.05, .clear = 0.3};
+
+enum { MOST_TAKEN = 4 }; /* explanations that are fitted again when the rig is freed, or held */
+
+/* ---- The model ---- */
+
+static size_t free_one(struct channel_parameters *own, double at_m)
+{
+    size_t n = 0;
+    if (own->at.name[0] && !own->lists_at && at_m > limits.place_m) {
+        own->lists_at = true, own->at.fixed = false;
+        own->at.value = own->at.prior_value = at_m;
+        own->at.prior = limits.place_m / at_m;
+        n++;
+    }
+    if (own->gain.name[0] && !own->lists_gain && own->gain.value > 0.0) {
+        own->lists_gain = true, own->gain.fixed = false, own->gain.logarithmic = true;
+        own->gain.prior_value = own->gain.value;
+        own->gain.prior = limits.gain;
+        n++;
+    }
+    return n;
+}
+
+static size_t free_channels(struct model *model)
+{
+    size_t n = 0;
+    for (size_t i = 0; i < model->n_inputs; i++)
+        n += free_one(&model->inputs[i].own, model->inputs[i].at_m);
+    for (size_t o = 0; o < model->n_outputs; o++)
+        n += free_one(&model->outputs[o].own, model->outputs[o].at_m);
+    return n;
+}
+
+/* Where and what they are: held or free, at the believed values. */
+static void take_channels(const struct model *given, struct model *model)
+{
+    for (size_t i = 0; i < model->n_inputs; i++)
+        model->inputs[i].own = given->inputs[i].own, model->inputs[i].at_m = given->inputs[i].at_m;
+    for (size_t o = 0; o < model->n_outputs; o++)
+        model->outputs[o].own = given->outputs[o].own, model->outputs[o].at_m = given->outputs[o].at_m;
+}
+
+/* ---- The two sides ---- */
+
+static void exchange(struct diagnosis *d, struct diagnose_side *other)
+{
+    struct diagnose_side here = {.model = d->model,
+                                 .baseline = d->baseline,
+                                 .converged = d->converged,
+                                 .n_facts = d->n_facts,
+                                 .n_modes = d->n_modes,
+                                 .n_hypotheses = d->n_hypotheses,
+                                 .facts = d->facts,
+                                 .hypotheses = d->hypotheses};
+    memcpy(here.mode_Hz, d->mode_Hz, sizeof here.mode_Hz);
+    d->model = other->model;
+    d->baseline = other->baseline;
+    d->converged = other->converged;
+    d->n_facts = other->n_facts, d->facts = other->facts;
+    d->n_modes = other->n_modes;
+    memcpy(d->mode_Hz, other->mode_Hz, sizeof d->mode_Hz);
+    d->n_hypotheses = other->n_hypotheses, d->hypotheses = other->hypotheses;
+    *other = here;
+}
+
+void diagnose_side_free(struct diagnose_side *side)
+{
+    for (size_t i = 0; i < side->n_hypotheses; i++)
+        hypothesis_free(&side->hypotheses[i]);
+    hypothesis_free(&side->baseline);
+    free(side->hypotheses), free(side->facts);
+    *side = (struct diagnose_side){0};
+}
+
+static double excess(const struct hypothesis_errors *e)
+{
+    return fmax(e->noise_ratio * e->noise_ratio - 1.0, 0.0);
+}
+
+/* The least excess over the noise of a side's baseline and explanations. */
+static double least_excess(const struct hypothesis *baseline, const struct hypothesis hypotheses[], size_t n)
+{
+    double least = excess(&baseline->fitted);
+    for (size_t i = 0; i < n; i++)
+        least = fmin(least, excess(&hypotheses[i].fitted));
+    return least;
+}
+
+/* The free model and its baseline, as the other side. */
+static enum bf_status make_free_side(struct diagnose_state *w, struct bf_error *err)
+{
+    struct diagnosis *d = w->d;
+    enum bf_status status = model_copy(d->model, &d->rig, err);
+    if (status || free_channels(&d->rig) == 0)
+        return status;
+    w->other = (struct diagnose_side){.model = &d->rig};
+    exchange(d, &w->other);
+    status = diagnose_baseline(w, err);
+    exchange(d, &w->other);
+    if (status)
+        diagnose_side_free(&w->other);
+    return status == BF_NUMERIC ? BF_OK : status;
+}
+
+/* The best explanations of the other side, fitted again from near with this side's channels. */
+static enum bf_status take_over(struct diagnose_state *w, struct bf_error *err)
+{
+    struct refit_job jobs[MOST_TAKEN];
+    size_t n = 0;
+    enum bf_status status = BF_OK;
+    for (size_t i = 0; i < w->other.n_hypotheses && n < MOST_TAKEN && !status; i++) {
+        const struct hypothesis *h = &w->other.hypotheses[i];
+        if (h->score <= w->other.baseline.score)
+            continue;
+        jobs[n] = (struct refit_job){.n_effects = h->n_effects,
+                                     .n_tried = h->n_tried,
+                                     .first_new = h->model.n_effects,
+                                     .to_the_end = true,
+                                     .near = true};
+        status = model_copy(&h->model, &jobs[n].model, err);
+        take_channels(w->d->model, &jobs[n].model);
+        n += !status;
+    }
+    if (!status && n > 0)
+        diagnose_refits(w, jobs, n, 0.0);
+    for (size_t i = 0; status && i < n; i++)
+        model_free(&jobs[i].model);
+    diagnose_rank(w->d, w->n_tried);
+    diagnose_drop_repeats(w->d);
+    return status;
+}
+
+enum bf_status diagnose_free_rig(struct diagnose_state *w, bool at_noise_only, bool *freed, struct bf_error *err)
+{
+    struct diagnosis *d = w->d;
+    enum bf_status status = BF_OK;
+    *freed = false;
+    if (d->free_rig || progress_interrupted())
+        return BF_OK;
+    if (d->rig.length_m == 0.0)
+        status = make_free_side(w, err);
+    if (status || w->other.model == NULL)
+        return status;
+    exchange(d, &w->other);
+    if (!at_noise_only)
+        status = take_over(w, err);
+    const struct diagnose_side *held = &w->other;
+    *freed = !status && (at_noise_only ? diagnose_is_complete(d)
+                                       : least_excess(&d->baseline, d->hypotheses, d->n_hypotheses) <
+                                             (1.0 - limits.clear) *
+                                                 least_excess(&held->baseline, held->hypotheses, held->n_hypotheses));
+    d->free_rig = *freed;
+    if (!*freed)
+        exchange(d, &w->other);
+    return status;
+}
+
+enum bf_status diagnose_hold_rig(struct diagnose_state *w, struct bf_error *err)
+{
+    struct diagnosis *d = w->d;
+    if (!d->free_rig || d->n_hypotheses == 0 || progress_interrupted())
+        return BF_OK;
+    exchange(d, &w->other);
+    const enum bf_status status = take_over(w, err);
+    d->free_rig = status || d->n_hypotheses == 0 || !d->hypotheses[0].explains;
+    if (d->free_rig)
+        exchange(d, &w->other);
+    diagnose_rank(d, w->n_tried);
+    return status;
+}
