@@ -164,18 +164,43 @@ static size_t order_from_given(const struct shortlist *s, size_t order[])
     return n;
 }
 
-/* The next candidates, and their refits. */
-static void refit_some(struct shortlist *s, const struct model *given, const size_t order[], size_t from, size_t to,
-                       double span)
+/* One more job: the candidate with these start values; a candidate that the model refuses is none. */
+static void push(const struct shortlist *s, const struct model *from, const struct candidate *candidate,
+                 const double start[], struct refit_job jobs[], size_t *n)
+{
+    struct bf_error ignored;
+    jobs[*n] = (struct refit_job){.n_effects = s->n_effects, .n_tried = s->w->n_tried, .first_new = from->n_effects};
+    *n += candidate_model(from, candidate, start, &jobs[*n].model, &ignored) == BF_OK;
+}
+
+/* Start values with the other sign of the strength; false: it has one sign only, or its start is what a score found. */
+static bool turn(const struct candidate *candidate, double start[])
+{
+    const struct beam_effect *effect = candidate->effect;
+    bool any = false;
+    for (int i = 0; i < effect->n_parameters; i++) {
+        const struct beam_parameter_info *info = &effect->parameters[i];
+        const bool turns = info->role == BEAM_ROLE_STRENGTH && !(info->neutral < 0.0 || info->neutral > 0.0) &&
+                           info->minimum < 0.0;
+        start[i] = turns ? -candidate->start[i] : candidate->start[i];
+        any = any || turns;
+    }
+    return any && is_structural(effect);
+}
+
+/* The next candidates, and their refits. Far from the truth either sign may lead astray (a strut near buckling): both_signs tries the two. */
+static void refit_some(struct shortlist *s, const struct model *from_model, const size_t order[], size_t from,
+                       size_t to, bool both_signs, double span)
 {
     struct diagnose_state *w = s->w;
-    struct refit_job jobs[MOST_AT_ONCE];
+    struct refit_job jobs[2 * MOST_AT_ONCE];
+    double start[BEAM_EFFECT_PARAMETERS];
     size_t n = 0;
     for (size_t k = from; k < to; k++) {
-        struct bf_error ignored; /* a candidate that the model refuses is none */
         const struct candidate *candidate = &s->list.candidates[order[k]];
-        jobs[n] = (struct refit_job){.n_effects = s->n_effects, .n_tried = w->n_tried, .first_new = given->n_effects};
-        n += candidate_model(given, candidate, candidate->start, &jobs[n].model, &ignored) == BF_OK;
+        push(s, from_model, candidate, candidate->start, jobs, &n);
+        if (both_signs && turn(candidate, start))
+            push(s, from_model, candidate, start, jobs, &n);
     }
     diagnose_refits(w, jobs, n, span);
     diagnose_rank(w->d, w->n_tried);
@@ -202,7 +227,7 @@ static void refit_special_cases(struct shortlist *s, const struct model *given, 
         if (diagnose_special_case(effect, d->hypotheses[0].effects[0], d->model) && !was_refitted(d, effect))
             order[n++] = i;
     }
-    refit_some(s, given, order, 0, n, span / MOST_GIVEN);
+    refit_some(s, given, order, 0, n, true, span / MOST_GIVEN);
 }
 
 enum bf_status shortlist_from_given(struct shortlist *s, double span, struct bf_error *err)
@@ -217,7 +242,8 @@ enum bf_status shortlist_from_given(struct shortlist *s, double span, struct bf_
     size_t *order = bf_alloc(s->list.n + 1, sizeof *order);
     const size_t all = order_from_given(s, order), n = all < MOST_GIVEN ? all : MOST_GIVEN;
     for (size_t k = 0; k < n && !diagnose_explained(w->d, s->n_effects) && !progress_interrupted(); k += MOST_AT_ONCE)
-        refit_some(s, &given, order, k, k + MOST_AT_ONCE < n ? k + MOST_AT_ONCE : n, span * MOST_AT_ONCE / MOST_GIVEN);
+        refit_some(s, &given, order, k, k + MOST_AT_ONCE < n ? k + MOST_AT_ONCE : n, true,
+                   span * MOST_AT_ONCE / MOST_GIVEN);
     if (!progress_interrupted())
         refit_special_cases(s, &given, span);
     model_free(&given);
@@ -233,7 +259,8 @@ enum bf_status diagnose_first_look(struct diagnose_state *w, struct bf_error *er
         status = shortlist_score(&s, KIND_LINEAR, err);
     if (!status) {
         const size_t n = s.n_order[KIND_LINEAR];
-        refit_some(&s, &w->d->baseline.model, s.order[KIND_LINEAR], 0, n < MOST_FIRST ? n : MOST_FIRST, 0.0);
+        refit_some(&s, &w->d->baseline.model, s.order[KIND_LINEAR], 0, n < MOST_FIRST ? n : MOST_FIRST, false,
+                   0.0);
     }
     shortlist_free(&s);
     return status;
