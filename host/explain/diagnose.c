@@ -206,6 +206,13 @@ static enum bf_status singles_and_rig(struct diagnose_state *w, bool *done, stru
     return status;
 }
 
+/* With the rig free little is left by one effect: what a rig's other errors leave is no second effect. */
+static bool rig_leaves_little(const struct diagnosis *d)
+{
+    static const double all_but_the_rig = 0.99; /* of the misfit's power */
+    return d->free_rig && d->n_hypotheses > 0 && d->hypotheses[0].explained >= all_but_the_rig;
+}
+
 static enum bf_status search(struct diagnose_state *w, struct bf_error *err)
 {
     const size_t most = w->options->most_effects > 0 ? w->options->most_effects : DIAGNOSE_EFFECTS;
@@ -215,7 +222,8 @@ static enum bf_status search(struct diagnose_state *w, struct bf_error *err)
     for (size_t n = 1; n < most && !status && !done && !progress_interrupted(); n++) {
         const bool far = diagnose_is_far(&w->d->baseline);
         w->answered = is_answered(w->d);
-        if (w->d->n_hypotheses == 0 || !diagnose_more_wanted(w->d) || !last_one_helped(w->d, n) || (n > 1 && !far))
+        if (w->d->n_hypotheses == 0 || !diagnose_more_wanted(w->d) || !last_one_helped(w->d, n) ||
+            rig_leaves_little(w->d) || (n > 1 && !far))
             break; /* a weak misfit does not tell three effects */
         status = one_more(w, n, err);
         if (!status && !progress_interrupted())

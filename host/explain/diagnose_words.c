@@ -248,6 +248,33 @@ static void interrupted(FILE *out, const struct diagnosis *d)
     (void)fprintf(out, ". What was not tried yet may explain it better.");
 }
 
+/* "accel_mps2 at 0.2071 m instead of 0.205" of the channels that moved most. */
+static void moved(FILE *out, const char *name, const struct channel_parameters *own, double at_m, size_t *n)
+{
+    static const double place = 0.5, gain = 0.5; /* of the prior's standard deviation: less is not worth a word */
+    const double shift_m = own->lists_at ? at_m - own->at.prior_value : 0.0;
+    const double factor = own->lists_gain ? own->gain.value / own->gain.prior_value : 1.0;
+    if (own->lists_at && fabs(shift_m) > place * own->at.prior * own->at.prior_value)
+        (void)fprintf(out, "%s%s at %.4g m instead of %.4g", (*n)++ > 0 ? ", " : ": ", name, at_m, own->at.prior_value);
+    if (own->lists_gain && fabs(log(factor)) > gain * own->gain.prior)
+        (void)fprintf(out, "%s%s times %.3g", (*n)++ > 0 ? ", " : ": ", name, factor);
+}
+
+static void rig(FILE *out, const struct diagnosis *d)
+{
+    const struct model *model = d->n_named > 0 ? &d->hypotheses[0].model : &d->baseline.model;
+    size_t n = 0;
+    if (!d->free_rig)
+        return;
+    (void)fprintf(out, " Places and gains of the channels were fitted too, as good as a ruler (2 mm) and a gauge (5 %%) "
+                       "are; held at what the file says they alone leave a misfit");
+    for (size_t i = 0; i < model->n_inputs; i++)
+        moved(out, model->inputs[i].name, &model->inputs[i].own, model->inputs[i].at_m, &n);
+    for (size_t o = 0; o < model->n_outputs; o++)
+        moved(out, model->outputs[o].name, &model->outputs[o].own, model->outputs[o].at_m, &n);
+    (void)fprintf(out, ". Measure them, or state how good they are ({value: ..., prior_m: ...}).");
+}
+
 char *diagnose_words(const struct diagnosis *d)
 {
     static void (*const tell[])(FILE *, const struct diagnosis *) = {complete, missing, ambiguous, unknown};
@@ -261,6 +288,7 @@ char *diagnose_words(const struct diagnosis *d)
     } else {
         computation_first(out, d);
         tell[d->verdict](out, d);
+        rig(out, d);
         not_crossed(out, d);
     }
     (void)fclose(out);

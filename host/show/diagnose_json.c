@@ -101,6 +101,31 @@ static void put_linearity(struct json *root, const struct linearity *linearity)
     json_put_text(object, "text", linearity->text);
 }
 
+static void put_channel(struct json *list, const char *name, const struct channel_parameters *own, double at_m)
+{
+    if (!own->lists_at && !own->lists_gain)
+        return;
+    struct json *object = json_push(list, json_new_object());
+    json_put_text(object, "channel", name);
+    json_put_number(object, "at_m", at_m);
+    json_put_number(object, "stated_at_m", own->lists_at ? own->at.prior_value : at_m);
+    json_put_number(object, "gain", own->gain.value);
+    json_put_number(object, "stated_gain", own->lists_gain ? own->gain.prior_value : own->gain.value);
+}
+
+/* Places and gains that were fitted although the file holds them, in the model of the answer. */
+static void put_rig(struct json *root, const struct diagnosis *d)
+{
+    const struct model *model = d->n_named > 0 ? &d->hypotheses[0].model : &d->baseline.model;
+    struct json *object = json_put(root, "rig", json_new_object());
+    json_put_bool(object, "free", d->free_rig);
+    struct json *list = json_put(object, "channels", json_new_array());
+    for (size_t i = 0; i < model->n_inputs && d->free_rig; i++)
+        put_channel(list, model->inputs[i].name, &model->inputs[i].own, model->inputs[i].at_m);
+    for (size_t o = 0; o < model->n_outputs && d->free_rig; o++)
+        put_channel(list, model->outputs[o].name, &model->outputs[o].own, model->outputs[o].at_m);
+}
+
 static void put_numerics(struct json *root, const struct diagnosis *d)
 {
     const struct predict_channel *worst = &d->baseline.fit.channels[d->numerics.channel];
@@ -166,6 +191,7 @@ struct json *diagnose_json(const struct diagnosis *d, const char *written)
     json_put_number(root, "check_noise_ratio_before", before->check.noise_ratio);
     json_put_number(root, "check_noise_ratio_after", after->check.noise_ratio);
     attainable_json(root, &d->attainable);
+    put_rig(root, d);
     json_put_text(root, "check_kind", check_kind_name(d->check_kind));
     struct misfit_channel *channels = hypothesis_channels(d, before);
     (void)json_put(root, "where", localise_json(&d->where, channels));

@@ -86,11 +86,29 @@ static void fit_found(struct diagnose_next *next, const struct diagnosis *d, con
     end(next, out);
 }
 
+/* The found model as a file: what is free of the rig, too, stands in it. */
+static void write_found(struct diagnose_next *next, const struct diagnosis *d)
+{
+    size_t size = 0;
+    FILE *out = begin(next, &size);
+    if (out == NULL)
+        return;
+    (void)fputs("beamfit diagnose", out);
+    put_path(out, d->model->path ? d->model->path : "MODEL");
+    put_records(out, d, true);
+    (void)fputs(" -o found.yaml", out);
+    end(next, out);
+}
+
 static void next_of_missing(struct diagnose_next *next, const struct diagnosis *d, const char *written)
 {
     const struct hypothesis *best = &d->hypotheses[0];
     char from[32], last[32];
     (void)snprintf(last, sizeof last, "added%zu.yaml", best->n_effects);
+    if (written == NULL && d->free_rig) {
+        write_found(next, d);
+        written = "found.yaml";
+    }
     for (size_t i = 0; written == NULL && i < best->n_effects; i++) {
         (void)snprintf(from, sizeof from, "added%zu.yaml", i);
         add_effect(next, best, i, i == 0 ? (d->model->path ? d->model->path : "MODEL") : from);
