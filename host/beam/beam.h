@@ -119,10 +119,10 @@ struct parameter_map {
     size_t n, n_records;
     size_t *EI, *rho, *cDI; /* [materials] */
     size_t gamma, Ks, KB;
-    size_t *residual; /* [n_residuals] */
+    size_t *residual;                   /* [n_residuals] */
     size_t *input_place, *input_gain;   /* [n_inputs]; SIZE_MAX where the model holds them */
     size_t *output_place, *output_gain; /* [n_outputs] */
-    size_t *effect;   /* [n_records][n_effects][BEAM_EFFECT_PARAMETERS]; record 0 for shared parameters;
+    size_t *effect; /* [n_records][n_effects][BEAM_EFFECT_PARAMETERS]; record 0 for shared parameters;
                          SIZE_MAX where the effect has no such parameter */
     size_t n_effects;
 };

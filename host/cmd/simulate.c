@@ -20,7 +20,7 @@ static const char help[] =
     "  -o, --output OUT      the record to write (CSV, SI units as in the model)\n"
     "  --intersample HOW     what inputs do between samples: bl (band-limited, default), foh (linear), zoh (held)\n"
     "  --oversample N        steps a sample for nonlinear effects (default: the model's steps_per_sample, else\n"
-  "                        8 for forces at a point, 4 over the span)\n"
+    "                        8 for forces at a point, 4 over the span)\n"
     "  --digits N            significant digits (default 9, at most 17)\n"
     "  --json                {\"file\", \"samples\", \"dt_s\", \"intersample\", \"outputs\": [{\"name\", \"rms\",\n"
     "                        \"step_error\"}]}; step_error: relative change when nonlinear steps are halved\n"

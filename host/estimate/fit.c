@@ -372,8 +372,7 @@ static enum bf_status steps_at_end(const struct fit_work *w, const struct fit_op
 }
 
 enum bf_status fit_once(const struct model *model, const struct record records[], size_t n_records,
-                               const struct fit_options *options, struct fit_result *out, int *finer,
-                               struct bf_error *err)
+                        const struct fit_options *options, struct fit_result *out, int *finer, struct bf_error *err)
 {
     struct timespec begin, end;
     *out = (struct fit_result){0};

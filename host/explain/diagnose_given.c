@@ -180,8 +180,8 @@ static bool turn(const struct candidate *candidate, double start[])
     bool any = false;
     for (int i = 0; i < effect->n_parameters; i++) {
         const struct beam_parameter_info *info = &effect->parameters[i];
-        const bool turns = info->role == BEAM_ROLE_STRENGTH && !(info->neutral < 0.0 || info->neutral > 0.0) &&
-                           info->minimum < 0.0;
+        const bool turns =
+            info->role == BEAM_ROLE_STRENGTH && !(info->neutral < 0.0 || info->neutral > 0.0) && info->minimum < 0.0;
         start[i] = turns ? -candidate->start[i] : candidate->start[i];
         any = any || turns;
     }
@@ -259,8 +259,7 @@ enum bf_status diagnose_first_look(struct diagnose_state *w, struct bf_error *er
         status = shortlist_score(&s, KIND_LINEAR, err);
     if (!status) {
         const size_t n = s.n_order[KIND_LINEAR];
-        refit_some(&s, &w->d->baseline.model, s.order[KIND_LINEAR], 0, n < MOST_FIRST ? n : MOST_FIRST, false,
-                   0.0);
+        refit_some(&s, &w->d->baseline.model, s.order[KIND_LINEAR], 0, n < MOST_FIRST ? n : MOST_FIRST, false, 0.0);
     }
     shortlist_free(&s);
     return status;

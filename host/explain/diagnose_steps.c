@@ -9,7 +9,9 @@
 
 #include "ground/ground.h"
 
-enum { MOST_STEPPED = 3 }; /* the best laws; each costs some predictions, and where it needs finer steps a refit from near */
+enum {
+    MOST_STEPPED = 3
+}; /* the best laws; each costs some predictions, and where it needs finer steps a refit from near */
 
 static enum bf_status add_job(const struct diagnose_state *w, const struct hypothesis *h, struct refit_job jobs[],
                               size_t *n, struct bf_error *err)
@@ -22,8 +24,11 @@ static enum bf_status add_job(const struct diagnose_state *w, const struct hypot
         steps == 0)
         return BF_OK;
     struct refit_job *job = &jobs[*n];
-    *job = (struct refit_job){
-        .n_effects = h->n_effects, .n_tried = h->n_tried, .first_new = h->model.n_effects, .to_the_end = true, .near = true};
+    *job = (struct refit_job){.n_effects = h->n_effects,
+                              .n_tried = h->n_tried,
+                              .first_new = h->model.n_effects,
+                              .to_the_end = true,
+                              .near = true};
     const enum bf_status status = model_copy(&h->model, &job->model, err);
     job->model.steps_per_sample = steps;
     *n += !status;

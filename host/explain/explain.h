@@ -133,7 +133,7 @@ struct decision {
 struct diagnosis {
     enum verdict verdict;
     const struct model *model; /* as given; with a free rig `rig`, which is the same but for its channels */
-    bool free_rig;             /* places and gains of the channels were fitted, with priors, although the file holds them */
+    bool free_rig; /* places and gains of the channels were fitted, with priors, although the file holds them */
     struct model rig;
     const struct record *records, *checks;
     size_t n_records, n_checks;

@@ -67,7 +67,7 @@ struct channel_parameters {
 struct model_input {
     char name[MODEL_NAME]; /* column of the record */
     enum input_kind kind;
-    double at_m;           /* INPUT_POINT_FORCE */
+    double at_m; /* INPUT_POINT_FORCE */
     struct channel_parameters own;
     double from_m, to_m;   /* INPUT_PATCH_MOMENT: the patch (default: region 'patch') */
     bool level_per_record; /* `level: per_record`: an unknown factor for each record */
@@ -76,7 +76,7 @@ struct model_input {
 struct model_output {
     char name[MODEL_NAME];
     enum output_kind kind;
-    double at_m;         /* all but OUTPUT_PATCH_STRAIN */
+    double at_m; /* all but OUTPUT_PATCH_STRAIN */
     struct channel_parameters own;
     double from_m, to_m; /* OUTPUT_PATCH_STRAIN: the patch (default: region 'patch') */
 };

@@ -132,7 +132,8 @@ static enum bf_status check_patch(struct check *c, struct model_where where, dou
     return status;
 }
 
-static enum bf_status check_gain(struct check *c, const char *section, const char *channel, const struct parameter *gain)
+static enum bf_status check_gain(struct check *c, const char *section, const char *channel,
+                                 const struct parameter *gain)
 {
     const struct model_where where = {section, channel, 0, "gain"};
     if (!gain->name[0] || (isfinite(gain->value) && fabs(gain->value) > 0.0))

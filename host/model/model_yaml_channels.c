@@ -23,7 +23,8 @@ static enum bf_status read_prior_m(const struct yaml_reader *r, const struct yam
         return BF_OK;
     const enum bf_status status = yaml_number(r, stated, own ? "prior_m" : "sd", &prior_m);
     if (status == BF_OK && !(prior_m > 0.0 && isfinite(prior_m)))
-        return yaml_fail(r, stated, "the standard deviation of a place is %g; write metres above 0, e.g. 0.002", prior_m);
+        return yaml_fail(r, stated, "the standard deviation of a place is %g; write metres above 0, e.g. 0.002",
+                         prior_m);
     const struct yaml_node *centre = yaml_get(node, "prior_value", NULL);
     at->prior_value = at->value;
     if (status == BF_OK && centre && yaml_number(r, centre, "prior_value", &at->prior_value) != BF_OK)
@@ -107,8 +108,8 @@ static enum bf_status read_kind(const struct yaml_reader *r, const struct yaml_n
 static enum bf_status read_input(const struct yaml_reader *r, const struct yaml_node *name,
                                  const struct yaml_node *node)
 {
-    static const char *const force_keys[] = {"kind", "level", "at_m", "gain"},
-                             *const moment_keys[] = {"kind", "level", "patch_m"};
+    static const char *const force_keys[] = {"kind", "level", "at_m", "gain"}, *const moment_keys[] = {"kind", "level",
+                                                                                                       "patch_m"};
     struct model_input input = {0};
     enum bf_status status = yaml_name(r, name, "an input's name", sizeof input.name, input.name);
     if (status == BF_OK)

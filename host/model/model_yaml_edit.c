@@ -107,11 +107,11 @@ static void edit_own(struct editor *e, const struct yaml_node *channel, const st
 static void edit_channels(struct editor *e)
 {
     const struct yaml_node *inputs = yaml_get(e->root, "inputs", NULL), *outputs = yaml_get(e->root, "outputs", NULL);
-    for (size_t i = 0; i < e->new->n_inputs && i < e->old->n_inputs; i++) {
+    for (size_t i = 0; i < e->new->n_inputs &&i < e->old->n_inputs; i++) {
         const struct yaml_node *channel = yaml_get(inputs, e->new->inputs[i].name, NULL);
         edit_own(e, channel, &e->old->inputs[i].own, &e->new->inputs[i].own);
     }
-    for (size_t i = 0; i < e->new->n_outputs && i < e->old->n_outputs; i++) {
+    for (size_t i = 0; i < e->new->n_outputs &&i < e->old->n_outputs; i++) {
         const struct yaml_node *channel = yaml_get(outputs, e->new->outputs[i].name, NULL);
         edit_own(e, channel, &e->old->outputs[i].own, &e->new->outputs[i].own);
     }

@@ -274,8 +274,8 @@ static enum bf_status read_steps(const struct yaml_reader *r, const struct yaml_
         return BF_OK;
     const enum bf_status status = yaml_number(r, node, "steps_per_sample", &steps);
     if (status == BF_OK && !(steps >= 1.0 && steps <= MODEL_STEPS_MOST && steps == floor(steps)))
-        return yaml_fail(r, node, "steps_per_sample is %g; write a whole number from 1 to %d, or take the line out", steps,
-                         MODEL_STEPS_MOST);
+        return yaml_fail(r, node, "steps_per_sample is %g; write a whole number from 1 to %d, or take the line out",
+                         steps, MODEL_STEPS_MOST);
     r->model->steps_per_sample = (int)steps;
     return status;
 }

@@ -93,9 +93,8 @@ static size_t add_channel(const char *name, const struct channel_parameters *own
 size_t model_parameters(const struct model *model, const char *const record_names[], size_t n_records,
                         struct parameter_ref **out)
 {
-    size_t most =
-        3 * model->n_materials + 3 + model->n_residuals + 2 * (model->n_inputs + model->n_outputs) + 
-        model->n_effects * BEAM_EFFECT_PARAMETERS * (n_records + 1);
+    size_t most = 3 * model->n_materials + 3 + model->n_residuals + 2 * (model->n_inputs + model->n_outputs) +
+                  model->n_effects * BEAM_EFFECT_PARAMETERS * (n_records + 1);
     struct parameter_ref *refs = bf_alloc(most, sizeof *refs);
     size_t n = 0;
     for (size_t i = 0; i < model->n_materials; i++) {

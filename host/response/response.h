@@ -30,9 +30,9 @@ enum bf_status intersample_from_text(const char *text, enum intersample *out, st
 
 struct predict_options {
     enum intersample intersample; /* 0: band limited */
-    int oversample;               /* steps a sample of laws; 0: the model's steps_per_sample, else the laws' usual number */
-    int threads;                  /* for nonlinear records; 0: one a processor */
-    bool quiet;                   /* no warnings (the same records were seen before) */
+    int oversample;       /* steps a sample of laws; 0: the model's steps_per_sample, else the laws' usual number */
+    int threads;          /* for nonlinear records; 0: one a processor */
+    bool quiet;           /* no warnings (the same records were seen before) */
     bool uniform_splines; /* equidistant knots, not on the region edges: the seed paper's space, for comparison */
     size_t fine_splines;  /* dimension of the fine spline space; 0: 160 */
     size_t modes;         /* modes of the reduced space; 0: enough for 4 × the band */

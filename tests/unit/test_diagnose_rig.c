@@ -24,9 +24,9 @@ static const char *const beam[] = {
     "cDI_beam_sNm2 = 2e-5",
     "cDI_patch_sNm2 = 2e-5",
     "gamma_sNpm2 = 0.05",
-    "input hammer_N point_force at_m=0.1518", /* the file says 0.15 */
+    "input hammer_N point_force at_m=0.1518",     /* the file says 0.15 */
     "output accel_mps2 acceleration at_m=0.3022", /* 0.3 */
-    "output tip_mps velocity at_m=0.4378", /* 0.44 */
+    "output tip_mps velocity at_m=0.4378",        /* 0.44 */
     "sample_rate_Hz = 512",
     "duration_s = 2",
     "noise = 0.004",
@@ -36,20 +36,21 @@ static const char *const hits[RECORDS] = {"signal hammer_N raised_cosine start_s
                                           "signal hammer_N raised_cosine start_s=0.05 width_s=0.012 level=6"};
 static const double gain_of_tip = 1.06;
 
-static const char model_text[] = "format: beamfit-model/1\n"
-                                 "beam: {length_m: 0.4573, patch_m: [0.02535, 0.08905]}\n"
-                                 "parameters:\n"
-                                 "  EI_beam_Nm2: {value: 0.495, prior: 0.03}\n"
-                                 "  EI_patch_Nm2: {value: 0.9}\n"
-                                 "  rho_beam_kgpm: {value: 0.0926, prior: 0.01}\n"
-                                 "  rho_patch_kgpm: {value: 0.4}\n"
-                                 "  cDI_beam_sNm2: {value: 2e-5}\n"
-                                 "  cDI_patch_sNm2: {value: 2e-5}\n"
-                                 "  gamma_sNpm2: {value: 0.05}\n"
-                                 "inputs: {hammer_N: {kind: point_force, at_m: 0.15}}\n"
-                                 "outputs: {accel_mps2: {kind: acceleration, at_m: 0.3}, tip_mps: {kind: velocity, at_m: "
-                                 "0.44}}\n"
-                                 "effects: []\n";
+static const char model_text[] =
+    "format: beamfit-model/1\n"
+    "beam: {length_m: 0.4573, patch_m: [0.02535, 0.08905]}\n"
+    "parameters:\n"
+    "  EI_beam_Nm2: {value: 0.495, prior: 0.03}\n"
+    "  EI_patch_Nm2: {value: 0.9}\n"
+    "  rho_beam_kgpm: {value: 0.0926, prior: 0.01}\n"
+    "  rho_patch_kgpm: {value: 0.4}\n"
+    "  cDI_beam_sNm2: {value: 2e-5}\n"
+    "  cDI_patch_sNm2: {value: 2e-5}\n"
+    "  gamma_sNpm2: {value: 0.05}\n"
+    "inputs: {hammer_N: {kind: point_force, at_m: 0.15}}\n"
+    "outputs: {accel_mps2: {kind: acceleration, at_m: 0.3}, tip_mps: {kind: velocity, at_m: "
+    "0.44}}\n"
+    "effects: []\n";
 
 static void simulate(size_t r, const char *effect, struct record *out)
 {

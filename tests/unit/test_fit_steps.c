@@ -68,7 +68,8 @@ static void make_rig(const char *effects, struct rig *rig)
     for (size_t c = 0; c < truth.n_channels; c++)
         record_add_column(&rig->record, truth.channel[c].name, truth.channel[c].x);
     (void)snprintf(text, sizeof text, "Butterworth order %zu at %.9g Hz, %s", spec.filter_order,
-                   spec.filter_ratio * truth.rate_Hz, spec.filter_causal ? "one pass" : "forward and backward (zero phase)");
+                   spec.filter_ratio * truth.rate_Hz,
+                   spec.filter_causal ? "one pass" : "forward and backward (zero phase)");
     record_add_meta(&rig->record, "anti-alias filter", text);
     rig->sigma = 2e-3 * dense_norm(truth.n, truth_record_channel(&truth, "tip_mps")) / sqrt((double)truth.n);
     truth_record_free(&truth);
@@ -123,7 +124,8 @@ static void friction_gets_the_steps_that_its_kinks_need(void **state)
     rig.model.steps_per_sample = steps_of(&rig, 0);
     assert_true(rig.model.steps_per_sample > 8 && rig.model.steps_per_sample <= MODEL_STEPS_MOST);
     const double fine = left_by(&rig);
-    if (!(fine < 0.2 * usual && fine < 1.2)) /* no noise: what is left is the computation's, and no step takes the last 0.2 % */
+    if (!(fine < 0.2 * usual &&
+          fine < 1.2)) /* no noise: what is left is the computation's, and no step takes the last 0.2 % */
         fail_msg("%g times the noise with %d steps, %g with the usual ones", fine, rig.model.steps_per_sample, usual);
     assert_int_equal(steps_of(&rig, 0) % 8, 0);
     free_rig(&rig);

@@ -54,7 +54,7 @@ static void the_whole_block(void **state)
     model_free(&m);
 }
 
-#define CHANNELS /* 8 lines, then the outputs */                                                                         \
+#define CHANNELS /* 8 lines, then the outputs */                                                                       \
     "format: beamfit-model/1\nbeam: {length_m: 0.4573, patch_m: [0.02535, 0.08905]}\n"                                 \
     "parameters:\n  {EI_beam_Nm2: 0.495, EI_patch_Nm2: 1.05, rho_beam_kgpm: 0.09, rho_patch_kgpm: 0.3}\n"              \
     "inputs:\n  hammer_N: {kind: point_force, at_m: 0.1, gain: -1}\noutputs:\n"
@@ -88,8 +88,9 @@ static void places_and_gains(void **state)
         char text[1024];
         struct model m, again;
         (void)snprintf(text, sizeof text,
-                       CHANNELS "  tip_mps: {kind: velocity, at_m: {value: 0.4, %s}, gain: {value: 1.1, prior: 0.05}} # laser\n"
-                                "effects: []\n",
+                       CHANNELS
+                       "  tip_mps: {kind: velocity, at_m: {value: 0.4, %s}, gain: {value: 1.1, prior: 0.05}} # laser\n"
+                       "effects: []\n",
                        priors[i]);
         reads(text, &m);
         assert_true(model_input_gain(&m, 0) < -0.5 && !m.inputs[0].own.lists_gain && !m.inputs[0].own.lists_at);
@@ -259,10 +260,9 @@ static void the_noise_of_a_fit(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_whole_block),
-        cmocka_unit_test(steps_per_sample), cmocka_unit_test(places_and_gains),
-        cmocka_unit_test(wrong_places_and_gains), cmocka_unit_test(parts_and_nothing),
-        cmocka_unit_test(what_is_refused),
+        cmocka_unit_test(the_whole_block),    cmocka_unit_test(steps_per_sample),
+        cmocka_unit_test(places_and_gains),   cmocka_unit_test(wrong_places_and_gains),
+        cmocka_unit_test(parts_and_nothing),  cmocka_unit_test(what_is_refused),
         cmocka_unit_test(the_noise_of_a_fit),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

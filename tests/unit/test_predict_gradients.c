@@ -129,7 +129,8 @@ static void free_places_and_gains_with_a_law(void **state)
 static void free_places_and_gains_with_a_shifted_patch(void **state)
 {
     (void)state;
-    check_model("  - {kind: patch_position, shift_m: 0.004}\n", true, true, NULL, 1e-7); /* a shift is differentiated at the places of the base */
+    check_model("  - {kind: patch_position, shift_m: 0.004}\n", true, true, NULL,
+                1e-7); /* a shift is differentiated at the places of the base */
 }
 
 static void shaken_clamp_with_masses_filters_and_a_shifted_patch(void **state)
