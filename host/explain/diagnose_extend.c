@@ -122,8 +122,9 @@ enum bf_status diagnose_extend(struct diagnose_state *w, const struct hypothesis
         status = shortlist_from_given(&s, 0.3 * span, err);
     if (!status && given_is_wanted(&s) && !diagnose_explained(w->d, s.n_effects) && !progress_interrupted())
         status = diagnose_single_places(w, 0.0, err);
-    const bool enough = diagnose_explained(w->d, s.n_effects) && w->d->linearity.verdict != LINEARITY_CANNOT_TELL &&
-                        diagnose_is_far(from);
+    const bool explained = diagnose_explained(w->d, s.n_effects);
+    const bool enough = (explained && w->d->linearity.verdict != LINEARITY_CANNOT_TELL && diagnose_is_far(from)) ||
+                        from->n_effects >= 2; /* a law is found as the first or the second of three */
     if (!status && !progress_interrupted() && (!enough || w->options->everything))
         status = stage(&s, kinds + 2, 1, most, 0.4 * span, err);
     if (!status && nonlinear && !w->options->everything && !progress_interrupted() &&

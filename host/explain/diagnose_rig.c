@@ -121,6 +121,12 @@ static enum bf_status make_free_side(struct diagnose_state *w, struct bf_error *
     return status == BF_NUMERIC ? BF_OK : status;
 }
 
+/* A law that a linear effect has outdone. */
+static bool is_dear(const struct hypothesis *h, const struct hypothesis *best)
+{
+    return hypothesis_has_law(h) && !hypothesis_has_law(best);
+}
+
 /* The best explanations of the other side, fitted again from near with this side's channels. */
 static enum bf_status take_over(struct diagnose_state *w, struct bf_error *err)
 {
@@ -129,7 +135,7 @@ static enum bf_status take_over(struct diagnose_state *w, struct bf_error *err)
     enum bf_status status = BF_OK;
     for (size_t i = 0; i < w->other.n_hypotheses && n < MOST_TAKEN && !status; i++) {
         const struct hypothesis *h = &w->other.hypotheses[i];
-        if (h->score <= w->other.baseline.score)
+        if (h->score <= w->other.baseline.score || (i > 0 && is_dear(h, &w->other.hypotheses[0])))
             continue;
         jobs[n] = (struct refit_job){.n_effects = h->n_effects,
                                      .n_tried = h->n_tried,

@@ -40,7 +40,7 @@ def main():
     parser.add_argument("--build", default="build")
     parser.add_argument("--work", default=os.path.join("build", "calibrate"))
     parser.add_argument("--records", default=os.path.join("build", "hidden"), help="where the recordings are, or are simulated")
-    parser.add_argument("--every", type=int, default=3, help="each so many single effects once more without the truth")
+    parser.add_argument("--every", type=int, default=6, help="each so many single effects once more without the truth")
     options = parser.parse_args()
     options.build = os.path.abspath(options.build)
     tools = run.prepare(options)
