@@ -70,8 +70,10 @@ enum bf_status diagnose_resolve(struct diagnose_state *w, struct bf_error *err)
 {
     enum { MOST_TIMES = 2 };
     struct diagnosis *d = w->d;
+    const bool told = w->predict->fine_splines > 0 || w->predict->modes > 0 || w->predict->oversample > 0;
     enum bf_status status = diagnose_numerics(w, err);
-    for (int k = 0; k < MOST_TIMES && !status && !diagnose_computed(d) && !progress_interrupted(); k++) {
+    for (int k = told ? MOST_TIMES : 0; k < MOST_TIMES && !status && !diagnose_computed(d) && !progress_interrupted();
+         k++) {
         status = predict_finer(&d->baseline.model, d->records, d->n_records, w->predict, err);
         hypothesis_free(&d->baseline);
         d->n_modes = 0;

@@ -88,7 +88,8 @@ enum bf_status diagnose_steps(struct diagnose_state *w, struct bf_error *err);
 
 /* diagnose_numerics.c: the baseline computed twice as finely; cost: two predictors and one prediction. */
 enum bf_status diagnose_numerics(struct diagnose_state *w, struct bf_error *err);
-/* The same, and while the misfit is not far above that change, everything twice as fine from here on, twice at most. */
+/* The same, and while the misfit is not far above that change, everything twice as fine from here on, twice at most; never finer
+   than what was asked for with --splines or --oversample. */
 enum bf_status diagnose_resolve(struct diagnose_state *w, struct bf_error *err);
 /* What the baseline leaves cannot be the error of its computation, so that physics may be blamed. */
 bool diagnose_computed(const struct diagnosis *d);
