@@ -167,16 +167,6 @@ static double least_of_others(const struct diagnosis *d, const struct decision *
     return least;
 }
 
-/* Of the hypotheses with some of its effects the least error, in units of the noise: what a set gains over its members. */
-static double least_of_subsets(const struct diagnosis *d, const struct hypothesis *h)
-{
-    double least = d->baseline.fitted.noise_ratio;
-    for (size_t i = 0; i < d->n_hypotheses; i++)
-        if (d->hypotheses[i].n_effects < h->n_effects && diagnose_contains(h, &d->hypotheses[i]))
-            least = fmin(least, d->hypotheses[i].fitted.noise_ratio);
-    return least;
-}
-
 /* Of the hypotheses with more effects beside its own: what one more would take. */
 static double least_of_supersets(const struct diagnosis *d, const struct hypothesis *h)
 {
@@ -197,9 +187,6 @@ static double floor_of(const struct diagnosis *d)
 static void fill_features(const struct diagnosis *d, struct decision *one)
 {
     const struct hypothesis *best = &d->hypotheses[one->among[0]];
-    const size_t other = best_other(d, one);
-    const double rival =
-        other < d->n_hypotheses ? fmax(d->hypotheses[other].score, d->baseline.score) : d->baseline.score;
     const bool checked = best->check.n_channels > 0 && d->baseline.check.n_channels > 0;
     const struct hypothesis_errors *before = checked ? &d->baseline.check : &d->baseline.fitted,
                                    *after = checked ? &best->check : &best->fitted;
@@ -210,16 +197,11 @@ static void fill_features(const struct diagnosis *d, struct decision *one)
     x[FEATURE_REMAINS] = log_ratio(best->fitted.nrmse / floor_of(d));
     x[FEATURE_HELD_OUT] = log_ratio(before->noise_ratio) - log_ratio(after->noise_ratio);
     x[FEATURE_GAP] = log_ratio(after->noise_ratio) - log_ratio(best->fitted.noise_ratio);
-    x[FEATURE_UNCHECKED] = checked ? 0.0 : 1.0;
-    x[FEATURE_LEAD] = log1p(fmax(best->score - rival, 0.0));
     x[FEATURE_FACTS] = log1p((double)shown);
-    x[FEATURE_LAW] = hypothesis_has_law(best) ? 1.0 : 0.0;
     x[FEATURE_MORE_EFFECTS] = (double)best->n_effects - 1.0;
-    x[FEATURE_OTHERS] = (double)one->n - 1.0;
-    x[FEATURE_OVER_MEMBERS] =
-        best->n_effects > 1 ? log_ratio(least_of_subsets(d, best)) - log_ratio(best->fitted.noise_ratio) : 0.0;
     x[FEATURE_AHEAD] = log_ratio(least_of_others(d, one)) - log_ratio(best->fitted.noise_ratio);
     x[FEATURE_ONE_MORE] = log_ratio(best->fitted.noise_ratio) - log_ratio(least_of_supersets(d, best));
+    x[FEATURE_AT_NOISE] = best->explains ? 1.0 : 0.0;
     one->probability = probability_of(x);
 }
 

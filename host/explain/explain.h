@@ -107,15 +107,11 @@ enum feature {
     FEATURE_REMAINS,   /* log10 of the error that the best leaves over what a free linear model or the noise leaves */
     FEATURE_HELD_OUT,  /* log10 of the error of held-out records before/after; fitted ones where none are held out */
     FEATURE_GAP,       /* log10 of held-out over fitted error of the best, in units of the noise; 0: none held out */
-    FEATURE_UNCHECKED, /* 1: no record was held or left out */
-    FEATURE_LEAD,      /* log(1 + lead in score over the best that is not in the decision) */
     FEATURE_FACTS,     /* log(1 + facts that show a misfit) */
-    FEATURE_LAW,       /* 1: the best has a law */
     FEATURE_MORE_EFFECTS, /* effects of the best, less one */
-    FEATURE_OTHERS,       /* explanations in the decision, less one */
-    FEATURE_OVER_MEMBERS, /* log10 of the least error of its subsets over its own; 0 for one effect */
     FEATURE_AHEAD,        /* log10 of the least error of those not in the decision, and not its kin, over its own */
     FEATURE_ONE_MORE,     /* log10 of its error over the least of those with one more effect */
+    FEATURE_AT_NOISE,     /* 1: the best leaves nothing that matters */
     FEATURES
 };
 const char *feature_name(enum feature feature);

@@ -8,11 +8,9 @@ const char *feature_name(enum feature feature)
     static const char *const names[FEATURES] = {
         [FEATURE_STRENGTH] = "strength", [FEATURE_EXPLAINED] = "explained",
         [FEATURE_REMAINS] = "remains",   [FEATURE_HELD_OUT] = "held_out",
-        [FEATURE_GAP] = "gap",           [FEATURE_UNCHECKED] = "unchecked",
-        [FEATURE_LEAD] = "lead",         [FEATURE_FACTS] = "facts",
-        [FEATURE_LAW] = "law",           [FEATURE_MORE_EFFECTS] = "more_effects",
-        [FEATURE_OTHERS] = "others",     [FEATURE_OVER_MEMBERS] = "over_members",
-        [FEATURE_AHEAD] = "ahead",       [FEATURE_ONE_MORE] = "one_more",
+        [FEATURE_GAP] = "gap",           [FEATURE_FACTS] = "facts",
+        [FEATURE_AHEAD] = "ahead",       [FEATURE_MORE_EFFECTS] = "more_effects",
+        [FEATURE_ONE_MORE] = "one_more", [FEATURE_AT_NOISE] = "at_noise",
     };
     return names[feature];
 }
