@@ -304,13 +304,22 @@ bool diagnose_more_wanted(const struct diagnosis *d)
     return d->n_hypotheses > 0 && !d->hypotheses[0].explains;
 }
 
+/* Another explanation, no kin of these, is as good by what the facts say: the records do not tell them apart. */
+static bool is_open(const struct diagnosis *d, const struct decision *one)
+{
+    const size_t other = best_other(d, one);
+    return one->n < DECISIONS_EACH && other < d->n_hypotheses &&
+           diagnose_as_good(d, &d->hypotheses[other], &d->hypotheses[one->among[0]]) &&
+           significant(d, &d->hypotheses[other]);
+}
+
 /* Of the decisions that are probable enough the one with the fewest explanations, then effects; n_decisions: none is. */
 static size_t simplest(const struct diagnosis *d)
 {
     size_t found = d->n_decisions;
     for (size_t k = 0; k < d->n_decisions; k++) {
         const struct decision *one = &d->decisions[k], *best = &d->decisions[found];
-        if (one->probability < limits.enough)
+        if (one->probability < limits.enough || is_open(d, one))
             continue;
         const size_t effects = d->hypotheses[one->among[0]].n_effects;
         if (found == d->n_decisions || one->n < best->n ||
