@@ -4,23 +4,19 @@
 
 #include <stdlib.h>
 
-/* The values of a result in a copy of its model, at another number of steps. */
-static enum bf_status model_at(const struct model *model, const struct fit_result *result, int steps, struct model *out,
-                               struct bf_error *err)
+/* A copy of the model with the values of a result, at another number of steps. */
+static enum bf_status model_at(const struct model *model, const struct record records[], size_t n_records,
+                               const struct fit_result *result, int steps, struct model *out, struct bf_error *err)
 {
     const enum bf_status status = model_copy(model, out, err);
-    if (status)
-        return status;
-    struct parameter_ref *refs;
-    const char *const *names = (const char *const *)result->names;
-    const size_t n = model_parameters(out, names, result->n_records, &refs);
-    double *value = bf_alloc(n + 1, sizeof *value);
-    for (size_t i = 0; i < n; i++)
+    double *value = bf_alloc(result->n_parameters + 1, sizeof *value);
+    for (size_t i = 0; i < result->n_parameters; i++)
         value[i] = result->parameters[i].value;
-    model_set_parameters(out, refs, n, value, NULL, names);
+    if (!status)
+        refit_into_model(records, n_records, value, NULL, out);
     out->steps_per_sample = steps;
-    free(refs), free(value);
-    return BF_OK;
+    free(value);
+    return status;
 }
 
 /* The second result goes on where the first one ended; what was asked of the model stays in view. */
@@ -47,7 +43,7 @@ enum bf_status fit_run(const struct model *model, const struct record records[],
     enum bf_status status = fit_once(model, records, n_records, &near, out, &steps, err);
     if (status || steps == 0)
         return status;
-    status = model_at(model, out, steps, &finer, err);
+    status = model_at(model, records, n_records, out, steps, &finer, err);
     near.start = FIT_NEAR;
     if (!status && fit_once(&finer, records, n_records, &near, &again, &ignored, err) == BF_OK)
         join(out, &again, steps);

@@ -52,16 +52,11 @@ static double noise_doubt(const struct diagnosis *d)
     return d->noise != NULL && d->n_channels > 0 ? 2.0 * sqrt(square) / (double)d->n_channels : 0.0;
 }
 
-static double excess(double ratio)
-{
-    return fmax(ratio * ratio - 1.0, 0.0);
-}
-
 static double share_explained(const struct hypothesis_errors *before, const struct hypothesis_errors *after)
 {
     if (before->n_channels == 0 || after->n_channels == 0)
         return nan("");
-    return excess(before->noise_ratio) > 0.0 ? 1.0 - excess(after->noise_ratio) / excess(before->noise_ratio) : 0.0;
+    return hypothesis_excess(before) > 0.0 ? 1.0 - hypothesis_excess(after) / hypothesis_excess(before) : 0.0;
 }
 
 static void measure_explained(struct diagnosis *d, struct hypothesis *h)

@@ -120,6 +120,11 @@ enum bf_status hypothesis_measure(const struct diagnose_state *w, struct hypothe
     return status ? status : measure_check(w, h, err);
 }
 
+double hypothesis_excess(const struct hypothesis_errors *e)
+{
+    return fmax(e->noise_ratio * e->noise_ratio - 1.0, 0.0);
+}
+
 bool hypothesis_has_law(const struct hypothesis *h)
 {
     for (size_t i = 0; i < h->n_effects; i++)

@@ -119,13 +119,7 @@ enum bf_status diagnose_members_from_given(struct diagnose_state *w, struct bf_e
         n += !status;
     }
     model_free(&given);
-    if (!status)
-        diagnose_refits(w, jobs, n, 0.0);
-    for (size_t i = 0; status && i < n; i++)
-        model_free(&jobs[i].model);
-    diagnose_rank(w->d, w->n_tried);
-    diagnose_drop_repeats(w->d);
-    return status;
+    return diagnose_try(w, jobs, n, status, 0.0);
 }
 
 /* Moves the beam's frequencies and shapes: what a baseline without it is driven away by. */
@@ -202,9 +196,7 @@ static void refit_some(struct shortlist *s, const struct model *from_model, cons
         if (both_signs && turn(candidate, start))
             push(s, from_model, candidate, start, jobs, &n);
     }
-    diagnose_refits(w, jobs, n, span);
-    diagnose_rank(w->d, w->n_tried);
-    diagnose_drop_repeats(w->d);
+    (void)diagnose_try(w, jobs, n, BF_OK, span);
 }
 
 static bool was_refitted(const struct diagnosis *d, const struct beam_effect *effect)

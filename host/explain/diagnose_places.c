@@ -148,19 +148,6 @@ void diagnose_drop_repeats(struct diagnosis *d)
     d->n_hypotheses = kept;
 }
 
-/* Refits them; the models are theirs afterwards. */
-static enum bf_status run_jobs(struct diagnose_state *w, struct place_jobs *jobs, enum bf_status status, double span)
-{
-    for (size_t i = 0; status && i < jobs->n; i++)
-        model_free(&jobs->job[i].model);
-    if (status || jobs->n == 0)
-        return status;
-    diagnose_refits(w, jobs->job, jobs->n, span);
-    diagnose_rank(w->d, w->n_tried);
-    diagnose_drop_repeats(w->d);
-    return BF_OK;
-}
-
 enum bf_status diagnose_other_places(struct diagnose_state *w, double span, struct bf_error *err)
 {
     struct diagnosis *d = w->d;
@@ -172,7 +159,7 @@ enum bf_status diagnose_other_places(struct diagnose_state *w, double span, stru
             d->hypotheses[i].places_tried = true;
             chosen++;
         }
-    return run_jobs(w, &jobs, status, span);
+    return diagnose_try(w, jobs.job, jobs.n, status, span);
 }
 
 enum bf_status diagnose_single_places(struct diagnose_state *w, double span, struct bf_error *err)
@@ -189,5 +176,5 @@ enum bf_status diagnose_single_places(struct diagnose_state *w, double span, str
         h->places_tried = true;
         n++;
     }
-    return run_jobs(w, &jobs, status, span);
+    return diagnose_try(w, jobs.job, jobs.n, status, span);
 }

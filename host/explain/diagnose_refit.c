@@ -127,3 +127,16 @@ void diagnose_refits(struct diagnose_state *w, struct refit_job jobs[], size_t n
         model_free(&jobs[i].model);
     w->done += span;
 }
+
+enum bf_status diagnose_try(struct diagnose_state *w, struct refit_job jobs[], size_t n, enum bf_status status,
+                            double span)
+{
+    for (size_t i = 0; status && i < n; i++)
+        model_free(&jobs[i].model);
+    if (status || n == 0)
+        return status;
+    diagnose_refits(w, jobs, n, span);
+    diagnose_rank(w->d, w->n_tried);
+    diagnose_drop_repeats(w->d);
+    return BF_OK;
+}

@@ -12,11 +12,7 @@
 
 #include "ground/ground.h"
 
-/* What a ruler and a calibrated channel are good for, one standard deviation. */
-static const struct rig_limits {
-    double place_m, gain;
-    double clear; /* of the misfit's power above the noise: what freeing the rig must take */
-} limits = {.place_m = 0.002, .gain = 0.05, .clear = 0.3};
+const struct rig_limits diagnose_rig_limits = {.place_m = 0.002, .gain = 0.05, .clear = 0.3};
 
 enum { MOST_TAKEN = 4 }; /* explanations that are fitted again when the rig is freed, or held */
 
@@ -25,16 +21,16 @@ enum { MOST_TAKEN = 4 }; /* explanations that are fitted again when the rig is f
 static size_t free_one(struct channel_parameters *own, double at_m)
 {
     size_t n = 0;
-    if (own->at.name[0] && !own->lists_at && at_m > limits.place_m) {
+    if (own->at.name[0] && !own->lists_at && at_m > diagnose_rig_limits.place_m) {
         own->lists_at = true, own->at.fixed = false;
         own->at.value = own->at.prior_value = at_m;
-        own->at.prior = limits.place_m / at_m;
+        own->at.prior = diagnose_rig_limits.place_m / at_m;
         n++;
     }
     if (own->gain.name[0] && !own->lists_gain && own->gain.value > 0.0) {
         own->lists_gain = true, own->gain.fixed = false, own->gain.logarithmic = true;
         own->gain.prior_value = own->gain.value;
-        own->gain.prior = limits.gain;
+        own->gain.prior = diagnose_rig_limits.gain;
         n++;
     }
     return n;
@@ -91,17 +87,12 @@ void diagnose_side_free(struct diagnose_side *side)
     *side = (struct diagnose_side){0};
 }
 
-static double excess(const struct hypothesis_errors *e)
-{
-    return fmax(e->noise_ratio * e->noise_ratio - 1.0, 0.0);
-}
-
 /* The least excess over the noise of a side's baseline and explanations. */
 static double least_excess(const struct hypothesis *baseline, const struct hypothesis hypotheses[], size_t n)
 {
-    double least = excess(&baseline->fitted);
+    double least = hypothesis_excess(&baseline->fitted);
     for (size_t i = 0; i < n; i++)
-        least = fmin(least, excess(&hypotheses[i].fitted));
+        least = fmin(least, hypothesis_excess(&hypotheses[i].fitted));
     return least;
 }
 
@@ -146,13 +137,7 @@ static enum bf_status take_over(struct diagnose_state *w, struct bf_error *err)
         take_channels(w->d->model, &jobs[n].model);
         n += !status;
     }
-    if (!status && n > 0)
-        diagnose_refits(w, jobs, n, 0.0);
-    for (size_t i = 0; status && i < n; i++)
-        model_free(&jobs[i].model);
-    diagnose_rank(w->d, w->n_tried);
-    diagnose_drop_repeats(w->d);
-    return status;
+    return diagnose_try(w, jobs, n, status, 0.0);
 }
 
 enum bf_status diagnose_free_rig(struct diagnose_state *w, bool at_noise_only, bool *freed, struct bf_error *err)
@@ -172,7 +157,7 @@ enum bf_status diagnose_free_rig(struct diagnose_state *w, bool at_noise_only, b
     const struct diagnose_side *held = &w->other;
     *freed = !status && (at_noise_only ? diagnose_is_complete(d)
                                        : least_excess(&d->baseline, d->hypotheses, d->n_hypotheses) <
-                                             (1.0 - limits.clear) *
+                                             (1.0 - diagnose_rig_limits.clear) *
                                                  least_excess(&held->baseline, held->hypotheses, held->n_hypotheses));
     d->free_rig = *freed;
     if (!*freed)

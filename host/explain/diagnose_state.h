@@ -77,6 +77,13 @@ enum bf_status diagnose_free_rig(struct diagnose_state *w, bool at_noise_only, b
 enum bf_status diagnose_hold_rig(struct diagnose_state *w, struct bf_error *err);
 void diagnose_side_free(struct diagnose_side *side);
 
+/* What a ruler and a calibrated channel are taken to be good for, one standard deviation. */
+struct rig_limits {
+    double place_m, gain;
+    double clear; /* of the misfit's power above the noise: what freeing the rig must take */
+};
+extern const struct rig_limits diagnose_rig_limits;
+
 /*
  * A set of effects is named only when none of them does alone: each linear one of the best hypothesis is refitted from the model as given.
  * Ranks. Linear refits, some tenths of a second to a second each.
@@ -100,6 +107,8 @@ enum bf_status hypothesis_measure(const struct diagnose_state *w, struct hypothe
 void hypothesis_take_check(struct hypothesis *h, const struct fit_channel_error channels[],
                            const struct noise_estimate noise[], size_t n);
 void hypothesis_free(struct hypothesis *h);
+/* Power above the noise, in units of it; 0 at the noise. */
+double hypothesis_excess(const struct hypothesis_errors *e);
 /* One of its added effects is a law, so that its prediction steps through time. */
 bool hypothesis_has_law(const struct hypothesis *h);
 /* Rms in units of the noise of the best with so many added effects; the baseline's when there is none below it. */
@@ -109,6 +118,9 @@ bool diagnose_explained(const struct diagnosis *d, size_t n_effects);
 
 /* diagnose_refit.c: jobs on all threads; each job that has a value becomes a hypothesis of the diagnosis. */
 void diagnose_refits(struct diagnose_state *w, struct refit_job jobs[], size_t n, double span);
+/* The same, ranked and without repeats; a status that is not BF_OK frees the jobs and is returned. */
+enum bf_status diagnose_try(struct diagnose_state *w, struct refit_job jobs[], size_t n, enum bf_status status,
+                            double span);
 
 /* diagnose_shortlist.c */
 extern const double diagnose_worth; /* a candidate that will leave more than this times the best is given up */

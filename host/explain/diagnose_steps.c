@@ -9,9 +9,8 @@
 
 #include "ground/ground.h"
 
-enum {
-    MOST_STEPPED = 3
-}; /* the best laws; each costs some predictions, and where it needs finer steps a refit from near */
+/* The best laws; each costs some predictions, and where it needs finer steps a refit from near. */
+enum { MOST_STEPPED = 3 };
 
 static enum bf_status add_job(const struct diagnose_state *w, const struct hypothesis *h, struct refit_job jobs[],
                               size_t *n, struct bf_error *err)
@@ -49,12 +48,7 @@ enum bf_status diagnose_steps(struct diagnose_state *w, struct bf_error *err)
         if (!h->explains)
             status = add_job(w, h, jobs, &n, err);
     }
-    if (!status && n > 0)
-        diagnose_refits(w, jobs, n, 0.0);
-    for (size_t i = 0; status && i < n; i++)
-        model_free(&jobs[i].model);
-    diagnose_rank(d, w->n_tried);
-    diagnose_drop_repeats(d);
-    diagnose_rank(d, w->n_tried);
+    status = diagnose_try(w, jobs, n, status, 0.0);
+    diagnose_rank(d, w->n_tried); /* what was computed with more steps has taken another's rank */
     return status;
 }

@@ -267,8 +267,9 @@ static void rig(FILE *out, const struct diagnosis *d)
     if (!d->free_rig)
         return;
     (void)fprintf(out,
-                  " Places and gains of the channels were fitted too, as good as a ruler (2 mm) and a gauge (5 %%) "
-                  "are; held at what the file says they alone leave a misfit");
+                  " Places and gains of the channels were fitted too, as good as a ruler (%g mm) and a gauge (%g %%) "
+                  "are; held at what the file says they alone leave a misfit",
+                  1e3 * diagnose_rig_limits.place_m, 100.0 * diagnose_rig_limits.gain);
     for (size_t i = 0; i < model->n_inputs; i++)
         moved(out, model->inputs[i].name, &model->inputs[i].own, model->inputs[i].at_m, &n);
     for (size_t o = 0; o < model->n_outputs; o++)

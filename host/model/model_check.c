@@ -138,7 +138,9 @@ static enum bf_status check_gain(struct check *c, const char *section, const cha
     const struct model_where where = {section, channel, 0, "gain"};
     if (!gain->name[0] || (isfinite(gain->value) && fabs(gain->value) > 0.0))
         return BF_OK;
-    return fault(c, where, "gain is %g; write what the column's numbers are to be multiplied by, not 0", gain->value);
+    return fault(c, where,
+                 "gain is %g; write a number that is not 0, e.g. 1.02, or -1 for a channel that points the other way",
+                 gain->value);
 }
 
 static enum bf_status check_gains(struct check *c)

@@ -60,26 +60,27 @@ static void place_free(const struct run *run, struct functional *f, size_t param
     p->moves[parameter] = true;
 }
 
+static enum bf_status place_channel(const struct run *run, const char *name, struct functional *f, size_t parameter,
+                                    struct bf_error *err)
+{
+    if (parameter == SIZE_MAX) /* held: it stands where the base has it */
+        return BF_OK;
+    const double at_m = run->theta[parameter];
+    if (!(at_m >= 0.0 && at_m <= run->p->model.length_m))
+        return bf_fail(err, BF_NUMERIC, "%s at %.4g m is outside the beam", name, at_m);
+    place_free(run, f, parameter);
+    return BF_OK;
+}
+
 static enum bf_status place_channels(const struct run *run, struct bf_error *err)
 {
     struct predictor *p = run->p;
-    for (size_t o = 0; o < p->model.n_outputs; o++) {
-        const double at_m = output_place(p, o, run->theta);
-        if (p->map.output_place[o] == SIZE_MAX)
-            continue;
-        if (!(at_m >= 0.0 && at_m <= p->model.length_m))
-            return bf_fail(err, BF_NUMERIC, "output %s at %.4g m is outside the beam", p->model.outputs[o].name, at_m);
-        place_free(run, &p->outputs[o], p->map.output_place[o]);
-    }
-    for (size_t i = 0; i < p->model.n_inputs; i++) {
-        const double at_m = input_place(p, i, run->theta);
-        if (p->map.input_place[i] == SIZE_MAX)
-            continue;
-        if (!(at_m >= 0.0 && at_m <= p->model.length_m))
-            return bf_fail(err, BF_NUMERIC, "input %s at %.4g m is outside the beam", p->model.inputs[i].name, at_m);
-        place_free(run, &p->inputs[i], p->map.input_place[i]);
-    }
-    return BF_OK;
+    enum bf_status status = BF_OK;
+    for (size_t o = 0; o < p->model.n_outputs && !status; o++)
+        status = place_channel(run, p->model.outputs[o].name, &p->outputs[o], p->map.output_place[o], err);
+    for (size_t i = 0; i < p->model.n_inputs && !status; i++)
+        status = place_channel(run, p->model.inputs[i].name, &p->inputs[i], p->map.input_place[i], err);
+    return status;
 }
 
 /* dg of a shifted source by the parameters of the effects that shift it. */

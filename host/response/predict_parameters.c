@@ -61,12 +61,6 @@ double input_place(const struct predictor *p, size_t input, const double theta[]
     return place != SIZE_MAX ? theta[place] : p->model.inputs[input].at_m;
 }
 
-double output_place(const struct predictor *p, size_t output, const double theta[])
-{
-    const size_t place = p->map.output_place[output];
-    return place != SIZE_MAX ? theta[place] : p->model.outputs[output].at_m;
-}
-
 void predictor_use(struct predictor *p, const double theta[])
 {
     const char **names = record_base_names(p->records, p->n_records);

@@ -144,9 +144,8 @@ int output_order(enum output_kind kind); /* time derivatives of the deflection: 
 double input_gain(const struct run *run, size_t input, size_t *parameter);
 double output_gain(const struct run *run, size_t output, size_t *parameter);
 bool is_input_gain(const struct predictor *p, size_t parameter);
-/* at_m of a channel at theta. */
+/* at_m of an input at theta. */
 double input_place(const struct predictor *p, size_t input, const double theta[]);
-double output_place(const struct predictor *p, size_t output, const double theta[]);
 /* What effect e shifts at theta; zero for an effect without geometry. */
 enum bf_status read_geometry(const struct predictor *p, size_t record, size_t e, const double theta[],
                              struct beam_geometry *out, struct bf_error *err);

@@ -44,22 +44,8 @@ def label(row, entry):
     return int(any(is_right(row, effects) for effects in entry["effects"]))
 
 
-def stub_decision(answer):
-    """Until diagnose writes `decision`: the features that today's answers have."""
-    found, before = [], float(answer.get("noise_ratio_before") or math.nan)
-    after = [(c["effects"], float(c.get("noise_ratio_after") or math.nan)) for c in answer.get("candidates", [])]
-    after = sorted([item for item in after if math.isfinite(item[1])], key=lambda item: item[1])
-    for k in range(1, min(4, len(after) + 1)):
-        rest = after[k][1] if k < len(after) else before
-        found.append({"effects": [effects for effects, _ in after[:k]], "probability": None,
-                      "features": {"explained": math.log(before / after[0][1]), "lead": math.log(max(rest / after[k - 1][1], 1e-6)),
-                                   "remains": math.log(max(after[0][1], 1e-6)), "members": float(k)}})
-    return found
-
-
-def decisions(row, stub):
-    answer = row.get("answer") or {}
-    return answer.get("decision") or (stub_decision(answer) if stub and answer else [])
+def decisions(row):
+    return (row.get("answer") or {}).get("decision") or []
 
 
 def outcome(row):

@@ -19,11 +19,11 @@ RIDGE = 1.0  # a weight of a standardised feature is near 0, with a standard dev
 CLOSE = 0.8  # a wrong name that is said with more is listed
 
 
-def entries(rows, stub):
+def entries(rows):
     """[(row, entry, features, label)] and the names of the features."""
     found, names = [], None
     for row in rows:
-        for entry in answers.decisions(row, stub):
+        for entry in answers.decisions(row):
             names = names or list(entry["features"])
             if list(entry["features"]) != names:
                 raise SystemExit("%s: its features are %s, others have %s" % (row["case"], list(entry["features"]), names))
@@ -31,17 +31,17 @@ def entries(rows, stub):
             if all(map(math.isfinite, values)):
                 found.append((row, entry, values, answers.label(row, entry)))
     if not found:
-        raise SystemExit("no answer has a `decision`: the program is older than this script (--stub stands in for it)")
+        raise SystemExit("no answer has a `decision`: run.py has found nothing to weigh")
     return found, names
 
 
 def table_source(model, names, count, command):
+    """As clang-format would have it."""
+    weights = ["[FEATURE_%s] = %.6g" % (name.upper(), weight) for name, weight in zip(names, model[1])]
     lines = ["/* SPDX-License-Identifier: GPL-3.0-or-later */", "/* Written by `%s`: %s. */" % (command, count),
              '#include "probability.h"', "", "const struct probability_table probability_table = {", "    .intercept = %.6g," % model[0],
-             "    .weight = {"]
-    width = max(len("%.6g," % weight) for weight in model[1])
-    lines += ["        %s /* %s */" % (("%.6g," % weight).ljust(width), name) for name, weight in zip(names, model[1])]
-    return "\n".join(lines + ["    }};", ""])
+             "    .weight = {" + ",\n               ".join(weights) + "},", "};", ""]
+    return "\n".join(lines)
 
 
 def with_diagram(text, bins, title, path):
@@ -52,7 +52,7 @@ def with_diagram(text, bins, title, path):
 
 
 def calibrate(rows, options):
-    found, names = entries(rows, options.stub)
+    found, names = entries(rows)
     values, labels = [f[2] for f in found], [f[3] for f in found]
     kinds = [f[0]["kind"] for f in found]
     said = logistic.cross_validated(values, labels, [f[0]["case"] for f in found], options.ridge)
@@ -89,7 +89,7 @@ def judge(rows, options):
     command = "make drawn-imperfect SEED='%s' N=%d" % (" ".join(map(str, options.seeds)), options.number)
     text = page.head("Drawn imperfect rigs", command) + "What is drawn and what the words mean: [calibration.md](../calibration.md).\n\n"
     text += page.outcome_table(rows) + "\n"
-    judged = [(row, entry, answers.label(row, entry)) for row in rows for entry in answers.decisions(row, False) if entry.get("probability") is not None]
+    judged = [(row, entry, answers.label(row, entry)) for row in rows for entry in answers.decisions(row) if entry.get("probability") is not None]
     if judged:
         said, labels = [float(e["probability"]) for _, e, _ in judged], [y for _, _, y in judged]
         text += "Every group of explanations that the answers weigh:\n\n" + page.brier_table([row["kind"] for row, _, _ in judged], said, labels) + "\n"
@@ -125,7 +125,6 @@ def main():
     parser.add_argument("--table", default=os.path.join(records.TOP, "host", "explain", "probability_table.c"))
     parser.add_argument("--no-table", action="store_true", help="only the page")
     parser.add_argument("--page", help="default: calibration or drawn_imperfect below docs/results")
-    parser.add_argument("--stub", action="store_true", help="features from the candidates, for answers without `decision`")
     options = parser.parse_args()
     options.page = options.page or os.path.join(records.TOP, "docs", "results", "drawn_imperfect.md" if options.judge else "calibration.md")
     rows = answers.load(options.work, options.seeds, options.number)
