@@ -8,7 +8,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 enum {
     PLACES = 6,
@@ -19,9 +18,6 @@ enum {
 };
 /* On a weak misfit a single effect that leaves at most this many times the noise may be the cause at a wrong place. */
 static const double weak_ratio = 1.05;
-/* Part of the length: places closer than this are one. */
-static const double same_place = 0.05;
-
 struct place_jobs {
     size_t n;
     struct refit_job job[ALL_JOBS];
@@ -32,16 +28,6 @@ struct place_jobs {
 static bool is_free_place(const struct model_effect *own, int i)
 {
     return own->effect->parameters[i].role == BEAM_ROLE_PLACE && !own->parameters[i].fixed;
-}
-
-/* The free place of its only effect; NaN: it has none. */
-static double only_place(const struct hypothesis *h)
-{
-    const struct model_effect *own = h->n_effects == 1 ? &h->model.effects[h->n_base] : NULL;
-    for (int i = 0; own != NULL && i < own->effect->n_parameters; i++)
-        if (is_free_place(own, i))
-            return own->parameters[i].value;
-    return nan("");
 }
 
 /* ---- Which hypotheses are refitted ---- */
@@ -58,7 +44,7 @@ static bool is_wanted(const struct diagnosis *d, const struct hypothesis *h)
         return false;
     if (best && (!h->fit.converged || !h->explains))
         return true;
-    return !diagnose_is_far(&d->baseline) && !isnan(only_place(h)) && h->fitted.noise_ratio <= weak_ratio;
+    return !diagnose_is_far(&d->baseline) && !isnan(hypothesis_only_place(h)) && h->fitted.noise_ratio <= weak_ratio;
 }
 
 static enum bf_status push_copy(const struct hypothesis *h, struct place_jobs *jobs, struct bf_error *err)
@@ -90,63 +76,7 @@ static enum bf_status push_jobs(const struct hypothesis *h, struct place_jobs *j
     return status;
 }
 
-/* ---- Repeats ---- */
-
-static bool has_effect(const struct hypothesis *h, const struct model_effect *effect)
-{
-    for (size_t i = h->n_base; i < h->model.n_effects; i++)
-        if (h->model.effects[i].effect == effect->effect && strcmp(h->model.effects[i].channel, effect->channel) == 0)
-            return true;
-    return false;
-}
-
-static bool same_effects(const struct hypothesis *a, const struct hypothesis *b)
-{
-    bool same = a->n_effects == b->n_effects;
-    for (size_t i = a->n_base; i < a->model.n_effects && same; i++)
-        same = has_effect(b, &a->model.effects[i]) && has_effect(a, &b->model.effects[i]);
-    return same;
-}
-
-/* A worse refit of the same effect tells another place that the records allow as well. */
-static void note_place(const struct diagnosis *d, struct hypothesis *best, const struct hypothesis *repeat)
-{
-    const double at = only_place(best), other = only_place(repeat);
-    if (isnan(at) || isnan(other) || best->has_other_place || !diagnose_as_good(d, repeat, best))
-        return;
-    if (fabs(at - other) <= same_place * d->model->length_m)
-        return;
-    best->has_other_place = true;
-    best->other_at_m = other;
-}
-
-static void exchange(struct hypothesis *a, struct hypothesis *b)
-{
-    const struct hypothesis kept = *a;
-    *a = *b;
-    *b = kept;
-}
-
-/* What was computed with more steps is the truer one, whatever it leaves; else the one with the better score, which stands first. */
-void diagnose_drop_repeats(struct diagnosis *d)
-{
-    size_t kept = 0;
-    for (size_t i = 0; i < d->n_hypotheses; i++) {
-        size_t first = 0;
-        while (first < kept && !same_effects(&d->hypotheses[first], &d->hypotheses[i]))
-            first++;
-        if (first == kept) {
-            d->hypotheses[kept++] = d->hypotheses[i];
-            continue;
-        }
-        if (d->hypotheses[i].model.steps_per_sample > d->hypotheses[first].model.steps_per_sample)
-            exchange(&d->hypotheses[first], &d->hypotheses[i]);
-        else
-            note_place(d, &d->hypotheses[first], &d->hypotheses[i]);
-        hypothesis_free(&d->hypotheses[i]);
-    }
-    d->n_hypotheses = kept;
-}
+/* ---- Refits ---- */
 
 enum bf_status diagnose_other_places(struct diagnose_state *w, double span, struct bf_error *err)
 {
@@ -170,7 +100,7 @@ enum bf_status diagnose_single_places(struct diagnose_state *w, double span, str
     const double most_left = diagnose_worth * diagnose_best_left(d, 1);
     for (size_t i = 0, n = 0; i < d->n_hypotheses && n < MOST_SINGLES && !status; i++) {
         struct hypothesis *h = &d->hypotheses[i];
-        if (isnan(only_place(h)) || !can_move(h) || h->fitted.noise_ratio > most_left)
+        if (isnan(hypothesis_only_place(h)) || !can_move(h) || h->fitted.noise_ratio > most_left)
             continue;
         status = push_jobs(h, &jobs, err);
         h->places_tried = true;

@@ -116,6 +116,11 @@ double diagnose_best_left(const struct diagnosis *d, size_t n_effects);
 /* A hypothesis with so many added effects leaves nothing that matters. After diagnose_rank(). */
 bool diagnose_explained(const struct diagnosis *d, size_t n_effects);
 
+/* diagnose_repeats.c: of refits of the same effects the best stays; it notes where another place is as good. After diagnose_rank(). */
+void diagnose_drop_repeats(struct diagnosis *d);
+/* The free place of its only effect; NaN: it has none. */
+double hypothesis_only_place(const struct hypothesis *h);
+
 /* diagnose_refit.c: jobs on all threads; each job that has a value becomes a hypothesis of the diagnosis. */
 void diagnose_refits(struct diagnose_state *w, struct refit_job jobs[], size_t n, double span);
 /* The same, ranked and without repeats; a status that is not BF_OK frees the jobs and is returned. */
@@ -146,8 +151,6 @@ enum bf_status diagnose_other_places(struct diagnose_state *w, double span, stru
  * and ranks again.
  */
 enum bf_status diagnose_single_places(struct diagnose_state *w, double span, struct bf_error *err);
-/* Of refits of the same effects the best stays; it notes where another place is as good. After diagnose_rank(). */
-void diagnose_drop_repeats(struct diagnosis *d);
 
 /*
  * diagnose_cross.c: held-out errors where no record is held out: each record (or group) is left out in turn, everything is
