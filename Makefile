@@ -2,7 +2,7 @@
 # beamfit — `make help` lists the targets.
 SHELL := /bin/bash
 .DEFAULT_GOAL := all
-VERSION := 0.1.0
+VERSION := 0.2.0
 
 # ---- What a caller may set ----
 B       ?= build
@@ -18,7 +18,7 @@ JOBS    ?= 2
 FUZZ_SECONDS ?= 20
 
 # ---- Flags ----
-WARN  := -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wstrict-prototypes -Wmissing-prototypes \
+WARN  := -Wall -Wextra -Wpedantic -Wno-overlength-strings -Wconversion -Wdouble-promotion -Wshadow -Wstrict-prototypes -Wmissing-prototypes \
          $(if $(WERROR),-Werror)
 STD   := -std=c11 -D_GNU_SOURCE -DBEAMFIT_VERSION='"$(VERSION)"'
 PKGS  := nlopt libserialport libfyaml jansson matio fftw3 lapacke openblas sndfile
@@ -111,6 +111,12 @@ $(B)/host/%_table.o: $(B)/gen/%_table.c
 $(B)/host/%.o: host/%.c
 	@mkdir -p $(@D)
 	$(call say,$@)$(CC) $(ALLFLAGS) -MMD -MP -c $< -o $@
+
+# What says the version is made anew when it changes.
+$(patsubst %.c,$(B)/%.o,$(shell grep -rl --include=*.c BEAMFIT_VERSION host)): $(B)/version
+$(B)/version: FORCE
+	@mkdir -p $(@D)
+	@echo $(VERSION) | cmp -s - $@ || echo $(VERSION) > $@
 
 # ---- Archives and program ----
 $(B)/libbeam.a: $(LIB_OBJ)
@@ -281,9 +287,10 @@ LIVE_host := $(B)/board_host
 LIVE_stm32f405 := $(B)/firmware_stm32f405.elf $(B)/stm32f405.so
 live-demo: $(B)/beamfit $(B)/beam_truth $(LIVE_$(BOARD)) ## test: a board with a wrong model, from its alarm to the noise (docs/live_demo.md) [BOARD=stm32f405 HIDES=spring]
 	@tools/live_demo.sh $(B) $(B)/live_demo $(BOARD) $(HIDES)
-conformance: $(B)/beamfit $(LIVE_$(BOARD)) ## test: pyxcp and pya2ldb (PyPI, pinned) on a board [BOARD=stm32f405]
+LOAD ?= 0
+conformance: $(B)/beamfit $(LIVE_$(BOARD)) ## test: pyxcp and pya2ldb (PyPI, pinned) on a board [BOARD=stm32f405 LOAD=0.8]
 	@tools/deps.sh build test
-	@tests/conformance/run.sh $(B) $(BOARD)
+	@tests/conformance/run.sh $(B) $(BOARD) $(LOAD)
 SHARE ?= 1
 $(B)/survival_steps: tests/survival/steps.c $(B)/libbeamt.a
 	$(call say,$@)$(CC) $(LIBFLAGS) $^ -lm -o $@
@@ -314,6 +321,8 @@ install: all ## install: program, libraries, headers, pkg-config file and manual
 	sed -e 's|@PREFIX@|$(PREFIX)|; s|@VERSION@|$(VERSION)|' packaging/beamfit.pc.in \
 	    > $(DESTDIR)$(PREFIX)/lib/pkgconfig/beamfit.pc
 	install -m 644 $(B)/beamfit.1 $(DESTDIR)$(PREFIX)/share/man/man1/
+deb: all ## install: Debian packages beamfit and libbeam-dev, in build/
+	@tools/deb.sh $(B) $(VERSION)
 uninstall: ## install: remove what install put there
 	rm -f $(DESTDIR)$(PREFIX)/bin/beamfit $(DESTDIR)$(PREFIX)/lib/libbeam.a $(DESTDIR)$(PREFIX)/lib/libbeamf.a \
 	    $(DESTDIR)$(PREFIX)/lib/pkgconfig/beamfit.pc $(DESTDIR)$(PREFIX)/share/man/man1/beamfit.1
@@ -329,4 +338,4 @@ DEPFILES = $(FW_OBJ:.o=.d) $(BOARD_HOST_OBJ:.o=.d) $(SHADOWS:.o=.d) $(BEAM_SHADO
            $(UNIT_TESTS:%=%.d) $(SYSTEM_TESTS:%=%.d) $(SYSTEM_COMMON:.o=.d) $(TRUTH_OBJ:.o=.d)
 -include $(wildcard $(DEPFILES))
 .PHONY: calibrate drawn-imperfect live-demo conformance survival results constants docs
-.PHONY: FORCE all tests unit test test-both demo deps lint layers size coverage bench hidden drawn false-alarms own-effect experiments data fuzz install uninstall clean help
+.PHONY: FORCE all tests unit test test-both demo deps lint layers size coverage bench hidden drawn false-alarms own-effect experiments data fuzz install deb uninstall clean help

@@ -78,16 +78,52 @@ static void change(struct app *app)
             sampler_rest(&app->sampler, pages_active(&app->pages));
         atomic_store(&app->drive_pending, false);
     }
+    if (atomic_load(&app->drive_stop)) {
+        static const struct beam_drive off;
+        drive_start(&app->drive, &off, app->facts->drive_code_zero);
+        atomic_store(&app->drive_stop, false);
+    }
 }
 
-void app_tick(struct app *app, uint16_t sensor_code)
+/* Counts what came with this sample, and says at the pin whether something is wrong. */
+static void latch(struct app *app, const struct beam_live *live)
+{
+    struct app_latch *l = &app->latch;
+    const uint32_t now = live->status & (BEAM_LIVE_ALARM | BEAM_LIVE_SENSOR), before = atomic_load(&l->now);
+    if (atomic_exchange(&l->acknowledge, false)) {
+        atomic_store(&l->bits, 0);
+        atomic_store(&l->alarms, 0);
+        atomic_store(&l->faults, 0);
+        atomic_store(&l->first, 0);
+        atomic_store(&l->last, 0);
+    }
+    const uint32_t came = atomic_load(&l->bits) == 0 ? now : now & ~before;
+    if (came != 0) {
+        atomic_store(&l->first, atomic_load(&l->bits) == 0 ? live->sequence : atomic_load(&l->first));
+        atomic_store(&l->last, live->sequence);
+        atomic_fetch_add(&l->alarms, came & BEAM_LIVE_ALARM ? 1u : 0u);
+        atomic_fetch_add(&l->faults, came & BEAM_LIVE_SENSOR ? 1u : 0u);
+        atomic_fetch_or(&l->bits, came);
+    }
+    if ((now != 0) != (before != 0))
+        board_alarm(now != 0);
+    atomic_store(&l->now, now);
+}
+
+/* Returns when it began. Apart from the proof run, whose stack would stand on this function's. */
+static __attribute__((noinline)) uint32_t sample(struct app *app, uint16_t sensor_code)
 {
     board_drive(app->drive_code); /* first, so that it comes at the same time after each tick */
     const uint32_t tick_us = board_time_us();
     const struct beam_image *image = pages_active(&app->pages);
     struct beam_live live;
+    const uint32_t missed = atomic_load(&app->missed);
+    app->sampler.sequence +=
+        missed - app->missed_before; /* so that the sequence is the time, and what is missing is seen */
+    app->missed_before = missed;
     sampler_step(&app->sampler, image, sensor_code, app->drive_code, app->facts->sensor_code_max, &live);
     live.status |= status_of_image(app, image);
+    latch(app, &live);
     daq_sample(&app->daq, &live, tick_us);
     app->latest = live;
     atomic_fetch_add(&app->published, 1);
@@ -96,10 +132,26 @@ void app_tick(struct app *app, uint16_t sensor_code)
     const uint32_t spent_us = board_time_us() - tick_us;
     if (spent_us > atomic_load(&app->worst_us))
         atomic_store(&app->worst_us, spent_us);
-    pages_prove(&app->pages, tick_us);
+    return tick_us;
+}
+
+void app_tick(struct app *app, uint16_t sensor_code)
+{
+    pages_prove(&app->pages, sample(app, sensor_code));
 }
 
 /* ---- Background loop ---- */
+
+/* The amplitude goes last: a start that the interrupt may find pending meanwhile is ended by the stop in the same sample. */
+void app_stop_drive(struct app *app)
+{
+    if (!app->driving)
+        return;
+    app->driving = false;
+    atomic_store(&app->drive_stop, true);
+    app->drive_bytes.amplitude = 0.0F;
+    app->drive_stops++;
+}
 
 /* The next frame: a response, a notice, a sample. False: nothing to send. */
 static bool choose_frame(struct app *app)

@@ -46,6 +46,17 @@ static void fill_info(const struct app *app, struct beam_info *out)
         .boots = app->store.boots,
         .nvm_errors = app->store.errors,
         .worst_step_us = atomic_load(&app->worst_us),
+        .core_Hz = app->facts->core_Hz,
+        .step_budget = beam_image_budget(app->facts->core_Hz, app->facts->sample_mHz),
+        .step_bound = beam_step_bound(&pages_active(&app->pages)->plan),
+        .proof_us = pages_longest_us(&app->pages),
+        .sequence = app->latest.sequence,
+        .latched = atomic_load(&app->latch.bits),
+        .alarms = atomic_load(&app->latch.alarms),
+        .faults = atomic_load(&app->latch.faults),
+        .latch_first = atomic_load(&app->latch.first),
+        .latch_last = atomic_load(&app->latch.last),
+        .drive_stops = app->drive_stops,
     };
     memcpy(out->device, app->facts->device, sizeof out->device);
     memcpy(out->model_sha256, header->model_sha256, sizeof out->model_sha256);
@@ -75,6 +86,11 @@ int app_read(struct app *app, uint32_t address, uint32_t n, uint8_t out[])
         memcpy(out, (const uint8_t *)&app->drive_bytes + offset, n);
         return 0;
     }
+    if (inside(address, n, BEAM_WIRE_LATCH, sizeof(uint32_t), &offset)) {
+        const uint32_t bits = atomic_load(&app->latch.bits);
+        memcpy(out, (const uint8_t *)&bits + offset, n);
+        return 0;
+    }
     if (inside(address, n, XCP_TEXT, sizeof event_name - 1, &offset)) {
         memcpy(out, event_name + offset, n);
         return 0;
@@ -87,15 +103,19 @@ static int write_drive(struct app *app, uint32_t offset, uint32_t n, const uint8
 {
     struct beam_drive setting = app->drive_bytes;
     const uint32_t generation = setting.generation;
-    if (atomic_load(&app->drive_pending))
+    if (!app->xcp.unlocked)
+        return BEAM_XCP_ERR_ACCESS_LOCKED;
+    if (atomic_load(&app->drive_pending) || atomic_load(&app->drive_stop))
         return BEAM_XCP_ERR_CMD_BUSY; /* until the next sample */
     memcpy((uint8_t *)&setting + offset, in, n);
     const bool complete = offset + n == sizeof setting;
     if (complete && !drive_valid(&setting))
         return BEAM_XCP_ERR_OUT_OF_RANGE;
     app->drive_bytes = setting;
-    if (complete && setting.generation != generation)
+    if (complete && setting.generation != generation) {
+        app->driving = setting.amplitude > 0.0F;
         atomic_store(&app->drive_pending, true);
+    }
     return 0;
 }
 
@@ -104,6 +124,10 @@ int app_write(struct app *app, uint32_t address, uint32_t n, const uint8_t in[])
     uint32_t offset;
     if (inside(address, n, BEAM_WIRE_DRIVE, sizeof(struct beam_drive), &offset))
         return write_drive(app, offset, n, in);
+    if (inside(address, n, BEAM_WIRE_LATCH, sizeof(uint32_t), &offset)) {
+        atomic_store(&app->latch.acknowledge, app->xcp.unlocked);
+        return app->xcp.unlocked ? 0 : BEAM_XCP_ERR_ACCESS_LOCKED;
+    }
     if (inside(address, n, BEAM_WIRE_LIVE, sizeof(struct beam_live), &offset) ||
         inside(address, n, BEAM_WIRE_INFO, sizeof(struct beam_info), &offset))
         return BEAM_XCP_ERR_WRITE_PROTECTED;

@@ -17,6 +17,7 @@ struct board_facts {
     uint8_t device[12];       /* unique identity */
     const uint8_t *key;       /* 32 bytes, of this device; never leaves the board */
     uint32_t sample_mHz;      /* sample rate, 1/1000 Hz */
+    uint32_t core_Hz;         /* clock of the processor: what a step may cost follows from it and the rate */
     uint16_t sensor_code_max; /* 4095 */
     uint16_t drive_code_zero; /* 2048 */
     uint32_t nvm_slot_bytes;  /* capacity of one slot, a multiple of 4 */
@@ -31,13 +32,16 @@ void board_start(void);
 /* Drive code to the D/A, taking effect at once. Sample interrupt. */
 void board_drive(uint16_t code);
 
+/* The output that says that something is wrong: an alarm, or a fault of the sensor. Off after board_init(). Sample interrupt. */
+void board_alarm(bool on);
+
 /* Up to n received bytes; never waits. Background. */
 size_t board_receive(size_t n, uint8_t out[]);
 
 /* As many of n bytes as the port takes now; never waits longer than one byte's time. Background. */
 size_t board_send(size_t n, const uint8_t bytes[]);
 
-/* Microseconds since board_init(), modulo 2³². Any context. */
+/* Microseconds since board_init(), modulo 2³², of a timer that goes on while the processor stands still. Any context. */
 uint32_t board_time_us(void);
 
 /*
@@ -61,7 +65,10 @@ bool board_idle(bool busy);
 /* The sample interrupt's work: one conversion finished. Bounded; see docs/target.md for its cost. */
 void app_sample(uint16_t sensor_code);
 
-/* A tick came while the previous app_sample() had not been called or had not returned. */
-void app_missed(void);
+/*
+ * So many conversions were due and did not take place: the last sample was not finished, or nothing ran meanwhile (a flash
+ * that is erased stops the processor). A board finds their number from a timer that nothing stops, not from its ticks.
+ */
+void app_missed(uint32_t n);
 
 #endif /* BOARD_H */

@@ -9,9 +9,9 @@ void app_sample(uint16_t sensor_code)
     app_tick(&app, sensor_code);
 }
 
-void app_missed(void)
+void app_missed(uint32_t n)
 {
-    atomic_fetch_add(&app.missed, 1);
+    atomic_fetch_add(&app.missed, n);
 }
 
 int main(void)

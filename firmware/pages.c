@@ -20,6 +20,21 @@ struct beam_image *pages_staging(struct pages *p)
     return &p->page[atomic_load(&p->active) ^ 1u];
 }
 
+uint32_t pages_longest_us(const struct pages *p)
+{
+    return p->longest_us[atomic_load(&p->active)];
+}
+
+/* What the image is, what its step may cost here. */
+static enum beam_image_fault check_image(const struct pages *p, struct beam_image *image)
+{
+    const enum beam_image_fault fault = beam_image_check(image, p->dt_s);
+    if (fault != BEAM_IMAGE_FINE)
+        return fault;
+    const uint32_t budget = beam_image_budget(p->facts->core_Hz, p->facts->sample_mHz);
+    return beam_step_bound(&image->plan) > budget ? BEAM_IMAGE_TOO_SLOW : BEAM_IMAGE_FINE;
+}
+
 /* ---- The code ---- */
 
 static void code_begin(struct pages *p)
@@ -53,6 +68,12 @@ static bool code_end(struct pages *p, const struct beam_image *image)
 
 /* ---- Boot ---- */
 
+static void note_step(struct pages *p, int memory, uint32_t step_us)
+{
+    if (step_us > p->longest_us[memory])
+        p->longest_us[memory] = step_us;
+}
+
 enum beam_image_fault pages_boot_check(struct pages *p, int memory)
 {
     struct beam_image *image = &p->page[memory];
@@ -63,11 +84,15 @@ enum beam_image_fault pages_boot_check(struct pages *p, int memory)
     code_feed(p, image, CODE_AT);
     if (!code_end(p, image))
         return BEAM_IMAGE_BAD_CODE;
-    fault = beam_image_check(image, p->dt_s);
-    if (fault != BEAM_IMAGE_FINE)
-        return fault;
+    fault = check_image(p, image);
     p->scratch.proof.progress = 0;
-    return beam_image_prove(image, image->front.setup.proof_steps, &p->scratch.proof);
+    p->longest_us[memory] = 0;
+    for (uint32_t step = 0; fault == BEAM_IMAGE_FINE && step < image->front.setup.proof_steps; step++) {
+        const uint32_t begun_us = board_time_us();
+        fault = beam_image_prove(image, 1, &p->scratch.proof);
+        note_step(p, memory, board_time_us() - begun_us);
+    }
+    return fault;
 }
 
 /* ---- Background loop ---- */
@@ -101,10 +126,11 @@ static enum beam_image_fault check_code(struct pages *p)
 
 static enum beam_image_fault check_content(struct pages *p)
 {
-    const enum beam_image_fault fault = beam_image_check(pages_staging(p), p->dt_s);
+    const enum beam_image_fault fault = check_image(p, pages_staging(p));
     if (fault != BEAM_IMAGE_FINE)
         return fault;
     p->scratch.proof.progress = 0;
+    p->longest_us[atomic_load(&p->active) ^ 1u] = 0;
     p->proof_ticks = 0;
     p->step_us = 0;
     p->slow_steps = 0;
@@ -120,7 +146,7 @@ static enum beam_image_fault await_proof(struct pages *p)
         return BEAM_IMAGE_FINE;
     atomic_store(&p->proof, PROOF_NONE);
     if (proof != PROOF_FINE)
-        return proof == PROOF_SLOW ? BEAM_IMAGE_BAD_RATE : BEAM_IMAGE_BAD_PROOF;
+        return proof == PROOF_SLOW ? BEAM_IMAGE_TOO_SLOW : BEAM_IMAGE_BAD_PROOF;
     p->phase = PAGES_SWITCH;
     atomic_store(&p->wanted, true);
     return BEAM_IMAGE_FINE;
@@ -189,6 +215,7 @@ static uint8_t prove_once(struct pages *p, uint32_t end_us, uint32_t *now_us)
     const enum beam_image_fault fault = beam_image_prove(image, 1, proof);
     *now_us = board_time_us();
     p->step_us = *now_us - begun_us;
+    note_step(p, (int)(atomic_load(&p->active) ^ 1u), p->step_us);
     if (fault != BEAM_IMAGE_FINE)
         return PROOF_BAD;
     if (p->step_us > end_us && ++p->slow_steps == PAGES_SLOW_STEPS_MAX)

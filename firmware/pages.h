@@ -2,7 +2,7 @@
 /*
  * pages.h — two pages of memory: page 0 runs and is read only, page 1 is staged; which memory is which changes.
  *
- *     pages_begin()  page 1 is frozen → header, CRC, device, counter → HMAC → setup, effects, plan, rate → proof run
+ *     pages_begin()  page 1 is frozen → header, CRC, device, counter → HMAC → setup, effects, plan, rate, bound → proof run
  *     → the switch is asked for → pages_tick() in the sample interrupt switches → pages_poll() says so
  *
  * Until the last arrow nothing is changed, and any failure leaves everything as it was. The proof run is stepped at the
@@ -43,6 +43,7 @@ struct pages {
     uint16_t proof_ticks;    /* the interrupt's */
     uint8_t slow_steps;      /* the interrupt's */
     uint32_t step_us;        /* of the last step of the proof run, the interrupt's */
+    uint32_t longest_us[2];  /* of the proof run of each memory's image; 0: it has none, or its steps are below 1 µs */
     union {                  /* one computation at a time; HMACs of a session use it while phase is PAGES_IDLE */
         struct authentic authentic;
         struct beam_image_proof proof;
@@ -52,6 +53,7 @@ struct pages {
 void pages_init(struct pages *p, const struct board_facts *facts);
 
 const struct beam_image *pages_active(const struct pages *p);
+uint32_t pages_longest_us(const struct pages *p);  /* longest step in the active image's proof run */
 struct beam_image *pages_staging(struct pages *p); /* write to it only while phase is PAGES_IDLE */
 
 /* ---- Boot, before sampling ---- */

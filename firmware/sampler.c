@@ -2,18 +2,30 @@
 /* Measured against predicted, sample by sample. */
 #include "sampler.h"
 
-void sampler_rest(struct sampler *s, const struct beam_image *image)
+enum { CONFIRM = 4 /* an alarm's cause must last this part of averaging_s */, OFFSET_SHARE = 8 };
+
+static void average_anew(struct sampler *s)
 {
-    beam_reset(&image->plan, &s->state);
-    s->averaged = 0;
-    s->mean_square = 0.0F;
+    s->averaged = s->above = 0;
+    s->mean = s->variance = 0.0F;
     s->alarm = false;
 }
 
-/* Exponential mean of time constant averaging_s; the plain mean until that time has passed, so it starts without a bias. */
-static void average(struct sampler *s, const struct beam_image *image, float square)
+void sampler_rest(struct sampler *s, const struct beam_image *image)
 {
-    const float dt_s = image->plan.x.dt_s, constant_s = image->front.setup.averaging_s;
+    beam_reset(&image->plan, &s->state);
+    average_anew(s);
+    s->offset = false;
+    health_begin(&s->health, &image->front.setup);
+}
+
+/*
+ * Exponential mean and variance of time constant averaging_s; the plain ones until that time has passed, so they start
+ * without a bias.     d = r − m,  m ← m + a d,  v ← (1 − a)(v + a d²)
+ */
+static void average(struct sampler *s, const struct beam_image *image, float residual)
+{
+    const float dt_s = image->plan.x.dt_s, constant_s = image->front.setup.averaging_s, off = residual - s->mean;
     float share = dt_s / constant_s;
     if ((float)(s->averaged + 1) * dt_s < constant_s) {
         s->averaged++;
@@ -21,25 +33,67 @@ static void average(struct sampler *s, const struct beam_image *image, float squ
     } else if (share > 1.0F) {
         share = 1.0F;
     }
-    s->mean_square += share * (square - s->mean_square);
+    s->mean += share * off;
+    s->variance = (1.0F - share) * (s->variance + share * off * off);
 }
 
-/* On above alarm_ratio, off below clear_ratio; not judged before the mean spans its time constant. */
-static void judge(struct sampler *s, const struct beam_image *image, float ratio)
+/* Nothing is judged before the mean spans its time constant. */
+static bool spans(const struct sampler *s, const struct beam_image *image)
+{
+    return (float)(s->averaged + 1) * image->plan.x.dt_s >= image->front.setup.averaging_s;
+}
+
+/*
+ * On when the mean is above its limit and not just the slow part of a motion: m² > v/8 holds for a step of any size from
+ * 0.12 averaging_s on, before an alarm is confirmed; a sine of frequency f gives m²/v = 2/(2π f averaging_s)². What the
+ * offset did to the variance on its way is forgotten.
+ */
+static void judge_offset(struct sampler *s, const struct beam_image_setup *setup)
+{
+    const float limit = setup->offset_ratio * setup->noise_rms, mean = beam_fabs(s->mean);
+    const bool was = s->offset;
+    if (mean > limit && (float)OFFSET_SHARE * mean * mean > s->variance)
+        s->offset = true;
+    else if (mean < 0.5F * limit)
+        s->offset = false;
+    if (s->offset != was)
+        average_anew(s);
+}
+
+/* On above alarm_ratio for a quarter of averaging_s, off below clear_ratio. */
+static void judge_model(struct sampler *s, const struct beam_image *image, float ratio)
 {
     const struct beam_image_setup *setup = &image->front.setup;
-    const bool spans = (float)(s->averaged + 1) * image->plan.x.dt_s >= setup->averaging_s;
-    if (spans && ratio > setup->alarm_ratio)
+    s->above = ratio > setup->alarm_ratio ? s->above + 1 : 0;
+    if (spans(s, image) && (float)(CONFIRM * s->above) * image->plan.x.dt_s >= setup->averaging_s)
         s->alarm = true;
     else if (ratio < setup->clear_ratio)
         s->alarm = false;
+}
+
+/* The sensor before the model: with a sensor that is out of order there is nothing to compare, and it begins anew after it. */
+static uint32_t judge(struct sampler *s, const struct beam_image *image, uint32_t sensor_faults, float ratio)
+{
+    const bool was_faulty = s->sensor_fault;
+    s->sensor_fault = sensor_faults != 0;
+    if (s->sensor_fault) {
+        s->alarm = false;
+        s->above = 0;
+    } else if (was_faulty) {
+        average_anew(s);
+    } else {
+        if (spans(s, image))
+            judge_offset(s, &image->front.setup);
+        judge_model(s, image, ratio);
+    }
+    return sensor_faults | (s->offset ? BEAM_LIVE_OFFSET : 0u) | (s->alarm ? BEAM_LIVE_ALARM : 0u);
 }
 
 void sampler_step(struct sampler *s, const struct beam_image *image, uint16_t sensor_code, uint16_t drive_code,
                   uint16_t sensor_code_max, struct beam_live *out)
 {
     const struct beam_image_setup *setup = &image->front.setup;
-    const uint32_t newest = s->sequence % SAMPLER_PAST;
+    const uint32_t newest = s->taken++ % SAMPLER_PAST;
     s->past[newest] = sensor_code;
     const uint16_t code = s->past[(newest - (uint32_t)image->plan.n.latency) % SAMPLER_PAST]; /* same sample as y */
 
@@ -52,8 +106,8 @@ void sampler_step(struct sampler *s, const struct beam_image *image, uint16_t se
 
     const enum beam_status status = beam_step(&image->plan, &s->state, u, y);
     const float residual = out->measured - y[0];
-    average(s, image, residual * residual);
-    if (status == BEAM_ERROR_STATE || !beam_finite(s->mean_square)) {
+    average(s, image, residual);
+    if (status == BEAM_ERROR_STATE || !beam_finite(s->variance)) {
         sampler_rest(s, image);
         out->status |= BEAM_LIVE_RESET;
         out->residual = out->measured;
@@ -61,12 +115,10 @@ void sampler_step(struct sampler *s, const struct beam_image *image, uint16_t se
         out->predicted = y[0];
         out->residual = residual;
     }
-    out->ratio = beam_sqrt(s->mean_square) / setup->noise_rms;
-    judge(s, image, out->ratio);
+    out->ratio = beam_sqrt(s->variance) / setup->noise_rms;
+    out->status |= judge(s, image, health_sample(&s->health, sensor_code, sensor_code_max), out->ratio);
     if (status == BEAM_ERROR_SOLVE || status == BEAM_ERROR_EFFECT_RANGE)
         out->status |= BEAM_LIVE_SOLVE;
     if (code == 0 || code >= sensor_code_max)
         out->status |= BEAM_LIVE_CLIPPED;
-    if (s->alarm)
-        out->status |= BEAM_LIVE_ALARM;
 }

@@ -15,6 +15,7 @@ int xcp_response(int n, uint8_t packet[])
 static void leave(struct app *app)
 {
     daq_stop(&app->daq);
+    app_stop_drive(app);
     app->xcp.unlocked = app->xcp.seeded = app->xcp.daq_pointer = false;
     app->xcp.page = BEAM_WIRE_PAGE_ACTIVE;
     app->xcp.mta = 0;
@@ -26,6 +27,7 @@ static int connect(struct app *app, uint16_t n, uint8_t packet[])
     (void)n;
     leave(app);
     app->xcp.connected = true;
+    app->told = 0; /* a new host is told what is on */
     xcp_response(8, packet);
     packet[1] = BEAM_XCP_RESOURCE_CAL_PAG | BEAM_XCP_RESOURCE_DAQ;
     packet[2] = 0x80; /* little-endian, bytes, no block mode, GET_COMM_MODE_INFO exists */
@@ -139,15 +141,18 @@ static int get_seed(struct app *app, uint16_t n, uint8_t packet[])
     return 2 + BEAM_XCP_SEED_BYTES;
 }
 
-static int refuse_key(struct xcp *xcp)
+/* As XCP says: the slave is DISCONNECTED after a wrong key. The wait goes on over a further CONNECT. */
+static int refuse_key(struct app *app)
 {
+    struct xcp *xcp = &app->xcp;
     xcp->wrong_keys++;
     xcp->delay_us = xcp->delay_us == 0 ? XCP_DELAY_FIRST_US : 2 * xcp->delay_us;
     if (xcp->delay_us > XCP_DELAY_LONGEST_US)
         xcp->delay_us = XCP_DELAY_LONGEST_US;
     xcp->delayed = true;
     xcp->delay_since_us = board_time_us();
-    xcp->unlocked = false;
+    leave(app);
+    xcp->connected = false;
     return xcp_error(BEAM_XCP_ERR_ACCESS_LOCKED);
 }
 
@@ -161,7 +166,7 @@ static int unlock(struct app *app, uint16_t n, uint8_t packet[])
         return xcp_error(BEAM_XCP_ERR_SEQUENCE);
     xcp->seeded = false; /* one try a seed */
     if (n < 2 + BEAM_XCP_KEY_BYTES || packet[1] != BEAM_XCP_KEY_BYTES)
-        return refuse_key(xcp);
+        return refuse_key(app);
     authentic_begin(a, app->facts->key);
     authentic_feed(a, 1, &resource);
     authentic_feed(a, sizeof xcp->seed, xcp->seed);
@@ -169,7 +174,7 @@ static int unlock(struct app *app, uint16_t n, uint8_t packet[])
     const bool right = authentic_equal(BEAM_XCP_KEY_BYTES, code, packet + 2);
     authentic_wipe(sizeof code, code);
     if (!right)
-        return refuse_key(xcp);
+        return refuse_key(app);
     xcp->unlocked = true;
     xcp->delay_us = 0;
     return xcp_response(2, packet); /* nothing is locked any more */
@@ -222,7 +227,8 @@ uint16_t xcp_command(struct app *app, uint16_t n, uint8_t packet[BEAM_WIRE_MAX_P
     int answer = xcp_error(command ? BEAM_XCP_ERR_CMD_SYNTAX : BEAM_XCP_ERR_CMD_UNKNOWN);
     if (!xcp->connected && code != BEAM_XCP_CONNECT)
         return 0;
-    end_delay(xcp, board_time_us());
+    xcp->heard_us = board_time_us();
+    end_delay(xcp, xcp->heard_us);
     if (command && n >= command->least && passes_pending(app, code, &answer))
         answer = command->handler(app, n, packet);
     if (answer >= 0)
@@ -234,6 +240,8 @@ uint16_t xcp_command(struct app *app, uint16_t n, uint8_t packet[BEAM_WIRE_MAX_P
 
 /* ---- Events ---- */
 
+enum { EV_STORE_CAL = 0x03, EV_CMD_PENDING = 0x05, EV_USER = 0xFE };
+
 static uint16_t event(uint8_t code, uint8_t packet[])
 {
     packet[0] = BEAM_XCP_EV;
@@ -241,15 +249,38 @@ static uint16_t event(uint8_t code, uint8_t packet[])
     return 2;
 }
 
+static uint16_t user_event(uint8_t kind, uint32_t value, uint8_t packet[XCP_NOTICE_BYTES])
+{
+    event(EV_USER, packet);
+    packet[2] = kind;
+    packet[3] = 0;
+    xcp_put(4, value, packet + 4);
+    return 8;
+}
+
+/* A session that drives and then says nothing is over, as far as the drive goes. */
+static void mind_the_drive(struct app *app, uint32_t now_us)
+{
+    if (now_us - app->xcp.heard_us >= 1000u * BEAM_DRIVE_DEAD_MAN_MS) {
+        app_stop_drive(app);
+        app->xcp.heard_us = now_us - 1000u * BEAM_DRIVE_DEAD_MAN_MS; /* so that the clock's wrap does not matter */
+    }
+}
+
 uint16_t xcp_events(struct app *app, uint8_t packet[XCP_NOTICE_BYTES])
 {
-    enum { EV_STORE_CAL = 0x03, EV_CMD_PENDING = 0x05, EV_USER = 0xFE };
     struct xcp *xcp = &app->xcp;
     const uint32_t now_us = board_time_us();
     end_delay(xcp, now_us);
+    mind_the_drive(app, now_us);
     const enum store_answer stored = store_poll(&app->store);
     if (stored != STORE_NOTHING && xcp->connected)
-        return event(stored == STORE_DONE ? EV_STORE_CAL : EV_USER, packet);
+        return stored == STORE_DONE ? event(EV_STORE_CAL, packet) : user_event(BEAM_EVENT_STORE_FAILED, 0, packet);
+    const uint32_t alarms = atomic_load(&app->latch.now);
+    if (xcp->connected && alarms != app->told) {
+        app->told = alarms;
+        return user_event(BEAM_EVENT_ALARM, alarms, packet);
+    }
     const enum pages_answer switched = pages_poll(&app->pages);
     if (switched == PAGES_NOTHING || !xcp->pending) {
         if (!xcp->pending || now_us - xcp->pending_since_us < XCP_PENDING_US)

@@ -2,8 +2,8 @@
 /*
  * xcp.h — the XCP slave: one command in, one packet out. beam_wire.h lists commands, errors and the memory map.
  *
- * Silent until CONNECT, which stops DAQ and locks again. Reading, DAQ and the drive are open; everything that could change
- * the model or the store needs UNLOCK with the device's key. Nothing here waits: a page switch is answered when its
+ * Silent until CONNECT, which stops DAQ and the drive and locks again. Reading and DAQ are open; everything that could change
+ * the model, the store, the latch or the beam's motion needs UNLOCK with the device's key; after a wrong one the slave is silent until CONNECT. Nothing here waits: a page switch is answered when its
  * checks are done (xcp_events()), with EV_CMD_PENDING every 100 ms; other commands meanwhile are ERR_CMD_BUSY, SYNCH,
  * CONNECT and DISCONNECT give the switch up.
  */
@@ -33,6 +33,7 @@ struct xcp {
     uint32_t wrong_keys;
     uint32_t delay_us, delay_since_us;
     uint32_t pending_since_us;
+    uint32_t heard_us; /* when the last command came */
     uint8_t mta_extension;
     uint32_t mta;
     uint8_t alloc;              /* DAQ: what was allocated last, enum in xcp_daq.c */

@@ -87,10 +87,11 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     if (!command)
         return unknown(help ? argv[2] : name, err);
     if (help || asks_for_help(argc - 1, argv + 1)) {
-        (void)fputs(command->help, stdout);
+        text_print_help(stdout, command->help, text_columns());
         return BF_OK;
     }
     optind = 1;
+    outputs_protect(command->name, command->unrepeatable);
     return command->run(argc - 1, argv + 1, err);
 }
 

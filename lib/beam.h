@@ -33,10 +33,12 @@
 
 /* BEAM_TARGET: what a controller carries, first-order or zero-order hold only; symbols are beamt_*. */
 #ifdef BEAM_TARGET
+#define BEAM_INPUTS  1
 #define BEAM_OUTPUTS 1
 #define BEAM_TAPS    64
 #define BEAM_HISTORY 64
 #else
+#define BEAM_INPUTS  2 /* commanded inputs; the motion of the clamp is a further, inner one */
 #define BEAM_OUTPUTS 4
 #endif
 #ifndef BEAM_PORTS
@@ -56,12 +58,11 @@
 #endif
 
 enum {
-    BEAM_N = 10,             /* dimension of the Galerkin space */
-    BEAM_INPUTS = 2,         /* commanded inputs; the motion of the clamp is a further, inner one */
-    BEAM_USES = 8,           /* effects in one model */
-    BEAM_CHAIN = 4,          /* measurement-chain effects on one output */
-    BEAM_MEMORIES = 2,       /* Maxwell branches */
-    BEAM_MEMORY_STATES = 12, /* their ranks together */
+    BEAM_N = 10,                                   /* dimension of the Galerkin space */
+    BEAM_USES = 8,                                 /* effects in one model */
+    BEAM_CHAIN = 4,                                /* measurement-chain effects on one output */
+    BEAM_MEMORIES = 2,                             /* Maxwell branches */
+    BEAM_MEMORY_STATES = 12,                       /* their ranks together */
     BEAM_BLOCKS = BEAM_N + BEAM_MEMORY_STATES / 2, /* 2 × 2 blocks of the step */
     BEAM_STATES = 2 * BEAM_BLOCKS,
     BEAM_ALL_INPUTS = BEAM_INPUTS + 1,
@@ -316,6 +317,7 @@ struct beam_plan {
 #define beam_find_modes BEAM_NAME(find_modes)
 #define beam_plan_check BEAM_NAME(plan_check)
 #define beam_narrow     BEAM_NAME(narrow)
+#define beam_step_bound BEAM_NAME(step_bound)
 
 /* Bounded (Cholesky, Jacobi ≤ 40 sweeps); about 3 kB of stack in double. MASS, STIFFNESS. */
 enum beam_status beam_find_modes(const struct beam_model *model, struct beam_modes *out);
@@ -332,6 +334,13 @@ enum beam_status beam_factor(const struct beam_model *model, const struct beam_o
 
 /* Is a received plan safe to run: counts in range, numbers finite, no block grows. Cost: one pass over the plan. */
 enum beam_status beam_plan_check(const struct beam_plan *plan);
+
+/*
+ * Instructions of one beam_step() on a Cortex-M4F (the float build, -O2), at most: blocks, rows, taps, links, and every law
+ * with all its evaluations. From counts and effects alone; the plan must have passed beam_plan_check(), or come from
+ * beam_factor(). beam_bound.c has the terms, make target NAMES=costs measures them.
+ */
+uint32_t beam_step_bound(const struct beam_plan *plan);
 
 #ifndef BEAM_FLOAT
 /*

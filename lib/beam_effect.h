@@ -45,7 +45,8 @@ enum {
     BEAM_EFFECT_TERMS = 2,      /* at most, per effect */
     BEAM_LAW_WIDTH = 2,         /* coordinates of one law point, at most */
     BEAM_LAW_STATES = 2,        /* internal states of one law point, at most */
-    BEAM_DRIVE_STATES = 1
+    BEAM_DRIVE_STATES = 1,
+    BEAM_STEP_UNSTATED = 1000 /* instructions of a call that an effect does not state */
 };
 
 /* ---- Parameters ---- */
@@ -300,6 +301,11 @@ struct beam_effect {
     const char *looks_like;    /* what it does to data, two or three sentences for an experimentalist */
     const char *confused_with; /* ids and the experiment that separates them, for an experimentalist */
     const char *target_cost;   /* extra cost of one step on the target, in the terms of this header */
+    /*
+     * Instructions that one call of law, map, signal, drive or base takes at most on a Cortex-M4F (-O2), whatever its
+     * arguments; 0: not stated, beam_step_bound() then takes BEAM_STEP_UNSTATED. Measured: make target NAMES=costs.
+     */
+    unsigned short step_instructions;
 
     int n_parameters;
     struct beam_parameter_info parameters[BEAM_EFFECT_PARAMETERS];

@@ -34,6 +34,14 @@ const char *beam_image_fault_text(enum beam_image_fault fault)
         return "the model's sample interval is not the controller's; export it for the controller's sample rate";
     case BEAM_IMAGE_BAD_PROOF:
         return "the proof run gave other bits than where the image was made; use program and firmware of one version";
+    case BEAM_IMAGE_TOO_SLOW:
+        return "a step may take longer than the controller's sample interval leaves; leave out a law (export "
+               "--without), "
+               "sample more slowly, or use a faster controller";
+    case BEAM_IMAGE_BAD_ARITHMETIC:
+        return "this processor flushes denormal numbers or does not round to nearest; set its floating-point control "
+               "word, or build "
+               "without -ffast-math";
     }
     return "unknown fault";
 }
@@ -51,6 +59,14 @@ uint32_t beam_crc32(uint32_t crc, uint32_t n, const uint8_t bytes[])
         crc = crc >> 4 ^ table[crc & 15u];
     }
     return ~crc;
+}
+
+bool beam_arithmetic_is_exact(void)
+{
+    volatile float tiny = 1.17549435e-38F, half = 0.5F, one = 1.0F, small = 5.9604645e-8F; /* 2⁻¹²⁶, 2⁻²⁴ */
+    volatile float denormal = tiny * half;
+    volatile float back = denormal + denormal, even = one + small, up = even + small * 3.0F;
+    return denormal > 0.0F && back == tiny && even == one && up == one + 2.3841858e-7F && -one - small == -one;
 }
 
 uint32_t beam_image_effect_key(const char *id)
@@ -145,29 +161,30 @@ enum beam_image_fault beam_image_header_check(const struct beam_image *image,
     return memcmp(header->device, device, BEAM_IMAGE_DEVICE_BYTES) == 0 ? BEAM_IMAGE_FINE : BEAM_IMAGE_FOREIGN_DEVICE;
 }
 
-static bool above(float x, float least)
-{
-    return beam_finite(x) && x > least;
-}
-
-static bool within(float x, float most)
-{
-    return beam_finite(x) && beam_fabs(x) <= most;
-}
-
 static bool setup_is_sound(const struct beam_image_setup *s)
 {
-    const float code_max = 65535.0F, clock_max = 0.5F, huge = 1e30F;
-    if (!above(beam_fabs(s->sensor_V_per_code), 0.0F) || !above(beam_fabs(s->drive_V_per_code), 0.0F) ||
-        !within(s->sensor_zero_code, code_max) || !within(s->drive_zero_code, code_max))
+    const float least_codes = 0.01F, most_codes = 65535.0F;
+    if (beam_image_setup_outside(s) >= 0 || !(s->alarm_ratio > s->clear_ratio))
         return false;
-    if (!above(s->noise_rms, 0.0F) || !above(s->clear_ratio, 0.0F) || !above(s->alarm_ratio, s->clear_ratio) ||
-        !above(s->averaging_s, 0.0F) || !within(s->clock_relative, clock_max))
+    const float noise_codes = s->noise_rms / beam_fabs(s->sensor_V_per_code);
+    if (!(noise_codes >= least_codes && noise_codes <= most_codes))
         return false;
-    for (int i = 0; i < BEAM_IMAGE_PROOFS; i++)
-        if (!within(s->proof[i], huge))
+    return s->proof_steps >= 1 && s->proof_steps <= 1024 && s->reserved[0] == 0 && s->reserved[1] == 0 &&
+           (s->stuck_samples == 0 || (s->stuck_samples >= 16 && s->stuck_samples <= 65535));
+}
+
+/* Of the plan, and of the effects' parameters. */
+static bool numbers_are_sound(const struct beam_image *image)
+{
+    const float *x = (const float *)&image->plan.x;
+    for (int i = 0; i < BEAM_IMAGE_NUMBERS; i++)
+        if (!beam_image_number(x[i]))
             return false;
-    return s->proof_steps >= 1 && s->proof_steps <= 1024 && within(s->proof_amplitude, huge) && s->reserved == 0;
+    for (int u = 0; u < BEAM_USES; u++)
+        for (int i = 0; i < BEAM_EFFECT_PARAMETERS; i++)
+            if (!beam_image_number(image->front.use[u].p[i]))
+                return false;
+    return true;
 }
 
 static enum beam_image_fault resolve_effects(struct beam_image *image)
@@ -190,6 +207,11 @@ static enum beam_image_fault resolve_effects(struct beam_image *image)
 enum beam_image_fault beam_image_check(struct beam_image *image, float dt_s)
 {
     const struct beam_image_setup *setup = &image->front.setup;
+    const float most_samples = 16777216.0F;
+    if (!beam_arithmetic_is_exact())
+        return BEAM_IMAGE_BAD_ARITHMETIC;
+    if (!numbers_are_sound(image))
+        return BEAM_IMAGE_BAD_PLAN;
     if (!setup_is_sound(setup))
         return BEAM_IMAGE_BAD_SETUP;
     const enum beam_image_fault fault = resolve_effects(image);
@@ -197,6 +219,8 @@ enum beam_image_fault beam_image_check(struct beam_image *image, float dt_s)
         return fault;
     if (beam_plan_check(&image->plan) != BEAM_OK || image->plan.n.n_inputs < 1 || image->plan.n.n_outputs != 1)
         return BEAM_IMAGE_BAD_PLAN;
+    if (setup->averaging_s > most_samples * image->plan.x.dt_s) /* the mean counts them in single precision */
+        return BEAM_IMAGE_BAD_SETUP;
     const float wanted = dt_s * (1.0F + setup->clock_relative), off = beam_fabs(image->plan.x.dt_s - wanted);
     return dt_s > 0.0F && off > 1e-6F * wanted ? BEAM_IMAGE_BAD_RATE : BEAM_IMAGE_FINE;
 }

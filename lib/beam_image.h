@@ -18,13 +18,13 @@
 
 enum {
     BEAM_IMAGE_MAGIC = 0x494D4642, /* "BFMI" in the order of the bytes */
-    BEAM_IMAGE_LAYOUT = 1,         /* raised with every change of the bytes' meaning */
+    BEAM_IMAGE_LAYOUT = 2,         /* raised with every change of the bytes' meaning */
     BEAM_IMAGE_DEVICE_BYTES = 12,
     BEAM_IMAGE_CODE_BYTES = 32, /* HMAC-SHA256 */
     BEAM_IMAGE_KEY_BYTES = 32,
     BEAM_IMAGE_PROOFS = 4, /* outputs of the proof run that must come out bit for bit */
-    BEAM_IMAGE_COUNTS = 66,
-    BEAM_IMAGE_NUMBERS = 1178
+    BEAM_IMAGE_COUNTS = 64,
+    BEAM_IMAGE_NUMBERS = 1146
 };
 
 struct beam_image_header {
@@ -41,13 +41,17 @@ struct beam_image_setup {
     float sensor_V_per_code, sensor_zero_code; /* measured [output's unit] = (code − zero) × per_code */
     float drive_V_per_code, drive_zero_code;   /* input [input's unit] = (code − zero) × per_code */
     float noise_rms;                           /* expected residual, output's unit, > 0 */
-    float alarm_ratio, clear_ratio;            /* residual rms ÷ noise_rms: alarm on above, off below; clear < alarm */
-    float averaging_s;                         /* time constant of the running mean squares, > 0 */
-    float clock_relative;           /* the model's clock_error: plan's dt_s = (1 + this) × nominal interval */
-    uint32_t proof_steps;           /* 1..1024: see beam_image_prove() */
-    float proof_amplitude;          /* of the proof run's input, input's unit */
+    float alarm_ratio,
+        clear_ratio;       /* residual rms about its mean ÷ noise_rms: alarm on above, off below; clear < alarm */
+    float averaging_s;     /* time constant of the residual's running mean and variance, > 0 */
+    float clock_relative;  /* the model's clock_error: plan's dt_s = (1 + this) × nominal interval */
+    uint32_t proof_steps;  /* 1..1024: see beam_image_prove() */
+    float proof_amplitude; /* of the proof run's input, input's unit */
     float proof[BEAM_IMAGE_PROOFS]; /* outputs of its last four steps */
-    uint32_t reserved;              /* 0 */
+    float quiet_ratio;              /* 0..1: the sensor is too quiet below this share of noise_rms; see beam_wire.h */
+    float offset_ratio;             /* > 0: a mean residual above so many noise_rms is an offset of the sensor */
+    uint32_t stuck_samples; /* equal codes in a row that noise does not give: 16..65535; 0: it may give any number */
+    uint32_t reserved[2];   /* 0 */
 };
 
 /* Codes to values: the one expression that controller and replay share, since they must agree bit for bit. */
@@ -78,11 +82,11 @@ enum {
     BEAM_IMAGE_BYTES = BEAM_IMAGE_FRONT_BYTES + BEAM_IMAGE_PLAN_BYTES + BEAM_IMAGE_CODE_BYTES
 };
 _Static_assert(sizeof(struct beam_image_header) == 64, "header");
-_Static_assert(sizeof(struct beam_image_setup) == 64, "setup");
+_Static_assert(sizeof(struct beam_image_setup) == 80, "setup");
 _Static_assert(sizeof(struct beam_image_use) == 24, "use");
-_Static_assert(sizeof(struct beam_image_front) == 320, "front");
+_Static_assert(sizeof(struct beam_image_front) == 336, "front");
 
-/* Why an image is refused, in the order of the checks; the controller reports the number. */
+/* Why an image is refused, in the order of the checks (the bound is looked at before the proof run); the controller reports the number. */
 enum beam_image_fault {
     BEAM_IMAGE_FINE = 0,
     BEAM_IMAGE_BAD_MAGIC,
@@ -96,8 +100,52 @@ enum beam_image_fault {
     BEAM_IMAGE_UNKNOWN_EFFECT, /* not in this firmware */
     BEAM_IMAGE_BAD_PLAN,       /* counts out of range, a number not finite, or a block that grows */
     BEAM_IMAGE_BAD_RATE,       /* dt_s is not the controller's sample interval */
-    BEAM_IMAGE_BAD_PROOF       /* the proof run came out otherwise here than where the image was made */
+    BEAM_IMAGE_BAD_PROOF,      /* the proof run came out otherwise here than where the image was made */
+    BEAM_IMAGE_TOO_SLOW,       /* the step's bound, or a step of the proof run, does not fit the sample interval */
+    BEAM_IMAGE_BAD_ARITHMETIC /* this processor rounds otherwise, or flushes denormal numbers: nothing could be proved */
 };
+
+/*
+ * Limits, the same for who makes an image and who is given one. Every number of an image is 0 or of a size from 1.2e-38
+ * (the least that is not denormal) to 1e18, so no product of two overflows; the setup's have limits of their own.
+ */
+#define BEAM_IMAGE_LARGEST 1e18F
+enum { BEAM_IMAGE_LIMITS = 16 };
+struct beam_image_limit {
+    const char *name; /* for a person; NULL on a controller */
+    uint16_t offset;  /* into struct beam_image_setup */
+    bool of_size;     /* least and most are of |x| */
+    float least, most;
+};
+#define beam_image_limits        BEAM_NAME(image_limits)
+#define beam_image_setup_value   BEAM_NAME(image_setup_value)
+#define beam_image_setup_outside BEAM_NAME(image_setup_outside)
+#define beam_image_number        BEAM_NAME(image_number)
+extern const struct beam_image_limit beam_image_limits[BEAM_IMAGE_LIMITS];
+float beam_image_setup_value(const struct beam_image_setup *setup, int limit);
+int beam_image_setup_outside(const struct beam_image_setup *setup); /* index of the first limit that is broken, or −1 */
+bool beam_image_number(float x);                                    /* 0, or of a size from 1.2e-38 to 1e18 */
+
+/*
+ * Does single precision compute here as IEEE 754 says, rounded to nearest, denormal numbers kept? A program that was
+ * linked with -ffast-math, or a start-up that left FPSCR.FZ set, says no: it would differ from others in its last bits,
+ * first where a motion has died away.
+ */
+#define beam_arithmetic_is_exact BEAM_NAME(arithmetic_is_exact)
+bool beam_arithmetic_is_exact(void);
+
+/*
+ * Instructions that a step may take, by its bound, on a controller of this clock and rate: three quarters of the interval at
+ * one and a half cycles an instruction, less what the rest of the sample interrupt takes. core_Hz 0: any number.
+ */
+enum { BEAM_IMAGE_INTERRUPT = 1200 /* instructions of the sample interrupt beside the step, streaming included */ };
+static inline uint32_t beam_image_budget(uint32_t core_Hz, uint32_t sample_mHz)
+{
+    const uint64_t half = (uint64_t)core_Hz * 1000u / (2u * (uint64_t)(sample_mHz > 0 ? sample_mHz : 1u));
+    if (core_Hz == 0)
+        return UINT32_MAX;
+    return half < BEAM_IMAGE_INTERRUPT ? 0 : (uint32_t)(half - BEAM_IMAGE_INTERRUPT);
+}
 
 /* One English clause with the remedy; never NULL. */
 #define beam_image_fault_text BEAM_NAME(image_fault_text)

@@ -9,7 +9,7 @@
 
 _Static_assert(BEAM_IMAGE_OUTPUTS == BEAM_OUTPUTS && BEAM_IMAGE_PORTS == BEAM_PORTS, "sizes of arrays");
 _Static_assert((int)BEAM_IMAGE_ROWS == (int)BEAM_ROWS && BEAM_IMAGE_TAPS == BEAM_TAPS, "sizes of arrays");
-_Static_assert(BEAM_IMAGE_HISTORY == BEAM_HISTORY, "sizes of arrays");
+_Static_assert(BEAM_IMAGE_HISTORY == BEAM_HISTORY && (int)BEAM_IMAGE_INPUTS == (int)BEAM_ALL_INPUTS, "sizes of arrays");
 #define SAME(file, plan, member)                                                                                       \
     _Static_assert(offsetof(struct file, member) == offsetof(struct plan, member), "place of " #member)
 SAME(beam_image_counts, beam_plan_counts, law_evaluations);
@@ -57,6 +57,11 @@ enum beam_image_fault beam_image_run_check(struct beam_image_run *run, const uin
         return fault;
     run->proof.progress = 0;
     return beam_image_prove(&run->page, run->page.front.setup.proof_steps, &run->proof);
+}
+
+uint32_t beam_image_run_bound(const struct beam_image_run *run)
+{
+    return beam_step_bound(&run->page.plan);
 }
 
 enum beam_image_fault beam_image_run_seal(struct beam_image_run *run, struct beam_image_file *file, float dt_s)

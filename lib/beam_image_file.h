@@ -18,6 +18,7 @@
 
 enum { /* sizes of a controller (BEAM_TARGET) that the image's arrays have, asserted in beam_image_file.c */
        BEAM_IMAGE_OUTPUTS = 1,
+       BEAM_IMAGE_INPUTS = 2, /* the drive, and the motion of the clamp */
        BEAM_IMAGE_PORTS = 8,
        BEAM_IMAGE_ROWS = BEAM_IMAGE_OUTPUTS + 2 * BEAM_IMAGE_PORTS,
        BEAM_IMAGE_TAPS = 64,
@@ -29,7 +30,7 @@ struct beam_image_counts {
     int32_t n_blocks, n_inputs, n_outputs, n_ports, n_uses;
     int32_t base_use, drive_input, n_taps, beam_latency, latency, law_evaluations;
     int32_t port_use[BEAM_IMAGE_PORTS], port_coordinate[BEAM_IMAGE_PORTS];
-    struct beam_ring input_ring[BEAM_ALL_INPUTS], command_ring, output_ring[BEAM_IMAGE_OUTPUTS];
+    struct beam_ring input_ring[BEAM_IMAGE_INPUTS], command_ring, output_ring[BEAM_IMAGE_OUTPUTS];
     int32_t n_links[BEAM_IMAGE_OUTPUTS];
     struct beam_link link[BEAM_IMAGE_OUTPUTS][BEAM_CHAIN];
 };
@@ -38,7 +39,7 @@ struct beam_image_counts {
 struct beam_image_numbers {
     float dt_s;
     float phi[BEAM_BLOCKS][4];
-    float gamma[BEAM_ALL_INPUTS][BEAM_STATES];
+    float gamma[BEAM_IMAGE_INPUTS][BEAM_STATES];
     float gamma_port[BEAM_IMAGE_PORTS][BEAM_STATES];
     float row[BEAM_IMAGE_ROWS][BEAM_STATES];
     float compliance[BEAM_IMAGE_ROWS][BEAM_IMAGE_PORTS];
@@ -79,6 +80,9 @@ enum beam_image_fault beam_image_run_header(const struct beam_image_run *run,
                                             const uint8_t device[BEAM_IMAGE_DEVICE_BYTES]);
 enum beam_image_fault beam_image_run_check(struct beam_image_run *run, const uint8_t device[BEAM_IMAGE_DEVICE_BYTES],
                                            float dt_s);
+
+/* beam_step_bound() of the page; only after a check without fault. */
+uint32_t beam_image_run_bound(const struct beam_image_run *run);
 
 /*
  * Makes the proof of file->front.setup (proof_steps and proof_amplitude are given) and the CRC-32, with the controller's

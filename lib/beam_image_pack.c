@@ -4,10 +4,15 @@
 
 #include "beam_image_file.h"
 
+/* What is denormal in single precision is nothing: a controller takes no such number. */
 static void pack_list(size_t n, const beam_real from[], float out[])
 {
-    for (size_t i = 0; i < n; i++)
+    const float least = 1.17549435e-38F;
+    for (size_t i = 0; i < n; i++) {
         out[i] = (float)from[i];
+        if (out[i] > -least && out[i] < least)
+            out[i] = 0.0F;
+    }
 }
 
 static int ring_fits(const struct beam_ring *ring)
@@ -58,7 +63,7 @@ static void pack_numbers(const struct beam_plan *plan, struct beam_image_numbers
     out->dt_s = (float)x->dt_s;
     for (int b = 0; b < BEAM_BLOCKS; b++)
         pack_list(4, x->phi[b], out->phi[b]);
-    for (int i = 0; i < BEAM_ALL_INPUTS; i++)
+    for (int i = 0; i < BEAM_IMAGE_INPUTS; i++)
         pack_list(BEAM_STATES, x->gamma[i], out->gamma[i]);
     for (int p = 0; p < n_ports; p++)
         pack_list(BEAM_STATES, x->gamma_port[p], out->gamma_port[p]);

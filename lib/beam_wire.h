@@ -71,7 +71,7 @@ enum {
     BEAM_XCP_ERR_OUT_OF_RANGE = 0x22,
     BEAM_XCP_ERR_WRITE_PROTECTED = 0x23, /* page 0 */
     BEAM_XCP_ERR_ACCESS_DENIED = 0x24,   /* no such memory */
-    BEAM_XCP_ERR_ACCESS_LOCKED = 0x25,   /* UNLOCK first, or wait after a wrong key */
+    BEAM_XCP_ERR_ACCESS_LOCKED = 0x25,   /* UNLOCK first, or wait; a wrong key: the session is over */
     BEAM_XCP_ERR_PAGE_NOT_VALID = 0x26,  /* the staged image was refused: info.last_fault says why */
     BEAM_XCP_ERR_MODE_NOT_VALID = 0x27,
     BEAM_XCP_ERR_SEGMENT_NOT_VALID = 0x28,
@@ -82,7 +82,7 @@ enum {
     BEAM_XCP_ERR_VERIFY = 0x32
 };
 
-/* Resources of GET_STATUS, GET_SEED. Reading, DAQ and control of the drive are open; calibration and storing are locked. */
+/* Resources of GET_STATUS, GET_SEED. Reading and DAQ are open; calibration, storing, the drive and the latch are locked. */
 enum { BEAM_XCP_RESOURCE_CAL_PAG = 0x01, BEAM_XCP_RESOURCE_DAQ = 0x04 };
 enum {
     BEAM_XCP_SEED_BYTES = 16,
@@ -95,20 +95,23 @@ enum {
         0x00010000, /* the calibration segment 0, BEAM_IMAGE_BYTES long: the page that XCP access is set to */
     BEAM_WIRE_LIVE = 0x00020000, /* struct beam_live, read only */
     BEAM_WIRE_INFO = 0x00030000, /* struct beam_info, read only */
-    BEAM_WIRE_DRIVE = 0x00040000 /* struct beam_drive, read and write; takes effect when `generation` is written */
+    BEAM_WIRE_DRIVE =
+        0x00040000, /* struct beam_drive, read and, unlocked, write; takes effect when `generation` is written */
+    BEAM_WIRE_LATCH =
+        0x00060000 /* u32: writing it, unlocked, acknowledges the latch of beam_info; reads as info.latched */
 };
 enum { BEAM_WIRE_PAGE_ACTIVE = 0, BEAM_WIRE_PAGE_STAGING = 1 };
 
 /* One sample as DAQ event 0 sends it. A step writes it at once; a DAQ list reads it before the next step. */
 struct beam_live {
     uint32_t
-        sequence;    /* samples since power-on; a gap is a lost record, never a lost sample (info.missed says those) */
+        sequence; /* sample intervals since power-on: a gap is a record that was lost, or a sample that info.missed counts */
     uint32_t step;   /* steps since the model was last put to rest: what a replay needs */
     float input;     /* input's unit */
     float measured;  /* output's unit, of the sample that predicted belongs to */
     float predicted; /* output's unit */
     float residual;  /* measured − predicted */
-    float ratio;     /* running residual rms ÷ noise_rms */
+    float ratio;     /* running residual rms about its mean ÷ noise_rms */
     uint32_t codes;  /* sensor code in bits 0..15, drive code in bits 16..31 */
     uint32_t status; /* BEAM_LIVE_… below */
     uint32_t crc32;  /* of the bytes before it */
@@ -116,12 +119,23 @@ struct beam_live {
 _Static_assert(sizeof(struct beam_live) == 40, "live");
 
 enum {
-    BEAM_LIVE_ALARM = 1u << 0,    /* the ratio is above alarm_ratio, and has not been below clear_ratio since */
+    BEAM_LIVE_ALARM = 1u << 0, /* the ratio was above alarm_ratio for averaging_s/4, and not below clear_ratio since */
     BEAM_LIVE_BUILT_IN = 1u << 1, /* the model is the built-in one */
     BEAM_LIVE_SOLVE = 1u << 2,    /* beam_step() said SOLVE in this step */
     BEAM_LIVE_RESET = 1u << 3,    /* the state was not finite and was put to rest in this step */
     BEAM_LIVE_CLIPPED = 1u << 4,  /* the sensor's code is at an end of its range */
-    BEAM_LIVE_COUNTER = 24        /* bits 24..31: active image's counter, lowest byte: which model this sample saw */
+    /*
+     * The sensor itself, from its codes alone but for OFFSET. Each goes off 256 samples after its cause, OFFSET when the mean
+     * is below half its limit. While QUIET, STUCK or AT_END is on, ALARM is off: nothing can be said of the model.
+     */
+    BEAM_LIVE_QUIET =
+        1u << 5, /* the codes' rms about their mean was below quiet_ratio × noise in a block of 64 samples */
+    BEAM_LIVE_STUCK = 1u << 6,  /* setup.stuck_samples equal codes in a row */
+    BEAM_LIVE_AT_END = 1u << 7, /* 8 of a block of 64 codes were at an end of the range */
+    BEAM_LIVE_OFFSET =
+        1u << 8, /* the residual's mean is above offset_ratio × noise_rms and stands out of its variance */
+    BEAM_LIVE_SENSOR = BEAM_LIVE_QUIET | BEAM_LIVE_STUCK | BEAM_LIVE_AT_END | BEAM_LIVE_OFFSET,
+    BEAM_LIVE_COUNTER = 24 /* bits 24..31: active image's counter, lowest byte: which model this sample saw */
 };
 
 enum beam_boot_choice { BEAM_BOOT_BUILT_IN, BEAM_BOOT_SLOT_0, BEAM_BOOT_SLOT_1, BEAM_BOOT_DOWNLOADED };
@@ -135,7 +149,7 @@ struct beam_info {
     uint32_t running;       /* enum beam_boot_choice of the active page */
     uint32_t counter;       /* of the active image */
     uint32_t stored;        /* greatest counter in the store; an image must exceed it and the active one */
-    uint32_t missed;        /* ticks that came before the last sample was finished */
+    uint32_t missed;        /* conversions that were due and did not take place, from the board's timer */
     uint32_t overrun;       /* DAQ samples that found no room on the line */
     uint32_t frames_bad;    /* frames dropped: length or sum */
     uint32_t wrong_keys;    /* since power-on */
@@ -146,14 +160,28 @@ struct beam_info {
     uint32_t nvm_errors;    /* failed erases and programmings since power-on */
     uint32_t worst_step_us; /* longest sample interrupt */
     uint8_t model_sha256[32];
+    uint32_t core_Hz;     /* clock of the processor */
+    uint32_t step_budget; /* instructions that the bound of a step may have: beam_image_budget() */
+    uint32_t step_bound;  /* of the active image: beam_step_bound() */
+    uint32_t proof_us;    /* longest step in the active image's proof run; 0: below 1 µs, or the built-in model */
+    uint32_t sequence;    /* of the newest sample: what the next four are counted from */
+    /* The latch: what came since power-on, or since it was acknowledged; no session begins or ends it. */
+    uint32_t latched;     /* BEAM_LIVE_ALARM and BEAM_LIVE_SENSOR bits that were on */
+    uint32_t alarms;      /* times that ALARM came */
+    uint32_t faults;      /* times that one of the sensor's faults came */
+    uint32_t latch_first; /* sequence of the first of them; 0 with latched 0 */
+    uint32_t latch_last;  /* of the last one that came */
+    uint32_t drive_stops; /* drives that were stopped because their session ended or fell silent, since power-on */
 };
-_Static_assert(sizeof(struct beam_info) == 116, "info");
+_Static_assert(sizeof(struct beam_info) == 160, "info");
 
 /*
  * The drive: a linear or repeated chirp, made on the controller so that host and controller know it exactly.
  * u = amplitude × sin(phase), phase in whole 2⁻³² turns: phase += rate, rate += sweep each sample, from 0 again after
  * `period` samples; nothing is added to the D/A's zero for an amplitude of 0. Writing `generation` (any new value)
- * starts it, and puts the model's state to rest when BEAM_DRIVE_REST is set.
+ * starts it, and puts the model's state to rest when BEAM_DRIVE_REST is set. It wants an unlocked session, and goes on only as long as
+ * that: it stops, and its amplitude reads 0, at CONNECT, DISCONNECT and a wrong key, and when no command has come for
+ * BEAM_DRIVE_DEAD_MAN_MS.
  */
 struct beam_drive {
     float amplitude;      /* D/A codes, 0..2047 */
@@ -165,6 +193,10 @@ struct beam_drive {
 };
 _Static_assert(sizeof(struct beam_drive) == 28, "drive");
 enum { BEAM_DRIVE_REST = 1u << 0 };
+enum { BEAM_DRIVE_DEAD_MAN_MS = 2000 };
+
+/* EV_USER: 0xFD, 0xFE, kind, 0, and for the second kind the status bits that are on now, u32: ALARM and SENSOR. */
+enum { BEAM_EVENT_STORE_FAILED = 1, BEAM_EVENT_ALARM = 2 };
 
 /* DAQ: one list of up to 4 ODTs of up to 8 entries, absolute ODT numbers, 32-bit time stamps of 1 µs, event 0 = the sample. */
 enum { BEAM_DAQ_LISTS = 2, BEAM_DAQ_ODTS = 4, BEAM_DAQ_ENTRIES = 16, BEAM_DAQ_EVENTS = 1 };

@@ -31,6 +31,8 @@ struct rig_board {
     uint32_t time_us, cost;    /* cost: how much a call of board_time_us() lets pass */
     uint32_t (*further)(void); /* what a test's own clock adds */
     uint16_t drive;
+    bool alarm; /* the pin */
+    unsigned alarm_changes;
 };
 
 static struct rig_board board;
@@ -64,6 +66,7 @@ static inline void board_reset(void)
     board.facts = (struct board_facts){.device = "device-no-12",
                                        .key = board.key,
                                        .sample_mHz = 1000000,
+                                       .core_Hz = 168000000,
                                        .sensor_code_max = 4095,
                                        .drive_code_zero = 2048,
                                        .nvm_slot_bytes = RIG_SLOT_BYTES};
@@ -74,6 +77,12 @@ static inline void board_reset(void)
 void board_drive(uint16_t code)
 {
     board.drive = code;
+}
+
+void board_alarm(bool on)
+{
+    board.alarm = on;
+    board.alarm_changes++;
 }
 
 size_t board_receive(size_t n, uint8_t out[])

@@ -25,7 +25,7 @@ static const char beam_text[] = "format: beamfit-model/1\n"
                                 "  Ks_V: {value: %g%s}\n"
                                 "inputs: {hammer_N: {kind: point_force, at_m: 0.05}}\n"
                                 "outputs: {piezo_V: {kind: patch_strain}, tip_mps: {kind: velocity, at_m: 0.39}}\n"
-                                "effects: []\n";
+                                "effects:%s\n";
 
 struct beam {
     double EI, EI_patch, rho, rho_patch, cDI, Ks;
@@ -34,16 +34,22 @@ struct beam {
 static const struct beam truth = {0.5, 0.8, 0.1, 0.4, 2e-5, 40.0, "", "", ""};
 static const struct beam handbook = {0.53, 1.0, 0.1, 0.3, 1e-5, 60.0, "", ", fixed: true", ""};
 
-static inline void make_model(const struct beam *beam, struct model *out)
+/* effects: " []", or lines that begin with "\n  - ". */
+static inline void make_model_with(const struct beam *beam, const char *effects, struct model *out)
 {
     struct bf_error err;
     char text[PARAMETERS_TEXT];
     const int n = snprintf(text, sizeof text, beam_text, beam->EI, beam->of_EI, beam->EI_patch, beam->rho, beam->of_rho,
-                           beam->rho_patch, beam->cDI, beam->Ks, beam->of_Ks);
+                           beam->rho_patch, beam->cDI, beam->Ks, beam->of_Ks, effects);
     char *path = temporary_file("model.yaml", text, (size_t)n);
     assert_int_equal(model_read(path, out, &err), BF_OK);
     unlink(path);
     free(path);
+}
+
+static inline void make_model(const struct beam *beam, struct model *out)
+{
+    make_model_with(beam, " []", out);
 }
 
 static uint64_t seed; /* of the noise; each test sets its own */

@@ -17,20 +17,10 @@ struct deviation {
     double error, estimate;
 };
 
-/* The point of the derivative: linear unknowns, and the sign that their columns have there (a mode has none). */
+/* The point of the derivative: the initial states. */
 struct point {
-    double *amplitude, *column;
+    double *amplitude;
 };
-
-/* Real and imaginary column of a mode at the first instant of each channel: later the phases have run apart. */
-static inline bool same_sign(const struct predict_case *c, const struct point *at, size_t pair)
-{
-    size_t rows = c->out.n_rows, n = rows / CHANNELS;
-    double sum = 0.0;
-    for (size_t k = pair * rows; k < (pair + 2) * rows && k < c->out.n_nuisance * rows; k += n)
-        sum += c->out.nuisance[k] * at->column[k];
-    return sum >= 0.0;
-}
 
 /* y + Σ amplitude · column. */
 static inline void whole_prediction(const struct predict_case *c, const struct point *at, double y[])
@@ -39,9 +29,8 @@ static inline void whole_prediction(const struct predict_case *c, const struct p
     memcpy(y, c->out.y, rows * sizeof *y);
     for (size_t k = 0; k < c->out.n_nuisance; k++) {
         const double *column = c->out.nuisance + k * rows;
-        double same = same_sign(c, at, k / 2 * 2) ? 1.0 : -1.0;
         for (size_t i = 0; i < rows; i++)
-            y[i] += same * at->amplitude[k] * column[i];
+            y[i] += at->amplitude[k] * column[i];
     }
 }
 
@@ -103,9 +92,12 @@ static inline void ridders(struct predict_case *c, const double direction[], con
     free(table);
 }
 
-static inline bool has_kinks(const struct beam_effect *effect)
+static inline bool has_kinks(const struct model *model)
 {
-    return effect->law != NULL || effect->drive != NULL;
+    for (size_t e = 0; e < model->n_effects; e++)
+        if (model->effects[e].effect->law != NULL || model->effects[e].effect->drive != NULL)
+            return true;
+    return false;
 }
 
 /* Column along a direction against the reference; J and y are of the run at c->theta. */
@@ -120,7 +112,7 @@ static inline struct deviation deviation_along(struct predict_case *c, const dou
     for (size_t ch = 0; ch < CHANNELS; ch++)
         estimate[ch] = INFINITY;
     ridders(c, direction, at, 0.1, best, estimate);
-    if (c->model.n_effects == 1 && has_kinks(c->model.effects[0].effect))
+    if (has_kinks(&c->model))
         ridders(c, direction, at, 1e-3, best, estimate); /* inside one piece */
     struct deviation worst = {0.0, 0.0};
     for (size_t ch = 0; ch < CHANNELS; ch++) {
@@ -176,13 +168,11 @@ static inline void run_at_point(struct predict_case *c, struct point *at, double
     case_run(c, want);
     size_t rows = c->out.n_rows, unknowns = c->out.n_nuisance;
     at->amplitude = bf_alloc(unknowns, sizeof(double));
-    at->column = bf_alloc(unknowns * rows, sizeof(double));
     for (size_t k = 0; k < unknowns; k++)
         at->amplitude[k] = 1e-3 * signal_normal(&seed);
     if (unknowns > 0) {
         predictor_set_nuisance(c->predictor, at->amplitude);
         case_run(c, want);
-        memcpy(at->column, c->out.nuisance, unknowns * rows * sizeof(double));
     }
     *J = bf_alloc((c->n + 1) * rows, sizeof(double));
     *y = *J + c->n * rows;
@@ -213,7 +203,6 @@ static inline struct summary check_case(struct predict_case *c, bool every_param
     struct deviation d = deviation_along(c, direction, J, y, &at);
     note(&s, &d, "all of the beam's");
     free(at.amplitude);
-    free(at.column);
     free(J);
     free(direction);
     return s;

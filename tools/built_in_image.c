@@ -37,6 +37,9 @@ static const struct beam_image_setup setup = {.sensor_V_per_code = 3.3F / 4096,
                                               .alarm_ratio = 3.0F,
                                               .clear_ratio = 2.0F,
                                               .averaging_s = 1.0F,
+                                              .quiet_ratio = 0.2F,
+                                              .offset_ratio = 1.0F,
+                                              .stuck_samples = 121, /* noise of 2.5 codes: as beamfit export has it */
                                               .proof_steps = 256,
                                               .proof_amplitude = 10.0F};
 

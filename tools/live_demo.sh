@@ -91,13 +91,13 @@ live() { # NAME MODEL: give the board this model, record, watch
     "$beamfit" upload "${port[@]}" -o "$out/$1.running" > /dev/null
     for level in "${volts[@]}"; do
         for _ in 1 2 3; do # a busy machine may leave no room on the line; the record then says so
-            "$beamfit" record "${port[@]}" --model "$2" --chirp "4:200:4:$level" --settle 5 --seconds 8 \
-                -o "$out/$1_${level}V.csv" --json > "$out/record_$1_$level.json"
+            "$beamfit" record "${port[@]}" "${key[@]}" --model "$2" --chirp "4:200:4:$level" --settle 5 --seconds 8 \
+                --force -o "$out/$1_${level}V.csv" --json > "$out/record_$1_$level.json"
             ! grep -q '"gaps": *0' "$out/record_$1_$level.json" || break
         done
         "$beamfit" replay "$out/$1_${level}V.csv" --image "$out/$1.running" --json > "$out/replay_$1_$level.json"
     done
-    "$beamfit" monitor "${port[@]}" --model "$2" --seconds 4 --plot "$out/$1" --json > "$out/monitor_$1.json"
+    "$beamfit" monitor "${port[@]}" "${key[@]}" --model "$2" --chirp "4:200:4:${volts[0]}" --seconds 6 --plot "$out/$1" --json > "$out/monitor_$1.json"
 }
 say() {
     echo "live-demo: $*"

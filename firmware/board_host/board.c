@@ -3,6 +3,7 @@
 #include "board.h"
 #include "host.h"
 #include <errno.h>
+#include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
 #include <stdio.h>
@@ -19,7 +20,7 @@ static struct board_facts facts;
 static uint8_t key[32];
 static uint64_t ticks;
 static uint16_t drive_code = CODE_ZERO;
-static int timer = -1, turns;
+static int timer = -1, alarm_file = -1, turns;
 static uint64_t due; /* ticks the clock says, not yet played */
 static volatile sig_atomic_t stopped;
 
@@ -37,11 +38,18 @@ const struct board_facts *board_init(void)
         return NULL;
     facts = (struct board_facts){.key = key,
                                  .sample_mHz = (uint32_t)(options.sample_Hz * 1000.0 + 0.5),
+                                 .core_Hz = (uint32_t)(options.core_MHz * 1e6 + 0.5),
                                  .sensor_code_max = CODE_MAX,
                                  .drive_code_zero = CODE_ZERO,
                                  .nvm_slot_bytes = HOST_NVM_SLOT_BYTES};
     memcpy(facts.device, options.device, sizeof facts.device);
     host_nvm_open(options.nvm, options.power_cut);
+    if (options.alarm) {
+        alarm_file = open(options.alarm, O_WRONLY | O_CREAT | O_CLOEXEC, 0644);
+        if (alarm_file < 0)
+            host_fail("%s: %s", options.alarm, strerror(errno));
+        board_alarm(false);
+    }
     host_sensor_open(options.plant, options.replay);
     host_port_open(options.pty_link);
     return &facts;
@@ -67,6 +75,13 @@ void board_start(void)
 void board_drive(uint16_t code)
 {
     drive_code = code;
+}
+
+/* No pin here: a file's first byte, which a person or a test may watch. */
+void board_alarm(bool on)
+{
+    if (alarm_file >= 0 && pwrite(alarm_file, on ? "1\n" : "0\n", 2, 0) != 2)
+        host_fail("%s: %s", options.alarm, strerror(errno));
 }
 
 uint32_t board_time_us(void)

@@ -13,9 +13,10 @@
 enum { HOST_NVM_SLOTS = 3, HOST_NVM_SLOT_BYTES = 8192, HOST_TURNS_PER_TICK = 8 };
 
 struct host_options {
-    const char *pty_link, *key, *nvm, *plant, *replay;
+    const char *pty_link, *key, *nvm, *plant, *replay, *alarm;
     uint8_t device[12];
     double sample_Hz;
+    double core_MHz;    /* of the controller that the PC stands for */
     bool is_virtual;    /* as fast as the plant answers */
     uint64_t power_cut; /* die within this operation of the flash; 0: never */
     uint64_t ticks;     /* power down after so many; 0: never */

@@ -23,16 +23,19 @@ void host_fail(const char *format, ...)
 }
 
 static const char usage[] =
-    "usage: board_host [--sample-Hz F] [--key FILE] [--device HEX] [--nvm FILE] [--pty-link PATH]\n"
-    "                  [--plant SOCKET | --replay CODES] [--virtual] [--ticks N] [--power-cut N]\n"
+    "usage: board_host [--sample-Hz F] [--core-MHz F] [--key FILE] [--device HEX] [--nvm FILE] [--pty-link PATH]\n"
+    "                  [--plant SOCKET | --replay CODES] [--virtual] [--ticks N] [--power-cut N] [--alarm FILE]\n"
     "The firmware on this machine. Prints 'port: /dev/pts/N', then READY.\n"
+    "Time is counted in samples: a busy machine makes the board late, and it misses none.\n"
     "  --sample-Hz F    sample rate, 1..20000, default 1000 (the built-in model's)\n"
+    "  --core-MHz F     clock of the controller that this machine stands for, default 168: what a step may cost\n"
     "  --key FILE       the device's key: 32 bytes or 64 hexadecimal digits, mode 0600; without it nothing can be "
     "unlocked\n"
     "  --device HEX     identity, 24 hexadecimal digits, default that of 'board_host_1'\n"
     "  --nvm FILE       the flash's contents, made when absent; without it they are forgotten\n"
     "  --pty-link PATH  symbolic link to the port, replaced when it exists\n"
     "  --plant SOCKET   beam_truth --live answers there; --replay CODES: one sensor code a line; neither: mid scale\n"
+    "  --alarm FILE     the alarm's pin: 1 or 0 in this file\n"
     "  --virtual        as fast as the plant answers, 8 turns of the background loop a sample; else in real time\n"
     "  --ticks N        power down after N samples\n"
     "  --power-cut N    die in the middle of the N-th operation of the flash, exit status 42\n";
@@ -65,61 +68,86 @@ static bool hexadecimal(size_t n, const char *text, uint8_t out[])
     return true;
 }
 
+/* Options with a number; false: it is none of them. */
+static bool take_number(int c, struct host_options *out)
+{
+    switch (c) {
+    case 't':
+        out->ticks = number(optarg);
+        return true;
+    case 'c':
+        out->power_cut = number(optarg);
+        return true;
+    case 's':
+        out->sample_Hz = strtod(optarg, NULL);
+        return true;
+    case 'm':
+        out->core_MHz = strtod(optarg, NULL);
+        return true;
+    default:
+        return false;
+    }
+}
+
+static void take(int c, struct host_options *out)
+{
+    switch (c) {
+    case 'l':
+        out->pty_link = optarg;
+        break;
+    case 'k':
+        out->key = optarg;
+        break;
+    case 'n':
+        out->nvm = optarg;
+        break;
+    case 'p':
+        out->plant = optarg;
+        break;
+    case 'r':
+        out->replay = optarg;
+        break;
+    case 'a':
+        out->alarm = optarg;
+        break;
+    case 'v':
+        out->is_virtual = true;
+        break;
+    case 'd':
+        if (strlen(optarg) != 24 || !hexadecimal(12, optarg, out->device))
+            host_fail("--device wants 24 hexadecimal digits");
+        break;
+    case 'h':
+        fputs(usage, stdout);
+        exit(0);
+    default:
+        fputs(usage, stderr);
+        exit(2);
+    }
+}
+
 void host_options_read(int argc, char **argv, struct host_options *out)
 {
-    static const struct option names[] = {{"pty-link", 1, 0, 'l'},  {"key", 1, 0, 'k'},       {"device", 1, 0, 'd'},
-                                          {"nvm", 1, 0, 'n'},       {"sample-Hz", 1, 0, 's'}, {"plant", 1, 0, 'p'},
-                                          {"replay", 1, 0, 'r'},    {"virtual", 0, 0, 'v'},   {"ticks", 1, 0, 't'},
-                                          {"power-cut", 1, 0, 'c'}, {"help", 0, 0, 'h'},      {0, 0, 0, 0}};
-    *out = (struct host_options){.sample_Hz = 1000.0};
+    static const struct option names[] = {{"pty-link", 1, 0, 'l'},  {"key", 1, 0, 'k'},
+                                          {"device", 1, 0, 'd'},    {"nvm", 1, 0, 'n'},
+                                          {"sample-Hz", 1, 0, 's'}, {"plant", 1, 0, 'p'},
+                                          {"replay", 1, 0, 'r'},    {"virtual", 0, 0, 'v'},
+                                          {"ticks", 1, 0, 't'},     {"power-cut", 1, 0, 'c'},
+                                          {"core-MHz", 1, 0, 'm'},  {"alarm", 1, 0, 'a'},
+                                          {"help", 0, 0, 'h'},      {0, 0, 0, 0}};
+    *out = (struct host_options){.sample_Hz = 1000.0, .core_MHz = 168.0};
     memcpy(out->device, "board_host_1", sizeof out->device);
-    for (int c; (c = getopt_long(argc, argv, "", names, NULL)) != -1;) {
-        switch (c) {
-        case 'l':
-            out->pty_link = optarg;
-            break;
-        case 'k':
-            out->key = optarg;
-            break;
-        case 'n':
-            out->nvm = optarg;
-            break;
-        case 'p':
-            out->plant = optarg;
-            break;
-        case 'r':
-            out->replay = optarg;
-            break;
-        case 'v':
-            out->is_virtual = true;
-            break;
-        case 't':
-            out->ticks = number(optarg);
-            break;
-        case 'c':
-            out->power_cut = number(optarg);
-            break;
-        case 's':
-            out->sample_Hz = strtod(optarg, NULL);
-            break;
-        case 'd':
-            if (strlen(optarg) != 24 || !hexadecimal(12, optarg, out->device))
-                host_fail("--device wants 24 hexadecimal digits");
-            break;
-        case 'h':
-            fputs(usage, stdout);
-            exit(0);
-        default:
-            fputs(usage, stderr);
-            exit(2);
-        }
-    }
+    for (int c; (c = getopt_long(argc, argv, "", names, NULL)) != -1;)
+        if (!take_number(c, out))
+            take(c, out);
     if (optind != argc || (out->plant && out->replay)) {
         fputs(usage, stderr);
         exit(2);
     }
     if (!(out->sample_Hz >= 1.0 && out->sample_Hz <= 20000.0))
         host_fail("--sample-Hz wants 1..20000");
+    if (!(out->core_MHz >= 1.0 && out->core_MHz <= 4000.0))
+        host_fail("--core-MHz wants 1..4000");
 }
 
 void host_key_read(const char *path, uint8_t key[32])

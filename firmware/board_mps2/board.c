@@ -16,7 +16,6 @@ enum {
     CORE_HZ = 25000000,
     TICK_CYCLES = CORE_HZ / BOARD_SAMPLE_HZ,
     TICK_US = 1000000 / BOARD_SAMPLE_HZ,
-    CYCLES_PER_US = CORE_HZ / 1000000,
     CODE_MAX = 4095,
     CODE_ZERO = 2048,
     PRIORITY_TICK = 0x40
@@ -40,7 +39,7 @@ struct record {
 void board_tick_isr(void);
 
 static struct board_facts facts;
-static volatile uint32_t ticks;
+static uint32_t tick_us; /* when the last tick was due */
 static volatile bool sampling;
 static uint32_t next;
 
@@ -52,10 +51,13 @@ const struct board_facts *board_init(void)
         facts.device[i] = PROVISION->device[i];
     facts.key = (const uint8_t *)PROVISION->key;
     facts.sample_mHz = BOARD_SAMPLE_HZ * 1000u;
+    facts.core_Hz = CORE_HZ;
     facts.sensor_code_max = CODE_MAX;
     facts.drive_code_zero = CODE_ZERO;
     facts.nvm_slot_bytes = NVM_SLOT_BYTES;
     sampling = false;
+    FPGAIO_SCALE = CORE_HZ / 1000000 - 1;
+    FPGAIO_COUNTER = 0;
     SCB_SHPR[11] = PRIORITY_TICK;
     SYSTICK_RVR = TICK_CYCLES - 1;
     SYSTICK_CVR = 0;
@@ -66,14 +68,20 @@ const struct board_facts *board_init(void)
 
 void board_start(void)
 {
+    tick_us = board_time_us();
     sampling = true;
 }
 
 void board_tick_isr(void)
 {
-    ticks = ticks + 1;
     if (!sampling)
         return;
+    const uint32_t passed = (board_time_us() - tick_us + TICK_US / 8) / TICK_US;
+    if (passed == 0)
+        return;
+    tick_us += passed * TICK_US;
+    if (passed > 1) /* a sample took longer than its interval: SysTick's pending bit is one tick, however many passed */
+        app_missed(passed - 1);
     uint16_t code = CODE_ZERO;
     if (RECORD->magic == RECORD_MAGIC && RECORD->n > 0) {
         if (next >= RECORD->n)
@@ -81,8 +89,6 @@ void board_tick_isr(void)
         code = RECORD->code[next++];
     }
     app_sample(code < CODE_MAX ? code : CODE_MAX);
-    if (SCB_ICSR & ICSR_PENDSTSET)
-        app_missed();
 }
 
 void board_drive(uint16_t code)
@@ -90,18 +96,15 @@ void board_drive(uint16_t code)
     (void)code; /* nothing is driven: the record was made before */
 }
 
-/* Inside a sample a further tick may be waiting, not counted yet. */
+/* The first of the board's lights. */
+void board_alarm(bool on)
+{
+    FPGAIO_LED0 = on ? 1u : 0u;
+}
+
 uint32_t board_time_us(void)
 {
-    uint32_t before = 0, waiting = 0, cycles = 0;
-    for (int tries = 0; tries < 3; tries++) { /* the second is good: a tick is far longer than this loop */
-        before = ticks;
-        waiting = (SCB_ICSR & ICSR_PENDSTSET) != 0;
-        cycles = TICK_CYCLES - 1 - SYSTICK_CVR;
-        if (before == ticks && waiting == ((SCB_ICSR & ICSR_PENDSTSET) != 0))
-            break;
-    }
-    return (before + waiting) * TICK_US + cycles / CYCLES_PER_US;
+    return FPGAIO_COUNTER;
 }
 
 bool board_idle(bool busy)

@@ -3,6 +3,7 @@
 #include "parts.h"
 
 enum { KEY_BYTES = 32 };
+#define ALARM_PIN (1u << 5)
 /* Sector 4 holds the key alone, written once in production; readout protection level 1 keeps debuggers out of it. */
 #define KEY ((const uint8_t *)0x08010000u)
 /* A debugger or emulator that wants no sleep (its virtual time would stand still) writes the magic here. */
@@ -25,11 +26,12 @@ const struct board_facts *board_init(void)
     if (!clock_init() || !has_key())
         return NULL;
     RCC->AHB1ENR |= AHB1ENR_GPIOA;
-    RCC->APB1ENR |= APB1ENR_DAC;
+    RCC->APB1ENR |= APB1ENR_DAC | APB1ENR_TIM2;
     RCC->APB2ENR |= APB2ENR_USART1 | APB2ENR_ADC1;
     (void)RCC->APB2ENR; /* two cycles until a part answers */
     GPIOA->AFR[1] = 7u << 4 | 7u << 8;
-    GPIOA->MODER = 0xA8000000u | 3u << 2 | 3u << 8 | 2u << 18 | 2u << 20; /* debug pins; PA1, PA4 analogue; PA9, PA10 */
+    GPIOA->MODER = 0xA8000000u | 3u << 2 | 3u << 8 | 1u << 10 | 2u << 18 |
+                   2u << 20; /* debug pins; PA1, PA4 analogue; PA9, PA10; PA5 */
     for (int i = 0; i < 3; i++) {
         const uint32_t word = UNIQUE_ID[i];
         for (int byte = 0; byte < 4; byte++)
@@ -37,14 +39,21 @@ const struct board_facts *board_init(void)
     }
     facts.key = KEY;
     facts.sample_mHz = BOARD_SAMPLE_HZ * 1000u;
+    facts.core_Hz = CORE_HZ;
     facts.sensor_code_max = 4095;
     facts.drive_code_zero = DRIVE_ZERO;
     facts.nvm_slot_bytes = NVM_SLOT_BYTES;
+    time_init();
     sample_init();
     if (!nvm_init())
         return NULL;
     port_init();
     return &facts;
+}
+
+void board_alarm(bool on)
+{
+    GPIOA->BSRR = on ? ALARM_PIN : ALARM_PIN << 16;
 }
 
 bool board_idle(bool busy)

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Core clock, and the time since power-on from SysTick. */
+/* Core clock. */
 #include "parts.h"
 
 enum { READY_TRIES = 200000 }; /* about 0.1 s at the 16 MHz of reset */

@@ -80,10 +80,13 @@ static bool erase_sector(int slot)
 {
     unlock();
     FLASH->CR = CR_SER | CR_PSIZE_32 | (FIRST_SECTOR + sector_of(slot)) << 3;
-    FLASH->CR |= CR_STRT;
     const uint32_t begin = board_time_us();
+    __asm__ volatile("cpsid i" ::
+                         : "memory"); /* nothing is fetched meanwhile: no interrupt could be served, so none begins */
+    FLASH->CR |= CR_STRT;
     while ((FLASH->SR & SR_BSY) && board_time_us() - begin < ERASE_LIMIT_US) {
     }
+    __asm__ volatile("cpsie i" ::: "memory"); /* board_tick_isr() finds out from the timer what was missed */
     const bool good = idle_without_error();
     lock();
     window[slot] = good ? 0 : WINDOWS;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* parts.h — what the files of this board share. Pins: PA1 sensor (ADC1_IN1), PA4 drive (DAC1), PA9/PA10 USART1. */
+/* parts.h — what the files of this board share. Pins: PA1 sensor (ADC1_IN1), PA4 drive (DAC1), PA5 alarm, PA9/PA10 USART1. */
 #ifndef PARTS_H
 #define PARTS_H
 
@@ -22,12 +22,14 @@
 enum {
     CORE_HZ = 168000000,
     APB2_HZ = 84000000,
-    DRIVE_ZERO = 2048, /* D/A code of no drive: mid scale */
+    TIM2_HZ = 84000000, /* twice APB1's clock */
+    DRIVE_ZERO = 2048,  /* D/A code of no drive: mid scale */
     NVM_SLOTS = 3,
     NVM_SLOT_BYTES = 8 * 1024 - 4 /* a window of a sector without its mark */
 };
 
 bool clock_init(void); /* 168 MHz from the 8 MHz crystal; false: no crystal or no PLL */
+void time_init(void);  /* microseconds, from the store's first use on */
 void sample_init(void);
 bool nvm_init(void);
 void port_init(void);

@@ -2,21 +2,28 @@
 /*
  * The tick starts a conversion; its end runs app_sample(). SysTick stands above the converter's interrupt, so a tick is
  * never late, and one that finds the last sample unfinished is counted.
+ *
+ * While the flash is erased no instruction is fetched from it, and of all the ticks meanwhile one is pending. TIM2 goes on, so the
+ * next tick knows from it how many conversions did not take place, and time stamps stay right.
  */
 #include "parts.h"
 
-enum {
-    TICK_CYCLES = CORE_HZ / BOARD_SAMPLE_HZ,
-    TICK_US = 1000000 / BOARD_SAMPLE_HZ,
-    CYCLES_PER_US = CORE_HZ / 1000000
-};
+enum { TICK_CYCLES = CORE_HZ / BOARD_SAMPLE_HZ, TICK_US = 1000000 / BOARD_SAMPLE_HZ };
 enum { PRIORITY_ADC = 0x20, SENSOR_CHANNEL = 1 };
 
 void board_tick_isr(void);
 void board_sample_isr(void);
 
-static volatile uint32_t ticks;
+static uint32_t tick_us; /* when the last tick was due */
 static volatile enum { OFF, WAITING, CONVERTING, STEPPING } phase;
+
+void time_init(void)
+{
+    TIM2->PSC = TIM2_HZ / 1000000 - 1;
+    TIM2->ARR = UINT32_MAX;
+    TIM2->EGR = EGR_UG; /* takes the prescaler, and begins at 0 */
+    TIM2->CR1 = CR1_CEN;
+}
 
 void sample_init(void)
 {
@@ -39,16 +46,20 @@ void sample_init(void)
 
 void board_start(void)
 {
+    tick_us = board_time_us();
     phase = WAITING;
 }
 
 void board_tick_isr(void)
 {
-    ticks = ticks + 1;
     if (phase == OFF)
         return;
-    if (phase != WAITING)
-        app_missed();
+    const uint32_t passed = (board_time_us() - tick_us + TICK_US / 8) / TICK_US;
+    if (passed == 0) /* the first after board_start(); or one that came late has already stood for it */
+        return;
+    tick_us += passed * TICK_US;
+    if (passed - 1 + (phase != WAITING) > 0)
+        app_missed(passed - 1 + (phase != WAITING));
     if (phase == WAITING || (phase == CONVERTING && !(ADC1->SR & ADC_EOC))) { /* a lost conversion is started again */
         phase = CONVERTING;
         ADC1->CR2 |= CR2_SWSTART;
@@ -76,12 +87,5 @@ void board_drive(uint16_t code)
 
 uint32_t board_time_us(void)
 {
-    uint32_t before = 0, cycles = 0;
-    for (int tries = 0; tries < 3; tries++) { /* the second is good: a tick is far longer than this loop */
-        before = ticks;
-        cycles = TICK_CYCLES - 1 - SYSTICK->CVR;
-        if (before == ticks)
-            break;
-    }
-    return before * TICK_US + cycles / CYCLES_PER_US;
+    return TIM2->CNT;
 }

@@ -22,6 +22,8 @@ void board_reset(void)
 {
     SCB_CPACR |= 0xFu << 20; /* the FPU, before any instruction of its */
     __asm__ volatile("dsb\n isb");
+    FPU_FPDSCR = 0; /* interrupts and background alike: to nearest, denormal numbers kept, as on the host */
+    __asm__ volatile("vmsr fpscr, %0" : : "r"(0));
     sections_init();
     (void)main();
     for (;;) /* nothing that could run: broken board, or main() has ended */

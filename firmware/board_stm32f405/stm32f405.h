@@ -25,11 +25,15 @@ struct dac {
 struct usart {
     volatile uint32_t SR, DR, BRR, CR1, CR2, CR3;
 };
+struct timer {
+    volatile uint32_t CR1, CR2, SMCR, DIER, SR, EGR, CCMR1, CCMR2, CCER, CNT, PSC, ARR;
+};
 struct systick {
     volatile uint32_t CSR, RVR, CVR;
 };
 _Static_assert(offsetof(struct rcc, AHB1ENR) == 0x30 && offsetof(struct rcc, APB2ENR) == 0x44, "RCC");
 _Static_assert(offsetof(struct adc, SQR1) == 0x2C && offsetof(struct adc, DR) == 0x4C, "ADC");
+_Static_assert(offsetof(struct timer, CNT) == 0x24 && offsetof(struct timer, ARR) == 0x2C, "TIM2");
 _Static_assert(offsetof(struct gpio, AFR) == 0x20, "GPIO");
 
 #define RCC     ((struct rcc *)0x40023800u)
@@ -38,6 +42,7 @@ _Static_assert(offsetof(struct gpio, AFR) == 0x20, "GPIO");
 #define ADC1    ((struct adc *)0x40012000u)
 #define ADC_CCR (*(volatile uint32_t *)0x40012304u)
 #define DAC     ((struct dac *)0x40007400u)
+#define TIM2    ((struct timer *)0x40000000u)
 #define USART1  ((struct usart *)0x40011000u)
 #define SYSTICK ((struct systick *)0xE000E010u)
 
@@ -47,6 +52,7 @@ _Static_assert(offsetof(struct gpio, AFR) == 0x20, "GPIO");
 #define SCB_AIRCR         (*(volatile uint32_t *)0xE000ED0Cu)
 #define SCB_SHPR          ((volatile uint8_t *)0xE000ED18u) /* [11]: SysTick */
 #define SCB_CPACR         (*(volatile uint32_t *)0xE000ED88u)
+#define FPU_FPDSCR        (*(volatile uint32_t *)0xE000EF3Cu)
 #define UNIQUE_ID         ((const volatile uint32_t *)0x1FFF7A10u) /* three words */
 #define AIRCR_SYSRESETREQ 0x05FA0004u
 
@@ -63,6 +69,7 @@ enum { /* RCC_CR, RCC_CFGR, clock enables */
        CFGR_PPRE1_DIV4 = 5 << 10,
        CFGR_PPRE2_DIV2 = 4 << 13,
        AHB1ENR_GPIOA = 1 << 0,
+       APB1ENR_TIM2 = 1 << 0,
        APB1ENR_DAC = 1 << 29,
        APB2ENR_USART1 = 1 << 4,
        APB2ENR_ADC1 = 1 << 8
@@ -98,6 +105,8 @@ enum { /* ADC, DAC, USART, SysTick */
        CR1_TE = 1 << 3,
        CR1_RXNEIE = 1 << 5,
        CR1_UE = 1 << 13,
+       CR1_CEN = 1 << 0,
+       EGR_UG = 1 << 0,
        CSR_ENABLE = 1 << 0,
        CSR_TICKINT = 1 << 1,
        CSR_CORE = 1 << 2

@@ -46,12 +46,14 @@ enum block_kind {
     BLOCK_STIFFNESS, /* ∫ y″φ″ over a material: K += EI, C += cDI */
     BLOCK_FORM,      /* an effect's form over one material (weight × coefficients of the term) */
     BLOCK_PLACE,     /* an effect's functional: rank one, g gᵀ */
+    BLOCK_SENSOR,    /* the mass of an output's sensor at its place: rank one, M += m */
     BLOCK_MODES      /* X with X M⁻¹ X = K: not linear, computed at each evaluation */
 };
 
 struct block {
     enum block_kind kind;
     size_t material;     /* BLOCK_MASS, BLOCK_STIFFNESS, BLOCK_FORM */
+    size_t output;       /* BLOCK_SENSOR */
     size_t effect, term; /* the others */
     double *B;           /* [n × n] symmetric; for BLOCK_PLACE at the place of the base; NULL for BLOCK_MODES */
 };

@@ -53,12 +53,23 @@ static void add_place_block(struct reduced *r, const struct model *model, struct
     free(g_at);
 }
 
+/* The masses of sensors. */
+static void project_sensors(struct reduced *r, const struct model *model)
+{
+    for (size_t o = 0; o < model->n_outputs; o++) {
+        const struct beam_operator place = sensor_place(model->outputs[o].at_m);
+        if (model->outputs[o].mass_kg > 0.0)
+            add_place_block(r, model, (struct block){.kind = BLOCK_SENSOR, .output = o}, &place);
+    }
+}
+
 static enum bf_status project_blocks(struct reduced *r, const struct model *model, struct bf_error *err)
 {
     for (size_t m = 0; m < model->n_materials; m++) {
         add_form_block(r, model, (struct block){.kind = BLOCK_MASS, .material = m}, 0);
         add_form_block(r, model, (struct block){.kind = BLOCK_STIFFNESS, .material = m}, 2);
     }
+    project_sensors(r, model);
     for (size_t e = 0; e < model->n_effects; e++) {
         struct beam_term terms[BEAM_EFFECT_TERMS];
         enum bf_status status = effect_terms(model, e, terms, err);

@@ -47,6 +47,9 @@ static enum bf_status fine_matrices(const struct fine_space *space, const struct
         reduced_material_form(space, model, r, 0, model->materials[r].rho.value, M);
         reduced_material_form(space, model, r, 2, model->materials[r].EI.value, K);
     }
+    for (size_t o = 0; o < model->n_outputs; o++)
+        if (model->outputs[o].mass_kg > 0.0)
+            fine_add_point(space, 0, model->outputs[o].at_m, model->outputs[o].mass_kg, M);
     return add_effects(space, model, M, K, err);
 }
 

@@ -13,6 +13,11 @@ struct place_points place_slope_difference(double from, double to)
     return (struct place_points){.n = 2, .derivative = 1, .at = {to, from}, .scale = {1.0, -1.0}};
 }
 
+struct beam_operator sensor_place(double at_m)
+{
+    return (struct beam_operator){.kind = BEAM_AT_POINT, .at_m = at_m};
+}
+
 struct place_points place_points(const struct beam_operator *place, const struct model *model)
 {
     double from = 0.0, to = 0.0;

@@ -14,6 +14,8 @@ struct place_points {
 struct place_points place_slope_difference(double from, double to);
 /* n = 0 for a form over the span. */
 struct place_points place_points(const struct beam_operator *place, const struct model *model);
+/* Where the mass of an output's sensor is: at at_m. */
+struct beam_operator sensor_place(double at_m);
 /* g[space->n] += the functional on the fine space. */
 void place_functional(const struct fine_space *space, const struct place_points *points, double g[]);
 

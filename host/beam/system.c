@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "maths/maths.h"
+#include "reduced_place.h"
 #include "system.h"
 
 enum bf_status system_new(const struct model *model, const struct reduced *reduced, const struct parameter_map *map,
@@ -158,22 +159,17 @@ static void use_term(const struct system *s, const struct block *block, const st
     }
 }
 
-/* A place whose coordinate is a parameter is projected anew. */
-static void use_place(const struct system *s, const struct block *block, const struct beam_term *term,
-                      struct block_use *use)
+/* A place whose coordinate is the parameter `position` is projected anew. */
+static void use_place(const struct system *s, const struct beam_operator *place, size_t position, struct block_use *use)
 {
-    use->position = SIZE_MAX;
-    use->B = block->B;
-    if (block->kind != BLOCK_PLACE || term->place.at_parameter == 0)
-        return;
     size_t n = s->n;
-    use->position = parameter_map_slot(s->map, 0, block->effect, term->place.at_parameter - 1);
+    use->position = position;
     if (use->own == NULL) {
         use->own = bf_alloc(n * n, sizeof(double));
         use->B_at = bf_alloc(n * n, sizeof(double));
     }
     double *g = bf_alloc(2 * n, sizeof *g);
-    reduced_place(s->reduced, &term->place, s->model, g, g + n);
+    reduced_place(s->reduced, place, s->model, g, g + n);
     for (size_t j = 0; j < n; j++) {
         for (size_t i = 0; i < n; i++) {
             use->own[i + j * n] = g[i] * g[j];
@@ -182,6 +178,16 @@ static void use_place(const struct system *s, const struct block *block, const s
     }
     use->B = use->own;
     free(g);
+}
+
+static void use_sensor(const struct system *s, const struct block *block, const double theta[], struct block_use *use)
+{
+    const size_t position = s->map->output_place[block->output];
+    use->value[OF_MASS] = s->model->outputs[block->output].mass_kg;
+    if (position == SIZE_MAX)
+        return;
+    const struct beam_operator place = sensor_place(theta[position]);
+    use_place(s, &place, position, use);
 }
 
 static enum bf_status terms_at(const struct system *s, size_t effect_index, const double theta[],
@@ -219,6 +225,9 @@ static enum bf_status use_block(const struct system *s, const struct block *bloc
         depend(use, map->EI[block->material], OF_STIFFNESS, 1.0);
         depend(use, map->cDI[block->material], OF_DAMPING, 1.0);
         return BF_OK;
+    case BLOCK_SENSOR:
+        use_sensor(s, block, theta, use);
+        return BF_OK;
     case BLOCK_FORM:
     case BLOCK_PLACE:
     case BLOCK_MODES:
@@ -227,7 +236,9 @@ static enum bf_status use_block(const struct system *s, const struct block *bloc
     enum bf_status status = terms_at(s, block->effect, theta, terms, err);
     if (status == BF_OK) {
         use_term(s, block, &terms[block->term], theta, use);
-        use_place(s, block, &terms[block->term], use);
+        const struct beam_operator *place = &terms[block->term].place;
+        if (block->kind == BLOCK_PLACE && place->at_parameter != 0)
+            use_place(s, place, parameter_map_slot(s->map, 0, block->effect, place->at_parameter - 1), use);
     }
     return status;
 }

@@ -37,16 +37,17 @@ struct member {
     }
 
 static const struct member live[] = {
-    LIVE(sequence, U32, "NO_COMPU_METHOD", "samples since power-on"),
+    LIVE(sequence, U32, "NO_COMPU_METHOD", "sample intervals since power-on"),
     LIVE(step, U32, "NO_COMPU_METHOD", "steps since the model was last put to rest"),
     LIVE(input, F32, "cm_drive", "drive as the model saw it"),
     LIVE(measured, F32, "cm_sensor", "sensor"),
     LIVE(predicted, F32, "cm_sensor", "the model's prediction of the sensor"),
     LIVE(residual, F32, "cm_sensor", "measured less predicted"),
-    LIVE(ratio, F32, "cm_ratio", "running residual rms over the expected noise"),
+    LIVE(ratio, F32, "cm_ratio", "running residual rms about its mean over the expected noise"),
     LIVE(codes, U32, "NO_COMPU_METHOD", "sensor code in bits 0 to 15, drive code in bits 16 to 31"),
     LIVE(status, U32, "NO_COMPU_METHOD",
-         "bit 0 alarm, 1 built-in model, 2 solve, 3 reset, 4 clipped; 24 to 31 counter"),
+         "bit 0 alarm, 1 built-in model, 2 solve, 3 reset, 4 clipped; sensor: 5 quiet, 6 stuck, 7 at its end, 8 "
+         "offset; 24 to 31 counter"),
     LIVE(crc32, U32, "NO_COMPU_METHOD", "CRC-32 of the 36 bytes before it"),
 };
 static const struct member info[] = {
@@ -58,7 +59,7 @@ static const struct member info[] = {
     INFO(running, U32, 1, "0 built-in model, 1 slot 0, 2 slot 1, 3 downloaded"),
     INFO(counter, U32, 1, "counter of the active image"),
     INFO(stored, U32, 1, "greatest counter in the store"),
-    INFO(missed, U32, 1, "ticks that came before the last sample was finished"),
+    INFO(missed, U32, 1, "conversions that were due and did not take place"),
     INFO(overrun, U32, 1, "samples that found no room on the line"),
     INFO(frames_bad, U32, 1, "frames dropped for length or sum"),
     INFO(wrong_keys, U32, 1, "since power-on"),
@@ -69,6 +70,17 @@ static const struct member info[] = {
     INFO(nvm_errors, U32, 1, "failed erases and programmings since power-on"),
     INFO(worst_step_us, U32, 1, "longest sample interrupt in microseconds"),
     INFO(model_sha256, U8, 32, "of the model file the active image was made from"),
+    INFO(core_Hz, U32, 1, "clock of the processor"),
+    INFO(step_budget, U32, 1, "instructions that the bound of a step may have"),
+    INFO(step_bound, U32, 1, "instructions of the active image's step, at most"),
+    INFO(proof_us, U32, 1, "longest step in the proof run in microseconds"),
+    INFO(sequence, U32, 1, "of the newest sample"),
+    INFO(latched, U32, 1, "bits of live_status that came: alarm and the sensor's faults"),
+    INFO(alarms, U32, 1, "times that the alarm came"),
+    INFO(faults, U32, 1, "times that a fault of the sensor came"),
+    INFO(latch_first, U32, 1, "sequence of the first of them"),
+    INFO(latch_last, U32, 1, "sequence of the last of them"),
+    INFO(drive_stops, U32, 1, "drives stopped because their session ended or fell silent"),
 };
 static const struct member drive[] = {
     DRIVE(amplitude, F32, "cm_code", "of the chirp, in codes of the D/A"),
@@ -77,7 +89,7 @@ static const struct member drive[] = {
     DRIVE(period, U32, "NO_COMPU_METHOD", "samples until it begins again; 0: never"),
     DRIVE(burst, U32, "NO_COMPU_METHOD", "samples of drive in a period; 0: all"),
     DRIVE(flags, U32, "NO_COMPU_METHOD", "bit 0: put the model to rest at the start"),
-    DRIVE(generation, U32, "NO_COMPU_METHOD", "write last: any new value starts the drive"),
+    DRIVE(generation, U32, "NO_COMPU_METHOD", "write last, unlocked: any new value starts the drive"),
 };
 /* Read only: a changed image needs a new code, which beamfit sign makes. */
 static const struct member setup[] = {
@@ -88,7 +100,9 @@ static const struct member setup[] = {
     SETUP(noise_rms, "cm_sensor", "expected residual"),
     SETUP(alarm_ratio, "cm_ratio", "alarm goes on above"),
     SETUP(clear_ratio, "cm_ratio", "alarm goes off below"),
-    SETUP(averaging_s, "cm_second", "time constant of the running rms"),
+    SETUP(averaging_s, "cm_second", "time constant of the running mean and rms"),
+    SETUP(quiet_ratio, "cm_ratio", "sensor too quiet below"),
+    SETUP(offset_ratio, "cm_ratio", "offset of the sensor above"),
 };
 
 static const char *const type_name[] = {[F32] = "FLOAT32_IEEE", [U32] = "ULONG", [U8] = "UBYTE"};
@@ -162,6 +176,7 @@ enum bf_status a2l_write(const char *path, const struct target_image *image, str
     struct atomic_file out;
     if (atomic_open(path, &out, err) != BF_OK)
         return err->status;
+    outputs_mark(&out, "/* ", " */\n");
     print_module(out.f, image);
     return atomic_commit(&out, err);
 }

@@ -109,6 +109,9 @@ struct link {
     size_t largest, block; /* data bytes of a transfer: most, and now */
     unsigned easy;         /* transfers without loss since the block's size changed */
     struct beam_info info; /* as last read */
+    bool driving;          /* started here: the board wants to hear of us, or it stops the drive */
+    int64_t told_ms;       /* when it last did, */
+    uint64_t told_samples; /* and the stream's samples then */
 };
 
 /* Opens, connects, reads who it is. On failure nothing is left open. */
@@ -120,6 +123,9 @@ enum bf_status link_read_info(struct link *link, struct bf_error *err);
 /* In words: "built in", "slot 0", "slot 1", "downloaded"; "?" for anything else. */
 const char *link_running_name(uint32_t running);
 const char *link_slot_name(uint32_t state);
+
+/* What a sample's status says of the sensor: "stuck", "at its end", "too quiet", "offset"; "" when it is in order. */
+const char *link_sensor_fault(uint32_t status);
 
 /* what: for messages, "reading the model". */
 enum bf_status link_read(struct link *link, const char *what, uint32_t address, size_t n, void *out,
@@ -148,14 +154,21 @@ struct link_download {
 enum bf_status link_download(struct link *link, const struct beam_image_file *image, struct link_download *download,
                              struct bf_error *err);
 
-/* The drive; `generation` is chosen here. Compared before it takes effect. */
+/*
+ * The drive; `generation` is chosen here. Compared before it takes effect. Starting one needs link_unlock(); it goes on while
+ * link_run_stream() is called, and ends with the link.
+ */
 enum bf_status link_read_drive(struct link *link, struct beam_drive *out, struct bf_error *err);
 enum bf_status link_start_drive(struct link *link, const struct beam_drive *drive, struct bf_error *err);
+
+/* Lets the board forget its latch of alarms and faults, and reads its information after that. Needs link_unlock(). */
+enum bf_status link_acknowledge(struct link *link, struct bf_error *err);
 
 /* Samples as they come, every prescale-th. */
 struct link_stream {
     void (*live)(void *context, const struct beam_live *live); /* of samples whose CRC-32 is right */
     void *context;
+    unsigned prescale;              /* as it was started */
     uint64_t samples, crc_failures; /* since the start that succeeded; live() may have seen some before it */
 };
 
@@ -205,7 +218,11 @@ struct target_image {
     double frequency_Hz[BEAM_N], relative_error[BEAM_N]; /* undamped, deployed; against a converged space */
     double held_error; /* of the sampled pulse response of a held drive, rms ÷ rms, against many modes; NAN: unknown */
     int n_beside;      /* blocks beside the space, target_image_judge.c */
-    double float_error; /* rms of float − double ÷ rms of double over a random run, by the controller's own code */
+    uint32_t step_bound,
+        step_budget;     /* instructions: of a step at most, and that a board of this rate and clock leaves */
+    int law_evaluations; /* in one step at most: 16, fewer when the bound would not fit; 0: no law */
+    double unsolved;     /* share of steps under half the full drive in which the laws wanted more of them */
+    double float_error;  /* rms of float − double ÷ rms of double over a random run, by the controller's own code */
     size_t n_effects;
     struct target_effect *effects;
     size_t n_notes;
@@ -235,17 +252,20 @@ enum bf_status target_image_write(const char *path, const struct beam_image_file
 
 /*
  * Everything a controller checks, by the controller's own code, in its order. key NULL: the code is not checked;
- * device NULL: any; stored: greatest counter in its store, −1: any; sample_Hz 0: any.
+ * device NULL: any; stored: greatest counter in its store, −1: any; sample_Hz 0: any; core_Hz 0: any (wants sample_Hz).
  */
 struct target_controller {
     const struct device_key *key;
     const uint8_t *device;
     int64_t stored;
-    double sample_Hz;
+    double sample_Hz, core_Hz;
 };
 enum beam_image_fault target_image_check(const struct beam_image_file *file, const struct target_controller *against);
 
 /* The answers of export and verify, for a person and for programs. */
+/* beam_step_bound() of a file's plan; 0 when a controller would not take the plan. */
+uint32_t target_image_bound(const struct beam_image_file *file);
+
 void target_image_print(FILE *out, const struct target_image *image);
 void target_image_print_file(FILE *out, const struct beam_image_file *file);
 struct json *target_image_json(const struct target_image *image);

@@ -117,7 +117,8 @@ enum bf_status link_show_page(struct link *link, int page, struct bf_error *err)
 /* What changes while one looks. */
 static struct beam_info steady(struct beam_info info)
 {
-    info.missed = info.overrun = info.frames_bad = info.worst_step_us = 0;
+    info.missed = info.overrun = info.frames_bad = info.worst_step_us = info.sequence = 0;
+    info.latched = info.alarms = info.faults = info.latch_first = info.latch_last = 0;
     return info;
 }
 
@@ -150,6 +151,15 @@ const char *link_slot_name(uint32_t state)
 {
     static const char *const names[] = {"empty", "valid", "spoilt"};
     return state < sizeof names / sizeof *names ? names[state] : "?";
+}
+
+const char *link_sensor_fault(uint32_t status)
+{
+    return status & BEAM_LIVE_STUCK    ? "stuck"
+           : status & BEAM_LIVE_AT_END ? "at its end"
+           : status & BEAM_LIVE_QUIET  ? "too quiet"
+           : status & BEAM_LIVE_OFFSET ? "offset"
+                                       : "";
 }
 
 enum bf_status link_open(const char *path, long baud, struct link *link, struct bf_error *err)
@@ -245,6 +255,22 @@ enum bf_status link_unlock(struct link *link, const struct device_key *key, cons
     return bf_fail(err, BF_DEVICE, "%s: the board did not answer the key; check the line", port_path(link->port));
 }
 
+/* ---- Latch ---- */
+
+enum bf_status link_acknowledge(struct link *link, struct bf_error *err)
+{
+    enum { LOOKS = 100 };
+    const uint32_t any = 1;
+    if (link_write(link, "acknowledging its alarms", BEAM_WIRE_LATCH, sizeof any, &any, err) != BF_OK ||
+        link_read_info(link, err) != BF_OK)
+        return err->status;
+    const uint32_t then = link->info.sequence;
+    for (int i = 0; i < LOOKS && link->info.sequence - then < 2; i++) /* the sample after this one forgets */
+        if (link_read_info(link, err) != BF_OK)
+            return err->status;
+    return BF_OK;
+}
+
 /* ---- Drive ---- */
 
 enum bf_status link_read_drive(struct link *link, struct beam_drive *out, struct bf_error *err)
@@ -263,6 +289,8 @@ enum bf_status link_start_drive(struct link *link, const struct beam_drive *driv
         if (memcmp(&now, drive, body) != 0)
             continue;
         now.generation++;
+        link->driving = drive->amplitude > 0.0F;
+        link->told_ms = port_clock_ms();
         return link_write(link, "starting the drive", BEAM_WIRE_DRIVE + (uint32_t)body, sizeof now.generation,
                           &now.generation, err);
     }

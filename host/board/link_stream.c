@@ -108,6 +108,7 @@ enum bf_status link_start_stream(struct link *link, unsigned prescale, struct li
                        port_path(link->port));
     link->xcp.context = stream;
     link->xcp.sample = take_sample;
+    stream->prescale = prescale;
     for (int i = 0; i < ATTEMPTS; i++) {
         stream->samples = stream->crc_failures = 0; /* of an attempt whose last answer was lost nothing counts */
         if (attempt(link, prescale, largest, &done, &answer, err) != BF_OK)
@@ -121,10 +122,27 @@ enum bf_status link_start_stream(struct link *link, unsigned prescale, struct li
     return bf_fail(err, BF_DEVICE, "%s: the stream could not be set up; check the line", port_path(link->port));
 }
 
+/* A sign of life for a board that drives for us, four times a second of its time and of ours; one that is lost is no matter. */
+static enum bf_status tell(struct link *link, struct bf_error *err)
+{
+    enum { TELL_MS = 250 };
+    const struct link_stream *stream = link->xcp.context;
+    struct xcp_answer ignored;
+    if (!link->driving)
+        return BF_OK;
+    const double board_ms =
+        (double)(stream->samples - link->told_samples) * stream->prescale * 1e6 / link->info.sample_mHz;
+    if (stream->samples >= link->told_samples && board_ms < TELL_MS && port_clock_ms() - link->told_ms < TELL_MS)
+        return BF_OK;
+    link->told_ms = port_clock_ms();
+    link->told_samples = stream->samples;
+    return xcp_ask_once(&link->xcp, 1, (const uint8_t[]){BEAM_XCP_GET_STATUS}, &ignored, err);
+}
+
 enum bf_status link_run_stream(struct link *link, int timeout_ms, struct bf_error *err)
 {
     int session;
-    if (xcp_listen(&link->xcp, timeout_ms, err) != BF_OK ||
+    if (xcp_listen(&link->xcp, timeout_ms, err) != BF_OK || tell(link, err) != BF_OK ||
         xcp_heartbeat(&link->xcp, SILENCE_MS, &session, err) != BF_OK)
         return err->status;
     if (session >= 0 && (session & XCP_SESSION_STREAM) == 0)

@@ -14,7 +14,7 @@ _Static_assert((int)DEVICE_ID_BYTES == (int)BEAM_IMAGE_DEVICE_BYTES, "one identi
 _Static_assert((int)DEVICE_KEY_BYTES == (int)BEAM_IMAGE_KEY_BYTES, "one key");
 _Static_assert((int)DEVICE_CODE_BYTES == (int)BEAM_IMAGE_CODE_BYTES, "one code");
 
-enum { PROOF_STEPS = 256 };
+enum { PROOF_STEPS = 256, EVALUATIONS_MOST = 16, EVALUATIONS_LEAST = 4 };
 
 /* ---- The step, in double ---- */
 
@@ -49,7 +49,43 @@ static enum bf_status make_plan(const struct deployment *d, const struct target_
     return bf_fail(err, BF_NUMERIC, "no step can be made of this model: %s", beam_status_text(status));
 }
 
+/* ---- What a step costs ---- */
+
+/* Laws that would not fit with all their evaluations get fewer of them: few steps want more than four. */
+static enum bf_status fit_interval(struct target_image *image, struct bf_error *err)
+{
+    const struct model_board *b = &image->board;
+    struct beam_plan_counts *n = &image->plan.n;
+    image->step_budget = beam_image_budget((uint32_t)(1e6 * b->core_MHz), (uint32_t)(1e3 * b->sample_Hz + 0.5));
+    n->law_evaluations = EVALUATIONS_MOST;
+    while (n->n_ports > 0 && n->law_evaluations > EVALUATIONS_LEAST &&
+           beam_step_bound(&image->plan) > image->step_budget)
+        n->law_evaluations--;
+    image->law_evaluations = n->n_ports > 0 ? n->law_evaluations : 0;
+    image->step_bound = beam_step_bound(&image->plan);
+    if (image->step_bound <= image->step_budget)
+        return BF_OK;
+    return bf_fail(
+        err, BF_NUMERIC,
+        "a step of this model may take %u instructions, and at %g Hz a controller of %g MHz leaves %u for it; leave "
+        "out a law (--without), sample more slowly, or say the clock of a faster one (--core-MHz)",
+        (unsigned)image->step_bound, b->sample_Hz, b->core_MHz, (unsigned)image->step_budget);
+}
+
 /* ---- The rest of the image ---- */
+
+/*
+ * Equal codes in a row that white noise of this rms gives once in 1e12 runs, times 8 for noise that is alike over as many
+ * samples: n with p^n = 1e-12, p the chance of the likeliest code of a Gaussian of σ² = rms² − 1/12. 0: more than 65535.
+ */
+static uint32_t stuck_samples(double noise_codes)
+{
+    static const double rare = 1e-12, alike = 8.0, least = 64.0, most = 65535.0;
+    const double square = noise_codes * noise_codes - 1.0 / 12.0;
+    const double p = square > 0.0 ? erf(0.5 / sqrt(2.0 * square)) : 1.0;
+    const double n = ceil(alike * log(rare) / log(p));
+    return p < 1.0 && n <= most ? (uint32_t)fmax(n, least) : 0;
+}
 
 static void pack_setup(const struct target_image *image, struct beam_image_setup *setup)
 {
@@ -65,6 +101,9 @@ static void pack_setup(const struct target_image *image, struct beam_image_setup
         .clear_ratio = (float)b->clear_ratio,
         .averaging_s = (float)b->averaging_s,
         .clock_relative = (float)image->clock_relative,
+        .quiet_ratio = (float)b->quiet_ratio,
+        .offset_ratio = (float)b->offset_ratio,
+        .stuck_samples = stuck_samples(b->noise_rms / fabs(b->sensor_per_code)),
         .proof_steps = PROOF_STEPS,
         .proof_amplitude = (float)(half_scale_codes * fabs(b->drive_per_code)),
     };
@@ -91,7 +130,7 @@ static enum bf_status compare_arithmetic(struct target_image *image, struct beam
     enum { STEPS = 4096 };
     struct beam_state *state = bf_alloc(1, sizeof *state);
     uint32_t random = 1;
-    double off = 0.0, whole = 0.0;
+    double off = 0.0, whole = 0.0, unsolved = 0.0;
     beam_reset(&image->plan, state);
     beam_image_run_rest(run);
     for (int k = 0; k < STEPS; k++) {
@@ -100,11 +139,17 @@ static enum bf_status compare_arithmetic(struct target_image *image, struct beam
         double in[BEAM_INPUTS] = {(double)u}, out[BEAM_OUTPUTS];
         float y = 0.0F;
         (void)beam_step(&image->plan, state, in, out);
-        (void)beam_image_run_step(run, u, &y);
+        unsolved += beam_image_run_step(run, u, &y) == BEAM_ERROR_SOLVE ? 1.0 : 0.0;
         off += ((double)y - out[0]) * ((double)y - out[0]);
         whole += out[0] * out[0];
     }
     free(state);
+    image->unsolved = unsolved / STEPS;
+    if (unsolved > 0.0)
+        target_note(image,
+                    "in %.2g %% of the steps under half the full drive the laws want more than %d evaluations; the "
+                    "best force found is used",
+                    100.0 * image->unsolved, image->law_evaluations);
     image->float_error = whole > 0.0 ? sqrt(off / whole) : 0.0;
     if (isfinite(image->float_error))
         return BF_OK;
@@ -121,11 +166,36 @@ static enum bf_status pack_plan(struct target_image *image, struct bf_error *err
                    BEAM_IMAGE_HISTORY);
 }
 
+/* A number of the board that no controller takes, said by its name. */
+static enum bf_status check_setup(const struct beam_image_setup *setup, struct bf_error *err)
+{
+    const int outside = beam_image_setup_outside(setup);
+    const double codes = fabs((double)setup->noise_rms / (double)setup->sensor_V_per_code);
+    if (outside >= 0) {
+        const struct beam_image_limit *limit = &beam_image_limits[outside];
+        return bf_fail(err, BF_BAD_FILE,
+                       "%s is %g, and a controller takes %s%g to %g; correct the board block or the option",
+                       limit->name, (double)beam_image_setup_value(setup, outside), limit->of_size ? "sizes from " : "",
+                       (double)limit->least, (double)limit->most);
+    }
+    if (codes >= 0.01 && codes <= 65535.0)
+        return BF_OK;
+    return bf_fail(
+        err, BF_BAD_FILE,
+        "noise_rms is %g codes of the sensor, and a controller takes 0.01 to 65535; the converter alone makes 0.3, so "
+        "correct noise_rms or the sensor's per_code",
+        codes);
+}
+
 static enum bf_status seal(const struct model *model, struct target_image *image, struct bf_error *err)
 {
     struct beam_image_run *run = bf_alloc(1, beam_image_run_bytes());
     pack_setup(image, &image->file.front.setup);
     pack_header(model, &image->file.front.header);
+    if (check_setup(&image->file.front.setup, err) != BF_OK) {
+        free(run);
+        return err->status;
+    }
     enum bf_status status = BF_OK;
     const enum beam_image_fault fault = beam_image_run_seal(run, &image->file, (float)(1.0 / image->board.sample_Hz));
     if (fault != BEAM_IMAGE_FINE)
@@ -179,6 +249,8 @@ enum bf_status target_image_make(const struct model *model, const struct target_
     if (status == BF_OK)
         status = make_plan(d, options, out, err);
     if (status == BF_OK)
+        status = fit_interval(out, err);
+    if (status == BF_OK)
         status = pack_plan(out, err);
     if (status == BF_OK)
         status = seal(model, out, err);
@@ -223,6 +295,7 @@ enum bf_status target_image_load(const char *path, struct beam_image_file *out, 
     memset(out, 0, sizeof *out);
     if (f == NULL)
         return bf_fail_at(err, path, 0, "cannot be read: %s; check the name and the permissions", strerror(errno));
+    outputs_note_input(path);
     uint8_t beyond;
     *n = fread(out, 1, sizeof *out, f);
     if (*n == sizeof *out)
@@ -269,6 +342,19 @@ enum beam_image_fault target_image_check(const struct beam_image_file *file, con
     const double dt_s = against->sample_Hz > 0.0 ? 1.0 / against->sample_Hz : 0.0;
     if (fault == BEAM_IMAGE_FINE)
         fault = beam_image_run_check(run, against->device, (float)dt_s);
+    const uint32_t budget = beam_image_budget((uint32_t)against->core_Hz, (uint32_t)(1e3 * against->sample_Hz + 0.5));
+    if (fault == BEAM_IMAGE_FINE && beam_image_run_bound(run) > budget)
+        fault = BEAM_IMAGE_TOO_SLOW;
     free(run);
     return fault;
+}
+
+uint32_t target_image_bound(const struct beam_image_file *file)
+{
+    struct beam_image_run *run = bf_alloc(1, beam_image_run_bytes());
+    beam_image_run_load(run, file);
+    const enum beam_image_fault fault = beam_image_run_check(run, NULL, 0.0F);
+    const uint32_t bound = fault == BEAM_IMAGE_FINE || fault == BEAM_IMAGE_BAD_PROOF ? beam_image_run_bound(run) : 0;
+    free(run);
+    return bound;
 }

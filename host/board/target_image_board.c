@@ -6,7 +6,8 @@
 
 #include "deployment.h"
 
-static const double default_alarm = 3.0, default_clear = 2.0, default_averaging_s = 1.0;
+static const double default_alarm = 3.0, default_clear = 2.0, default_averaging_s = 1.0, default_quiet = 0.2,
+                    default_offset = 1.0, default_core_MHz = 168.0; /* the product's STM32F405 */
 
 static void override(double over, double *value)
 {
@@ -18,12 +19,15 @@ static void merge(const struct target_options *options, struct model_board *b)
 {
     const struct model_board *o = &options->board;
     override(o->sample_Hz, &b->sample_Hz);
+    override(o->core_MHz, &b->core_MHz);
     override(o->sensor_per_code, &b->sensor_per_code);
     override(o->drive_per_code, &b->drive_per_code);
     override(o->noise_rms, &b->noise_rms);
     override(o->alarm_ratio, &b->alarm_ratio);
     override(o->clear_ratio, &b->clear_ratio);
     override(o->averaging_s, &b->averaging_s);
+    override(o->quiet_ratio, &b->quiet_ratio);
+    override(o->offset_ratio, &b->offset_ratio);
     if (options->sensor_zero)
         b->sensor_zero_code = o->sensor_zero_code;
     if (options->drive_zero)
@@ -112,6 +116,9 @@ enum bf_status target_board(const struct model *model, const struct target_optio
     b->alarm_ratio = b->alarm_ratio > 0.0 ? b->alarm_ratio : default_alarm;
     b->clear_ratio = b->clear_ratio > 0.0 ? b->clear_ratio : fmin(default_clear, 0.7 * b->alarm_ratio);
     b->averaging_s = b->averaging_s > 0.0 ? b->averaging_s : default_averaging_s;
+    b->quiet_ratio = b->quiet_ratio > 0.0 ? b->quiet_ratio : default_quiet;
+    b->offset_ratio = b->offset_ratio > 0.0 ? b->offset_ratio : default_offset;
+    b->core_MHz = b->core_MHz > 0.0 ? b->core_MHz : default_core_MHz;
     if (!(b->clear_ratio < b->alarm_ratio))
         return bf_fail(err, BF_BAD_FILE, "clear_ratio %g is not below alarm_ratio %g; the alarm would never go off",
                        b->clear_ratio, b->alarm_ratio);

@@ -6,6 +6,8 @@
 #include <math.h>
 #include <string.h>
 
+enum { COST_TEXT = 240 };
+
 /* ---- What the bytes say ---- */
 
 static const char *effect_name(uint32_t crc)
@@ -34,23 +36,27 @@ static int least(int a, int b)
     return a < b ? a : b;
 }
 
-/* What a step costs, in one clause, with the instructions measured. */
-static void describe_cost(const struct beam_image_file *file, char text[160])
+/* Clock in MHz below which a controller refuses a step of this bound at the file's sample rate. */
+static double least_core_MHz(const struct beam_image_file *file, uint32_t bound)
 {
-    enum { a_pair = 62, rest = 83 }; /* instructions of two blocks, and of the rest of a linear step (docs/boards.md) */
+    const double rate_Hz = (1.0 + (double)file->front.setup.clock_relative) / (double)file->numbers.dt_s;
+    return 2e-6 * rate_Hz * (double)(bound + BEAM_IMAGE_INTERRUPT);
+}
+
+/* What a step costs at most, in one clause. */
+static void describe_cost(const struct beam_image_file *file, char text[COST_TEXT])
+{
     const struct beam_image_counts *n = &file->counts;
-    if (n->n_blocks < 1 || n->n_blocks > BEAM_BLOCKS) /* an image that is refused is described too */
-        (void)snprintf(text, 160, "none: %ld blocks, and a controller has 1 to %d", (long)n->n_blocks, BEAM_BLOCKS);
-    else if (n->n_ports > 1)
-        (void)snprintf(text, 160, "laws at %d points: 20 000 instructions a sample and more (Cortex-M4F)", n->n_ports);
-    else if (n->n_ports == 1)
-        (void)snprintf(text, 160, "a law at one point: 2000 to 5000 instructions a sample (Cortex-M4F)");
-    else if (n->n_uses > 0)
-        (void)snprintf(text, 160, "linear with %d effect%s on channels: 700 to 1500 instructions a sample (Cortex-M4F)",
-                       n->n_uses, n->n_uses == 1 ? "" : "s");
+    const uint32_t bound = target_image_bound(file);
+    char laws[80] = "linear";
+    if (n->n_ports > 0)
+        (void)snprintf(laws, sizeof laws, "laws at %ld coordinate%s, %ld evaluations at most", (long)n->n_ports,
+                       n->n_ports == 1 ? "" : "s", (long)n->law_evaluations);
+    if (bound == 0) /* an image that is refused is described too */
+        (void)snprintf(text, COST_TEXT, "none: a controller does not take this plan");
     else
-        (void)snprintf(text, 160, "linear: about %d instructions a sample (Cortex-M4F)",
-                       rest + a_pair * ((n->n_blocks + 1) / 2));
+        (void)snprintf(text, COST_TEXT, "%s: at most %lu instructions a sample (Cortex-M4F), for %.3g MHz and more",
+                       laws, (unsigned long)bound, least_core_MHz(file, bound));
 }
 
 static void hex_of(const uint8_t bytes[], size_t n, char text[])
@@ -76,6 +82,11 @@ static void print_owner(FILE *out, const struct beam_image_file *file)
                   (unsigned long)h->layout, (unsigned long)h->crc32);
 }
 
+static double noise_codes(const struct beam_image_setup *s)
+{
+    return fabs((double)s->noise_rms / (double)s->sensor_V_per_code);
+}
+
 static void print_board(FILE *out, const struct beam_image_file *file)
 {
     const struct beam_image_setup *s = &file->front.setup;
@@ -88,11 +99,17 @@ static void print_board(FILE *out, const struct beam_image_file *file)
                   (double)s->drive_zero_code);
     (void)fprintf(out, "residual   noise %.4g rms, alarm above %.3g times, off below %.3g times, over %.3g s\n",
                   (double)s->noise_rms, (double)s->alarm_ratio, (double)s->clear_ratio, (double)s->averaging_s);
+    (void)fprintf(out, "sensor's   quiet below %.3g of the noise%s; offset above %.3g of it; ", (double)s->quiet_ratio,
+                  noise_codes(s) < 1.0 ? " (not heard: below one code)" : "", (double)s->offset_ratio);
+    if (s->stuck_samples > 0)
+        (void)fprintf(out, "stuck after %lu equal codes\n", (unsigned long)s->stuck_samples);
+    else
+        (void)fprintf(out, "a stuck one is not told from one code of noise\n");
 }
 
 static void print_plan(FILE *out, const struct beam_image_file *file)
 {
-    char cost[160];
+    char cost[COST_TEXT];
     describe_cost(file, cost);
     (void)fprintf(out, "step       %s\n", cost);
     for (int u = 0; u < least(file->counts.n_uses, BEAM_USES); u++) {
@@ -140,9 +157,10 @@ void target_image_print(FILE *out, const struct target_image *image)
     (void)fprintf(out, "channels   %s at the A/D, %s at the D/A; noise from %s\n", image->board.sensor,
                   image->board.drive, image->noise_from);
     print_board(out, &image->file);
-    char cost[160];
+    char cost[COST_TEXT];
     describe_cost(&image->file, cost);
-    (void)fprintf(out, "step       %s\n", cost);
+    (void)fprintf(out, "step       %s\n           a controller of %g MHz leaves %lu at this rate\n", cost,
+                  image->board.core_MHz, (unsigned long)image->step_budget);
     for (size_t e = 0; e < image->n_effects; e++)
         (void)fprintf(out, "effect     %s: %s\n", image->effects[e].id, image->effects[e].fate);
     print_space(out, image);
@@ -183,13 +201,20 @@ static void put_board(struct json *root, const struct beam_image_file *file)
     json_put_number(board, "alarm_ratio", (double)s->alarm_ratio);
     json_put_number(board, "clear_ratio", (double)s->clear_ratio);
     json_put_number(board, "averaging_s", (double)s->averaging_s);
+    json_put_number(board, "quiet_ratio", (double)s->quiet_ratio);
+    json_put_number(board, "offset_ratio", (double)s->offset_ratio);
+    json_put_number(board, "stuck_samples", (double)s->stuck_samples);
 }
 
 static void put_plan(struct json *root, const struct beam_image_file *file)
 {
-    char cost[160];
+    char cost[COST_TEXT];
     describe_cost(file, cost);
+    const uint32_t bound = target_image_bound(file);
     json_put_text(root, "step", cost);
+    json_put_number(root, "step_bound", (double)bound);
+    json_put_number(root, "least_core_MHz", bound > 0 ? least_core_MHz(file, bound) : (double)NAN);
+    json_put_number(root, "law_evaluations", file->counts.n_ports > 0 ? (double)file->counts.law_evaluations : 0.0);
     struct json *uses = json_put(root, "uses", json_new_array());
     for (int u = 0; u < least(file->counts.n_uses, BEAM_USES); u++) {
         struct json *use = json_push(uses, json_new_object());
@@ -244,6 +269,9 @@ struct json *target_image_json(const struct target_image *image)
     json_put_number(deployed, "blocks_beside", (double)image->n_beside);
     json_put_number(deployed, "held_error", image->held_error);
     json_put_number(deployed, "float_error", image->float_error);
+    json_put_number(deployed, "step_budget", (double)image->step_budget);
+    json_put_number(deployed, "core_MHz", image->board.core_MHz);
+    json_put_number(deployed, "unsolved_share", image->unsolved);
     struct json *notes = json_put(root, "notes", json_new_array());
     for (size_t i = 0; i < image->n_notes; i++)
         json_push_text(notes, image->notes[i]);

@@ -22,6 +22,7 @@ static const char help[] =
     "  --fix NAME          hold this parameter in fits (again for more)\n"
     "  --free NAME         let fits change this parameter, e.g. a place (again for more)\n"
     "  -o, --output NEW    the file to write; - is standard output\n"
+    "  --force             replace NEW even when `add` has not made it or somebody has changed it\n"
     "  --json              {\"file\", \"effect\", \"parameters\": {NAME: {\"value\", \"unit\", \"fixed\"}}}\n"
     "\n"
     "Example:\n"
@@ -86,13 +87,10 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
 static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
 {
     static const struct option options[] = {
-        {"at", required_argument, NULL, 'a'},
-        {"channel", required_argument, NULL, 'c'},
-        {"fix", required_argument, NULL, 'x'},
-        {"free", required_argument, NULL, 'f'},
-        {"output", required_argument, NULL, 'o'},
-        {"json", no_argument, NULL, 'j'},
-        {0},
+        {"at", required_argument, NULL, 'a'},     {"channel", required_argument, NULL, 'c'},
+        {"fix", required_argument, NULL, 'x'},    {"free", required_argument, NULL, 'f'},
+        {"output", required_argument, NULL, 'o'}, OPTIONS_FORCE,
+        {"json", no_argument, NULL, 'j'},         {0},
     };
     int code;
     while ((code = options_next(argc, argv, ":o:", options, err)) != -1)
@@ -111,8 +109,8 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
     }
     if (!a->output)
         return bf_fail(err, BF_USAGE, "say where to write the new model: -o NEW");
-    if (a->json && strcmp(a->output, "-") == 0)
-        return bf_fail(err, BF_USAGE, "--json and -o - both want standard output; give a file to -o");
+    if (options_one_answer(a->json, a->output, err) != BF_OK)
+        return BF_USAGE;
     return BF_OK;
 }
 

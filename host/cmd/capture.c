@@ -73,6 +73,16 @@ void capture_close(struct capture *c)
     link_close(&c->link);
 }
 
+enum bf_status capture_unlock(struct capture *c, const char *key_path, struct bf_error *err)
+{
+    struct device_key key;
+    if (device_key_read(key_path, &key, err) != BF_OK)
+        return err->status;
+    const enum bf_status status = link_unlock(&c->link, &key, key_path, err);
+    device_key_wipe(&key);
+    return status;
+}
+
 /* ---- The stream ---- */
 
 enum bf_status capture_start(struct capture *c, struct bf_error *err)

@@ -29,6 +29,9 @@ enum bf_status capture_open(struct capture *capture, const struct board_options 
                             struct bf_error *err);
 void capture_close(struct capture *capture);
 
+/* Seed and key of a key file, so that the board drives. */
+enum bf_status capture_unlock(struct capture *capture, const char *key_path, struct bf_error *err);
+
 enum bf_status capture_start(struct capture *capture, struct bf_error *err);
 
 /*

@@ -18,6 +18,7 @@ struct command {
      * output and returns a status; main() prints err->text and exits with it. main() also answers --help.
      */
     enum bf_status (*run)(int argc, char **argv, struct bf_error *err);
+    bool unrepeatable; /* its output is measured: never replaced without --force, not even by the command itself */
 };
 
 extern const struct command *const commands[]; /* in order of their names */

@@ -6,6 +6,8 @@
 #include "attainable_or_warn.h"
 #include "commands.h"
 #include "compare/compare.h"
+#include "factors_or_warn.h"
+#include "findings_of.h"
 #include "record_sets.h"
 #include "show/show.h"
 
@@ -21,10 +23,13 @@ static const char help[] =
     "is\n"
     "white, whether it follows an input, and where the misfit is: by band and mode, in time, by size of the motion.\n"
     "'Attainable' is what the best linear model with as many modes leaves on the same records (docs/compare.md).\n"
+    "Above all that: a channel that points the other way, is in g, or off by 10 or 1000, and the line of the model\n"
+    "file that says so.\n"
     "\n"
     "  --check RECORD...    records that were held out of the fit; they get a total of their own\n"
     "  --plot DIR           pictures, PNG and PDF, with gnuplot's script and data beside them: the four panels\n"
     "                       (measured, model, spectra of both, a short interval) and a page on the residual\n"
+    "  --force              replace pictures even when `compare` has not made them or somebody has changed them\n"
     "  --max-nrmse X        a question: is the error (root mean square over all channels, held-out ones too) at most\n"
     "                       X? X is a fraction, 0.05 = 5 %; the exit status is the answer\n"
     "  --intersample HOW    what inputs do between samples: bl (band-limited, default), foh (linear), zoh (held)\n"
@@ -32,13 +37,16 @@ static const char help[] =
     "[...], ...}]}],\n"
     "                       \"nrmse\", \"noise_ratio\", \"check_nrmse\", \"check_noise_ratio\", \"attainable\": "
     "{\"nrmse\",\n"
-    "                       \"noise_ratio\", \"modes\", \"poles\"} (null: nothing to fit), ...}\n"
+    "                       \"noise_ratio\", \"modes\", \"poles\"} (null: nothing to fit), \"channel_factors\":\n"
+    "                       [{\"channel\", \"or_channel\", \"factor\", \"line\", \"text\", ...}] (wrong signs, "
+    "units),\n"
+    "                       \"record_findings\": [{\"file\", \"column\", \"kind\", \"sample\", \"text\", ...}], ...}\n"
     "\n"
     "Example:\n"
     "  beamfit compare fitted.yaml tap1.csv tap2.csv --check tap3.csv --plot pictures\n"
     "\n"
-    "Exit status: 0 done (and the error is within --max-nrmse); 1 the error is larger than --max-nrmse; 2 usage, or\n"
-    "gnuplot is missing; 3 bad model or record, or DIR not writable; 4 the model cannot be evaluated.\n";
+    "Exit status: 0 done (and the error is within --max-nrmse); 1 the error is larger than --max-nrmse; 2 usage; 3\n"
+    "bad model or record, or DIR not writable; 4 the model cannot be evaluated.\n";
 
 struct arguments {
     struct record_sets sets;
@@ -78,6 +86,7 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
         {"plot", required_argument, NULL, 'p'},
         {"max-nrmse", required_argument, NULL, 'm'},
         {"intersample", required_argument, NULL, 'i'},
+        OPTIONS_FORCE,
         {"json", no_argument, NULL, 'j'},
         {0},
     };
@@ -99,20 +108,36 @@ static double whole_error(const struct comparison *all)
     return all->n_channels > 0 ? sqrt(sum / (double)all->n_channels) : 0.0;
 }
 
-static enum bf_status answer(const struct arguments *a, const struct comparison *all, struct bf_error *err)
+static enum bf_status print(const struct arguments *a, const struct comparison *all,
+                            const struct channel_factors *factors, const struct record_findings findings[],
+                            struct bf_error *err)
 {
-    for (size_t i = 0; i < all->n_channels; i++)
+    for (size_t i = 0; i < all->n_channels && factors->n == 0; i++) /* else what they ask is answered */
         if (all->channels[i].warning[0] != '\0')
             bf_warn("%s: %s", all->records[all->channels[i].record].path, all->channels[i].warning);
     if (a->json) {
-        if (json_print_and_free(compare_json(all), stdout, err) != BF_OK)
-            return err->status;
-    } else {
-        compare_print(stdout, all);
+        struct json *root = compare_json(all);
+        channel_factors_json(root, all->model, factors);
+        record_findings_json(root, all->records, findings, all->n_records);
+        return json_print_and_free(root, stdout, err);
     }
+    record_findings_print(stdout, all->records, findings, all->n_records);
+    channel_factors_print(stdout, factors);
+    compare_print(stdout, all);
+    return BF_OK;
+}
+
+static enum bf_status answer(const struct arguments *a, const struct comparison *all,
+                             const struct channel_factors *factors, struct bf_error *err)
+{
+    struct record_findings *findings = findings_of(all->model, all->records, all->n_records);
+    const enum bf_status status = print(a, all, factors, findings, err);
+    findings_free(findings, all->n_records);
+    if (status != BF_OK)
+        return status;
     if (a->directory != NULL && compare_plot(all, a->directory, err) != BF_OK)
         return err->status;
-    if (a->directory != NULL && !a->json)
+    if (a->directory != NULL && !a->json && plot_can_draw(NULL))
         (void)fprintf(stdout, "\nPictures: %s\n", a->directory);
     const double error = whole_error(all);
     if (error > a->most)
@@ -133,12 +158,17 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     if (status == BF_OK)
         status = model_read(a.sets.model, &model, err);
     if (status == BF_OK)
-        status = record_list_read(all, err);
+        status = record_list_read(all, &model, err);
+    if (status == BF_OK && a.directory != NULL)
+        (void)plot_can_draw(a.directory);
     if (status == BF_OK)
         status = compare_run(&model, all->records, all->n, n_held_out, &a.predict, &comparison, err);
     if (status == BF_OK) {
+        struct channel_factors factors;
         attainable_or_warn(&model, all->records, all->n - n_held_out, &comparison.attainable);
-        status = answer(&a, &comparison, err);
+        factors_or_warn(&model, all->records, all->n, &a.predict, &factors);
+        status = answer(&a, &comparison, &factors, err);
+        channel_factors_free(&factors);
     }
     compare_free(&comparison);
     record_sets_free(&a.sets);

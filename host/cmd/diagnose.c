@@ -3,7 +3,9 @@
 #include <string.h>
 
 #include "commands.h"
+#include "compare/compare.h"
 #include "explain/explain.h"
+#include "factors_or_warn.h"
 #include "ground/ground.h"
 #include "record_sets.h"
 #include "show/show.h"
@@ -13,10 +15,10 @@ static const char help[] =
     "\n"
     "Says whether physics is missing from a model, where it shows, which effect of the catalogue it is, how sure that "
     "is,\n"
-    "how much of the misfit it explains, and what remains. The model is fitted first (its values are the start), then\n"
-    "effects are added and everything is fitted again, from the model as given and from the fitted one, one by one and "
+    "how much of the misfit it explains, and what remains. The model is fitted, then effects are added, one by one and "
     "in\n"
-    "pairs. What stands out of the others, in held-out records too, is named with its probability.\n"
+    "sets, and everything is fitted again. What stands out of the others is named with its probability.\n"
+    "Wrong signs and units are named and put right.\n"
     "\n"
     "  --check RECORD...     records that are held out: predicted, never fitted (all names up to the next option). "
     "With\n"
@@ -31,9 +33,11 @@ static const char help[] =
     "named\n"
     "  --plot DIR            pictures: misfit before and after, ranking, frequency and damping against amplitude, the\n"
     "                        missing force\n"
+    "  --force               replace outputs that are not its own\n"
     "  --everything          fit every candidate, short-listed or not (slow; for comparison)\n"
     "  --intersample HOW     what inputs do between samples: bl (band-limited, default), foh (linear), zoh (held)\n"
-    "  --splines N[,uniform] elements of the spline space, 5 to 1000 (default 160), and\n"
+    "  --splines N[,uniform]\n"
+    "                        elements of the spline space, 5 to 1000 (default 160), and\n"
     "  --oversample N        steps a sample of nonlinear effects, 1 to 64 (default: the model's steps_per_sample, "
     "else\n"
     "                        8 for forces at a point and 4 over the span, and more where the best laws need them)\n"
@@ -54,8 +58,9 @@ static const char help[] =
     "\"check_nrmse_after\",\n"
     "                        \"parameters\", \"other_at_m\" (another place that does as well, or null)}], "
     "\"decision\":\n"
-    "                        [{\"effects\": [[ID...]...], \"probability\", \"features\"}] (the best explanation, the "
-    "best two...),\n"
+    "                        [{\"effects\": [ID...], \"probability\", \"features\", \"with\", \"without\"}] (one of "
+    "the effects\n"
+    "                        is there; the best explanation with one, and without),\n"
     "                        \"rig\": {\"free\", \"channels\"} (places and gains, fitted although held),\n"
     "                        \"numerics\": {\"change_over_noise\", \"file\", \"channel\", \"converged\", \"fine\"} "
     "(twice as fine\n"
@@ -63,14 +68,12 @@ static const char help[] =
     "the best\n"
     "                        linear model with as many modes leaves; null: not known), \"next\": [COMMAND...], "
     "\"text\",\n"
-    "                        \"seconds\", ...}\n"
+    "                        \"channel_factors\", \"notes\", \"seconds\", ...}\n"
     "\n"
     "Verdicts: complete (nothing is missing that the records could show), missing (one explanation stands out), "
     "ambiguous\n"
     "(the cause is probably among the listed ones), unknown (something is missing and no effect stands out).\n"
-    "Ctrl-C ends the search: what is known so far is reported, nothing is named (unknown, \"interrupted\": true), and "
-    "no\n"
-    "picture is drawn. A second Ctrl-C ends the program at once.\n"
+    "Ctrl-C ends the search: what is known so far is reported, nothing is named (\"interrupted\": true).\n"
     "\n"
     "Example:\n"
     "  beamfit diagnose fitted.yaml hit1.csv chirp1.csv --check hit2.csv --plot pictures\n"
@@ -157,6 +160,7 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
         {"splines", required_argument, NULL, 's'},
         {"oversample", required_argument, NULL, 'n'},
         {"threads", required_argument, NULL, 't'},
+        OPTIONS_FORCE,
         {"json", no_argument, NULL, 'j'},
         {0},
     };
@@ -179,21 +183,67 @@ static enum bf_status write_found(const struct arguments *a, const struct diagno
     return status;
 }
 
+/* What is ordinary about held-out records that disagree with what was found; nothing where it cannot be computed. */
+static void find_disagreements(const struct arguments *a, const struct diagnosis *diagnosis, struct disagreements *out)
+{
+    const struct record_list *held_out = &a->sets.held_out;
+    struct model found;
+    struct bf_error ignored;
+    *out = (struct disagreements){0};
+    if (held_out->n == 0 || diagnosis->interrupted || diagnose_found(diagnosis, &found, &ignored) != BF_OK)
+        return;
+    (void)disagreements_find(&found, held_out->records, held_out->n, &a->options.predict, found.fit.nrmse, out,
+                             &ignored);
+    model_free(&found);
+}
+
+static enum bf_status print(const struct arguments *a, const struct model *model, const struct diagnosis *diagnosis,
+                            const struct channel_factors *factors, struct bf_error *err)
+{
+    struct disagreements held_out;
+    enum bf_status status = BF_OK;
+    find_disagreements(a, diagnosis, &held_out);
+    if (a->json) {
+        struct json *root = diagnose_json(diagnosis, a->output), *notes = json_put(root, "notes", json_new_array());
+        for (size_t i = 0; i < held_out.n; i++)
+            json_push_text(notes, held_out.notes[i]);
+        channel_factors_json(root, model, factors);
+        status = json_print_and_free(root, stdout, err);
+    } else {
+        channel_factors_print(stdout, factors);
+        if (factors->n > 0)
+            (void)fprintf(stdout, "What follows is the diagnosis of the model with that changed.\n\n");
+        diagnose_print(stdout, diagnosis, a->output);
+    }
+    for (size_t i = 0; i < held_out.n; i++)
+        bf_warn("%s", held_out.notes[i]);
+    disagreements_free(&held_out);
+    return status;
+}
+
 static enum bf_status answer(const struct arguments *a, const struct model *model, struct diagnosis *diagnosis,
-                             struct bf_error *err)
+                             const struct channel_factors *factors, struct bf_error *err)
 {
     const struct record_list *fitted = &a->sets.fitted, *held_out = &a->sets.held_out;
     progress_catch_interrupts();
-    enum bf_status status =
-        diagnose_run(model, fitted->records, fitted->n, held_out->records, held_out->n, &a->options, diagnosis, err);
+    for (size_t r = 0; r < fitted->n; r++)
+        if (!record_is_driven(model, &fitted->records[r]))
+            bf_warn(
+                "%s: every input is zero throughout, so the model predicts silence: is it the right column, or a free "
+                "decay (beamfit import --free-decay)?",
+                fitted->names[r]);
+    enum bf_status status = atomic_check(a->output, err);
+    if (!status && a->plot)
+        (void)plot_can_draw(a->plot);
+    if (!status)
+        status = diagnose_run(model, fitted->records, fitted->n, held_out->records, held_out->n, &a->options, diagnosis,
+                              err);
     if (status)
         return status;
     if (a->output && !diagnosis->interrupted)
         status = write_found(a, diagnosis, err);
-    if (!status && a->json)
-        status = json_print_and_free(diagnose_json(diagnosis, a->output), stdout, err);
-    else if (!status)
-        diagnose_print(stdout, diagnosis, a->output);
+    if (!status)
+        status = print(a, model, diagnosis, factors, err);
     if (!status && a->plot)
         status = diagnose_plot(diagnosis, &a->options.predict, a->plot, err);
     return status;
@@ -204,14 +254,19 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     struct arguments a = {0};
     struct model model = {0};
     struct diagnosis diagnosis = {0};
+    struct channel_factors factors = {0};
     enum bf_status status = parse(argc, argv, &a, err);
     if (!status)
         status = model_read(a.sets.model, &model, err);
     if (!status)
-        status = record_sets_read(&a.sets, err);
-    if (!status)
-        status = answer(&a, &model, &diagnosis, err);
+        status = record_sets_read(&a.sets, &model, err);
+    if (!status) {
+        factors_or_warn(&model, a.sets.fitted.records, a.sets.fitted.n, &a.options.predict, &factors);
+        channel_factors_apply(&factors, &model);
+        status = answer(&a, &model, &diagnosis, &factors, err);
+    }
     diagnose_free(&diagnosis);
+    channel_factors_free(&factors);
     model_free(&model);
     record_sets_free(&a.sets);
     free(a.without), free(a.without_text);

@@ -28,10 +28,11 @@ static const char help[] =
     "                        (tip_mass=fitted_tip_mass.yaml), whose values are the start of the refit\n"
     "  RECORD                the recordings so far; without any, effects have typical strengths (a warning says so)\n"
     "  -o, --output DRIVE    write the drive signal of the best experiment: a record (CSV) with MODEL's inputs\n"
+    "  --force               replace DRIVE even when `discriminate` has not made it or somebody has changed it\n"
     "  --only KIND,KIND...   of hit, soft_hit, release, chirp, multisine\n"
     "  --no-sensors          no added sensor\n"
     "  --duration S          length of an experiment, s (default: that of the first record, else 4)\n"
-    "  --force N             largest force, N (default: of the records, else 5)\n"
+    "  --largest-force N     largest force, N (default: of the records, else 5)\n"
     "  --voltage V           largest drive, V (default: of the records, else 20)\n"
     "  --rows N              rows of the table (default 12)\n"
     "  --intersample HOW     what inputs do between samples: bl (band-limited, default), foh (linear), zoh (held)\n"
@@ -78,13 +79,9 @@ static enum bf_status take_only(struct arguments *a, const char *text, struct bf
     char *copy = bf_strdup(text), *rest = NULL;
     enum bf_status status = BF_OK;
     for (char *kind = strtok_r(copy, ",", &rest); kind != NULL && !status; kind = strtok_r(NULL, ",", &rest)) {
-        int k = 0;
-        while (k < DRIVE_KINDS && strcmp(kind, names[k]) != 0)
-            k++;
-        if (k < DRIVE_KINDS)
-            a->options.without[k] = false;
-        else
-            status = bf_fail(err, BF_USAGE, "--only %.60s: known are hit, soft_hit, release, chirp, multisine", kind);
+        size_t k = 0;
+        status = options_choice("--only", kind, names, DRIVE_KINDS, &k, err);
+        a->options.without[k] = status != BF_OK;
     }
     free(copy);
     return status;
@@ -106,7 +103,7 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
     case 'd':
         return options_positive("--duration", optarg, 1e4, &a->options.duration_s, err);
     case 'f':
-        return options_positive("--force", optarg, 1e6, &a->options.force_N, err);
+        return options_positive("--largest-force", optarg, 1e6, &a->options.force_N, err);
     case 'v':
         return options_positive("--voltage", optarg, 1e6, &a->options.moment_V, err);
     case 'r':
@@ -197,11 +194,12 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
         {"only", required_argument, NULL, 'k'},
         {"no-sensors", no_argument, NULL, 's'},
         {"duration", required_argument, NULL, 'd'},
-        {"force", required_argument, NULL, 'f'},
+        {"largest-force", required_argument, NULL, 'f'},
         {"voltage", required_argument, NULL, 'v'},
         {"rows", required_argument, NULL, 'r'},
         {"threads", required_argument, NULL, 't'},
         {"intersample", required_argument, NULL, 'i'},
+        OPTIONS_FORCE,
         {"json", no_argument, NULL, 'j'},
         {0},
     };
@@ -215,8 +213,8 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
     if (argc - optind < 1)
         return bf_fail(err, BF_USAGE,
                        "give a model and at least two rival effects: beamfit discriminate MODEL ID ID...");
-    if (a->json && a->output && strcmp(a->output, "-") == 0)
-        return bf_fail(err, BF_USAGE, "--json and -o - both want standard output; give a file to -o");
+    if (options_one_answer(a->json, a->output, err) != BF_OK)
+        return BF_USAGE;
     a->model = argv[optind++];
     for (; optind < argc; optind++) {
         if (!is_rival(argv[optind])) {
@@ -241,8 +239,9 @@ static enum bf_status answer(const struct arguments *a, const struct model *mode
     for (size_t i = 0; i < a->n_rivals; i++)
         rivals[i] = a->rivals[i].rival;
     progress_catch_interrupts();
-    enum bf_status status =
-        discriminate_run(model, rivals, a->n_rivals, a->records.records, a->records.n, &a->options, &d, err);
+    enum bf_status status = atomic_check(a->output, err);
+    if (!status)
+        status = discriminate_run(model, rivals, a->n_rivals, a->records.records, a->records.n, &a->options, &d, err);
     if (!status && d.warning != NULL)
         bf_warn("%s", d.warning);
     if (!status && a->output != NULL)
@@ -266,7 +265,7 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     if (!status)
         status = model_read(a.model, &model, err);
     if (!status)
-        status = record_list_read(&a.records, err);
+        status = record_list_read(&a.records, &model, err);
     if (!status)
         status = answer(&a, &model, err);
     for (size_t i = 0; i < a.n_rivals; i++) {

@@ -123,8 +123,11 @@ static enum bf_status download(const struct arguments *a, struct link *link, con
                            a->board.port);
         target_image_sign(image, key, link->info.device, seen + 1);
     }
-    const struct target_controller board = {
-        .key = key, .device = link->info.device, .stored = -1, .sample_Hz = 1e-3 * (double)link->info.sample_mHz};
+    const struct target_controller board = {.key = key,
+                                            .device = link->info.device,
+                                            .stored = -1,
+                                            .sample_Hz = 1e-3 * (double)link->info.sample_mHz,
+                                            .core_Hz = (double)link->info.core_Hz};
     if (check(a->image, image, &board, err) != BF_OK || link_unlock(link, key, a->key, err) != BF_OK ||
         link_download(link, image, &done, err) != BF_OK)
         return err->status;

@@ -13,6 +13,7 @@ static const char help[] =
     "errors and the results of the last fit are left out, because they do not describe the new model.\n"
     "\n"
     "  -o, --output NEW    the file to write; - is standard output\n"
+    "  --force             replace NEW even when `drop` has not made it or somebody has changed it\n"
     "  --json              {\"file\", \"effect\", \"effects\": [the ids that remain]}\n"
     "\n"
     "Example:\n"
@@ -40,7 +41,7 @@ static enum bf_status answer(const char *output, const char *id, const struct mo
 static enum bf_status run(int argc, char **argv, struct bf_error *err)
 {
     static const struct option options[] = {
-        {"output", required_argument, NULL, 'o'}, {"json", no_argument, NULL, 'j'}, {0}};
+        {"output", required_argument, NULL, 'o'}, OPTIONS_FORCE, {"json", no_argument, NULL, 'j'}, {0}};
     const char *output = NULL;
     bool json = false;
     int code;
@@ -55,8 +56,8 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     if (argc - optind != 2 || !output)
         return bf_fail(err, BF_USAGE, "give a model, an effect and an output: beamfit drop MODEL ID -o NEW");
     bool to_stdout = strcmp(output, "-") == 0;
-    if (json && to_stdout)
-        return bf_fail(err, BF_USAGE, "--json and -o - both want standard output; give a file to -o");
+    if (options_one_answer(json, output, err) != BF_OK)
+        return BF_USAGE;
     const char *path = argv[optind], *id = argv[optind + 1];
     struct model model;
     enum bf_status status = model_read(path, &model, err);

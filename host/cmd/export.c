@@ -13,16 +13,20 @@ static const char help[] =
     "Makes the image that a controller runs: MODEL in ten dimensions with the drive as input and the sensor as "
     "output,\n"
     "its exact step in 24-bit numbers, the board's scales, the expected noise, and a proof run that the controller\n"
-    "repeats bit for bit before it takes the image. The model file says what the controller is wired to:\n"
+    "repeats bit for bit before it takes the image. The model file says what the controller is wired to, where a value "
+    "is (code - zero_code) x per_code:\n"
     "\n"
     "  board:\n"
     "    sample_Hz: 1024\n"
-    "    sensor: {output: piezo_V, per_code: 0.001, zero_code: 2048}   # A/D: value = (code - zero) x per_code\n"
+    "    core_MHz: 168           # clock of its processor (the default)\n"
+    "    sensor: {output: piezo_V, per_code: 0.001, zero_code: 2048}   # A/D\n"
     "    drive: {input: drive_V, per_code: 0.02, zero_code: 2048}      # D/A\n"
-    "    noise_rms: 0.002        # sensor's unit; absent: what the last fit found\n"
+    "    noise_rms: 0.002        # sensor's unit; absent: of the last fit\n"
     "    alarm_ratio: 3          # the alarm goes on above 3 times the noise,\n"
     "    clear_ratio: 2          # and off below 2 times\n"
-    "    averaging_s: 1          # of the running rms\n"
+    "    averaging_s: 1          # of the running mean and rms\n"
+    "    quiet_ratio: 0.2        # sensor fault below 0.2 of the noise,\n"
+    "    offset_ratio: 1         # offset: residual's mean above the noise\n"
     "\n"
     "  -o, --output IMAGE      the image\n"
     "  --key FILE              sign it with this key (64 hexadecimal digits or 32 bytes, mode 0600); needs --device "
@@ -37,12 +41,19 @@ static const char help[] =
     "drive\n"
     "  --without ID            leave this effect out of the image; again for more\n"
     "  --a2l FILE              also write the A2L description for measurement and calibration tools\n"
-    "  --sample-Hz, --sensor, --sensor-per-code, --sensor-zero-code, --drive, --drive-per-code, --drive-zero-code,\n"
-    "  --noise-rms, --alarm-ratio, --clear-ratio, --averaging-s\n"
-    "                          override the board block\n"
+    "  --force                 replace a file even when `export` has not made it or somebody has changed it\n"
+    "  --sample-Hz HZ          overrides the model's board block, as do --core-MHz, --sensor, --sensor-per-code,\n"
+    "                          --sensor-zero-code, --drive, --drive-per-code, --drive-zero-code, --noise-rms,\n"
+    "                          --alarm-ratio, --clear-ratio, --averaging-s, --quiet-ratio, --offset-ratio\n"
     "  --json                  {\"file\", \"bytes\", \"signed\", \"device\", \"counter\", \"board\", \"effects\": "
     "[{\"effect\",\n"
     "                          \"fate\", \"runs\"}], \"deployed\": {\"frequency_Hz\", \"relative_error\", ...}, ...}\n"
+    "\n"
+    "A bound of the step's instructions is computed from the plan, every law with all its evaluations, and must fit "
+    "the\n"
+    "interval at the board's rate and clock: laws get fewer than 16 evaluations where that helps (4 at least), else "
+    "there\n"
+    "is no image. The board computes the bound again, and refuses what does not fit.\n"
     "\n"
     "Effects of the structure are inside the matrices; laws, filters, maps and drives run in the step. Effects whose\n"
     "time or phase begins with a recording (mains_hum, base_motion, thermal_drift) and large_rotation cannot run on a\n"
@@ -55,6 +66,7 @@ static const char help[] =
 
 enum board_option {
     SAMPLE = 256,
+    CORE,
     SENSOR,
     SENSOR_PER_CODE,
     SENSOR_ZERO,
@@ -64,7 +76,9 @@ enum board_option {
     NOISE,
     ALARM,
     CLEAR,
-    AVERAGING
+    AVERAGING,
+    QUIET,
+    OFFSET
 };
 
 struct arguments {
@@ -98,6 +112,8 @@ static enum bf_status take_board(struct target_options *t, int code, struct bf_e
     switch (code) {
     case SAMPLE:
         return take_number("--sample-Hz", true, &b->sample_Hz, err);
+    case CORE:
+        return options_positive("--core-MHz", optarg, 4000.0, &b->core_MHz, err);
     case SENSOR:
         return take_name("--sensor", b->sensor, err);
     case SENSOR_PER_CODE:
@@ -120,6 +136,10 @@ static enum bf_status take_board(struct target_options *t, int code, struct bf_e
         return take_number("--clear-ratio", true, &b->clear_ratio, err);
     case AVERAGING:
         return take_number("--averaging-s", true, &b->averaging_s, err);
+    case QUIET:
+        return options_positive("--quiet-ratio", optarg, 1.0, &b->quiet_ratio, err);
+    case OFFSET:
+        return take_number("--offset-ratio", true, &b->offset_ratio, err);
     default:
         return BF_USAGE; /* options_next() has said why */
     }
@@ -127,6 +147,8 @@ static enum bf_status take_board(struct target_options *t, int code, struct bf_e
 
 static enum bf_status take_option(struct arguments *a, int code, struct bf_error *err)
 {
+    static const char *const holds[] = {"zoh", "foh"};
+    size_t chosen = 0;
     switch (code) {
     case 'o':
         a->output = optarg;
@@ -139,9 +161,9 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
     case 'c':
         return signing_take_counter(&a->signing, optarg, err);
     case 'h':
-        if (strcmp(optarg, "zoh") != 0 && strcmp(optarg, "foh") != 0)
-            return bf_fail(err, BF_USAGE, "--hold %s is unknown; give zoh (held) or foh (linear)", optarg);
-        a->target.hold = strcmp(optarg, "zoh") == 0 ? BEAM_HOLD_ZERO_ORDER : BEAM_HOLD_FIRST_ORDER;
+        if (options_choice("--hold", optarg, holds, 2, &chosen, err) != BF_OK)
+            return BF_USAGE;
+        a->target.hold = chosen == 0 ? BEAM_HOLD_ZERO_ORDER : BEAM_HOLD_FIRST_ORDER;
         return BF_OK;
     case 'w':
         a->without = bf_grow(a->without, a->target.n_without + 1, sizeof *a->without);
@@ -171,8 +193,10 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
                                             {"without", required_argument, NULL, 'w'},
                                             {"plain", no_argument, NULL, 'p'},
                                             {"a2l", required_argument, NULL, 'a'},
+                                            OPTIONS_FORCE,
                                             {"json", no_argument, NULL, 'j'},
                                             {"sample-Hz", required_argument, NULL, SAMPLE},
+                                            {"core-MHz", required_argument, NULL, CORE},
                                             {"sensor", required_argument, NULL, SENSOR},
                                             {"sensor-per-code", required_argument, NULL, SENSOR_PER_CODE},
                                             {"sensor-zero-code", required_argument, NULL, SENSOR_ZERO},
@@ -183,6 +207,8 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
                                             {"alarm-ratio", required_argument, NULL, ALARM},
                                             {"clear-ratio", required_argument, NULL, CLEAR},
                                             {"averaging-s", required_argument, NULL, AVERAGING},
+                                            {"quiet-ratio", required_argument, NULL, QUIET},
+                                            {"offset-ratio", required_argument, NULL, OFFSET},
                                             {0}};
     int code;
     a->target.hold = BEAM_HOLD_ZERO_ORDER;
@@ -191,6 +217,8 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
             return BF_USAGE;
     if (argc - optind != 1 || a->output == NULL)
         return bf_fail(err, BF_USAGE, "give a model and an output: beamfit export MODEL -o IMAGE");
+    if (a->a2l != NULL && strcmp(a->a2l, a->output) == 0)
+        return bf_fail(err, BF_USAGE, "-o and --a2l name the same file; choose another name for one");
     a->model = argv[optind];
     a->target.without = a->without;
     return signing_complete(&a->signing, true, err);

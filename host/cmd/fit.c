@@ -5,7 +5,10 @@
 #include "ground/ground.h"
 #include "attainable_or_warn.h"
 #include "commands.h"
+#include "compare/compare.h"
 #include "estimate/estimate.h"
+#include "factors_or_warn.h"
+#include "findings_of.h"
 #include "record_sets.h"
 #include "show/show.h"
 
@@ -14,7 +17,10 @@ static const char help[] =
     "\n"
     "Estimates the model's free parameters from recordings by weighted least squares, and says how well each is known\n"
     "and what the records cannot determine. The start values are those of MODEL; they may be far off (handbook\n"
-    "values), because the search begins with short windows of the records and widens them.\n"
+    "values), because the search begins with short windows of the records and widens them. A channel that points the\n"
+    "other way, is in g, or off by 10 or 1000 is named first, with the line of MODEL to write; the fit is of MODEL as "
+    "it\n"
+    "is.\n"
     "\n"
     "  -o, --output FITTED   the fitted model: MODEL with new values, standard errors and a 'fit:' block\n"
     "  --check RECORD...     records that are held out: compared, never fitted (all names up to the next option)\n"
@@ -24,59 +30,53 @@ static const char help[] =
     "  --global              the same as --start search\n"
     "  --no-search           never search, even when the noise floor is missed\n"
     "  --intersample HOW     what inputs do between samples: bl (band-limited, default), foh (linear), zoh (held)\n"
-    "  --splines N[,uniform] elements of the spline space, 5 to 1000 (default 160, with double knots on the edges of\n"
+    "  --splines N[,uniform]\n"
+    "                        elements of the spline space, 5 to 1000 (default 160, with double knots on the edges of\n"
     "                        regions). ',uniform' spaces the knots evenly, whatever the edges: dimension N + 1 when "
     "one\n"
     "                        end is clamped; the seed paper's space is 9,uniform. To see what a coarse space does to\n"
     "                        the estimates; it makes them wrong\n"
-    "  --force               FITTED may be MODEL itself\n"
+    "  --force               replace FITTED even when it is MODEL, `fit` has not made it, or somebody has changed it\n"
     "  --json                the answer as JSON on standard output, and nothing else: {\"records\": [{\"file\",\n"
     "                        \"channels\": [{\"name\", \"nrmse\", \"noise_ratio\"}]}], \"nrmse\", \"noise_ratio\",\n"
     "                        \"parameters\": {NAME: {\"value\", \"sd\", \"ci95\", \"identifiable\", ...}},\n"
-    "                        \"null_directions\", \"seconds\", \"evaluations\", \"converged\",\n"
+    "                        \"null_directions\", \"seconds\", \"evaluations\", \"converged\", \"fitted\" (false: "
+    "nothing was),\n"
     "                        \"attainable\": {\"nrmse\", \"noise_ratio\", \"modes\", \"poles\"} (what the best linear "
     "model with as\n"
-    "                        many modes leaves; null: not known), ...}\n"
+    "                        many modes leaves; null: not known), \"channel_factors\": [{\"channel\", \"or_channel\",\n"
+    "                        \"factor\", \"line\", \"text\", ...}] (wrong signs and units),\n"
+    "                        \"record_findings\": [{\"file\", \"column\", \"kind\", \"sample\", \"text\", ...}], ...}\n"
     "\n"
     "Ctrl-C ends the search: the best values so far are reported and written, with converged: false.\n"
     "\n"
     "Example:\n"
     "  beamfit fit model.yaml tap1.csv tap2.csv -o fitted.yaml --check tap3.csv\n"
     "\n"
-    "Exit status: 0 done (see 'converged'); 2 usage; 3 bad model or record, or FITTED not writable; 4 the model "
+    "Exit status: 0 done (see 'converged'); 1 nothing was fitted, because the records determine no free parameter (an\n"
+    "input that is zero) or all ended at bounds: FITTED is not written; 2 usage; 3 bad model or record, or FITTED not "
+    "writable; 4 the model "
     "cannot\n"
     "be evaluated at the start values.\n";
 
 struct arguments {
     const char *output;
     struct record_sets sets;
-    bool force, json;
+    bool json;
     struct fit_options fit;
 };
-
-static enum bf_status choose(const char *option, const char *text, const char *const choices[], size_t n, int *out,
-                             struct bf_error *err)
-{
-    for (size_t i = 0; i < n; i++) {
-        if (strcmp(text, choices[i]) == 0) {
-            *out = (int)i;
-            return BF_OK;
-        }
-    }
-    return bf_fail(err, BF_USAGE, "%s %s is unknown; beamfit fit --help lists what it can be", option, text);
-}
 
 static enum bf_status take_option(struct arguments *a, int code, struct bf_error *err)
 {
     static const char *const starts[] = {"given", "near", "search"}; /* order of enum fit_start */
-    int chosen = 0;
+    size_t chosen = 0;
     enum bf_status status = BF_OK;
     switch (code) {
     case 'o':
         a->output = optarg;
         break;
     case 's':
-        status = choose("--start", optarg, starts, 3, &chosen, err);
+        status = options_choice("--start", optarg, starts, 3, &chosen, err);
         a->fit.start = (enum fit_start)chosen;
         break;
     case 'g':
@@ -90,9 +90,6 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
         break;
     case 'N':
         status = splines_from_text(optarg, &a->fit.predict, err);
-        break;
-    case 'f':
-        a->force = true;
         break;
     case 'j':
         a->json = true;
@@ -109,7 +106,7 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
         {"output", required_argument, NULL, 'o'},  RECORD_SETS_CHECK,
         {"start", required_argument, NULL, 's'},   {"global", no_argument, NULL, 'g'},
         {"no-search", no_argument, NULL, 'n'},     {"intersample", required_argument, NULL, 'i'},
-        {"splines", required_argument, NULL, 'N'}, {"force", no_argument, NULL, 'f'},
+        {"splines", required_argument, NULL, 'N'}, OPTIONS_FORCE,
         {"json", no_argument, NULL, 'j'},          {0},
     };
     int code;
@@ -120,33 +117,18 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
         return bf_fail(err, BF_USAGE, "give a model and at least one record: beamfit fit MODEL RECORD... -o FITTED");
     if (!a->output)
         return bf_fail(err, BF_USAGE, "say where to write the fitted model: -o FITTED");
-    if (a->json && strcmp(a->output, "-") == 0)
-        return bf_fail(err, BF_USAGE, "--json and -o - both want standard output; give a file to -o");
+    if (options_one_answer(a->json, a->output, err) != BF_OK)
+        return BF_USAGE;
     return BF_OK;
-}
-
-/* Before the long work: may the answer be written where it is wanted? */
-static enum bf_status check_output(const struct arguments *a, struct bf_error *err)
-{
-    struct atomic_file out;
-    if (strcmp(a->output, "-") == 0)
-        return BF_OK;
-    char *model = realpath(a->sets.model, NULL), *output = realpath(a->output, NULL);
-    const bool same = model && output && strcmp(model, output) == 0;
-    free(model), free(output);
-    if (same && !a->force)
-        return bf_fail(err, BF_USAGE, "%s is the model itself; choose another name, or say --force to replace it",
-                       a->output);
-    const enum bf_status status = atomic_open(a->output, &out, err);
-    if (status == BF_OK)
-        atomic_abort(&out);
-    return status;
 }
 
 /* What a command owns while it runs. */
 struct work {
     struct model model;
     struct fit_result result;
+    struct channel_factors factors;   /* of the model as given */
+    struct record_findings *findings; /* [n_fitted] */
+    size_t n_fitted;
     struct fit_channel_error *check;
     size_t n_check;
     struct own_values own; /* of the held-out records */
@@ -156,8 +138,40 @@ static void work_free(struct work *w)
 {
     free(w->check);
     own_values_free(&w->own);
+    channel_factors_free(&w->factors);
+    findings_free(w->findings, w->n_fitted);
     fit_free(&w->result);
     model_free(&w->model);
+}
+
+static enum bf_status answer(const struct arguments *a, const struct work *w, const struct fit_check *check,
+                             struct bf_error *err)
+{
+    if (a->json) {
+        struct json *root = fit_json(&w->result, a->sets.fitted.records, check);
+        channel_factors_json(root, &w->model, &w->factors);
+        record_findings_json(root, a->sets.fitted.records, w->findings, a->sets.fitted.n);
+        return json_print_and_free(root, stdout, err);
+    }
+    FILE *out = strcmp(a->output, "-") == 0 ? stderr : stdout;
+    record_findings_print(out, a->sets.fitted.records, w->findings, a->sets.fitted.n);
+    channel_factors_print(out, &w->factors);
+    fit_print(out, &w->result, a->sets.fitted.records, check);
+    return BF_OK;
+}
+
+/* What is ordinary about a held-out record that disagrees goes with the notes; nothing is said where it cannot be computed. */
+static void note_disagreements(const struct arguments *a, struct work *w)
+{
+    const struct record_list *held_out = &a->sets.held_out;
+    struct disagreements found;
+    struct bf_error ignored;
+    (void)disagreements_find(w->own.model, held_out->records, held_out->n, &a->fit.predict, w->result.nrmse, &found,
+                             &ignored);
+    w->own.notes = bf_grow(w->own.notes, w->own.n_notes + found.n, sizeof *w->own.notes);
+    for (size_t i = 0; i < found.n; i++)
+        w->own.notes[w->own.n_notes++] = bf_strdup(found.notes[i]);
+    disagreements_free(&found);
 }
 
 static enum bf_status fit_and_answer(const struct arguments *a, struct work *w, struct bf_error *err)
@@ -166,6 +180,9 @@ static enum bf_status fit_and_answer(const struct arguments *a, struct work *w, 
     const size_t n_held_out = a->sets.held_out.n;
     struct fit_check check = {.records = held_out, .n = n_held_out};
     progress_catch_interrupts();
+    w->n_fitted = a->sets.fitted.n;
+    w->findings = findings_of(&w->model, fitted, w->n_fitted);
+    factors_or_warn(&w->model, fitted, a->sets.fitted.n, &a->fit.predict, &w->factors);
     enum bf_status status = fit_run(&w->model, fitted, a->sets.fitted.n, &a->fit, &w->result, err);
     if (status)
         return status;
@@ -178,15 +195,19 @@ static enum bf_status fit_and_answer(const struct arguments *a, struct work *w, 
     if (status)
         return status;
     check.channels = w->check, check.n_channels = w->n_check;
+    note_disagreements(a, w);
     check.notes = w->own.notes, check.n_notes = w->own.n_notes;
     fit_into_model(&w->result, fitted, &check, &w->model);
-    status = model_write(a->output, &w->model, err);
-    if (status)
+    const bool learned = w->result.interrupted || fit_learned(&w->result);
+    status = learned ? model_write(a->output, &w->model, err) : BF_OK;
+    if (!status)
+        status = answer(a, w, &check, err);
+    if (status || learned)
         return status;
-    if (a->json)
-        return json_print_and_free(fit_json(&w->result, fitted, &check), stdout, err);
-    fit_print(strcmp(a->output, "-") == 0 ? stderr : stdout, &w->result, fitted, &check);
-    return BF_OK;
+    return bf_fail(err, BF_NO,
+                   "nothing was fitted: the records determine none of the free parameters; %s is not written (see the "
+                   "warnings)",
+                   a->output);
 }
 
 static enum bf_status run(int argc, char **argv, struct bf_error *err)
@@ -197,9 +218,9 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     if (!status)
         status = model_read(a.sets.model, &w.model, err);
     if (!status)
-        status = record_sets_read(&a.sets, err);
+        status = record_sets_read(&a.sets, &w.model, err);
     if (!status)
-        status = check_output(&a, err);
+        status = atomic_check(a.output, err);
     if (!status)
         status = fit_and_answer(&a, &w, err);
     work_free(&w);

@@ -20,6 +20,7 @@ static const char help[] =
     "first;\n"
     "               null: none\n"
     "  --plot DIR   error against model, with the noise floor as a line, as DIR/history.png and .pdf\n"
+    "  --force      replace pictures even when `history` has not made them or somebody has changed them\n"
     "\n"
     "Example:\n"
     "  beamfit history start.yaml fitted.yaml with_mass.yaml with_mass_fitted.yaml --plot pictures\n"
@@ -29,7 +30,7 @@ static const char help[] =
 static enum bf_status run(int argc, char **argv, struct bf_error *err)
 {
     static const struct option options[] = {
-        {"json", no_argument, NULL, 'j'}, {"plot", required_argument, NULL, 'p'}, {0}};
+        OPTIONS_FORCE, {"json", no_argument, NULL, 'j'}, {"plot", required_argument, NULL, 'p'}, {0}};
     const char *directory = NULL;
     struct history h = {0};
     bool json = false;
@@ -44,6 +45,8 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     }
     if (optind == argc)
         return bf_fail(err, BF_USAGE, "give the models to put in order; see 'beamfit history --help'");
+    if (directory)
+        (void)plot_can_draw(directory);
     enum bf_status status = history_read((const char *const *)argv + optind, (size_t)(argc - optind), &h, err);
     if (status == BF_OK && json)
         status = json_print_and_free(history_json(&h), stdout, err);

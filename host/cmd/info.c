@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
+#include <math.h>
 #include <stdio.h>
 
 #include "board_drive.h"
@@ -7,15 +8,22 @@
 #include "ground/ground.h"
 
 static const char help[] =
-    "Usage: beamfit info --port PORT [--baud RATE] [--json]\n"
+    "Usage: beamfit info --port PORT [--baud RATE] [--acknowledge --key FILE] [--json]\n"
     "\n"
     "Says who is at the port: the board's identity and firmware, which model it runs and where from, what its store\n"
-    "holds, and what went wrong since power-on. Nothing is changed and no key is needed.\n"
-    "\n" BOARD_OPTIONS_HELP "  --json                {\"port\", \"device\", \"firmware\", \"layout\", \"sample_Hz\", "
+    "holds, and what went wrong since power-on, alarms and faults of the sensor included: those stay until somebody "
+    "with the\n"
+    "key acknowledges them. Nothing is changed and no key is needed otherwise.\n"
+    "\n" BOARD_OPTIONS_HELP
+    "  --acknowledge         forget the alarms and faults shown here; needs --key FILE, the board's key\n"
+    "  --json                {\"port\", \"device\", \"firmware\", \"layout\", \"sample_Hz\", "
     "\"running\", \"counter\",\n"
     "                        \"stored\", \"model_sha256\", \"slots\": [2], \"boots\", \"missed\", \"overrun\",\n"
     "                        \"frames_bad\", \"wrong_keys\", \"refused\", \"last_fault\", \"nvm_errors\",\n"
-    "                        \"worst_step_us\", \"noise_rms\", \"alarm_ratio\", \"clear_ratio\", \"averaging_s\",\n"
+    "                        \"worst_step_us\", \"core_MHz\", \"step_bound\", \"step_budget\", \"proof_us\",\n"
+    "                        \"latched\": [names], \"alarms\", \"sensor_faults\", \"first_s_ago\", \"last_s_ago\",\n"
+    "                        \"drive_stops\",\n"
+    "                        \"noise_rms\", \"alarm_ratio\", \"clear_ratio\", \"averaging_s\",\n"
     "                        \"drive\": {\"amplitude\", \"from_Hz\", \"to_Hz\", \"period_s\", \"burst_s\"}}\n"
     "\n"
     "Example:\n"
@@ -25,7 +33,8 @@ static const char help[] =
 
 struct arguments {
     struct board_options board;
-    bool json;
+    const char *key;
+    bool json, acknowledge;
 };
 
 /* Everything that was read, and texts made of it. */
@@ -41,17 +50,26 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
     static const struct option options[] = {
         BOARD_OPTIONS,
         {"json", no_argument, NULL, 'j'},
+        {"acknowledge", no_argument, NULL, 'a'},
+        {"key", required_argument, NULL, 'k'},
         {0},
     };
     int code;
     while ((code = options_next(argc, argv, ":", options, err)) != -1) {
         if (code == 'j')
             a->json = true;
+        else if (code == 'a')
+            a->acknowledge = true;
+        else if (code == 'k')
+            a->key = optarg;
         else if (board_take_option(code, &a->board, err) != BF_OK)
             return BF_USAGE;
     }
     if (options_only(argc, argv, err) != BF_OK)
         return BF_USAGE;
+    if (a->acknowledge != (a->key != NULL))
+        return bf_fail(err, BF_USAGE,
+                       "--acknowledge and --key FILE go together: only who has the board's key may forget its alarms");
     return board_check_options(&a->board, "info", err);
 }
 
@@ -86,6 +104,46 @@ static void print_json_drive(struct json *root, const struct answer *a)
     json_put_number(out, "burst_s", (double)drive->burst / rate_Hz);
 }
 
+/* Seconds since the sample of this number. */
+static double ago_s(const struct beam_info *info, uint32_t sequence)
+{
+    return (double)(info->sequence - sequence) / sample_Hz(info);
+}
+
+enum { LATCH_NAMES = 5 };
+static const struct {
+    uint32_t bit;
+    const char *name;
+} latch_name[LATCH_NAMES] = {{BEAM_LIVE_ALARM, "model wrong"},
+                             {BEAM_LIVE_STUCK, "sensor stuck"},
+                             {BEAM_LIVE_AT_END, "sensor at its end"},
+                             {BEAM_LIVE_QUIET, "sensor too quiet"},
+                             {BEAM_LIVE_OFFSET, "sensor has an offset"}};
+
+static void print_json_latch(struct json *root, const struct beam_info *info)
+{
+    struct json *names = json_put(root, "latched", json_new_array());
+    for (int i = 0; i < LATCH_NAMES; i++)
+        if (info->latched & latch_name[i].bit)
+            json_push_text(names, latch_name[i].name);
+    json_put_number(root, "first_s_ago", info->latched != 0 ? ago_s(info, info->latch_first) : (double)NAN);
+    json_put_number(root, "last_s_ago", info->latched != 0 ? ago_s(info, info->latch_last) : (double)NAN);
+}
+
+static void print_latch(const struct beam_info *info)
+{
+    (void)printf("Latched   ");
+    for (int i = 0, n = 0; i < LATCH_NAMES; i++)
+        if (info->latched & latch_name[i].bit)
+            (void)printf("%s%s", n++ > 0 ? ", " : "", latch_name[i].name);
+    if (info->latched == 0)
+        (void)printf("nothing since power-on, or since it was acknowledged\n");
+    else
+        (void)printf("; %u alarms, %u faults of the sensor, the first %.4g s ago, the last %.4g s ago\n",
+                     (unsigned)info->alarms, (unsigned)info->faults, ago_s(info, info->latch_first),
+                     ago_s(info, info->latch_last));
+}
+
 static enum bf_status print_json(const struct answer *a, struct bf_error *err)
 {
     const struct beam_info *info = &a->link->info;
@@ -102,12 +160,19 @@ static enum bf_status print_json(const struct answer *a, struct bf_error *err)
                   {"refused", info->refused},
                   {"nvm_errors", info->nvm_errors},
                   {"layout", info->image_layout},
-                  {"worst_step_us", info->worst_step_us}};
+                  {"worst_step_us", info->worst_step_us},
+                  {"step_bound", info->step_bound},
+                  {"step_budget", info->step_budget},
+                  {"proof_us", info->proof_us},
+                  {"alarms", info->alarms},
+                  {"sensor_faults", info->faults},
+                  {"drive_stops", info->drive_stops}};
     struct json *root = json_new_object();
     json_put_text(root, "port", port_path(a->link->port));
     json_put_text(root, "device", a->device);
     json_put_text(root, "firmware", a->firmware);
     json_put_number(root, "sample_Hz", sample_Hz(info));
+    json_put_number(root, "core_MHz", 1e-6 * (double)info->core_Hz);
     json_put_text(root, "running", link_running_name(info->running));
     json_put_text(root, "model_sha256", a->sha256);
     for (size_t i = 0; i < sizeof counts / sizeof *counts; i++)
@@ -122,6 +187,7 @@ static enum bf_status print_json(const struct answer *a, struct bf_error *err)
     json_put_number(root, "alarm_ratio", (double)a->setup.alarm_ratio);
     json_put_number(root, "clear_ratio", (double)a->setup.clear_ratio);
     json_put_number(root, "averaging_s", (double)a->setup.averaging_s);
+    print_json_latch(root, info);
     print_json_drive(root, a);
     return json_print_and_free(root, stdout, err);
 }
@@ -149,6 +215,9 @@ static void print_text(const struct answer *a)
     (void)printf("Board     %s, firmware %s, at %s\n", a->device, a->firmware, port_path(a->link->port));
     (void)printf("Sampling  %.6g Hz; longest sample interrupt %u us; %u samples missed\n", sample_Hz(info),
                  (unsigned)info->worst_step_us, (unsigned)info->missed);
+    (void)printf("Step      at most %u instructions of the %u that %.4g MHz leave; longest in the proof run %u us\n",
+                 (unsigned)info->step_bound, (unsigned)info->step_budget, 1e-6 * (double)info->core_Hz,
+                 (unsigned)info->proof_us);
     (void)printf("Model     %s, counter %u, of model file %.12s...\n", link_running_name(info->running),
                  (unsigned)info->counter, a->sha256);
     (void)printf(
@@ -156,6 +225,7 @@ static void print_text(const struct answer *a)
         "%.3g\n",
         (double)a->setup.alarm_ratio, (double)a->setup.noise_rms, (double)a->setup.averaging_s,
         (double)a->setup.clear_ratio);
+    print_latch(info);
     print_drive(a);
     (void)printf("Store     slot 0 %s, slot 1 %s, greatest counter %u; %u power-ons; %u failed writes\n",
                  link_slot_name(info->slot_state[0]), link_slot_name(info->slot_state[1]), (unsigned)info->stored,
@@ -167,6 +237,16 @@ static void print_text(const struct answer *a)
         (void)printf("          the last image: %s\n", beam_image_fault_text((enum beam_image_fault)info->last_fault));
 }
 
+static enum bf_status acknowledge(const struct arguments *a, struct link *link, struct bf_error *err)
+{
+    struct device_key key;
+    if (device_key_read(a->key, &key, err) != BF_OK)
+        return err->status;
+    const enum bf_status status = link_unlock(link, &key, a->key, err);
+    device_key_wipe(&key);
+    return status == BF_OK ? link_acknowledge(link, err) : status;
+}
+
 static enum bf_status run(int argc, char **argv, struct bf_error *err)
 {
     struct arguments a = {0};
@@ -174,7 +254,9 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     struct link link;
     if (parse(argc, argv, &a, err) != BF_OK || board_open(&a.board, &link, err) != BF_OK)
         return err->status;
-    enum bf_status status = ask(&link, &answer, err);
+    enum bf_status status = a.acknowledge ? acknowledge(&a, &link, err) : BF_OK;
+    if (status == BF_OK)
+        status = ask(&link, &answer, err);
     if (status == BF_OK && a.json)
         status = print_json(&answer, err);
     else if (status == BF_OK)

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "ground/ground.h"
 #include "commands.h"
@@ -14,21 +14,25 @@ static const char help[] =
     "Writes a commented model to start from: stiffness and mass from a ruler and a handbook, damping and gains as\n"
     "start values for the fit. Without options it is a 300 × 20 × 2 mm aluminium cantilever to be edited.\n"
     "\n"
-    "  --length M              free length, m                       --width M, --thickness M   cross-section, m\n"
+    "  --length M              free length, m\n"
+    "  --width M, --thickness M\n"
+    "                          cross-section, m\n"
     "  --material NAME         aluminium (default), steel, stainless, brass, copper, titanium, glass, acrylic, abs,\n"
     "                          carbon, fibreglass, spruce\n"
     "  --E PA, --density D     Young's modulus in Pa and density in kg/m³, instead of the handbook's\n"
     "  --mass KG               of the free length of the bare beam, weighed: better than any density\n"
     "  --support NAME          clamped-free (default), clamped-clamped, pinned-pinned, free-free\n"
-    "  --patch FROM TO         a piezo patch from FROM to TO, m from the clamp\n"
-    "  --patch-thickness M     of one patch (default 0.00025)       --patch-width M   (default: the beam's)\n"
+    "  --patch FROM TO         a piezo patch from FROM to TO, m from the clamp; again for more, alike\n"
+    "  --patch-thickness M     of one patch (default 0.00025)\n"
+    "  --patch-width M         (default: the beam's)\n"
     "  --patch-E PA, --patch-density D      (default 63e9 Pa, 7750 kg/m³)\n"
     "  --patch-sides N         2: a pair on both faces (default), 1: on one face\n"
-    "  --input NAME=KIND[@X]   KIND point_force (N, at X m) or patch_moment (V); again for more\n"
-    "  --output NAME=KIND[@X]  KIND displacement, velocity, acceleration (at X m) or patch_strain (V)\n"
+    "  --input NAME=KIND[@X]   KIND point_force (N, at X m) or patch_moment (V); again for more. Of several patches\n"
+    "                          the one over X is meant, without X the first\n"
+    "  --output NAME=KIND[@X]  KIND displacement, velocity, acceleration (at X m) or patch_strain (V), likewise.\n"
     "                          NAME is the column of the record. Default: hammer_N, and piezo_V or accel_mps2\n"
     "  -o FILE                 where to write the model (default: standard output)\n"
-    "  --force                 overwrite FILE when it exists\n"
+    "  --force                 replace FILE even when `init` has not made it or somebody has changed it\n"
     "  --json                  {\"file\", \"parameters\": {NAME: value}}\n"
     "\n"
     "Example (the seed paper's beam):\n"
@@ -58,7 +62,6 @@ enum option_code {
     OPT_PATCH_SIDES,
     OPT_INPUT,
     OPT_OUTPUT,
-    OPT_FORCE,
     OPT_JSON
 };
 
@@ -69,25 +72,22 @@ struct arguments {
     struct model_input inputs[MOST_CHANNELS];
     struct model_output outputs[MOST_CHANNELS];
     const char *output;
-    bool force, json;
+    bool json;
 };
 
-static const struct handbook_material *find_material(const char *name, struct bf_error *err)
+static enum bf_status take_material(struct arguments *a, const char *name, struct bf_error *err)
 {
-    const char *names[64], *closest;
-    size_t n = 0;
-    for (; n < handbook_materials_count && n < sizeof names / sizeof *names; n++) {
+    const char *names[64];
+    size_t n = 0, chosen = 0;
+    for (; n < handbook_materials_count && n < sizeof names / sizeof *names; n++)
         names[n] = handbook_materials[n].name;
-        if (strcmp(names[n], name) == 0)
-            return &handbook_materials[n];
-    }
-    closest = strcmp(name, "aluminum") == 0 ? "aluminium" : text_closest(name, names, n);
-    (void)bf_fail(err, BF_USAGE, "unknown material '%.40s'; give --E and --density, or a name of the help text%s%s%s",
-                  name, closest ? "; did you mean '" : "", closest ? closest : "", closest ? "'?" : "");
-    return NULL;
+    const bool american = strcmp(name, "aluminum") == 0;
+    const enum bf_status status = options_choice("--material", american ? "aluminium" : name, names, n, &chosen, err);
+    a->material = &handbook_materials[chosen];
+    return status;
 }
 
-/* NAME=KIND[@X]; *at_m is 0 when there is no @. */
+/* NAME=KIND[@X]; *at_m is NAN when there is no @. */
 static enum bf_status split_channel(const char *text, char name[MODEL_NAME], char kind[MODEL_NAME], double *at_m,
                                     bool *has_at, struct bf_error *err)
 {
@@ -101,18 +101,16 @@ static enum bf_status split_channel(const char *text, char name[MODEL_NAME], cha
     memcpy(kind, equals + 1, n_kind);
     name[n_name] = kind[n_kind] = '\0';
     *has_at = at != NULL;
-    *at_m = 0.0;
+    if (!at)
+        *at_m = nan(""); /* the first patch */
     return at ? options_number("the place after '@'", at + 1, at_m, err) : BF_OK;
 }
 
-static enum bf_status check_at(const char *text, bool wanted, bool has_at, struct bf_error *err)
+static enum bf_status check_at(const char *text, bool at_point, bool has_at, struct bf_error *err)
 {
-    if (wanted == has_at)
+    if (has_at || !at_point)
         return BF_OK;
-    return bf_fail(err, BF_USAGE,
-                   wanted ? "'%.60s' needs a place, e.g. …@0.0254 (m from the clamp)"
-                          : "'%.60s' sits on the patch; leave out the place",
-                   text);
+    return bf_fail(err, BF_USAGE, "'%.60s' needs a place, e.g. …@0.0254 (m from the clamp)", text);
 }
 
 static enum bf_status take_input(struct arguments *a, const char *text, struct bf_error *err)
@@ -124,14 +122,16 @@ static enum bf_status take_input(struct arguments *a, const char *text, struct b
         return bf_fail(err, BF_USAGE, "more than %d inputs", MOST_CHANNELS);
     if (split_channel(text, input->name, kind, &input->at_m, &has_at, err) != BF_OK)
         return BF_USAGE;
-    for (int i = 0; i <= INPUT_PATCH_MOMENT; i++) {
-        input->kind = (enum input_kind)i;
-        if (strcmp(kind, model_input_kind_name(input->kind)) == 0) {
-            a->beam.n_inputs++;
-            return check_at(text, input->kind == INPUT_POINT_FORCE, has_at, err);
-        }
-    }
-    return bf_fail(err, BF_USAGE, "unknown kind '%s' of input; it is point_force or patch_moment", kind);
+    static const enum input_kind last = INPUT_PATCH_MOMENT;
+    const char *names[INPUT_PATCH_MOMENT + 1];
+    size_t chosen = 0;
+    for (size_t i = 0; i <= last; i++)
+        names[i] = model_input_kind_name((enum input_kind)i);
+    if (options_choice("the kind of an input", kind, names, last + 1, &chosen, err) != BF_OK)
+        return BF_USAGE;
+    input->kind = (enum input_kind)chosen;
+    a->beam.n_inputs++;
+    return check_at(text, input->kind == INPUT_POINT_FORCE, has_at, err);
 }
 
 static enum bf_status take_output(struct arguments *a, const char *text, struct bf_error *err)
@@ -143,26 +143,27 @@ static enum bf_status take_output(struct arguments *a, const char *text, struct 
         return bf_fail(err, BF_USAGE, "more than %d outputs", MOST_CHANNELS);
     if (split_channel(text, output->name, kind, &output->at_m, &has_at, err) != BF_OK)
         return BF_USAGE;
-    for (int i = 0; i <= OUTPUT_PATCH_STRAIN; i++) {
-        output->kind = (enum output_kind)i;
-        if (strcmp(kind, model_output_kind_name(output->kind)) == 0) {
-            a->beam.n_outputs++;
-            return check_at(text, output->kind != OUTPUT_PATCH_STRAIN, has_at, err);
-        }
-    }
-    return bf_fail(err, BF_USAGE,
-                   "unknown kind '%s' of output; it is displacement, velocity, acceleration or patch_strain", kind);
+    static const enum output_kind last = OUTPUT_PATCH_STRAIN;
+    const char *names[OUTPUT_PATCH_STRAIN + 1];
+    size_t chosen = 0;
+    for (size_t i = 0; i <= last; i++)
+        names[i] = model_output_kind_name((enum output_kind)i);
+    if (options_choice("the kind of an output", kind, names, last + 1, &chosen, err) != BF_OK)
+        return BF_USAGE;
+    output->kind = (enum output_kind)chosen;
+    a->beam.n_outputs++;
+    return check_at(text, output->kind != OUTPUT_PATCH_STRAIN, has_at, err);
 }
 
 static enum bf_status take_support(struct arguments *a, const char *name, struct bf_error *err)
 {
-    for (int i = 0; i <= SUPPORT_FREE_FREE; i++) {
-        a->beam.support = (enum model_support)i;
-        if (strcmp(name, model_support_name(a->beam.support)) == 0)
-            return BF_OK;
-    }
-    return bf_fail(err, BF_USAGE, "--support '%.40s'; give clamped-free, clamped-clamped, pinned-pinned or free-free",
-                   name);
+    const char *names[SUPPORT_FREE_FREE + 1];
+    size_t chosen = 0;
+    for (size_t i = 0; i <= SUPPORT_FREE_FREE; i++)
+        names[i] = model_support_name((enum model_support)i);
+    const enum bf_status status = options_choice("--support", name, names, SUPPORT_FREE_FREE + 1, &chosen, err);
+    a->beam.support = (enum model_support)chosen;
+    return status;
 }
 
 /* "--patch FROM TO": the second number is the argument after the option's own; "FROM,TO" in one is as good. */
@@ -175,9 +176,11 @@ static enum bf_status take_patch(struct arguments *a, int argc, char **argv, str
     if (!to)
         return bf_fail(err, BF_USAGE, "--patch needs two places, FROM and TO, m from the clamp");
     (void)snprintf(from, sizeof from, "%.*s", comma ? (int)(comma - optarg) : 60, optarg);
-    a->beam.has_patch = true;
-    enum bf_status status = options_number("--patch FROM", from, &a->beam.patch_from_m, err);
-    return status == BF_OK ? options_number("--patch TO", to, &a->beam.patch_to_m, err) : status;
+    if (a->beam.n_patches == STARTING_PATCHES)
+        return bf_fail(err, BF_USAGE, "more than %d patches; write the others into the model", STARTING_PATCHES);
+    double *patch_m = a->beam.patch_m[a->beam.n_patches++];
+    enum bf_status status = options_number("--patch FROM", from, &patch_m[0], err);
+    return status == BF_OK ? options_number("--patch TO", to, &patch_m[1], err) : status;
 }
 
 static const struct option options[] = {
@@ -197,7 +200,7 @@ static const struct option options[] = {
     {"patch-sides", required_argument, NULL, OPT_PATCH_SIDES},
     {"input", required_argument, NULL, OPT_INPUT},
     {"output", required_argument, NULL, OPT_OUTPUT},
-    {"force", no_argument, NULL, OPT_FORCE},
+    OPTIONS_FORCE,
     {"json", no_argument, NULL, OPT_JSON},
     {0},
 };
@@ -213,8 +216,7 @@ static enum bf_status take_option(struct arguments *a, int code, int argc, char 
     }
     switch (code) {
     case OPT_MATERIAL:
-        a->material = find_material(optarg, err);
-        return err->status;
+        return take_material(a, optarg, err);
     case OPT_SUPPORT:
         return take_support(a, optarg, err);
     case OPT_PATCH:
@@ -230,9 +232,6 @@ static enum bf_status take_option(struct arguments *a, int code, int argc, char 
         if (strchr(optarg, '='))
             return take_output(a, optarg, err);
         a->output = optarg; /* as --output of the other commands */
-        return BF_OK;
-    case OPT_FORCE:
-        a->force = true;
         return BF_OK;
     case OPT_JSON:
         a->json = true;
@@ -267,12 +266,40 @@ static void fill_beam(struct arguments *a)
         a->inputs[0] = (struct model_input){.name = "hammer_N", .kind = INPUT_POINT_FORCE, .at_m = 0.1 * b->length_m};
         b->n_inputs = b->n_outputs = 1;
         a->outputs[0] =
-            b->has_patch
-                ? (struct model_output){.name = "piezo_V", .kind = OUTPUT_PATCH_STRAIN}
+            b->n_patches > 0
+                ? (struct model_output){.name = "piezo_V", .kind = OUTPUT_PATCH_STRAIN, .at_m = nan("")}
                 : (struct model_output){.name = "accel_mps2", .kind = OUTPUT_ACCELERATION, .at_m = 0.9 * b->length_m};
     }
     b->inputs = a->inputs;
     b->outputs = a->outputs;
+}
+
+/* The ends of the patch that a channel sits on; without patches model_read_text() will refuse the channel. */
+static enum bf_status find_patch(const struct starting_beam *b, const char *name, double at_m, double *from_m,
+                                 double *to_m, struct bf_error *err)
+{
+    for (size_t i = 0; i < b->n_patches; i++)
+        if (isnan(at_m) || (at_m >= b->patch_m[i][0] && at_m <= b->patch_m[i][1])) {
+            *from_m = b->patch_m[i][0], *to_m = b->patch_m[i][1];
+            return BF_OK;
+        }
+    if (b->n_patches == 0)
+        return bf_fail(err, BF_USAGE, "%s sits on a patch, and the beam has none; give --patch FROM TO", name);
+    return bf_fail(err, BF_USAGE, "%s sits on the patch over %g m from the clamp, and there is none", name, at_m);
+}
+
+static enum bf_status place_on_patches(struct arguments *a, struct bf_error *err)
+{
+    const struct starting_beam *b = &a->beam;
+    enum bf_status status = BF_OK;
+    for (size_t i = 0; i < b->n_inputs && !status; i++)
+        if (a->inputs[i].kind == INPUT_PATCH_MOMENT)
+            status = find_patch(b, a->inputs[i].name, a->inputs[i].at_m, &a->inputs[i].from_m, &a->inputs[i].to_m, err);
+    for (size_t i = 0; i < b->n_outputs && !status; i++)
+        if (a->outputs[i].kind == OUTPUT_PATCH_STRAIN)
+            status =
+                find_patch(b, a->outputs[i].name, a->outputs[i].at_m, &a->outputs[i].from_m, &a->outputs[i].to_m, err);
+    return status;
 }
 
 static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
@@ -285,13 +312,10 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
             return BF_USAGE;
     if (optind < argc)
         return bf_fail(err, BF_USAGE, "'%.60s' is too much; name the file with -o", argv[optind]);
-    bool to_stdout = strcmp(a->output, "-") == 0;
-    if (a->json && to_stdout)
-        return bf_fail(err, BF_USAGE, "--json and the model both want standard output; give a file to -o");
-    if (!to_stdout && !a->force && access(a->output, F_OK) == 0)
-        return bf_fail(err, BF_USAGE, "%s exists; --force overwrites it", a->output);
+    if (options_one_answer(a->json, a->output, err) != BF_OK)
+        return BF_USAGE;
     fill_beam(a);
-    return BF_OK;
+    return place_on_patches(a, err);
 }
 
 static enum bf_status write_file(const char *path, const char *text, struct bf_error *err)
@@ -300,6 +324,7 @@ static enum bf_status write_file(const char *path, const char *text, struct bf_e
     enum bf_status status = atomic_open(path, &out, err);
     if (status != BF_OK)
         return status;
+    outputs_mark(&out, "# ", "\n");
     (void)fputs(text, out.f);
     return atomic_commit(&out, err);
 }

@@ -24,6 +24,7 @@ static const char help[] =
     "  --convergence       also the error of each mode against the number of elements, for equidistant knots and for\n"
     "                      double knots on the region edges\n"
     "  --plot DIR          shapes, and with --convergence the errors, as PNG and PDF in DIR\n"
+    "  --force             replace outputs even when `modes` has not made them or somebody has changed them\n"
     "  --json              {\"modes\": [{\"frequency_Hz\", \"damping_ratio\", ...}], \"deployed\": {\"dimension\", "
     "\"basis\",\n"
     "                      \"relative_error\": [one for each mode in band]}}\n"
@@ -45,13 +46,11 @@ struct arguments {
 
 static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
 {
-    static const struct option options[] = {{"count", required_argument, NULL, 'n'},
-                                            {"band", required_argument, NULL, 'b'},
-                                            {"shapes", required_argument, NULL, 's'},
-                                            {"convergence", no_argument, NULL, 'c'},
-                                            {"plot", required_argument, NULL, 'p'},
-                                            {"json", no_argument, NULL, 'j'},
-                                            {NULL, 0, NULL, 0}};
+    static const struct option options[] = {
+        {"count", required_argument, NULL, 'n'},  {"band", required_argument, NULL, 'b'},
+        {"shapes", required_argument, NULL, 's'}, {"convergence", no_argument, NULL, 'c'},
+        {"plot", required_argument, NULL, 'p'},   OPTIONS_FORCE,
+        {"json", no_argument, NULL, 'j'},         {NULL, 0, NULL, 0}};
     int code;
     double number;
     while ((code = options_next(argc, argv, ":n:", options, err)) != -1) {
@@ -282,6 +281,8 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     enum bf_status status = model_read(a.model, &model, err);
     if (status != BF_OK)
         return status;
+    if (a.plot != NULL)
+        (void)plot_can_draw(a.plot);
     status = modes_compute(&model, a.count, a.band_Hz, SHAPE_POINTS, &modes, err);
     if (status == BF_OK) {
         status = answer(&a, &model, &modes, err);

@@ -5,9 +5,11 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "board_drive.h"
 #include "capture.h"
 #include "commands.h"
 #include "monitor_view.h"
+#include "show/show.h"
 #include "ground/ground.h"
 
 static const char help[] =
@@ -17,28 +19,37 @@ static const char help[] =
     "and\n"
     "that difference over the expected noise. A ratio near 1 means that the model explains all but noise; the board "
     "raises\n"
-    "its alarm above a ratio that the image states (`beamfit info`). Nothing is changed; the drive goes on as it is.\n"
+    "its alarm above a ratio that the image states (`beamfit info`). A sensor that is stuck, at an end of its range, "
+    "too\n"
+    "quiet or has an offset is said apart from that. Without --chirp nothing is changed.\n"
     "On a terminal a few lines are redrawn ten times a second; piped, one line is printed each second.\n"
     "\n" BOARD_OPTIONS_HELP "  --seconds S           end after so long in the board's time (default: Ctrl-C ends it)\n"
     "  --every S             time between printed lines, and what their rms values span (default 1)\n"
     "  --window S            what strips and pictures show: the last S seconds (default 10)\n"
     "  --prescale P          every P-th sample only (default: the least that the line carries)\n"
+    "  --chirp F0:F1:T:AMPL  drive meanwhile: from F0 to F1 Hz in T seconds, amplitude AMPL in the input's unit, again "
+    "and again;\n"
+    "                        needs --key FILE, the board's key. Else nothing is driven: a drive ends with its session\n"
     "  --model MODEL         name of the sensor's channel (default piezo_V)\n"
     "  --plot DIR            pictures at the end: live (signals, residual, ratio), live-panels (spectra)\n"
+    "  --force               replace pictures even when `monitor` has not made them or somebody has changed them\n"
     "  --json                one JSON object a line: {\"time_s\", \"sequence\", \"measured_rms\", \"predicted_rms\",\n"
-    "                        \"residual_rms\", \"ratio\", \"alarm\", \"clipped\", \"counter\", \"samples\", \"lost\",\n"
-    "                        \"crc_failures\", \"bad_frames\"}\n"
+    "                        \"residual_rms\", \"ratio\", \"alarm\", \"clipped\", \"sensor\" (\"\": in order), "
+    "\"counter\",\n"
+    "                        \"samples\", \"lost\", \"crc_failures\", \"bad_frames\"}\n"
     "\n"
     "Example:\n"
     "  beamfit monitor --port /dev/ttyUSB0 --baud 921600 --seconds 60 --plot pictures\n"
     "\n"
-    "Exit status: 0 done; 2 usage, or gnuplot is missing; 3 MODEL bad, or DIR not writable; 5 no port, no answer, or "
+    "Exit status: 0 done; 2 usage; 3 MODEL bad, or DIR not writable; 5 no port, no answer, or "
     "the\n"
     "board fell silent.\n";
 
 struct arguments {
     struct board_options board;
-    const char *model, *plot;
+    const char *model, *plot, *key;
+    struct chirp chirp;
+    bool drives;
     double seconds, every_s, window_s;
     long prescale;
     bool json;
@@ -61,6 +72,12 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
     case 'd':
         a->plot = optarg;
         return BF_OK;
+    case 'k':
+        a->key = optarg;
+        return BF_OK;
+    case 'c':
+        a->drives = true;
+        return chirp_read(optarg, &a->chirp, err);
     case 'j':
         a->json = true;
         return BF_OK;
@@ -79,6 +96,9 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
         {"prescale", required_argument, NULL, 'P'},
         {"model", required_argument, NULL, 'm'},
         {"plot", required_argument, NULL, 'd'},
+        OPTIONS_FORCE,
+        {"chirp", required_argument, NULL, 'c'},
+        {"key", required_argument, NULL, 'k'},
         {"json", no_argument, NULL, 'j'},
         {0},
     };
@@ -88,6 +108,8 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
             return BF_USAGE;
     if (options_only(argc, argv, err) != BF_OK)
         return BF_USAGE;
+    if (a->drives && a->key == NULL)
+        return bf_fail(err, BF_USAGE, "a board drives only for who has its key: --chirp with --key FILE");
     return board_check_options(&a->board, "monitor", err);
 }
 
@@ -135,6 +157,16 @@ static enum bf_status watch(const struct arguments *a, struct capture *c, struct
     return BF_OK;
 }
 
+/* From now on; the model goes on as it is. */
+static enum bf_status drive(const struct arguments *a, struct capture *c, struct bf_error *err)
+{
+    struct beam_drive drive = {.amplitude = 0.0F};
+    if (chirp_make(&a->chirp, c->recording.sample_Hz, &c->setup, &drive, err) != BF_OK ||
+        capture_unlock(c, a->key, err) != BF_OK)
+        return err->status;
+    return link_start_drive(&c->link, &drive, err);
+}
+
 static enum bf_status run(int argc, char **argv, struct bf_error *err)
 {
     struct arguments a = {.every_s = 1.0, .window_s = 10.0};
@@ -142,6 +174,8 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     struct monitor_view view = {0};
     if (parse(argc, argv, &a, err) != BF_OK || capture_name(&c, a.model, err) != BF_OK)
         return err->status;
+    if (a.plot != NULL)
+        (void)plot_can_draw(a.plot);
     progress_catch_interrupts();
     if (capture_open(&c, &a.board, a.prescale, err) != BF_OK)
         return err->status;
@@ -150,6 +184,8 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     view.every_s = a.every_s;
     view.window_s = a.window_s;
     enum bf_status status = capture_start(&c, err);
+    if (status == BF_OK && a.drives)
+        status = drive(&a, &c, err);
     if (status == BF_OK)
         status = capture_until(&c, 0, NULL, 0, err);
     if (status == BF_OK) {
@@ -160,7 +196,7 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
         status = capture_stop(&c, err);
     if (status == BF_OK && a.plot != NULL) {
         status = monitor_plot(&c, a.plot, err);
-        if (status == BF_OK && !a.json)
+        if (status == BF_OK && !a.json && plot_can_draw(NULL))
             (void)printf("Pictures: %s/live.png, live-panels.png\n", a.plot);
     }
     capture_close(&c);

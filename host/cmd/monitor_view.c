@@ -65,9 +65,10 @@ static void show_line(struct monitor_view *v, const struct capture *c, const str
         (void)printf("%8.2f s  %s\n", now->time_s,
                      alarm ? "ALARM: the model no longer explains the measurement" : "alarm off");
     v->alarm = alarm;
-    (void)printf("%8.2f s  %s measured %.4g, predicted %.4g, residual %.4g rms; ratio to noise %.3g%s; %llu lost\n",
+    const char *fault = link_sensor_fault(now->status);
+    (void)printf("%8.2f s  %s measured %.4g, predicted %.4g, residual %.4g rms; ratio to noise %.3g%s%s%s; %llu lost\n",
                  now->time_s, c->output, now->measured_rms, now->predicted_rms, now->residual_rms, now->ratio,
-                 alarm ? " ALARM" : "", (unsigned long long)v->lost);
+                 alarm ? " ALARM" : "", fault[0] ? " SENSOR " : "", fault, (unsigned long long)v->lost);
     (void)fflush(stdout);
 }
 
@@ -83,6 +84,7 @@ static void show_json(const struct monitor_view *v, const struct capture *c, con
     json_put_number(root, "ratio", now->ratio);
     json_put_bool(root, "alarm", (now->status & BEAM_LIVE_ALARM) != 0);
     json_put_bool(root, "clipped", (now->status & BEAM_LIVE_CLIPPED) != 0);
+    json_put_text(root, "sensor", link_sensor_fault(now->status));
     json_put_number(root, "counter", now->status >> BEAM_LIVE_COUNTER);
     json_put_number(root, "samples", (double)v->samples);
     json_put_number(root, "lost", (double)v->lost);
@@ -164,9 +166,12 @@ static void show_panel(struct monitor_view *v, const struct capture *c, const st
     v->drawn = true;
     (void)printf("board %s  model %u  %.6g Hz  %.1f s  %s\033[K\n", c->device, now->status >> BEAM_LIVE_COUNTER,
                  c->recording.sample_Hz / c->recording.prescale, now->time_s,
-                 now->status & BEAM_LIVE_ALARM     ? "\033[1;31mALARM\033[0m"
-                 : now->status & BEAM_LIVE_CLIPPED ? "\033[1;33msensor at its end\033[0m"
-                                                   : "in order");
+                 now->status & BEAM_LIVE_ALARM                          ? "\033[1;31mALARM\033[0m"
+                 : now->status & BEAM_LIVE_STUCK                        ? "\033[1;31msensor stuck\033[0m"
+                 : now->status & BEAM_LIVE_QUIET                        ? "\033[1;31msensor too quiet\033[0m"
+                 : now->status & BEAM_LIVE_OFFSET                       ? "\033[1;33msensor has an offset\033[0m"
+                 : now->status & (BEAM_LIVE_CLIPPED | BEAM_LIVE_AT_END) ? "\033[1;33msensor at its end\033[0m"
+                                                                        : "in order");
     draw_signals(v, c, now, columns);
     const double largest = find_peaks(v, c, RATIO, columns, peak);
     (void)printf("ratio to noise  %8.3g (alarm %5.3g)  ", now->ratio, (double)c->setup.alarm_ratio);

@@ -9,7 +9,8 @@
 #include "ground/ground.h"
 
 static const char help[] =
-    "Usage: beamfit record --port PORT -o OUT.csv [--seconds S | --samples N] [--chirp F0:F1:T:AMPL] [options]\n"
+    "Usage: beamfit record --port PORT --key FILE -o OUT.csv [--seconds S | --samples N] [--chirp F0:F1:T:AMPL] "
+    "[options]\n"
     "\n"
     "Records what the board drives and measures, with what its model predicts, as the CSV that `beamfit fit` and\n"
     "`beamfit replay` read. It begins at rest: the drive is turned off until the beam has settled, then the model is "
@@ -23,13 +24,15 @@ static const char help[] =
     "Every sample carries its number and a CRC-32. A sample that did not come is never made up: OUT.csv is then the\n"
     "longest stretch without a hole, names every hole in a line '# gap: ...', and a warning says so.\n"
     "\n" BOARD_OPTIONS_HELP "  -o, --output OUT.csv  the file to write\n"
+    "  --force               replace OUT.csv when it exists: a recording cannot be made again\n"
     "  --seconds S           how long (default 10); --samples N: how many samples\n"
     "  --chirp F0:F1:T:AMPL  drive: from F0 to F1 Hz in T seconds, amplitude AMPL in the input's unit, again and "
     "again\n"
     "  --every S             the chirp begins again only every S seconds; --once: never\n"
-    "  --drive off|on|keep   off: no drive; on: the drive that is set, started anew (default); keep: nothing is "
+    "  --key FILE            the board's key: without it nobody drives the beam or puts the model to rest\n"
+    "  --drive off|on|keep   off: no drive (default); on: the drive that is set, started anew; keep: nothing is "
     "touched,\n"
-    "                        the record begins in motion\n"
+    "                        the record begins in motion, and no key is needed\n"
     "  --settle S            how long the drive is off before (default 2)\n"
     "  --prescale P          every P-th sample only. By default the least that the line carries: a sample takes 48 "
     "bytes,\n"
@@ -41,12 +44,17 @@ static const char help[] =
     "\"gaps\", \"lost\",\n"
     "                        \"crc_failures\", \"bad_frames\", \"missed\", \"overrun\", \"noise_ratio\", \"alarms\", "
     "\"clipped\",\n"
+    "                        \"sensor_faults\", \"sensor\" (\"\": in order; \"stuck\", \"at its end\", \"too quiet\", "
+    "\"offset\"),\n"
     "                        \"device\", \"counter\", \"model_sha256\", \"ended\"}\n"
     "\n"
-    "Ctrl-C ends the recording; what has come is written. The drive stays as it was set.\n"
+    "Ctrl-C ends the recording; what has come is written. The drive ends with the recording; should this program be "
+    "killed or\n"
+    "the cable be cut, the board stops it by itself within two seconds.\n"
     "\n"
     "Example:\n"
-    "  beamfit record --port /dev/ttyUSB0 --baud 921600 --model fitted.yaml --chirp 5:200:8:2 --seconds 16 -o run.csv\n"
+    "  beamfit record --port /dev/ttyUSB0 --baud 921600 --key board.key --model fitted.yaml --chirp 5:200:8:2 "
+    "--seconds 16 -o run.csv\n"
     "  beamfit fit fitted.yaml run.csv --intersample zoh -o better.yaml\n"
     "\n"
     "Exit status: 0 done, also with gaps; 2 usage; 3 OUT.csv not writable, or MODEL bad; 5 no port, no answer, the "
@@ -54,11 +62,11 @@ static const char help[] =
     "fell silent (what had come is written) or no two samples in a row arrived.\n";
 
 enum { MOST_SAMPLES = 2000000000, LONGEST_SETTLE_S = 3600 };
-enum drive_choice { DRIVE_ON, DRIVE_OFF, DRIVE_KEEP, DRIVE_CHIRP };
+enum drive_choice { DRIVE_OFF, DRIVE_ON, DRIVE_KEEP, DRIVE_CHIRP };
 
 struct arguments {
     struct board_options board;
-    const char *output, *model;
+    const char *output, *model, *key;
     double seconds, settle_s;
     long samples, prescale;
     enum drive_choice drive;
@@ -70,7 +78,7 @@ struct arguments {
 
 static enum bf_status take_drive(struct arguments *a, const char *text, struct bf_error *err)
 {
-    static const char *const names[] = {"on", "off", "keep"};
+    static const char *const names[] = {"off", "on", "keep"};
     for (int i = 0; i < 3; i++)
         if (strcmp(text, names[i]) == 0) {
             a->drive = (enum drive_choice)i;
@@ -88,6 +96,9 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
         return BF_OK;
     case 'm':
         a->model = optarg;
+        return BF_OK;
+    case 'k':
+        a->key = optarg;
         return BF_OK;
     case 's':
         return options_positive("--seconds", optarg, INFINITY, &a->seconds, err);
@@ -126,6 +137,7 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
         BOARD_OPTIONS,
         {"output", required_argument, NULL, 'o'},
         {"model", required_argument, NULL, 'm'},
+        {"key", required_argument, NULL, 'k'},
         {"seconds", required_argument, NULL, 's'},
         {"samples", required_argument, NULL, 'n'},
         {"prescale", required_argument, NULL, 'P'},
@@ -134,6 +146,7 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
         {"once", no_argument, NULL, '1'},
         {"drive", required_argument, NULL, 'd'},
         {"settle", required_argument, NULL, 't'},
+        OPTIONS_FORCE,
         {"json", no_argument, NULL, 'j'},
         {0},
     };
@@ -152,6 +165,10 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
         return bf_fail(err, BF_USAGE, "--every and --once belong to --chirp");
     if ((a->once && a->every) || (chirp && a->given_drive))
         return bf_fail(err, BF_USAGE, "--every and --once, and --drive and --chirp, exclude each other");
+    if (a->drive != DRIVE_KEEP && a->key == NULL)
+        return bf_fail(err, BF_USAGE,
+                       "a board puts its model to rest, and drives, only for who has its key: --key FILE (--drive keep "
+                       "needs none)");
     return board_check_options(&a->board, "record", err);
 }
 
@@ -180,6 +197,8 @@ static enum bf_status choose_drive(const struct arguments *a, struct capture *c,
 static enum bf_status begin(const struct arguments *a, struct capture *c, uint32_t *from, struct bf_error *err)
 {
     struct beam_drive drive;
+    if (a->drive != DRIVE_KEEP && capture_unlock(c, a->key, err) != BF_OK)
+        return err->status;
     if (choose_drive(a, c, &drive, err) != BF_OK || capture_start(c, err) != BF_OK)
         return err->status;
     if (a->drive == DRIVE_KEEP ? capture_until(c, 0, NULL, 0, err) != BF_OK
@@ -260,6 +279,11 @@ static void warn(const struct outcome *o)
                 (unsigned)recording->live[summary->from].step);
     if (summary->clipped > 0)
         bf_warn("%llu samples are at the end of the sensor's range; drive less", (unsigned long long)summary->clipped);
+    if (summary->sensor_faults > 0)
+        bf_warn(
+            "in %llu samples the board calls its sensor out of order (%s): look at wire, supply and amplifier before "
+            "the model",
+            (unsigned long long)summary->sensor_faults, link_sensor_fault(summary->sensor_flags));
     if (missed > 0)
         bf_warn("the board missed %u samples meanwhile: its model is too large for its rate", missed);
 }
@@ -285,11 +309,13 @@ static enum bf_status print_json(const struct outcome *o, struct bf_error *err)
                    {"noise_ratio", summary->noise_ratio},
                    {"alarms", (double)summary->alarms},
                    {"clipped", (double)summary->clipped},
+                   {"sensor_faults", (double)summary->sensor_faults},
                    {"counter", c->before.counter}};
     struct json *root = json_new_object();
     json_put_text(root, "file", o->a->output);
     for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
         json_put_number(root, numbers[i].key, numbers[i].value);
+    json_put_text(root, "sensor", link_sensor_fault(summary->sensor_flags));
     json_put_text(root, "device", c->device);
     json_put_text(root, "model_sha256", c->sha256);
     json_put_text(root, "ended", o->ended->status != BF_OK ? o->ended->text : "");
@@ -337,6 +363,8 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     struct capture c = {0};
     if (parse(argc, argv, &a, err) != BF_OK || capture_name(&c, a.model, err) != BF_OK)
         return err->status;
+    if (atomic_check(a.output, err) != BF_OK)
+        return err->status;
     progress_catch_interrupts();
     if (capture_open(&c, &a.board, a.prescale, err) != BF_OK)
         return err->status;
@@ -351,4 +379,5 @@ const struct command command_record = {
     .summary = "record the board's samples as the CSV that fit reads",
     .help = help,
     .run = run,
+    .unrepeatable = true,
 };

@@ -5,6 +5,7 @@
 
 #include <stdbool.h>
 #include "ground/ground.h"
+#include "model/model.h"
 #include "record/record.h"
 
 /* Starts empty ({0}); names are the command line's own, records belong to the list. */
@@ -15,8 +16,10 @@ struct record_list {
 };
 
 void record_list_add(struct record_list *list, const char *name);
-/* Every name, in order; once. On failure the records before the bad one stay, to be freed as always. */
-enum bf_status record_list_read(struct record_list *list, struct bf_error *err);
+/*
+ * Every name, in order; once. A record that begins in motion beside its input (initial_state_find()) is marked, and a warning says so. On failure the records before the bad one stay, to be freed as always.
+ */
+enum bf_status record_list_read(struct record_list *list, const struct model *model, struct bf_error *err);
 void record_list_free(struct record_list *list);
 
 /* Starts empty ({0}). */
@@ -37,8 +40,8 @@ struct record_sets {
  */
 int record_sets_next(struct record_sets *sets, int argc, char **argv, const char *short_options,
                      const struct option *long_options, struct bf_error *err);
-/* Fitted ones first. */
-enum bf_status record_sets_read(struct record_sets *sets, struct bf_error *err);
+/* Fitted ones first. BF_USAGE: a record is fitted and held out, by its content. */
+enum bf_status record_sets_read(struct record_sets *sets, const struct model *model, struct bf_error *err);
 void record_sets_free(struct record_sets *sets);
 
 #endif

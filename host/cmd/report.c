@@ -2,7 +2,6 @@
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 #include "ground/ground.h"
 #include "commands.h"
@@ -22,6 +21,7 @@ static const char help[] =
     "(as in compare) and nothing is diagnosed (`beamfit diagnose` does).\n"
     "\n"
     "  -o, --output FILE    the page; written whole or not at all; - is standard output\n"
+    "  --force               replace FILE even when `report` has not made it or somebody has changed it\n"
     "  --check RECORD...    records that were held out of the fit\n"
     "  --title TEXT         heading of the page (default: the model's file)\n"
     "  --pictures N         pictures of at most N channels (default 12), the furthest from their noise first; a "
@@ -42,7 +42,7 @@ static const char help[] =
     "Example:\n"
     "  beamfit report fitted.yaml tap1.csv tap2.csv --check tap3.csv --title 'Beam B1, run 4' -o report.html\n"
     "\n"
-    "Exit status: 0 done; 2 usage, or gnuplot is missing; 3 bad model or record, or FILE not writable; 4 the model "
+    "Exit status: 0 done; 2 usage; 3 bad model or record, or FILE not writable; 4 the model "
     "cannot\n"
     "be evaluated.\n";
 
@@ -81,25 +81,6 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
     }
 }
 
-static bool same_file(const char *a, const char *b)
-{
-    struct stat s, t;
-    return stat(a, &s) == 0 && stat(b, &t) == 0 && s.st_dev == t.st_dev && s.st_ino == t.st_ino;
-}
-
-static enum bf_status check_names(const struct arguments *a, struct bf_error *err)
-{
-    const struct record_list *const lists[] = {&a->sets.fitted, &a->sets.held_out, &a->ancestors};
-    bool same = same_file(a->output, a->sets.model);
-    for (size_t k = 0; k < sizeof lists / sizeof *lists; k++)
-        for (size_t i = 0; i < lists[k]->n_names; i++)
-            same = same || same_file(a->output, lists[k]->names[i]);
-    if (same)
-        return bf_fail(err, BF_USAGE, "-o %s would overwrite a file that the report is about; choose another name",
-                       a->output);
-    return BF_OK;
-}
-
 static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
 {
     static const struct option options[] = {
@@ -109,6 +90,7 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
         {"pictures", required_argument, NULL, 'p'},
         {"ancestor", required_argument, NULL, 'a'},
         {"intersample", required_argument, NULL, 'i'},
+        OPTIONS_FORCE,
         {"json", no_argument, NULL, 'j'},
         {0},
     };
@@ -121,21 +103,11 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
                        "give a model and at least one record: beamfit report MODEL RECORD... -o FILE.html");
     if (a->output == NULL)
         return bf_fail(err, BF_USAGE, "say where to write the page: -o FILE.html");
-    if (a->json && strcmp(a->output, "-") == 0)
-        return bf_fail(err, BF_USAGE, "--json and -o - both want standard output; give a file to -o");
-    return check_names(a, err);
-}
-
-/* Before the long work: may the page be written where it is wanted? */
-static enum bf_status check_output(const char *output, struct bf_error *err)
-{
-    struct atomic_file out;
-    if (strcmp(output, "-") == 0)
-        return BF_OK;
-    const enum bf_status status = atomic_open(output, &out, err);
-    if (status == BF_OK)
-        atomic_abort(&out);
-    return status;
+    if (options_one_answer(a->json, a->output, err) != BF_OK)
+        return BF_USAGE;
+    for (size_t i = 0; i < a->ancestors.n_names; i++)
+        outputs_note_input(a->ancestors.names[i]); /* which are read after the place for the page was looked at */
+    return BF_OK;
 }
 
 /* What the command owns while it runs. */
@@ -192,21 +164,11 @@ static enum bf_status write_page(const struct arguments *a, const struct report 
         (void)fwrite(text, 1, w->bytes, stdout);
     } else if (status == BF_OK && (status = atomic_open(a->output, &out, err)) == BF_OK) {
         (void)fwrite(text, 1, w->bytes, out.f);
+        outputs_mark(&out, "<!-- ", " -->\n");
+        w->bytes = (size_t)ftell(out.f);
         status = atomic_commit(&out, err);
     }
     free(text);
-    return status;
-}
-
-static enum bf_status draw(const struct report *report, struct work *w, struct bf_error *err)
-{
-    progress_catch_interrupts();
-    const enum bf_status status = report_draw(report, &w->pictures, err);
-    if (status == BF_USAGE) /* the plots' own advice names a directory that is gone by then */
-        return bf_fail(
-            err, BF_USAGE,
-            "gnuplot is not installed, and the pictures need it: apt-get install gnuplot-nox; or write the page "
-            "without pictures: --pictures 0");
     return status;
 }
 
@@ -259,9 +221,13 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     if (status == BF_OK)
         status = model_read(a.sets.model, &w.model, err);
     if (status == BF_OK)
-        status = record_list_read(all, err);
+        status = record_list_read(all, &w.model, err);
     if (status == BF_OK)
-        status = check_output(a.output, err);
+        status = atomic_check(a.output, err);
+    if (status == BF_OK && a.channels > 0 && !plot_can_draw(NULL)) {
+        bf_warn("gnuplot is not installed, so the page will have no pictures: apt-get install gnuplot-nox");
+        a.channels = 0;
+    }
     if (status == BF_OK)
         status = compute(&a, &w, err);
     const struct report report = {.title = a.title,
@@ -270,8 +236,9 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
                                   .modes = &w.modes,
                                   .history = &w.history,
                                   .most_channels = (size_t)a.channels};
+    progress_catch_interrupts();
     if (status == BF_OK)
-        status = draw(&report, &w, err);
+        status = report_draw(&report, &w.pictures, err);
     if (status == BF_OK)
         status = write_page(&a, &report, &w, err);
     if (status == BF_OK)

@@ -18,7 +18,8 @@ static const char help[] =
     "                       (umask 077; head -c 32 /dev/urandom > board.key)\n"
     "  --device HEX         identity of the controller, 24 hexadecimal digits (beamfit info prints them)\n"
     "  --counter N          1 to 4294967295, above the stored one (beamfit info)\n"
-    "  -o, --output SIGNED  may be IMAGE itself\n"
+    "  -o, --output SIGNED  the signed image\n"
+    "  --force              replace SIGNED even when it is IMAGE itself, or no image\n"
     "  --json               {\"file\", \"signed\", \"device\", \"counter\", ...}\n"
     "\n"
     "Example:\n"
@@ -35,10 +36,13 @@ struct arguments {
 
 static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
 {
-    static const struct option options[] = {
-        {"output", required_argument, NULL, 'o'}, {"key", required_argument, NULL, 'k'},
-        {"device", required_argument, NULL, 'd'}, {"counter", required_argument, NULL, 'c'},
-        {"json", no_argument, NULL, 'j'},         {0}};
+    static const struct option options[] = {{"output", required_argument, NULL, 'o'},
+                                            {"key", required_argument, NULL, 'k'},
+                                            {"device", required_argument, NULL, 'd'},
+                                            {"counter", required_argument, NULL, 'c'},
+                                            OPTIONS_FORCE,
+                                            {"json", no_argument, NULL, 'j'},
+                                            {0}};
     int code;
     enum bf_status status = BF_OK;
     while (status == BF_OK && (code = options_next(argc, argv, ":o:", options, err)) != -1) {

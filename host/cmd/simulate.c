@@ -18,6 +18,7 @@ static const char help[] =
     "  -i, --input RECORD    the record whose columns named like the model's inputs drive the model; inputs that it\n"
     "                        does not hold are zero\n"
     "  -o, --output OUT      the record to write (CSV, SI units as in the model)\n"
+    "  --force               replace OUT even when `simulate` has not made it or somebody has changed it\n"
     "  --intersample HOW     what inputs do between samples: bl (band-limited, default), foh (linear), zoh (held)\n"
     "  --oversample N        steps a sample for nonlinear effects (default: the model's steps_per_sample, else\n"
     "                        8 for forces at a point, 4 over the span)\n"
@@ -44,6 +45,7 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
                                             {"intersample", required_argument, NULL, 'h'},
                                             {"oversample", required_argument, NULL, 'n'},
                                             {"digits", required_argument, NULL, 'd'},
+                                            OPTIONS_FORCE,
                                             {"json", no_argument, NULL, 'j'},
                                             {NULL, 0, NULL, 0}};
     int code;
@@ -242,7 +244,9 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
         return status;
     status = record_read(a.input, &input, err);
     if (status == BF_OK) {
-        status = simulate(&a, &model, &input, err);
+        status = atomic_check(a.output, err);
+        if (status == BF_OK)
+            status = simulate(&a, &model, &input, err);
         record_free(&input);
     }
     model_free(&model);

@@ -13,6 +13,7 @@ static const char help[] =
     "what\n"
     "is in it; `beamfit download --sign` gives it to the board again later. No key is needed: a model is no secret.\n"
     "\n" BOARD_OPTIONS_HELP "  -o, --output IMAGE    the file to write\n"
+    "  --force               replace IMAGE even when `upload` has not made it or somebody has changed it\n"
     "  --staging             the spare page instead: what was written last, whole or not, or the model before\n"
     "  --json                {\"file\", \"port\", \"device\", \"counter\", \"page\", \"signed\", \"bytes\"}\n"
     "\n"
@@ -30,11 +31,8 @@ struct arguments {
 static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
 {
     static const struct option options[] = {
-        BOARD_OPTIONS,
-        {"output", required_argument, NULL, 'o'},
-        {"staging", no_argument, NULL, 's'},
-        {"json", no_argument, NULL, 'j'},
-        {0},
+        BOARD_OPTIONS, {"output", required_argument, NULL, 'o'}, {"staging", no_argument, NULL, 's'},
+        OPTIONS_FORCE, {"json", no_argument, NULL, 'j'},         {0},
     };
     int code;
     while ((code = options_next(argc, argv, ":o:", options, err)) != -1) {
@@ -80,6 +78,8 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     struct beam_image_file image;
     struct link link;
     if (parse(argc, argv, &a, err) != BF_OK)
+        return err->status;
+    if (atomic_check(a.output, err) != BF_OK)
         return err->status;
     progress_catch_interrupts();
     if (board_open(&a.board, &link, err) != BF_OK)

@@ -7,7 +7,8 @@
 #include "signing.h"
 
 static const char help[] =
-    "Usage: beamfit verify IMAGE [--key FILE] [--device HEX] [--stored N] [--sample-Hz HZ] [--json]\n"
+    "Usage: beamfit verify IMAGE [--key FILE] [--device HEX] [--stored N] [--sample-Hz HZ [--core-MHz MHZ]]\n          "
+    "            [--json]\n"
     "\n"
     "Would a controller take this image? Every check that a controller makes, in its order and by its own code: "
     "magic,\n"
@@ -19,6 +20,7 @@ static const char help[] =
     "  --device HEX     the image must be for this device\n"
     "  --stored N       the image's counter must be above this one\n"
     "  --sample-Hz HZ   the controller's sample rate\n"
+    "  --core-MHz MHZ   and its clock: does the step's bound fit its interval? (beamfit info prints both)\n"
     "  --json           {\"fine\", \"fault\", \"reason\", \"code_checked\", \"device\", \"counter\", \"poles\", ...}\n"
     "\n"
     "Example:\n"
@@ -29,7 +31,7 @@ static const char help[] =
 struct arguments {
     const char *image;
     struct signing signing; /* the counter is the stored one */
-    double sample_Hz;
+    double sample_Hz, core_MHz;
     bool json;
 };
 
@@ -46,10 +48,13 @@ static enum bf_status take_stored(const char *text, struct arguments *a, struct 
 
 static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
 {
-    static const struct option options[] = {
-        {"key", required_argument, NULL, 'k'},    {"device", required_argument, NULL, 'd'},
-        {"stored", required_argument, NULL, 's'}, {"sample-Hz", required_argument, NULL, 'r'},
-        {"json", no_argument, NULL, 'j'},         {0}};
+    static const struct option options[] = {{"key", required_argument, NULL, 'k'},
+                                            {"device", required_argument, NULL, 'd'},
+                                            {"stored", required_argument, NULL, 's'},
+                                            {"sample-Hz", required_argument, NULL, 'r'},
+                                            {"core-MHz", required_argument, NULL, 'm'},
+                                            {"json", no_argument, NULL, 'j'},
+                                            {0}};
     int code;
     enum bf_status status = BF_OK;
     while (status == BF_OK && (code = options_next(argc, argv, ":", options, err)) != -1) {
@@ -61,6 +66,8 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
             status = take_stored(optarg, a, err);
         else if (code == 'r')
             status = options_number("--sample-Hz", optarg, &a->sample_Hz, err);
+        else if (code == 'm')
+            status = options_positive("--core-MHz", optarg, 4000.0, &a->core_MHz, err);
         else if (code == 'j')
             a->json = true;
         else
@@ -71,6 +78,8 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
     if (argc - optind != 1)
         return bf_fail(err, BF_USAGE, "give one image: beamfit verify IMAGE");
     a->image = argv[optind];
+    if (a->core_MHz > 0.0 && !(a->sample_Hz > 0.0))
+        return bf_fail(err, BF_USAGE, "--core-MHz wants --sample-Hz too: an interval has as many cycles as both say");
     return BF_OK;
 }
 
@@ -113,7 +122,8 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     const struct target_controller against = {.key = a.signing.key_file != NULL ? &key : NULL,
                                               .device = a.signing.has_device ? a.signing.device : NULL,
                                               .stored = a.signing.has_counter ? (int64_t)a.signing.counter : -1,
-                                              .sample_Hz = a.sample_Hz};
+                                              .sample_Hz = a.sample_Hz,
+                                              .core_Hz = 1e6 * a.core_MHz};
     enum beam_image_fault fault = target_image_check(&file, &against);
     device_key_wipe(&key);
     if (n != sizeof file && fault != BEAM_IMAGE_BAD_MAGIC && fault != BEAM_IMAGE_BAD_LAYOUT)

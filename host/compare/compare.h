@@ -5,7 +5,9 @@
  *
  * Order of calls:
  *   compare_run()        errors, bands, tests of every channel; then compare_worst_band() and compare_is_noise() of a channel
+ *   compare_suspect(), disagreements_find()  ordinary causes in words
  *   amplitude_measure()  from a comparison: frequency and damping against amplitude, in stretches that nothing drives
+ *   channel_factors_find()  before all that: a sign, unit or decade of a channel that is wrong
  *   localise_misfit()    from residuals and their noise alone: shares of the misfit above the noise, over all records
  *   history_read(), or history_of() for one model and its ancestors; neither needs a record
  */
@@ -105,6 +107,34 @@ const struct comparison_band *compare_worst_band(const struct comparison_channel
 bool compare_is_noise(double noise_ratio);
 
 /*
+ * SUSPECT — what is ordinary, before a misfit is taken for physics.
+ *
+ * compare_suspect(): one sentence about one channel, or "": every input is zero; a factor between measured and predicted explains most of the
+ * misfit (gain, sign, unit, level); a mode's peak is at another frequency; of a held-out record also another place. Cost: two transforms of the channel.
+ */
+enum { SUSPECT_TEXT = 400 };
+void compare_suspect(const struct comparison *comparison, const struct comparison_channel *channel,
+                     char text[SUSPECT_TEXT]);
+
+/*
+ * Held-out records that the model predicts far worse than those it was fitted to, where an ordinary cause explains most of that: the causes above,
+ * or another place of the hit, the drive or the sensor (a factor for each mode). One sentence a channel, without its full stop.
+ */
+struct disagreements {
+    size_t n;
+    char **notes;
+};
+
+/*
+ * fitted_nrmse: what the model leaves on the records that were fitted. Errors as compare_run(). Free with disagreements_free(), also after a
+ * failure. Cost: compare_run() of the held-out records.
+ */
+enum bf_status disagreements_find(const struct model *model, const struct record held_out[], size_t n,
+                                  const struct predict_options *options, double fitted_nrmse, struct disagreements *out,
+                                  struct bf_error *err);
+void disagreements_free(struct disagreements *disagreements);
+
+/*
  * LOCALISE — where the misfit above the noise is: record, channel, band of one mode, time, amplitude.
  *
  * Shares are of Σ (|R|² − noise)/noise_rms² over all channels: channels of different units weigh by their noise, and what is
@@ -184,6 +214,50 @@ struct amplitude_curves {
 enum bf_status amplitude_measure(const struct comparison *comparison, struct amplitude_curves *out,
                                  struct bf_error *err);
 void amplitude_free(struct amplitude_curves *curves);
+
+/*
+ * FACTORS — a sign, a unit or a decade of a channel that is wrong, told from the records before anything else is asked of them.
+ *
+ * Each output is fitted alone to each input's records, with the factor between them open and the mass per length held. A factor is named
+ * only where the error falls strongly with it and where it holds for all bands of the signal: a mass, a spring or a wrong place turns or
+ * shrinks some modes, not all. What only a product tells (one input, one output) is said so.
+ */
+
+enum factor_kind { FACTOR_CHANNEL, FACTOR_TIME };
+
+struct channel_factor {
+    enum factor_kind kind;
+    bool is_input; /* the channel is an input of the model, else an output; not read for FACTOR_TIME */
+    size_t channel;
+    bool either; /* the records cannot tell it from the same factor in channel `other`, which is an input */
+    size_t other;
+    bool relative; /* its size is told against output `against` alone: the input's own gain is open */
+    size_t against;
+    double factor; /* measured = factor × predicted, one of the hypotheses; FACTOR_TIME: seconds = factor × time_s */
+    double found;  /* as estimated */
+    double before, after; /* error (nrmse) of a fit without and with it */
+    char text[900];       /* sentences for a person */
+    const char *block;    /* of the model file: "inputs", "outputs", "parameters"; NULL for FACTOR_TIME */
+    char line[200];       /* in it, as it should be; "" for FACTOR_TIME */
+};
+
+struct channel_factors {
+    size_t n;
+    struct channel_factor *all;
+};
+
+/*
+ * Nothing is looked for in free decays and records of unknown level, and nothing where the model as given is within half of the
+ * signal. model and records are not changed. Free with channel_factors_free(), also after a failure.
+ * Cost: a prediction of the records; where that is far off, one to four short fits for each output and input.
+ */
+enum bf_status channel_factors_find(const struct model *model, const struct record records[], size_t n_records,
+                                    const struct predict_options *options, struct channel_factors *out,
+                                    struct bf_error *err);
+void channel_factors_free(struct channel_factors *factors);
+
+/* The model with the factors in its gains, as the lines say; those of time change nothing. */
+void channel_factors_apply(const struct channel_factors *factors, struct model *model);
 
 /*
  * HISTORY — models in the order in which they were made from each other, and what each step brought. Each file knows

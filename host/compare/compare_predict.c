@@ -74,14 +74,36 @@ struct amplitudes {
     const double **column;
 };
 
+static double weight_of(const struct predict_channel *channel, double noise)
+{
+    const double size = noise > 0.0 ? noise : root_mean_square(channel->measured, channel->n);
+    return size > 0.0 ? 1.0 / size : 0.0;
+}
+
+/* Initial states on which a law acts, but for the last linear step. */
+static enum bf_status settle_states(const struct solved_prediction *s, const double theta[], const double noise[],
+                                    struct bf_error *err)
+{
+    size_t rows = 0;
+    for (size_t c = 0; c < s->n_channels; c++)
+        rows += s->channels[c].n;
+    double *weight = bf_alloc(rows, sizeof *weight);
+    for (size_t c = 0; c < s->n_channels; c++)
+        for (size_t k = 0; k < s->channels[c].n; k++)
+            weight[s->channels[c].row + k] = weight_of(&s->channels[c], noise[c]);
+    const struct predict_target target = {.weight = weight};
+    const enum bf_status status = predictor_settle(s->predictor, theta, &target, err);
+    free(weight);
+    return status;
+}
+
 static void weigh(const struct solved_prediction *s, size_t record, const double noise[], struct amplitudes *a)
 {
     for (size_t c = 0; c < s->n_channels; c++) {
         const struct predict_channel *channel = &s->channels[c];
         if (channel->record != record || channel->n == 0)
             continue;
-        const double size = noise[c] > 0.0 ? noise[c] : root_mean_square(channel->measured, channel->n);
-        const double weight = size > 0.0 ? 1.0 / size : 0.0;
+        const double weight = weight_of(channel, noise[c]);
         for (size_t k = 0; k < channel->n; k++) {
             const size_t row = channel->row - a->first + k;
             a->b[row] = weight * (channel->measured[k] - (a->level ? 0.0 : s->y[channel->row + k]));
@@ -135,7 +157,9 @@ enum bf_status solved_prediction_run(const struct model *model, const struct rec
     for (size_t i = 0; i < n; i++)
         theta[i] = refs[i].value;
     struct prediction y;
-    enum bf_status status = predictor_run(s->predictor, theta, NULL, &y, err);
+    enum bf_status status = settle_states(s, theta, noise, err);
+    if (status == BF_OK)
+        status = predictor_run(s->predictor, theta, NULL, &y, err);
     if (status == BF_OK) {
         s->y = bf_alloc(y.n_rows, sizeof *s->y);
         memcpy(s->y, y.y, y.n_rows * sizeof *s->y);

@@ -195,7 +195,12 @@ static void why_not(const struct scan *s, const struct candidate *c, char reason
     struct model trial;
     struct bf_error err;
     reason[0] = '\0';
-    if (c->strength < 0) {
+    bool periodic = false;
+    for (size_t r = 0; r < s->n_records; r++)
+        periodic = periodic || record_is_periodic(&s->records[r]);
+    if (periodic && !effect_is_linear(c->effect)) {
+        (void)snprintf(reason, CANDIDATE_REASON, "a frequency response shows linear effects only");
+    } else if (c->strength < 0) {
         (void)snprintf(reason, CANDIDATE_REASON, "no parameter of it makes it absent");
     } else if (c->effect->channels != BEAM_CHANNELS_NONE && largest_value(s, c) < 0.0) {
         (void)snprintf(reason, CANDIDATE_REASON, "the records have none of the channels it acts on");

@@ -60,6 +60,7 @@ struct fit_parameter {
     bool identifiable;
     bool logarithmic;
     bool at_bound;
+    bool remainder; /* of the modes above the model's: what the rest leaves, no parameter of the beam */
 };
 
 /* A minimum that the search found and did not choose. */
@@ -124,6 +125,12 @@ struct fit_result {
 enum bf_status fit_run(const struct model *model, const struct record records[], size_t n_records,
                        const struct fit_options *options, struct fit_result *out, struct bf_error *err);
 void fit_free(struct fit_result *result);
+
+/*
+ * False when parameters were free and the records say nothing of any combination of them (priors set aside), or all of the beam's
+ * ended at bounds.
+ */
+bool fit_learned(const struct fit_result *result);
 
 /*
  * One direction in words for a person: which parameters move together or against each other, and what would fix it.
@@ -455,12 +462,11 @@ enum bf_status score_model(const struct score_base *base, const struct candidate
  * −H (∂A/∂θ_j) x̂.
  *
  * In the last two periods of the first mode the motion is less certain: what the sensors would have said next is not known.
- * Free decays have no motion here (nothing recorded drives them); their rows are left out with weight zero.
+ * A record that did not begin at rest (a free decay) moves from the state that is nearest to it; in regressions that state is unknown.
  */
 
 struct motion_record {
     size_t n, m;       /* samples; points of the Laplace line */
-    bool valid;        /* false: a free decay */
     double complex *q; /* [modes.n][m] deviation of the modal coordinates from the linear response */
 };
 
@@ -471,14 +477,16 @@ struct motion {
     double *theta;                          /* [n_parameters] */
     double *sigma;                          /* [n_channels] noise rms, unit of the channel */
     double floor;
-    double *weight;         /* [n_channels] 1/√(σ² + (floor·rms r)²), 0 for a free decay */
+    double *weight;         /* [n_channels] 1/√(σ² + (floor·rms r)²) */
     double *residual;       /* [n_rows] z − ŷ */
     double complex **chain; /* [n_channels][m] gain and filters of the channel */
     struct transfer_modes modes;
     struct motion_record *records; /* [n_records] */
     bool *free;                    /* [n_parameters] estimated by the regressions */
-    const double *predicted;       /* [n_parameters][n_rows] Jacobian of the predictor's last run; the predictor's */
-    double *jacobian;              /* [n_parameters][n_rows] along the measured motion; columns of held ones are zero */
+    size_t n_states;
+    const double *states;    /* [n_states][n_rows] columns of the initial states, of the same run; the predictor's */
+    const double *predicted; /* [n_parameters][n_rows] Jacobian of the predictor's last run; the predictor's */
+    double *jacobian;        /* [n_parameters][n_rows] along the measured motion; columns of held ones are zero */
 };
 
 /* A good `floor`: equation error is wrong in proportion to what it explains. */
@@ -568,7 +576,7 @@ struct reconstruction {
     bool located;                   /* the best place is clearly better than others away from it */
     struct reconstruct_site best;
     size_t n_records;
-    struct reconstruct_record *records; /* without free decays */
+    struct reconstruct_record *records;
     /* What the force at the best place looks like: shares of the residual's square that go away, 0 … 1. */
     double linear;                    /* with k w + d v alone */
     double elastic_odd, elastic_even; /* with odd functions of w; with even ones beside them */

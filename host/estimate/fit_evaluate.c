@@ -186,8 +186,9 @@ static enum bf_status evaluate(struct fit_problem *p, const double x[], bool wit
                                struct bf_error *err)
 {
     struct prediction y;
-    enum bf_status status = BF_OK;
-    if (!with_jacobian || p->has_decay)
+    const struct predict_target target = {.weight = p->weight, .start = p->states, .runs = &p->runs};
+    enum bf_status status = predictor_settle(p->predictor, p->theta, &target, err);
+    if (!status && (!with_jacobian || p->has_decay))
         status = run(p, false, parts, &y, err);
     if (!status && with_jacobian)
         status = run(p, true, parts, &y, err); /* at the amplitudes of the run before */
@@ -199,6 +200,8 @@ static enum bf_status evaluate(struct fit_problem *p, const double x[], bool wit
     weighted_jacobian(p, &y, x);
     for (size_t r = 0; r < p->n_records; r++)
         project(p, &parts[r]);
+    p->states = bf_grow(p->states, p->n_nuisance ? p->n_nuisance : 1, sizeof *p->states);
+    memcpy(p->states, p->coefficients, p->n_nuisance * sizeof *p->states);
     memcpy(p->at, x, p->n_unknowns * sizeof *x);
     p->at_valid = true;
     return BF_OK;

@@ -187,7 +187,7 @@ enum bf_status fit_problem_new(struct fit_problem *p, const struct model *model,
         p->horizon_s[r] = HUGE_VAL;
         p->level[r] = level_unknown(model, &records[r]);
         p->levels[r] = 1.0;
-        p->has_decay = p->has_decay || is_decay(&records[r]);
+        p->has_decay = p->has_decay || record_state_is_free(&records[r]);
     }
     p->n_channels = predictor_channels(predictor, &p->channels);
     if (p->n_channels == 0)
@@ -202,6 +202,7 @@ void fit_problem_free(struct fit_problem *p)
     free(p->unknowns), free(p->lower), free(p->upper), free(p->base), free(p->theta), free(p->want), free(p->held);
     free(p->level), free(p->onset_s), free(p->levels), free(p->sigma), free(p->weight), free(p->residual);
     free(p->fitted), free(p->jacobian), free(p->coefficients), free(p->at), free(p->explained), free(p->horizon_s);
+    free(p->states);
     *p = (struct fit_problem){0};
 }
 

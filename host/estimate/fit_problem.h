@@ -37,7 +37,7 @@ struct fit_problem {
     bool *held;            /* [n_unknowns] not moved in this stage */
     bool *want;            /* [n_refs] */
     bool *level;           /* [n_records]: the force level is an unknown factor */
-    bool has_decay;        /* some record is a free decay */
+    bool has_decay;        /* some record did not begin at rest */
     double *onset_s;       /* [n_records] since the first row of the record */
     double *horizon_s;     /* [n_records] likewise: rows from here on have no weight; INFINITY: all count */
     size_t n_channels;
@@ -58,6 +58,7 @@ struct fit_problem {
     double *levels;   /* [n_records] factor of the record; 1 where it is known */
     size_t n_nuisance;
     double *coefficients; /* [n_nuisance] */
+    double *states;       /* [n_nuisance] the same at the last evaluation with a Jacobian; NULL: there was none */
     double *at; /* [n_unknowns] x of the last evaluation with a Jacobian, while residual and Jacobian hold it */
     bool at_valid;
     size_t runs;                        /* predictor evaluations so far */

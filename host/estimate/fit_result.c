@@ -90,7 +90,8 @@ static void fill_estimate(const struct fit_problem *p, size_t i, const double x[
     out->estimated = true;
     out->identifiable = determined;
     out->logarithmic = u->logarithmic;
-    out->value = p->theta[u->ref];
+    out->value = fmin(fmax(p->theta[u->ref], info->min), info->max); /* exp(ln max) may round above max */
+    out->remainder = p->refs[u->ref].role == ROLE_RESIDUAL;
     out->at_bound = x[i] <= p->lower[i] + close_to_bound * fmax(1.0, fabs(x[i])) ||
                     x[i] >= p->upper[i] - close_to_bound * fmax(1.0, fabs(x[i]));
     if (!determined)
@@ -118,6 +119,14 @@ static void relative_weights(const struct fit_problem *p, const double x[], stru
 
 /* ---- Warnings ---- */
 
+/* A factor of 1000 or a million, as near as a start value is known. */
+static bool is_unit(double ratio)
+{
+    static const double start_is_known = 3.0; /* within this factor */
+    const double powers = fabs(log(ratio)) / log(1e3), whole = round(powers);
+    return whole > 0.0 && whole <= 2.0 && fabs(powers - whole) * log(1e3) <= log(start_is_known);
+}
+
 static void warn_about_parameter(const struct fit_problem *p, const struct model *model, size_t i,
                                  struct fit_result *out)
 {
@@ -132,8 +141,9 @@ static void warn_about_parameter(const struct fit_problem *p, const struct model
                beam = ref->role == ROLE_EI || ref->role == ROLE_RHO;
     const double limit = gain ? suspicious_gain : suspicious_beam, ratio = fabs(f->value / f->start);
     if ((gain || beam) && f->start != 0.0 && (ratio > limit || ratio < 1.0 / limit))
-        warn(out, "%s is %.3g times its start value: are the units of the record's columns right (mV, g, kN)?",
-             f->label, ratio);
+        warn(out, "%s is %.3g times its start value: %s", f->label, ratio,
+             is_unit(ratio) ? "is a column of the record in mV, mm or kN, or the model in N·mm² or g/m?"
+                            : "is that value right, and every channel calibrated?");
     if (ref->role != ROLE_EFFECT || !f->identifiable)
         return;
     const struct beam_parameter_info *info = &model->effects[ref->owner].effect->parameters[ref->slot];
@@ -157,6 +167,21 @@ static void warn_about_priors(const struct fit_problem *p, const double x[], str
                  "of a column, or another beam?",
                  p->refs[u->ref].label, p->theta[u->ref], p->refs[u->ref].info->unit, away);
     }
+}
+
+/* Said first of all: no parameter can change a prediction of silence. False when all records are such. */
+static bool warn_about_inputs(const struct fit_problem *p, const struct model *model, struct fit_result *out)
+{
+    size_t driven = 0;
+    for (size_t r = 0; r < p->n_records; r++)
+        if (record_is_driven(model, &p->records[r]))
+            driven++;
+        else
+            warn(out,
+                 "%s: every input is zero throughout, so the model predicts silence: is it the right column, or a free "
+                 "decay (beamfit import --free-decay)?",
+                 p->names[r]);
+    return driven > 0;
 }
 
 static void warn_about_levels(const struct fit_problem *p, const struct model *model, struct fit_result *out)
@@ -228,6 +253,8 @@ enum bf_status fit_statistics(const struct fit_problem *p, const struct model *m
     if (status)
         return status;
     relative_weights(p, x, out);
+    if (!warn_about_inputs(p, model, out))
+        return BF_OK; /* the rest would follow from that */
     warn_about_priors(p, x, out);
     warn_about_search(out);
     for (size_t i = 0; i < n; i++)
@@ -235,6 +262,19 @@ enum bf_status fit_statistics(const struct fit_problem *p, const struct model *m
     warn_about_levels(p, model, out);
     warn_about_horizons(p, out);
     return BF_OK;
+}
+
+bool fit_learned(const struct fit_result *result)
+{
+    const struct identifiability *id = &result->identifiability;
+    size_t of_beam = 0, at_bounds = 0;
+    for (size_t i = 0; i < id->n; i++) {
+        const struct fit_parameter *p = &result->parameters[result->unknown[i]];
+        of_beam += !p->remainder;
+        at_bounds += !p->remainder && p->at_bound;
+    }
+    return of_beam == 0 ||
+           (at_bounds < of_beam && id->singular[0] >= 1.0); /* 1: a change by 100 % is as large as the noise */
 }
 
 void fit_free(struct fit_result *result)

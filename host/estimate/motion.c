@@ -191,12 +191,11 @@ enum bf_status motion_assume(struct motion *motion, const double g[], const stru
     double *left = bf_alloc(motion->n_rows, sizeof *left);
     enum bf_status status = BF_OK;
     for (size_t r = 0; status == BF_OK && r < motion->n_records; r++)
-        if (motion->records[r].valid)
-            status = motion_respond(motion, paths, r, F[r], left, err);
+        status = motion_respond(motion, paths, r, F[r], left, err);
     for (size_t i = 0; i < motion->n_rows; i++)
         left[i] = motion->residual[i] - left[i];
     for (size_t r = 0; status == BF_OK && r < motion->n_records; r++) {
-        if (!motion->records[r].valid)
+        if (transfer_undriven(motion->predictor, r)) /* it follows the sensors already */
             continue;
         status = solve_record(motion, r, left, &motion->records[r], err);
         if (status == BF_OK)
@@ -214,7 +213,7 @@ static void fill_weights(struct motion *motion, double floor)
         const struct predict_channel *channel = &motion->channels[c];
         double relative = floor * root_mean_square(motion->residual + channel->row, channel->n);
         double size = hypot(motion->sigma[c], relative);
-        if (size > 0.0 && !transfer_record(motion->predictor, channel->record).free_decay)
+        if (size > 0.0)
             motion->weight[c] = 1.0 / size;
     }
 }
@@ -242,18 +241,24 @@ static enum bf_status fill(struct motion *motion, double floor, struct bf_error 
 {
     const struct parameter_ref *refs;
     struct prediction out;
-    size_t valid = 0;
     (void)transfer_parameters(motion->predictor, &refs);
     for (size_t j = 0; j < motion->n_parameters; j++)
         motion->free[j] = !refs[j].info->fixed;
-    enum bf_status status = predictor_run(motion->predictor, motion->theta, motion->free, &out, err);
+    enum bf_status status = motion_solve_states(motion, err);
+    if (status == BF_OK)
+        status = predictor_run(motion->predictor, motion->theta, motion->free, &out, err);
     if (status != BF_OK)
         return status;
     motion->n_rows = out.n_rows;
+    motion->n_states = out.n_nuisance;
+    motion->states = out.nuisance;
     motion->residual = bf_alloc(out.n_rows, sizeof(double));
     for (size_t c = 0; c < motion->n_channels; c++)
         for (size_t k = 0, row = motion->channels[c].row; k < motion->channels[c].n; k++)
             motion->residual[row + k] = motion->channels[c].measured[k] - out.y[row + k];
+    for (size_t i = 0; i < out.n_nuisance; i++)
+        for (size_t row = 0; row < out.n_rows; row++)
+            motion->residual[row] -= out.amplitude[i] * out.nuisance[i * out.n_rows + row];
     fill_weights(motion, floor);
     status = fill_chains(motion, err);
     motion->modes =
@@ -261,15 +266,11 @@ static enum bf_status fill(struct motion *motion, double floor, struct bf_error 
     for (size_t r = 0; status == BF_OK && r < motion->n_records; r++) {
         const struct transfer_record t = transfer_record(motion->predictor, r);
         struct motion_record *record = &motion->records[r];
-        *record = (struct motion_record){.n = t.grid->n, .m = t.grid->m, .valid = !t.free_decay};
-        if (t.free_decay)
-            continue;
+        *record = (struct motion_record){.n = t.grid->n, .m = t.grid->m};
         record->q = bf_alloc(motion->modes.n * record->m, sizeof *record->q);
-        status = solve_record(motion, r, motion->residual, record, err);
-        valid++;
+        status = transfer_undriven(motion->predictor, r) ? motion_follow_decay(motion, &out, r, record->q, err)
+                                                         : solve_record(motion, r, motion->residual, record, err);
     }
-    if (status == BF_OK && valid == 0)
-        status = bf_fail(err, BF_USAGE, "every record is a free decay: the force that drove it is not known");
     motion->predicted = out.jacobian;
     return status;
 }

@@ -5,6 +5,12 @@
 
 #include "estimate.h"
 
+/* Sets the predictor's initial states to those nearest to the first instants that were measured. */
+enum bf_status motion_solve_states(const struct motion *motion, struct bf_error *err);
+/* q[modes][m] of a free decay, from y, the run at those states: how the motion's amplitudes change from window to window. */
+enum bf_status motion_follow_decay(const struct motion *motion, const struct prediction *y, size_t record,
+                                   double complex q[], struct bf_error *err);
+
 /*
  * w = gᵀx of a record, its rate and its acceleration, [n · oversample] each on a grid of `oversample` points a sample, the
  * first at the record's first sample. Each may be NULL.
@@ -31,7 +37,7 @@ enum bf_status motion_respond(const struct motion *motion, const struct motion_p
 
 /*
  * The motion when forces F[record][d · m] at g[d] (left side of the weak form) are believed to act: their response is
- * taken off the residual, and only what is left asks for smallest modal forces. F of a free decay is NULL. The Jacobian
+ * taken off the residual, and only what is left asks for smallest modal forces. The Jacobian
  * follows with motion_update_jacobian().
  */
 enum bf_status motion_assume(struct motion *motion, const double g[], const struct motion_paths *paths,

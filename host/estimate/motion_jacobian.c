@@ -120,8 +120,7 @@ enum bf_status motion_update_jacobian(struct motion *motion, struct bf_error *er
         for (int k = 0; k < 3; k++)
             change.used[k] = any(n * n, change.D[k]);
         for (size_t r = 0; status == BF_OK && r < motion->n_records; r++)
-            if (motion->records[r].valid)
-                status = add_record(motion, r, &change, column, err);
+            status = add_record(motion, r, &change, column, err);
     }
     free(D);
     return status;

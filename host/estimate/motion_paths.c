@@ -41,8 +41,6 @@ enum bf_status motion_of(const struct motion *motion, size_t record, const doubl
 {
     const struct transfer_record t = transfer_record(motion->predictor, record);
     size_t m = t.grid->m;
-    if (!motion->records[record].valid)
-        return bf_fail(err, BF_USAGE, "a free decay has no measured motion: the force that drove it is not known");
     double complex *W = bf_alloc(m, sizeof *W);
     transfer_motion(motion->predictor, motion->theta, record, g, W);
     for (size_t k = 0; k < motion->modes.n; k++) {
@@ -51,17 +49,16 @@ enum bf_status motion_of(const struct motion *motion, size_t record, const doubl
         for (size_t i = 0; i < m; i++)
             W[i] += shape * q[i];
     }
+    double *const out[3] = {w, v, a};
     enum bf_status status = BF_OK;
-    if (w != NULL)
-        status = to_time(t.grid, (size_t)oversample, W, w, err);
-    for (size_t i = 0; i < m; i++)
-        W[i] *= t.grid->s[i];
-    if (status == BF_OK && v != NULL)
-        status = to_time(t.grid, (size_t)oversample, W, v, err);
-    for (size_t i = 0; i < m; i++)
-        W[i] *= t.grid->s[i];
-    if (status == BF_OK && a != NULL)
-        status = to_time(t.grid, (size_t)oversample, W, a, err);
+    for (int order = 0; order < 3; order++) {
+        for (size_t i = 0; order > 0 && i < m; i++)
+            W[i] *= t.grid->s[i];
+        if (out[order] == NULL || status != BF_OK)
+            continue;
+        status = to_time(t.grid, (size_t)oversample, W, out[order], err);
+        transfer_state_motion(motion->predictor, motion->theta, record, g, order, oversample, out[order]);
+    }
     free(W);
     return status;
 }
@@ -109,8 +106,6 @@ void motion_paths_new(const struct motion *motion, const double g[], size_t d, s
     for (size_t c = 0; c < motion->n_channels; c++) {
         const struct transfer_record t = transfer_record(motion->predictor, motion->channels[c].record);
         size_t first = same_path(motion, c);
-        if (t.free_decay)
-            continue;
         out->own[c] = first == c || out->H[first] == NULL;
         if (!out->own[c]) {
             out->H[c] = out->H[first];

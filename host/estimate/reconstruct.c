@@ -35,7 +35,7 @@ static double telling_square(const struct motion *motion, const double x[])
 static bool can_tell(const struct motion *motion)
 {
     for (size_t r = 0; r < motion->n_records; r++)
-        if (motion->records[r].valid && transfer_record(motion->predictor, r).n_channels > 1)
+        if (transfer_record(motion->predictor, r).n_channels > 1)
             return true;
     return false;
 }
@@ -62,8 +62,7 @@ static enum bf_status fit_history(const struct regression *regression, struct si
         status = site_force_estimate(force, left, err);
         memset(rows, 0, n * sizeof *rows);
         for (size_t r = 0; status == BF_OK && r < motion->n_records; r++)
-            if (motion->records[r].valid)
-                status = motion_respond(motion, &force->paths, r, force->F[r], rows, err);
+            status = motion_respond(motion, &force->paths, r, force->F[r], rows, err);
         take_baseline(regression, rows, s, left);
     }
     double whole = telling_square(motion, regression->left);
@@ -168,8 +167,6 @@ static enum bf_status best_records(const struct site_force *force, struct recons
     out->records = bf_alloc(motion->n_records, sizeof *out->records);
     for (size_t r = 0; status == BF_OK && r < motion->n_records; r++) {
         const struct response_grid *grid = transfer_record(motion->predictor, r).grid;
-        if (!motion->records[r].valid)
-            continue;
         struct reconstruct_record *record = &out->records[out->n_records++];
         *record = (struct reconstruct_record){.record = r, .n = grid->n, .dt_s = grid->dt_s};
         record->f = bf_alloc(3 * grid->n, sizeof(double));

@@ -43,8 +43,6 @@ void site_force_new(const struct motion *motion, const struct reconstruct_site *
     out->F = bf_alloc(motion->n_records, sizeof *out->F);
     out->seen = bf_alloc(motion->n_records, sizeof *out->seen);
     for (size_t r = 0; r < motion->n_records; r++) {
-        if (!motion->records[r].valid)
-            continue;
         out->F[r] = bf_alloc(motion->records[r].m, sizeof *out->F[r]);
         out->seen[r] = bf_alloc(motion->records[r].m, sizeof *out->seen[r]);
     }
@@ -117,8 +115,6 @@ enum bf_status site_force_estimate(struct site_force *force, const double residu
     for (size_t r = 0; status == BF_OK && r < motion->n_records; r++) {
         const struct transfer_record t = transfer_record(motion->predictor, r);
         size_t m = t.grid->m;
-        if (!motion->records[r].valid)
-            continue;
         struct products sums = {.hR = bf_alloc(m, sizeof *sums.hR)};
         sums.hh = bf_alloc(3 * m + 2, sizeof *sums.hh);
         sums.excess = sums.hh + m;

@@ -11,7 +11,7 @@ struct site_force {
     const struct motion *motion;
     double *g;                 /* [dimension] */
     struct motion_paths paths; /* of g */
-    double complex **F;        /* [n_records][m] Wiener estimate; NULL for free decays */
+    double complex **F;        /* [n_records][m] Wiener estimate */
     double **seen; /* [n_records][m] Φ|h|²/(1 + Φ|h|²): how much of a force the channels show, 0 … 1 */
 };
 

@@ -35,7 +35,7 @@ void reconstruct_features(double w, double v, double out[FEATURES])
     }
 }
 
-/* w and v of every record, [n · OVERSAMPLE] each; NULL for free decays. Free each w. */
+/* w and v of every record, [n · OVERSAMPLE] each. Free each w. */
 static enum bf_status motions(const struct site_force *force, double **w, double **v, struct site_law *law,
                               struct bf_error *err)
 {
@@ -43,8 +43,6 @@ static enum bf_status motions(const struct site_force *force, double **w, double
     enum bf_status status = BF_OK;
     for (size_t r = 0; status == BF_OK && r < motion->n_records; r++) {
         size_t steps = motion->records[r].n * OVERSAMPLE;
-        if (!motion->records[r].valid)
-            continue;
         w[r] = bf_alloc(2 * steps, sizeof *w[r]);
         v[r] = w[r] + steps;
         status = motion_of(motion, r, force->g, OVERSAMPLE, w[r], v[r], NULL, err);
@@ -65,8 +63,6 @@ static enum bf_status respond(const struct site_force *force, const struct site_
     memset(rows, 0, motion->n_rows * sizeof *rows);
     for (size_t r = 0; status == BF_OK && r < motion->n_records; r++) {
         size_t steps = motion->records[r].n * OVERSAMPLE;
-        if (!motion->records[r].valid)
-            continue;
         double *f = bf_alloc(steps, sizeof *f), values[FEATURES];
         double complex *F = bf_alloc(motion->records[r].m, sizeof *F);
         for (size_t k = 0; k < steps; k++) {

@@ -20,7 +20,7 @@ static double worst_ratio(const struct motion *motion, size_t output, bool *any)
     *any = false;
     for (size_t c = 0; c < motion->n_channels; c++) {
         const struct predict_channel *channel = &motion->channels[c];
-        if (channel->output != output || !(motion->sigma[c] > 0.0) || !motion->records[channel->record].valid)
+        if (channel->output != output || !(motion->sigma[c] > 0.0))
             continue;
         *any = true;
         worst = fmax(worst, root_mean_square(motion->residual + channel->row, channel->n) / motion->sigma[c]);

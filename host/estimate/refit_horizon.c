@@ -69,7 +69,7 @@ enum bf_status horizon_find(struct fit_problem *p, const struct predict_options 
     if (!status)
         status = fit_problem_evaluate(p, x, false, &square, err);
     if (!status)
-        status = predictor_run(predictor, theta, NULL, &y, err);
+        status = predictor_run_solved(predictor, theta, &(struct predict_target){.weight = p->weight}, &y, err);
     if (!status)
         take_horizons(p, y.y, any);
     predictor_free(predictor);

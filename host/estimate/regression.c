@@ -31,7 +31,7 @@ static void fill_row_weights(const struct motion *motion, struct regression *out
             out->row_weight[motion->channels[c].row + k] = motion->weight[c];
 }
 
-/* Free parameters whose column is not zero, or that have a prior. */
+/* Free parameters whose column is not zero, or that have a prior; the initial states come after them. */
 static void choose_parameters(const struct motion *motion, struct regression *out)
 {
     out->parameter = bf_alloc(motion->n_parameters, sizeof(size_t));
@@ -41,8 +41,9 @@ static void choose_parameters(const struct motion *motion, struct regression *ou
             continue;
         out->n_priors += info->prior > 0.0;
         if (info->prior > 0.0 || dense_norm(motion->n_rows, motion->jacobian + j * motion->n_rows) > 0.0)
-            out->parameter[out->n++] = j;
+            out->parameter[out->n_own++] = j;
     }
+    out->n = out->n_own + motion->n_states;
     out->n_priors++; /* the scale's */
     out->m = out->n_rows + out->n_priors;
 }
@@ -82,11 +83,11 @@ static void fill_scale_row(const struct motion *motion, struct regression *out, 
 {
     bool any = false;
     double whole = 0.0;
-    for (size_t j = 0; j < out->n; j++)
+    for (size_t j = 0; j < out->n_own; j++)
         any = any ||
               (scales(ref_of(motion, out->parameter[j])->role) && ref_of(motion, out->parameter[j])->info->prior > 0.0);
     for (int pass = 0; pass < 2; pass++) {
-        for (size_t j = 0; j < out->n; j++) {
+        for (size_t j = 0; j < out->n_own; j++) {
             const struct parameter_ref *ref = ref_of(motion, out->parameter[j]);
             double theta = motion->theta[out->parameter[j]], prior = ref->info->prior;
             bool mass_or_stiffness = ref->role == ROLE_EI || ref->role == ROLE_RHO;
@@ -112,7 +113,7 @@ static void fill_columns(const struct motion *motion, struct regression *out)
     out->scale = bf_alloc(out->n, sizeof(double));
     for (size_t i = 0; i < out->n_rows; i++)
         out->b[i] = out->row_weight[i] * motion->residual[i];
-    for (size_t j = 0; j < out->n; j++) {
+    for (size_t j = 0; j < out->n_own; j++) {
         size_t parameter = out->parameter[j];
         const struct parameter *info = ref_of(motion, parameter)->info;
         double *column = out->A + j * out->m;
@@ -124,6 +125,9 @@ static void fill_columns(const struct motion *motion, struct regression *out)
             out->b[prior++] = (info->prior_value - motion->theta[parameter]) / sd;
         }
     }
+    for (size_t j = 0; j < motion->n_states; j++)
+        for (size_t i = 0; i < out->n_rows; i++)
+            out->A[(out->n_own + j) * out->m + i] = out->row_weight[i] * motion->states[j * out->n_rows + i];
     double weight = scale_row_weight(motion);
     if (weight > 0.0)
         fill_scale_row(motion, out, weight, prior);
@@ -237,7 +241,7 @@ void regression_move(const struct regression *regression, const struct motion *m
         dense_gemv(true, regression->m, regression->rank, 1.0, regression->Q, b, 0.0, c);
         dense_gemv(false, n, regression->rank, 1.0, regression->to_x, c, 0.0, x);
     }
-    for (size_t j = 0; j < n; j++) {
+    for (size_t j = 0; j < regression->n_own; j++) {
         size_t parameter = regression->parameter[j];
         theta[parameter] = moved(ref_of(motion, parameter), theta[parameter], regression->scale[j] * x[j]);
     }

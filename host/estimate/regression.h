@@ -11,8 +11,9 @@
 
 struct regression {
     size_t n_rows, n_priors, m; /* m = n_rows + n_priors; priors of parameters, then one that holds the common scale */
-    size_t n, rank;             /* free parameters; directions that the rows determine */
-    size_t *parameter;          /* [n] index into θ */
+    size_t n, rank;             /* unknowns: free parameters, then initial states; directions that the rows determine */
+    size_t n_own;               /* free parameters */
+    size_t *parameter;          /* [n_own] index into θ */
     double *scale;              /* [n] θ_j = scale_j x_j, columns of unit norm */
     double *A;                  /* [m][n] column-major, weighted */
     double *Q;                  /* [m][rank] orthonormal */

@@ -100,7 +100,10 @@ static enum bf_status predict(struct probe *probe, bool derivatives, struct pred
 {
     enum bf_status status = BF_OK;
     if (probe->base->has_decay) {
-        status = predictor_run(probe->predictor, probe->theta, NULL, y, err);
+        const struct predict_target target = {.weight = probe->base->weight, .z = probe->base->fitted};
+        status = predictor_settle(probe->predictor, probe->theta, &target, err);
+        if (!status)
+            status = predictor_run(probe->predictor, probe->theta, NULL, y, err);
         if (!status && y->n_rows == probe->base->n_rows && y->n_nuisance > 0)
             status = solve_decays(probe, y, err);
     }

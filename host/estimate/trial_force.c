@@ -34,8 +34,6 @@ static void allocate(struct trial_force *force)
     force->a = bf_alloc(motion->n_records, sizeof *force->a);
     for (size_t r = 0; r < motion->n_records; r++) {
         size_t steps = motion->records[r].n * (size_t)force->oversample;
-        if (!motion->records[r].valid)
-            continue;
         longest = steps > longest ? steps : longest;
         force->w[r] = bf_alloc(steps * force->law.d, sizeof(double));
         force->v[r] = bf_alloc(steps * force->law.d, sizeof(double));
@@ -139,8 +137,7 @@ enum bf_status trial_force_place(struct trial_force *force, const double p[BEAM_
     force->placed = false;
     enum bf_status status = law_move(law, &force->model, transfer_reduced(motion->predictor), p, err);
     for (size_t r = 0; status == BF_OK && r < motion->n_records; r++)
-        if (motion->records[r].valid)
-            status = fill_motion(force, r, err);
+        status = fill_motion(force, r, err);
     if (status != BF_OK)
         return status;
     motion_paths_free(motion, &force->paths);
@@ -154,8 +151,6 @@ void trial_force_scales(const struct trial_force *force, double *w, double *v)
     size_t d = force->law.d;
     *w = *v = 0.0;
     for (size_t r = 0; r < force->motion->n_records; r++) {
-        if (!force->motion->records[r].valid)
-            continue;
         for (size_t k = 0; k < force->motion->records[r].n * (size_t)force->oversample; k++) {
             *w = fmax(*w, fabs(force->w[r][k * d]));
             *v = fmax(*v, fabs(force->v[r][k * d]));
@@ -206,8 +201,6 @@ enum bf_status trial_force_rows(struct trial_force *force, const double p[BEAM_E
     memset(rows, 0, motion->n_rows * sizeof *rows);
     force->evaluations++;
     for (size_t r = 0; status == BF_OK && r < motion->n_records; r++) {
-        if (!motion->records[r].valid)
-            continue;
         double complex *F = bf_alloc(force->law.d * motion->records[r].m, sizeof *F);
         status = spectrum_of(force, r, F, err);
         if (status == BF_OK)
@@ -223,14 +216,12 @@ enum bf_status trial_force_assume(struct trial_force *force, struct motion *moti
     double complex **F = bf_alloc(motion->n_records, sizeof *F);
     enum bf_status status = BF_OK;
     for (size_t r = 0; r < motion->n_records; r++)
-        if (motion->records[r].valid)
-            F[r] = bf_alloc(force->law.d * motion->records[r].m, sizeof *F[r]);
+        F[r] = bf_alloc(force->law.d * motion->records[r].m, sizeof *F[r]);
     for (int i = 0; status == BF_OK && i < times; i++) {
         status = trial_force_place(force, p, err);
         force->evaluations++;
         for (size_t r = 0; status == BF_OK && r < motion->n_records; r++)
-            if (motion->records[r].valid)
-                status = spectrum_of(force, r, F[r], err);
+            status = spectrum_of(force, r, F[r], err);
         if (status == BF_OK)
             status = motion_assume(motion, force->law.g, &force->paths, F, err);
         force->placed = false;

@@ -18,7 +18,7 @@ struct trial_force {
     size_t effect; /* index in model.effects */
     struct law law;
     int oversample;
-    double **w, **v; /* [n_records]: [n · oversample][d]; NULL for free decays and before the first place */
+    double **w, **v; /* [n_records]: [n · oversample][d]; NULL before the first place */
     double **a;      /* the same of the acceleration; [record] NULL where the law does not ask for it */
     bool placed;
     struct motion_paths paths;

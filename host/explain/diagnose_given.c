@@ -15,7 +15,7 @@
 #include "ground/ground.h"
 
 /* Refits at most, and how many of them before it is asked whether one has explained the records. */
-enum { MOST_FIRST = 3, MOST_GIVEN = 16, MOST_AT_ONCE = 4 };
+enum { MOST_FIRST = 3, MOST_GIVEN = 32, MOST_AT_ONCE = 4 };
 
 static void to_prior(struct parameter *p)
 {
@@ -137,24 +137,23 @@ static bool is_in(const size_t order[], size_t n, size_t i)
 }
 
 /*
- * The beam's own effects by score, then those of them that the scores at the fitted baseline think nothing of, then the measurement's by
- * score: order[list.n].
+ * The beam's own effects by score, then those of them that the scores at the fitted baseline think nothing of, then the measurement's
+ * likewise: order[list.n].
  */
 static size_t order_from_given(const struct shortlist *s, size_t order[])
 {
     const size_t *ranked = s->order[KIND_LINEAR], n_ranked = s->n_order[KIND_LINEAR];
     size_t n = 0;
-    for (size_t k = 0; k < n_ranked; k++)
-        if (is_structural(s->list.candidates[ranked[k]].effect))
-            order[n++] = ranked[k];
-    for (size_t i = 0; i < s->list.n; i++) {
-        const struct candidate *candidate = &s->list.candidates[i];
-        if (effect_kind(candidate->effect) == KIND_LINEAR && is_structural(candidate->effect) && !is_in(order, n, i))
-            order[n++] = i;
+    for (int structural = 1; structural >= 0; structural--) {
+        for (size_t k = 0; k < n_ranked; k++)
+            if (is_structural(s->list.candidates[ranked[k]].effect) == (structural == 1))
+                order[n++] = ranked[k];
+        for (size_t i = 0; i < s->list.n; i++) {
+            const struct beam_effect *effect = s->list.candidates[i].effect;
+            if (effect_kind(effect) == KIND_LINEAR && is_structural(effect) == (structural == 1) && !is_in(order, n, i))
+                order[n++] = i;
+        }
     }
-    for (size_t k = 0; k < n_ranked; k++)
-        if (!is_in(order, n, ranked[k]))
-            order[n++] = ranked[k];
     return n;
 }
 

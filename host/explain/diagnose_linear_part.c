@@ -57,15 +57,19 @@ static enum bf_status take_laws_off(struct linear_part *linear_part, const struc
         theta[i] = refs[i].value;
     enum bf_status status = predictor_new(&linear_part->model, linear_part->records, linear_part->n_records,
                                           &w->options->predict, &predictor, err);
+    double *weight = bf_alloc(h->fit.n_rows, sizeof *weight);
+    for (size_t c = 0; c < h->fit.n_channels; c++)
+        for (size_t k = 0; k < h->fit.channels[c].n; k++)
+            weight[h->fit.channels[c].row + k] = 1.0 / w->sigma[c];
     if (!status)
-        status = predictor_run(predictor, theta, NULL, &prediction, err);
+        status = predictor_run_solved(predictor, theta, &(struct predict_target){.weight = weight}, &prediction, err);
     for (size_t c = 0; !status && c < h->fit.n_channels; c++) {
         const struct predict_channel *channel = &h->fit.channels[c];
         replace(&linear_part->records[channel->record], linear_part->model.outputs[channel->output].name, channel->n,
                 prediction.y + channel->row, h->fit.residual + channel->row);
     }
     predictor_free(predictor);
-    free(theta), free(refs), free(names);
+    free(theta), free(refs), free(names), free(weight);
     return status;
 }
 

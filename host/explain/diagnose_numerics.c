@@ -16,8 +16,11 @@
  * where a model stops being complete: anything smaller cannot be mistaken for physics.
  */
 static const double fine_change = 0.3;
-/* A misfit this many times the error of the computation is still physics: 1 % of its power is the computation's. */
-static const double far_above = 10.0;
+/*
+ * A misfit this many times the error of the computation is still physics: a ninth of its power is the computation's. Far off, where the
+ * baseline's values are absurd and hard to compute with, what explains the records is computed at values of its own.
+ */
+static const double far_above = 3.0;
 /* rms over the rows in use of the change of one channel, in units of its noise. */
 static double change_of(const struct misfit_channel *channel, const double fitted[], double sigma)
 {

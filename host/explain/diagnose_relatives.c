@@ -3,20 +3,12 @@
 
 #include <string.h>
 
-static bool has_effect(const struct hypothesis *h, const struct beam_effect *effect)
+bool hypothesis_has(const struct hypothesis *h, const struct beam_effect *effect)
 {
     for (size_t i = 0; i < h->n_effects; i++)
         if (h->effects[i] == effect)
             return true;
     return false;
-}
-
-bool diagnose_contains(const struct hypothesis *large, const struct hypothesis *small)
-{
-    for (size_t i = 0; i < small->n_effects; i++)
-        if (!has_effect(large, small->effects[i]))
-            return false;
-    return true;
 }
 
 bool diagnose_special_case(const struct beam_effect *small, const struct beam_effect *large, const struct model *model)
@@ -42,22 +34,6 @@ bool diagnose_special_case(const struct beam_effect *small, const struct beam_ef
         const struct beam_coefficients *a = &ts[t].value, *b = &tl[t].value;
         if (ts[t].place.kind != tl[t].place.kind || ts[t].place.at_m != tl[t].place.at_m || a->mass != b->mass ||
             a->damping != b->damping || a->stiffness != b->stiffness || a->memory != b->memory)
-            return false;
-    }
-    return true;
-}
-
-bool diagnose_same_family(const struct diagnosis *d, const struct hypothesis *a, const struct hypothesis *b)
-{
-    if (a->n_effects != b->n_effects)
-        return false;
-    for (size_t i = 0; i < a->n_effects; i++) {
-        bool found = false;
-        for (size_t j = 0; j < b->n_effects; j++)
-            found = found || a->effects[i] == b->effects[j] ||
-                    diagnose_special_case(a->effects[i], b->effects[j], d->model) ||
-                    diagnose_special_case(b->effects[j], a->effects[i], d->model);
-        if (!found)
             return false;
     }
     return true;

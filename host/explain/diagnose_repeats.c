@@ -37,7 +37,7 @@ static bool same_effects(const struct hypothesis *a, const struct hypothesis *b)
 static void note_place(const struct diagnosis *d, struct hypothesis *best, const struct hypothesis *repeat)
 {
     const double at = hypothesis_only_place(best), other = hypothesis_only_place(repeat);
-    if (isnan(at) || isnan(other) || best->has_other_place || !diagnose_as_good(d, repeat, best))
+    if (isnan(at) || isnan(other) || best->has_other_place || !diagnose_as_good(repeat, best))
         return;
     if (fabs(at - other) <= same_place * d->model->length_m)
         return;

@@ -178,8 +178,6 @@ enum bf_status shortlist_try_laws(struct shortlist *s, struct bf_error *err)
         const struct trial_options options = {.rounds = TRIAL_ROUNDS};
         status = trial_all(&motion, &options, &s->trials, &s->n_trials, err);
         motion_free(&motion);
-    } else if (status == BF_USAGE) {
-        status = BF_OK; /* free decays only: no motion */
     }
     predictor_free(predictor);
     size_t kept = 0;

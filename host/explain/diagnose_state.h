@@ -160,16 +160,21 @@ enum bf_status diagnose_single_places(struct diagnose_state *w, double span, str
 void diagnose_cross(struct diagnose_state *w, double span);
 bool diagnose_can_cross(const struct diagnosis *d);
 
-/* diagnose_decide.c */
+/* diagnose_rank.c */
 /* Evidence against the baseline and Holm over all that were tried; best first. */
 void diagnose_rank(struct diagnosis *d, size_t n_tried);
-void diagnose_decide(struct diagnosis *d);
+/* More than chance, and more than the doubt about the noise. After diagnose_rank(). */
+bool diagnose_significant(const struct diagnosis *d, const struct hypothesis *h);
+/* The records cannot tell `h` from `best`: by what the facts say. */
+bool diagnose_as_good(const struct hypothesis *h, const struct hypothesis *best);
 /* The best hypothesis leaves more than what is known of the noise, so that one more effect is worth a search. */
 bool diagnose_more_wanted(const struct diagnosis *d);
-/* The records cannot tell `h` from `best`: by what the facts say. */
-bool diagnose_as_good(const struct diagnosis *d, const struct hypothesis *h, const struct hypothesis *best);
 /* The baseline is within what is known of the noise. */
 bool diagnose_is_complete(const struct diagnosis *d);
+
+/* diagnose_decide.c */
+/* Names what is sure: what is named stands first, the others in the order of their ranks. After diagnose_rank(). */
+void diagnose_decide(struct diagnosis *d);
 /* A free linear model with as many modes leaves as much as the baseline, and the records do not show a nonlinearity. */
 bool diagnose_no_linear_misses(const struct diagnosis *d);
 

@@ -205,6 +205,17 @@ static void crowd(FILE *out, const struct diagnosis *d)
     }
 }
 
+/* The effect that is there with the highest probability, though not a high one. */
+static void likeliest(FILE *out, const struct diagnosis *d)
+{
+    const struct decision *best = NULL;
+    for (size_t k = 0; k < d->n_decisions; k++)
+        if (d->decisions[k].n == 1 && (best == NULL || d->decisions[k].probability > best->probability))
+            best = &d->decisions[k];
+    if (best != NULL)
+        (void)fprintf(out, ". That %s is there has the probability %.2f", best->among[0]->id, best->probability);
+}
+
 static void unknown(FILE *out, const struct diagnosis *d)
 {
     if (!diagnose_computed(d)) {
@@ -217,8 +228,7 @@ static void unknown(FILE *out, const struct diagnosis *d)
         (void)fprintf(out, ". No effect of the catalogue explains that so much better than the others that it could be "
                            "named: ");
         crowd(out, d);
-        if (d->hypotheses[0].probability > 0.0)
-            (void)fprintf(out, ". The first is the cause with probability %.2f", d->hypotheses[0].probability);
+        likeliest(out, d);
     } else {
         (void)fprintf(out, ", and no effect of the catalogue lowers that");
     }

@@ -74,7 +74,7 @@ struct hypothesis {
     double score;     /* nats: what the facts say against it, and the price of its parameters; the highest is best */
     double explained; /* share of the misfit's power above the noise that it takes from the fitted records */
     double held_out_explained; /* the same of held-out or left-out records; NaN: none */
-    double probability;        /* that it is the cause, 0 … 1 */
+    double probability;        /* that its effects are there, 0 … 1 */
     bool places_tried;         /* refitted with its places elsewhere */
     bool has_other_place;      /* a single effect, and the records allow another place as well: */
     double other_at_m;         /* m from the clamp */
@@ -100,30 +100,29 @@ enum check_kind {
 };
 const char *check_kind_name(enum check_kind kind);
 
-/* What the probability of a decision is computed from; logarithms are natural unless they say otherwise. */
+/* What the probability of a decision is computed from: with one of its effects against without. Each lies between -1 and 1. */
 enum feature {
-    FEATURE_STRENGTH,  /* log10 of the baseline's error in units of the noise */
-    FEATURE_EXPLAINED, /* mean over facts that show a misfit of log(relative error before/after) */
-    FEATURE_REMAINS,   /* log10 of the error that the best leaves over what a free linear model or the noise leaves */
-    FEATURE_HELD_OUT,  /* log10 of the error of held-out records before/after; fitted ones where none are held out */
-    FEATURE_GAP,       /* log10 of held-out over fitted error of the best, in units of the noise; 0: none held out */
-    FEATURE_FACTS,     /* log(1 + facts that show a misfit) */
-    FEATURE_MORE_EFFECTS, /* effects of the best, less one */
-    FEATURE_AHEAD,        /* log10 of the least error of those not in the decision, and not its kin, over its own */
-    FEATURE_ONE_MORE,     /* log10 of its error over the least of those with one more effect */
-    FEATURE_AT_NOISE,     /* 1: the best leaves nothing that matters */
+    FEATURE_STANDS_OUT, /* (b - a)/(b + a) of the excess power left with, a, and without, b: of single effects or of all, the larger */
+    FEATURE_EXPLAINED, /* share of the misfit's rms that the best explanation takes of the fitted and held-out records */
+    FEATURE_REMAINS,   /* share of what is left that neither the noise nor a free linear model leaves */
+    FEATURE_AT_NOISE,  /* 1: the best explanation leaves nothing that matters */
+    FEATURE_SET,       /* 1: the best explanation has more than one effect */
     FEATURES
 };
 const char *feature_name(enum feature feature);
 
-enum { DECISIONS_EACH = 4, DECISIONS = DIAGNOSE_EFFECTS * DECISIONS_EACH };
+enum { DECISION_EFFECTS = 4, DECISIONS = (DIAGNOSE_EFFECTS + 1) * DECISION_EFFECTS };
 
-/* The best explanations: one, two and so on. */
+/* Is one of these effects there? */
 struct decision {
     size_t n;
-    size_t among[DECISIONS_EACH]; /* [n] index into hypotheses */
+    const struct beam_effect
+        *among[DECISION_EFFECTS]; /* [n] the last one is the strongest that spoke against the others */
+    size_t most_effects;          /* hypotheses with more effects are not looked at */
+    size_t with,
+        without; /* index into hypotheses as they stood: the best that has one of them, the best that has none (n_hypotheses: none) */
     double feature[FEATURES];
-    double probability; /* that one of them is the cause */
+    double probability;
 };
 
 struct diagnosis {
@@ -142,10 +141,10 @@ struct diagnosis {
     struct fact *facts;
     size_t n_hypotheses; /* best first */
     struct hypothesis *hypotheses;
-    size_t n_decisions; /* of one explanation, of two, … */
+    size_t n_decisions;
     struct decision decisions[DECISIONS];
     double probability; /* of the verdict's effects; NaN: nothing is named */
-    size_t n_named;     /* effects of the verdict: of the best (missing), one of each rival (ambiguous), none else */
+    size_t n_named;     /* effects of the verdict: that are there (missing), one of which is (ambiguous), none else */
     const char *named[16];
     struct linearity linearity;
     size_t n_modes;

@@ -7,8 +7,6 @@
 
 #include "maths/maths.h"
 
-/* A fact shows a misfit when it is this many standard errors of its noise above the noise. */
-static const double shown = 3.0;
 /* What any model's own computation is wrong by, of the power in a band: two explanations closer than this are one. */
 static const double computed = 2e-3;
 
@@ -206,19 +204,4 @@ void facts_scores(const struct diagnosis *d, double score[])
     add_held_out(d, score);
     for (size_t i = 0; i < d->n_hypotheses; i++)
         score[i] -= price * (double)n_parameters(&d->hypotheses[i]);
-}
-
-double facts_explained(const struct diagnosis *d, const struct hypothesis *h, size_t *n)
-{
-    double sum = 0.0;
-    *n = 0;
-    for (size_t f = 0; f < d->n_facts; f++) {
-        const double doubt = hypot(d->facts[f].doubt, sqrt(2.0 / d->facts[f].bins));
-        const double before = d->baseline.left[f] - 1.0;
-        if (before <= shown * doubt)
-            continue;
-        sum += 0.5 * log((before + doubt) / (fmax(h->left[f] - 1.0, 0.0) + doubt));
-        (*n)++;
-    }
-    return *n > 0 ? sum / (double)*n : 0.0;
 }

@@ -26,7 +26,4 @@ void facts_of_channels(struct diagnosis *d, const struct misfit_channel channels
 /* [n_hypotheses + 1] score of each hypothesis and last of the baseline: what it loses, and its parameters' price, in nats; highest is best. */
 void facts_scores(const struct diagnosis *d, double score[]);
 
-/* Mean over the facts that show a misfit of log(relative error before/after); *n: how many show one. */
-double facts_explained(const struct diagnosis *d, const struct hypothesis *h, size_t *n);
-
 #endif

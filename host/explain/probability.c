@@ -6,11 +6,11 @@
 const char *feature_name(enum feature feature)
 {
     static const char *const names[FEATURES] = {
-        [FEATURE_STRENGTH] = "strength", [FEATURE_EXPLAINED] = "explained",
-        [FEATURE_REMAINS] = "remains",   [FEATURE_HELD_OUT] = "held_out",
-        [FEATURE_GAP] = "gap",           [FEATURE_FACTS] = "facts",
-        [FEATURE_AHEAD] = "ahead",       [FEATURE_MORE_EFFECTS] = "more_effects",
-        [FEATURE_ONE_MORE] = "one_more", [FEATURE_AT_NOISE] = "at_noise",
+        [FEATURE_STANDS_OUT] = "stands_out",
+        [FEATURE_EXPLAINED] = "explained",
+        [FEATURE_REMAINS] = "remains",
+        [FEATURE_AT_NOISE] = "at_noise",
+        [FEATURE_SET] = "set",
     };
     return names[feature];
 }

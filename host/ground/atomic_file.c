@@ -63,8 +63,9 @@ enum bf_status atomic_open(const char *path, struct atomic_file *af, struct bf_e
     struct stat info;
     bool exists = stat(af->target, &info) == 0;
     int fd = -1;
-    if (exists && S_ISDIR(info.st_mode)) {
+    if (exists && S_ISDIR(info.st_mode))
         bf_fail_at(err, path, 0, "is a directory; give the name of a file in it");
+    if (exists && (S_ISDIR(info.st_mode) || outputs_may_replace(path, err) != BF_OK)) {
         forget(af);
         return err->status;
     }
@@ -108,7 +109,7 @@ enum bf_status atomic_commit(struct atomic_file *af, struct bf_error *err)
     errno = 0;
     bool ok = fflush(af->f) == 0 && ferror(af->f) == 0;
     if (ok && af->temporary != NULL)
-        ok = fsync(fileno(af->f)) == 0;
+        ok = outputs_seal(af) && fsync(fileno(af->f)) == 0;
     int error_number = errno;
     if (fclose(af->f) != 0 && ok) {
         ok = false;
@@ -136,4 +137,15 @@ void atomic_abort(struct atomic_file *af)
     if (af->temporary != NULL)
         unlink(af->temporary);
     forget(af);
+}
+
+enum bf_status atomic_check(const char *path, struct bf_error *err)
+{
+    struct atomic_file out;
+    if (path == NULL || strcmp(path, "-") == 0)
+        return BF_OK;
+    const enum bf_status status = atomic_open(path, &out, err);
+    if (status == BF_OK)
+        atomic_abort(&out);
+    return status;
 }

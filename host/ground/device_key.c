@@ -70,6 +70,7 @@ enum bf_status device_key_read(const char *path, struct device_key *out, struct 
     const int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
     if (fd < 0)
         return bf_fail_at(err, path, 0, "cannot be read: %s; check the name and the permissions", strerror(errno));
+    outputs_note_input(path);
     enum bf_status status = check_owner(fd, path, err);
     while (status == BF_OK && n < sizeof text && (got = read(fd, text + n, sizeof text - n)) > 0)
         n += (size_t)got;

@@ -8,6 +8,7 @@
  *     OPTIONS                the command line
  *     PROGRESS, WORKERS      a progress bar and Ctrl-C; several threads
  *     ATOMIC FILE            a file written whole or not at all
+ *     OUTPUTS                which existing file may be replaced
  *     DEVICE KEY             the secret of a controller, and what it signs
  *     JSON                   machine-readable answers
  */
@@ -95,6 +96,13 @@ void text_print_padded(FILE *out, const char *text, size_t width);
  */
 void text_print_wrapped(FILE *out, const char *text, size_t indent, size_t columns);
 
+/*
+ * The help text of a command (struct command) in so many columns. In the text, lines from the left edge make paragraphs; "  TERM  words" is an
+ * entry, which lines with a deeper indent continue; lines that begin with "beamfit" are commands and are continued behind a backslash; other
+ * indented lines are printed as they are.
+ */
+void text_print_help(FILE *out, const char *text, size_t columns);
+
 /* NUMBER — decimal numbers in text that is not NUL-terminated. Correctly rounded, whatever the locale. */
 
 /*
@@ -179,9 +187,15 @@ enum bf_status lines_read_all(const char *path, char **data, size_t *n, char sha
 
 /* OPTIONS — what the commands' use of getopt_long has in common: one wording of mistakes. */
 
+/* In the list of options of a command that writes files; options_next() takes care of it. */
+#define OPTIONS_FORCE                                                                                                  \
+    {                                                                                                                  \
+        "force", no_argument, NULL, 'f'                                                                                \
+    }
+
 /*
  * getopt_long() without its own messages; short_options begin with ':'. −1 at the end of the options. A mistake ('?' or
- * ':' of getopt) fills err and returns '?': then return BF_USAGE.
+ * ':' of getopt) fills err and returns '?': then return BF_USAGE. The message has the nearest option where one is near.
  */
 int options_next(int argc, char **argv, const char *short_options, const struct option *long_options,
                  struct bf_error *err);
@@ -195,6 +209,13 @@ enum bf_status options_positive(const char *what, const char *text, double most,
 /* A whole number in [least, most]. */
 enum bf_status options_count(const char *what, const char *text, long least, long most, long *out,
                              struct bf_error *err);
+
+/* The place of text among names[n], else BF_USAGE with the nearest of them, or all. */
+enum bf_status options_choice(const char *what, const char *text, const char *const names[], size_t n, size_t *out,
+                              struct bf_error *err);
+
+/* BF_USAGE when --json and the output "-" (NULL: none) both want standard output. */
+enum bf_status options_one_answer(bool json, const char *output, struct bf_error *err);
 
 /* After options_next() has said −1, of a command without names: BF_USAGE when a word is left over. */
 enum bf_status options_only(int argc, char **argv, struct bf_error *err);
@@ -243,16 +264,56 @@ struct atomic_file {
     char *path;      /* the target as given, for messages */
     char *target;    /* the target with links resolved */
     char *temporary; /* NULL: written directly */
+    long sum_at;     /* where the sum of outputs_mark() stands; 0: no mark */
 };
 
-/* BF_BAD_FILE when the directory is missing or not writable, or the target is a directory or read-only. */
+/*
+ * BF_BAD_FILE when the directory is missing or not writable, or the target is a directory or read-only; BF_USAGE when
+ * the target may not be replaced (OUTPUTS).
+ */
 enum bf_status atomic_open(const char *path, struct atomic_file *af, struct bf_error *err);
 
 /* BF_BAD_FILE when any write since open failed (disk full): then the temporary file is gone. Frees af either way. */
 enum bf_status atomic_commit(struct atomic_file *af, struct bf_error *err);
 
+/* Before long work: may this file be written? NULL and "-" (standard output) may. Errors as atomic_open()'s; nothing is left behind. */
+enum bf_status atomic_check(const char *path, struct bf_error *err);
+
 /* Removes the temporary file and frees af. Does nothing after atomic_commit() or another atomic_abort(). */
 void atomic_abort(struct atomic_file *af);
+
+/*
+ * OUTPUTS — nothing is overwritten. An output replaces an existing file only when the same command has made that file and nobody has
+ * changed it since, or when --force was said; a file that the command reads is never replaced without --force. The program knows its
+ * own files by a mark, a comment "made_by: beamfit COMMAND, sha256 SUM" in them: SUM is the SHA-256 of the file with the 64 digits of
+ * SUM as zeros. A target image has no mark; it is known by its beginning and its length. An empty file may always be replaced,
+ * a device or a pipe always be written to. atomic_open() asks outputs_may_replace(), so that no writer can forget it.
+ * The rule is one of the process and is in force after outputs_protect(), which main() calls; from its main thread only.
+ */
+
+#define OUTPUTS_KEY "made_by"
+
+/* unrepeatable: what the command writes is measured, so that it never replaces even its own files without --force. */
+void outputs_protect(const char *command, bool unrepeatable);
+void outputs_force(void); /* --force was said; options_next() calls it */
+
+/* The command reads this file. Every reader of the program says so. */
+void outputs_note_input(const char *path);
+
+/* BF_USAGE when there is a file at path that may not be replaced. */
+enum bf_status outputs_may_replace(const char *path, struct bf_error *err);
+
+/* True when the running command has made this file and nobody has changed it since. */
+bool outputs_own(const char *path);
+
+/* Writes the mark between these texts ("# " and "\n"), once in a file; `before` is not empty. */
+void outputs_mark(struct atomic_file *out, const char *before, const char *after);
+
+/* Fills in the sum of a flushed file; atomic_commit() calls it. False when that could not be written. */
+bool outputs_seal(const struct atomic_file *out);
+
+/* True for a line with a mark in it: who rewrites a file leaves the old one out. */
+bool outputs_is_mark(const char *line, size_t n);
 
 /*
  * DEVICE KEY — the secret that a controller and the owner of its models share, and what it signs. The key comes from

@@ -21,6 +21,7 @@ static enum bf_status open_for_reading(const char *path, int *fd, struct bf_erro
         close(*fd);
         return bf_fail_at(err, path, 0, "is a directory; give the name of a file in it");
     }
+    outputs_note_input(path);
     return BF_OK;
 }
 

@@ -3,18 +3,63 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
+
+/* How many options the word --WORD is a beginning of, when it is none itself. */
+static size_t count_beginnings(const char *word, size_t n, const struct option *long_options)
+{
+    size_t count = 0;
+    for (const struct option *one = long_options; one->name != NULL; one++)
+        count += strncmp(one->name, word, n) == 0;
+    return count;
+}
+
+static const char *nearest(const char *word, const struct option *long_options)
+{
+    const char *names[64], *closest = NULL;
+    size_t n = 0;
+    for (const struct option *one = long_options; one->name != NULL && n < sizeof names / sizeof *names; one++)
+        names[n++] = one->name;
+    char *copy = bf_strdup(word);
+    copy[strcspn(copy, "=")] = '\0';
+    closest = text_closest(copy, names, n);
+    free(copy);
+    return closest;
+}
+
+static void explain_long(const char *command, const char *text, bool known, const struct option *long_options,
+                         struct bf_error *err)
+{
+    const char *word = text + strspn(text, "-"), *closest = nearest(word, long_options);
+    const size_t n = strcspn(word, "=");
+    if (known)
+        (void)bf_fail(err, BF_USAGE, "option '--%.*s' takes no value; see 'beamfit %s --help'", (int)n, word, command);
+    else if (n > 0 && count_beginnings(word, n, long_options) > 1)
+        (void)bf_fail(err, BF_USAGE, "option '%.60s' can mean several; write it out, see 'beamfit %s --help'", text,
+                      command);
+    else if (closest != NULL)
+        (void)bf_fail(err, BF_USAGE, "no such option '%.60s'; did you mean '--%s'?", text, closest);
+    else
+        (void)bf_fail(err, BF_USAGE, "no such option '%.60s'; see 'beamfit %s --help'", text, command);
+}
 
 int options_next(int argc, char **argv, const char *short_options, const struct option *long_options,
                  struct bf_error *err)
 {
+    int at = -1, code;
     opterr = 0;
-    int code = getopt_long(argc, argv, short_options, long_options, NULL);
+    while ((code = getopt_long(argc, argv, short_options, long_options, &at)) != -1 && at >= 0 &&
+           strcmp(long_options[at].name, "force") == 0 && long_options[at].has_arg == no_argument) {
+        outputs_force();
+        at = -1;
+    }
+    const char *text = code == -1 ? "" : argv[optind - 1];
     if (code == ':')
-        (void)bf_fail(err, BF_USAGE, "option '%s' needs a value; see 'beamfit %s --help'", argv[optind - 1], argv[0]);
-    else if (code == '?' && optopt && (optopt < 128) && argv[optind - 1][1] != '-')
+        (void)bf_fail(err, BF_USAGE, "option '%.60s' needs a value; see 'beamfit %s --help'", text, argv[0]);
+    else if (code == '?' && optopt > 0 && optopt < 128 && strncmp(text, "--", 2) != 0)
         (void)bf_fail(err, BF_USAGE, "no such option '-%c'; see 'beamfit %s --help'", optopt, argv[0]);
     else if (code == '?')
-        (void)bf_fail(err, BF_USAGE, "no such option '%s'; see 'beamfit %s --help'", argv[optind - 1], argv[0]);
+        explain_long(argv[0], text, optopt != 0, long_options, err);
     return code == ':' ? '?' : code;
 }
 
@@ -42,6 +87,36 @@ enum bf_status options_count(const char *what, const char *text, long least, lon
     if (end == text || *end != '\0' || *out < least || *out > most)
         return bf_fail(err, BF_USAGE, "%s '%.60s': give a whole number from %ld to %ld", what, text, least, most);
     return BF_OK;
+}
+
+enum bf_status options_choice(const char *what, const char *text, const char *const names[], size_t n, size_t *out,
+                              struct bf_error *err)
+{
+    char known[400] = "";
+    size_t used = 0;
+    for (size_t i = 0; i < n; i++) {
+        if (strcmp(text, names[i]) == 0) {
+            *out = i;
+            return BF_OK;
+        }
+        const int more = snprintf(known + used, sizeof known - used, "%s%s",
+                                  i == 0      ? ""
+                                  : i + 1 < n ? ", "
+                                              : " or ",
+                                  names[i]);
+        used = used + (size_t)more < sizeof known ? used + (size_t)more : sizeof known - 1;
+    }
+    const char *closest = text_closest(text, names, n);
+    if (closest != NULL)
+        return bf_fail(err, BF_USAGE, "%s '%.60s' is unknown; did you mean '%s'?", what, text, closest);
+    return bf_fail(err, BF_USAGE, "%s '%.60s' is unknown; give %s", what, text, known);
+}
+
+enum bf_status options_one_answer(bool json, const char *output, struct bf_error *err)
+{
+    if (!json || output == NULL || strcmp(output, "-") != 0)
+        return BF_OK;
+    return bf_fail(err, BF_USAGE, "--json and -o - both want standard output; give a file to -o");
 }
 
 enum bf_status options_only(int argc, char **argv, struct bf_error *err)

@@ -160,6 +160,22 @@ size_t fft_size(const struct fft *plan);
 void fft_forward(const struct fft *plan, const double *x, double complex *X);
 void fft_inverse(const struct fft *plan, const double complex *X, double *x);
 
+/* ---- Other times (resample.c): a sinc of 32 steps under Kaiser's window; a signal below 0.44 of the lower rate to 1e-4 ---- */
+
+/*
+ * x[n] at times t[n] of y[m] at t0 + k dt, 0 outside; band below 1: only frequencies below that share of y's Nyquist frequency are
+ * kept. Cost: 32/band operations a sample.
+ */
+void resample_uniform(const double y[], size_t m, double t0, double dt, const double t[], size_t n, double band,
+                      double x[]);
+
+/*
+ * x[n] at t0 + k dt of samples y[m] at any times t[m]: the band-limited signal that is nearest to them (least squares, conjugate
+ * gradients). m must be above n, and no gap longer than a few dt. Returns the rms of what it leaves at the samples: what lies above the
+ * band, and noise.
+ */
+double resample_jittered(const double t[], const double y[], size_t m, double t0, double dt, size_t n, double x[]);
+
 /* ---- Spectra of records (dt_s is the sample interval; bin k lies at k·df_Hz) ---- */
 
 enum window { WINDOW_NONE, WINDOW_HANN, WINDOW_BLACKMAN_HARRIS };

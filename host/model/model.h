@@ -76,7 +76,8 @@ struct model_input {
 struct model_output {
     char name[MODEL_NAME];
     enum output_kind kind;
-    double at_m; /* all but OUTPUT_PATCH_STRAIN */
+    double at_m;    /* all but OUTPUT_PATCH_STRAIN */
+    double mass_kg; /* of the sensor, which the beam carries at at_m; 0: none is stated. Held */
     struct channel_parameters own;
     double from_m, to_m; /* OUTPUT_PATCH_STRAIN: the patch (default: region 'patch') */
 };
@@ -140,10 +141,12 @@ struct fit_info {
 struct model_board {
     bool present;
     double sample_Hz;
+    double core_MHz;                            /* clock of the processor */
     char sensor[MODEL_NAME], drive[MODEL_NAME]; /* names of the output and the input */
     double sensor_per_code, sensor_zero_code, drive_per_code, drive_zero_code;
     double noise_rms; /* expected residual, sensor's unit */
     double alarm_ratio, clear_ratio, averaging_s;
+    double quiet_ratio, offset_ratio; /* of the sensor's health: share of the noise, multiple of it */
 };
 
 struct model {
@@ -290,18 +293,20 @@ struct layer {
     double E_Pa, density_kgpm3, width_m, thickness_m;
 };
 
+enum { STARTING_PATCHES = 8 };
+
 /* What a person knows before measuring. */
 struct starting_beam {
     double length_m;
     enum model_support support;
     struct layer beam, patch;
     const char *beam_material, *patch_material; /* names for the comments */
-    bool has_patch;
-    double patch_from_m, patch_to_m;
+    size_t n_patches; /* alike: they share EI, ρ, cDI, and what they are worth as sensor and actuator */
+    double patch_m[STARTING_PATCHES][2];
     int patch_sides; /* 1: on one face, 2: on both */
     double mass_kg;  /* of the bare beam, weighed; 0: not weighed */
     size_t n_inputs, n_outputs;
-    const struct model_input *inputs;
+    const struct model_input *inputs; /* from_m, to_m of those on a patch: its ends; read when there are several */
     const struct model_output *outputs;
 };
 

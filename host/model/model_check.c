@@ -108,17 +108,14 @@ static enum bf_status check_parameters(struct check *c)
     return status;
 }
 
-/* A place on the beam; proposes metres when the number fits as millimetres or centimetres. */
 static enum bf_status check_place(struct check *c, struct model_where where, const char *what, double x_m)
 {
     double length = c->model->length_m;
     if (x_m >= 0.0 && x_m <= length)
         return BF_OK;
-    double metres = x_m <= length * 1e2 ? x_m * 1e-2 : x_m * 1e-3;
-    if (x_m > 0.0 && metres <= length)
-        return fault(c, where, "%s is %g m, outside the beam (0 … %g m); metres? %g m may be meant", what, x_m, length,
-                     metres);
-    return fault(c, where, "%s is %g m, outside the beam; give a place within 0 … %g m", what, x_m, length);
+    char advice[PLACE_ADVICE];
+    model_place_advice(x_m, length, advice);
+    return fault(c, where, "%s is %g m, outside the beam (0 … %g m); %s", what, x_m, length, advice);
 }
 
 static enum bf_status check_patch(struct check *c, struct model_where where, double from_m, double to_m)

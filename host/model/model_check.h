@@ -15,4 +15,9 @@ struct model_where {
 /* model_check() with the place of the fault, and text without a file name. */
 enum bf_status model_check_where(const struct model *model, struct model_where *where, struct bf_error *err);
 
+enum { PLACE_ADVICE = 120 };
+
+/* What to do about a place outside the beam: its metres, where it fits the beam as millimetres or centimetres; else the beam's ends. */
+void model_place_advice(double x_m, double length_m, char text[PLACE_ADVICE]);
+
 #endif

@@ -24,6 +24,7 @@ static enum bf_status read_bytes(const char *path, char **out, size_t *n, struct
             (void)fclose(f);
         return bf_fail_at(err, path, 0, "cannot be read (%s); give the path of a model file", strerror(why));
     }
+    outputs_note_input(path);
     size_t room = (size_t)YAML_BYTES + 2; /* one more than allowed, to notice */
     *out = bf_alloc(room, 1);
     *n = fread(*out, 1, room - 1, f);
@@ -108,8 +109,34 @@ static enum bf_status write_text(const char *path, const char *text, struct bf_e
     enum bf_status status = atomic_open(path, &out, err);
     if (status != BF_OK)
         return status;
+    outputs_mark(&out, "# ", "\n");
     (void)fputs(text, out.f);
     return atomic_commit(&out, err);
+}
+
+/* Takes out the mark of the file that the text was read from. */
+static void remove_mark(char *text)
+{
+    char *to = text;
+    for (const char *line = text; *line != '\0';) {
+        const size_t n = strcspn(line, "\n"), n_line = line[n] != '\0' ? n + 1 : n;
+        if (*line != '#' || !outputs_is_mark(line, n)) {
+            memmove(to, line, n_line);
+            to += n_line;
+        }
+        line += n_line;
+    }
+    *to = '\0';
+}
+
+/* The sum of the file as it stands now: with its mark, where it is a file. */
+static void sum_of_written(const char *path, const char *text, char sha256[65])
+{
+    struct stat info;
+    struct bf_error unread;
+    if (strcmp(path, "-") == 0 || stat(path, &info) != 0 || !S_ISREG(info.st_mode) ||
+        hash_file(path, sha256, &unread) != BF_OK)
+        hash_sha256_hex(text, strlen(text), sha256);
 }
 
 enum bf_status model_write(const char *path, struct model *model, struct bf_error *err)
@@ -125,11 +152,12 @@ enum bf_status model_write(const char *path, struct model *model, struct bf_erro
                     model->path ? model->path : "its source");
         text = model_to_text(model);
     }
+    remove_mark(text);
     enum bf_status status = write_text(path, text, err);
     if (status == BF_OK) {
         free(model->document);
         model->document = text;
-        hash_sha256_hex(text, strlen(text), model->sha256);
+        sum_of_written(path, text, model->sha256);
     } else {
         free(text);
     }

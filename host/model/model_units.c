@@ -5,6 +5,7 @@
  * (2.6e7 m²/s²), of plastics ten times less, of carbon laminates four times more, so EI/rho tells the thickness.
  */
 #include "model.h"
+#include "model_check.h"
 
 #include <math.h>
 #include <stdarg.h>
@@ -51,9 +52,42 @@ static const struct material *main_material(const struct model *m)
     return best;
 }
 
+void model_place_advice(double x_m, double length_m, char text[PLACE_ADVICE])
+{
+    const bool of_another_unit = x_m > 2.0 * length_m; /* nearer is a slip of the ruler */
+    const bool mm = of_another_unit && x_m * 1e-3 <= length_m, cm = of_another_unit && x_m * 1e-2 <= length_m;
+    if (mm && cm)
+        (void)snprintf(text, PLACE_ADVICE, "in metres? %g mm are %g m, %g cm %g m", x_m, 1e-3 * x_m, x_m, 1e-2 * x_m);
+    else if (mm)
+        (void)snprintf(text, PLACE_ADVICE, "in metres? %g mm are %g m", x_m, 1e-3 * x_m);
+    else
+        (void)snprintf(text, PLACE_ADVICE, "give a place within 0 … %g m", length_m);
+}
+
 static bool within(double x, double low, double high)
 {
     return x >= low && x <= high;
+}
+
+static bool is_slender(double slenderness)
+{
+    return within(slenderness, 3e-4, 0.1);
+}
+
+/* Only a unit that makes a laboratory beam of it: thickness goes with the root of EI/rho. */
+static const char *advise_unit(double slenderness, double rho)
+{
+    const bool EI = is_slender(slenderness * 1e-3), mass = is_slender(slenderness * sqrt(1e3)),
+               length = is_slender(slenderness * 1e3);
+    if (rho > 500.0)
+        return "is the mass per length a density in kg/m³?";
+    if (EI)
+        return "is EI in N·mm²?";
+    if (mass && length)
+        return "is the mass per length in g/m, or the length in mm?";
+    if (mass)
+        return "is the mass per length in g/m?";
+    return length ? "is the length in mm?" : "is one of the three wrong?";
 }
 
 static void check_stiffness_and_mass(const struct model *m, const struct material *beam, struct warnings *w)
@@ -61,11 +95,10 @@ static void check_stiffness_and_mass(const struct model *m, const struct materia
     const double specific_modulus = 2.6e7;                                               /* E/ρ, m²/s² */
     double thickness = sqrt(12.0 * beam->EI.value / beam->rho.value / specific_modulus); /* EI/ρA = (E/ρ) h²/12 */
     double slenderness = thickness / m->length_m;
-    if (!within(slenderness, 3e-4, 0.1) && w->n == 0)
-        warn(w,
-             "%s = %g N·m² with %s = %g kg/m is a metal beam %.3g mm thick and %.4g m long: is one of them in N·mm², "
-             "g/m or kg/m³, or the length in mm?",
-             beam->EI.name, beam->EI.value, beam->rho.name, beam->rho.value, thickness * 1e3, m->length_m);
+    if (!is_slender(slenderness) && w->n == 0)
+        warn(w, "%s = %g N·m² with %s = %g kg/m is a metal beam %.3g mm thick and %.4g m long: %s", beam->EI.name,
+             beam->EI.value, beam->rho.name, beam->rho.value, thickness * 1e3, m->length_m,
+             advise_unit(slenderness, beam->rho.value));
     if (!within(beam->rho.value, 1e-4, 1e2))
         warn(w, "%s = %g kg/m is far from a laboratory beam (0.0001 … 100 kg/m): mass per length, in kg/m?",
              beam->rho.name, beam->rho.value);

@@ -76,6 +76,9 @@ enum bf_status yaml_place(const struct yaml_reader *r, const struct yaml_node *n
 enum bf_status yaml_interval(const struct yaml_reader *r, const struct yaml_node *node, const char *what,
                              double *from_m, double *to_m);
 
+/* What the sensor of an output weighs, `mass_kg` of its node; left alone where that is absent. */
+enum bf_status yaml_sensor_mass(const struct yaml_reader *r, const struct yaml_node *node, double *mass_kg);
+
 enum bf_status yaml_read_inputs(const struct yaml_reader *r, const struct yaml_node *node);
 enum bf_status yaml_read_outputs(const struct yaml_reader *r, const struct yaml_node *node);
 enum bf_status yaml_read_effects(const struct yaml_reader *r, const struct yaml_node *node);

@@ -8,7 +8,7 @@
 
 #include "ground/ground.h"
 
-static const double code_most = 65535.0, rate_most_Hz = 1e6;
+static const double code_most = 65535.0, rate_most_Hz = 1e6, clock_most_MHz = 4000.0;
 
 /* ---- Reading ---- */
 
@@ -94,9 +94,9 @@ static enum bf_status read_wires(const struct yaml_reader *r, const struct yaml_
 
 static bool says_something(const struct model_board *b)
 {
-    const double numbers[] = {b->sample_Hz,      b->sensor_per_code, b->sensor_zero_code,
-                              b->drive_per_code, b->drive_zero_code, b->noise_rms,
-                              b->alarm_ratio,    b->clear_ratio,     b->averaging_s};
+    const double numbers[] = {b->sample_Hz,      b->core_MHz,        b->sensor_per_code, b->sensor_zero_code,
+                              b->drive_per_code, b->drive_zero_code, b->noise_rms,       b->alarm_ratio,
+                              b->clear_ratio,    b->averaging_s,     b->quiet_ratio,     b->offset_ratio};
     bool any = b->sensor[0] || b->drive[0];
     for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
         any = any || numbers[i] < 0.0 || numbers[i] > 0.0;
@@ -105,8 +105,8 @@ static bool says_something(const struct model_board *b)
 
 enum bf_status yaml_read_board(const struct yaml_reader *r, const struct yaml_node *node)
 {
-    static const char *const known[] = {"sample_Hz",   "sensor",      "drive",      "noise_rms",
-                                        "alarm_ratio", "clear_ratio", "averaging_s"};
+    static const char *const known[] = {"sample_Hz",   "core_MHz",    "sensor",      "drive",       "noise_rms",
+                                        "alarm_ratio", "clear_ratio", "averaging_s", "quiet_ratio", "offset_ratio"};
     struct model_board *b = &r->model->board;
     if (!node || yaml_is_nothing(node))
         return BF_OK;
@@ -116,10 +116,13 @@ enum bf_status yaml_read_board(const struct yaml_reader *r, const struct yaml_no
     if (status == BF_OK)
         status = read_wires(r, node);
     if (status != BF_OK || (status = read_positive(r, node, "sample_Hz", rate_most_Hz, &b->sample_Hz)) != BF_OK ||
+        (status = read_positive(r, node, "core_MHz", clock_most_MHz, &b->core_MHz)) != BF_OK ||
         (status = read_positive(r, node, "noise_rms", HUGE_VAL, &b->noise_rms)) != BF_OK ||
         (status = read_positive(r, node, "alarm_ratio", HUGE_VAL, &b->alarm_ratio)) != BF_OK ||
         (status = read_positive(r, node, "clear_ratio", HUGE_VAL, &b->clear_ratio)) != BF_OK ||
-        (status = read_positive(r, node, "averaging_s", HUGE_VAL, &b->averaging_s)) != BF_OK)
+        (status = read_positive(r, node, "averaging_s", HUGE_VAL, &b->averaging_s)) != BF_OK ||
+        (status = read_positive(r, node, "quiet_ratio", 1.0, &b->quiet_ratio)) != BF_OK ||
+        (status = read_positive(r, node, "offset_ratio", HUGE_VAL, &b->offset_ratio)) != BF_OK)
         return status;
     b->present = says_something(b);
     return BF_OK;
@@ -157,11 +160,14 @@ void model_print_board(struct yaml_text *text, const struct model_board *b)
         return;
     yaml_text_add(text, "board:");
     add_number(text, "\n  ", "sample_Hz", b->sample_Hz);
+    add_number(text, "\n  ", "core_MHz", b->core_MHz);
     add_wire(text, "sensor", "output", b->sensor, b->sensor_per_code, b->sensor_zero_code);
     add_wire(text, "drive", "input", b->drive, b->drive_per_code, b->drive_zero_code);
     add_number(text, "\n  ", "noise_rms", b->noise_rms);
     add_number(text, "\n  ", "alarm_ratio", b->alarm_ratio);
     add_number(text, "\n  ", "clear_ratio", b->clear_ratio);
     add_number(text, "\n  ", "averaging_s", b->averaging_s);
+    add_number(text, "\n  ", "quiet_ratio", b->quiet_ratio);
+    add_number(text, "\n  ", "offset_ratio", b->offset_ratio);
     yaml_text_add(text, "\n");
 }

@@ -146,7 +146,8 @@ static enum bf_status read_input(const struct yaml_reader *r, const struct yaml_
 static enum bf_status read_output(const struct yaml_reader *r, const struct yaml_node *name,
                                   const struct yaml_node *node)
 {
-    static const char *const point_keys[] = {"kind", "at_m", "gain"}, *const strain_keys[] = {"kind", "patch_m"};
+    static const char *const point_keys[] = {"kind", "at_m", "gain", "mass_kg"}, *const strain_keys[] = {"kind",
+                                                                                                         "patch_m"};
     struct model_output output = {0};
     enum bf_status status = yaml_name(r, name, "an output's name", sizeof output.name, output.name);
     if (status == BF_OK)
@@ -161,12 +162,14 @@ static enum bf_status read_output(const struct yaml_reader *r, const struct yaml
         return status;
     output.kind = (enum output_kind)kind;
     bool strain = output.kind == OUTPUT_PATCH_STRAIN;
-    if ((status = yaml_known_keys(r, node, output.name, strain ? strain_keys : point_keys, strain ? 2 : 3)) != BF_OK)
+    if ((status = yaml_known_keys(r, node, output.name, strain ? strain_keys : point_keys, strain ? 2 : 4)) != BF_OK)
         return status;
     status = strain ? read_patch(r, node, model_output_kind_name(output.kind), &output.from_m, &output.to_m)
                     : read_at(r, node, model_output_kind_name(output.kind), &output.own, &output.at_m);
     if (status == BF_OK && !strain)
         status = read_gain(r, node, &output.own);
+    if (status == BF_OK && !strain)
+        status = yaml_sensor_mass(r, node, &output.mass_kg);
     if (status != BF_OK)
         return status;
     struct model *m = r->model;

@@ -238,6 +238,14 @@ static void print_gain(struct yaml_text *text, const struct channel_parameters *
         print_own(text, &own->gain, own->lists_gain, own->gain.value);
 }
 
+static void print_mass(struct yaml_text *text, double mass_kg)
+{
+    if (!(mass_kg > 0.0))
+        return;
+    yaml_text_add(text, ", mass_kg: ");
+    yaml_text_number(text, mass_kg);
+}
+
 static void print_channels(struct yaml_text *text, const struct model *m)
 {
     yaml_text_add(text, m->n_inputs ? "inputs:\n" : "inputs: {}\n");
@@ -264,6 +272,7 @@ static void print_channels(struct yaml_text *text, const struct model *m)
         if (output->kind != OUTPUT_PATCH_STRAIN) {
             print_own(text, &output->own.at, output->own.lists_at, output->at_m);
             print_gain(text, &output->own);
+            print_mass(text, output->mass_kg);
         } else {
             yaml_text_add(text, ", patch_m: ");
             print_interval(text, output->from_m, output->to_m);

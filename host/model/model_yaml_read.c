@@ -52,9 +52,11 @@ static enum bf_status read_region(const struct yaml_reader *r, const struct yaml
     if (!(to_m > from_m))
         return yaml_fail(r, node, "region '%s' from %g to %g m is empty; from_m must be smaller than to_m", text,
                          from_m, to_m);
+    char advice[PLACE_ADVICE];
+    model_place_advice(to_m, length, advice);
     if (from_m < 0.0 || to_m > length)
-        return yaml_fail(r, node, "region '%s' from %g to %g m lies outside the beam (0 … %g m); give places in metres",
-                         text, from_m, to_m, length);
+        return yaml_fail(r, node, "region '%s' from %g to %g m lies outside the beam (0 … %g m); %s", text, from_m,
+                         to_m, length, advice);
     for (size_t i = 0; i < r->model->n_regions; i++) {
         const struct region *other = &r->model->regions[i];
         if (from_m < other->to_m && other->from_m < to_m)

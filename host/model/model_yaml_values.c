@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* model_yaml_values.c — one value of the tree with its type checked. Every message names file, line and remedy. */
+#include "model_check.h"
 #include "model_yaml.h"
 
 #include <math.h>
@@ -174,11 +175,25 @@ enum bf_status yaml_interval(const struct yaml_reader *r, const struct yaml_node
         return yaml_fail(r, node, "%s from %g to %g m is empty; give [smaller, larger]", what, *from_m, *to_m);
     double length = r->model->length_m;
     if (*from_m < 0.0 || *to_m > length) {
-        bool scaled = *from_m >= 0.0 && *to_m * 1e-3 <= length;
-        double scale = *to_m * 1e-2 <= length ? 1e-2 : 1e-3;
-        return yaml_fail(r, node, "%s from %g to %g m lies outside the beam (0 … %g m); %s[%g, %g]%s", what, *from_m,
-                         *to_m, length, scaled ? "metres? " : "write places within ", scaled ? *from_m * scale : 0.0,
-                         scaled ? *to_m * scale : length, scaled ? " may be meant" : "");
+        char advice[PLACE_ADVICE];
+        model_place_advice(*to_m, length, advice);
+        return yaml_fail(r, node, "%s from %g to %g m lies outside the beam (0 … %g m); %s", what, *from_m, *to_m,
+                         length, advice);
     }
     return BF_OK;
+}
+
+enum bf_status yaml_sensor_mass(const struct yaml_reader *r, const struct yaml_node *node, double *mass_kg)
+{
+    const struct yaml_node *mass = yaml_get(node, "mass_kg", NULL);
+    if (!mass)
+        return BF_OK;
+    if (mass->kind == YAML_MAPPING)
+        return yaml_fail(r, mass,
+                         "mass_kg of a sensor is a number, weighed; for one that a fit estimates write a point_mass "
+                         "effect at the same at_m");
+    const enum bf_status status = yaml_number(r, mass, "mass_kg", mass_kg);
+    if (status == BF_OK && !(*mass_kg >= 0.0 && *mass_kg <= 5.0))
+        return yaml_fail(r, mass, "a sensor of %g kg; write its mass in kg, 0 to 5 (54 g is 0.054)", *mass_kg);
+    return status;
 }

@@ -100,6 +100,21 @@ static enum bf_status find_noise(const struct model *model, const struct record 
     return status;
 }
 
+/* What moves already has a run-up; one period of a steady state needs none. */
+static enum bf_status make_grid(struct attainable_record *r, const struct record *record, struct bf_error *err)
+{
+    if (record_is_periodic(record)) {
+        r->moving = false;
+        return response_grid_periodic(r->n, record->dt_s, record_window_rate(record), &r->grid, err);
+    }
+    const enum bf_status status = response_grid_new(r->n, record->dt_s, INTERSAMPLE_BAND_LIMITED, &r->grid, err);
+    if (status != BF_OK || !r->moving)
+        return status;
+    r->lead = r->grid.n_tail;
+    response_grid_free(&r->grid);
+    return response_grid_new(r->lead + r->n, record->dt_s, INTERSAMPLE_BAND_LIMITED, &r->grid, err);
+}
+
 enum bf_status attainable_add_record(struct attainable_problem *p, const struct model *model,
                                      const struct record *record, size_t index, const double noise_rms[],
                                      struct bf_error *err)
@@ -108,7 +123,7 @@ enum bf_status attainable_add_record(struct attainable_problem *p, const struct 
     const bool decay = is_free_decay(record);
     struct attainable_record *r = &p->records[p->n_records++];
     enum bf_status status = BF_OK;
-    *r = (struct attainable_record){.n = record->n - from, .moving = decay};
+    *r = (struct attainable_record){.n = record->n - from, .moving = record_state_is_free(record)};
     r->sources = bf_alloc(model->n_inputs + 1, sizeof *r->sources);
     r->data = bf_alloc(outputs + 1, sizeof *r->data);
     for (size_t o = 0; o < outputs && status == BF_OK; o++) {
@@ -126,12 +141,7 @@ enum bf_status attainable_add_record(struct attainable_problem *p, const struct 
     }
     p->n_channels += r->n_data;
     if (status == BF_OK)
-        status = response_grid_new(r->n, record->dt_s, INTERSAMPLE_BAND_LIMITED, &r->grid, err);
-    if (status == BF_OK && r->moving) {
-        r->lead = r->grid.n_tail;
-        response_grid_free(&r->grid);
-        status = response_grid_new(r->lead + r->n, record->dt_s, INTERSAMPLE_BAND_LIMITED, &r->grid, err);
-    }
+        status = make_grid(r, record, err);
     for (size_t i = 0; i < model->n_inputs && status == BF_OK && !decay; i++) {
         const double *u = record_column(record, model->inputs[i].name);
         if (u != NULL && root_mean_square(u, r->n) > 0.0)

@@ -87,7 +87,7 @@ static size_t collect(const struct model *model, const struct record records[], 
                 input = i;
             }
         }
-        const bool known = excitation == NULL || (strcmp(excitation, "free_decay") != 0);
+        const bool known = excitation == NULL || (strcmp(excitation, "free_decay") != 0 && !record_is_periodic(record));
         for (size_t o = 0; o < model->n_outputs && active == 1 && known && record->n >= LEAST_SAMPLES; o++) {
             struct linearity_signal s = {.record = r, .output = o, .input = input, .n = record->n};
             s.dt_s = record->dt_s;

@@ -31,7 +31,7 @@
  *            noise to 9 %, 4096 samples to 1.2 %.
  */
 
-enum noise_method { NOISE_NONE, NOISE_QUIET, NOISE_LOCAL };
+enum noise_method { NOISE_NONE, NOISE_QUIET, NOISE_LOCAL, NOISE_COHERENCE };
 
 struct noise_estimate {
     enum noise_method method;
@@ -45,7 +45,7 @@ struct noise_estimate {
     double *psd; /* [n_bins] one-sided, smooth, unit²/Hz; Σ psd df = rms² */
 };
 
-/* "pre-trigger samples", "local rational method", "none" */
+/* "pre-trigger samples", "local rational method", "coherence", "none" */
 const char *noise_method_text(enum noise_method method);
 
 /*
@@ -57,6 +57,13 @@ const char *noise_method_text(enum noise_method method);
 enum bf_status noise_of_channel(const struct model *model, const struct record *record, const char *channel,
                                 struct noise_estimate *out, struct bf_error *err);
 void noise_free(struct noise_estimate *estimate);
+
+/*
+ * INITIAL STATE — a record with an input that was cut out of a motion: in their first periods an input and every
+ * output move as they do at large (0.9 of their rms, an output six times its noise). *found: the record now has the metadata
+ * "initial_state: free". Nothing is looked for where the record states it. Errors are those of noise_of_channel(), and so is the cost.
+ */
+enum bf_status initial_state_find(const struct model *model, struct record *record, bool *found, struct bf_error *err);
 
 /*
  * EVIDENCE — how strongly data prefer one residual to another, with noise that is not white.

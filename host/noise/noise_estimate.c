@@ -22,6 +22,8 @@ const char *noise_method_text(enum noise_method method)
         return "pre-trigger samples";
     case NOISE_LOCAL:
         return "local rational method";
+    case NOISE_COHERENCE:
+        return "coherence";
     case NOISE_NONE:
         break;
     }
@@ -198,6 +200,29 @@ enum bf_status noise_estimate(const double *z, size_t n, double dt_s, const doub
     return n_inputs > 0 ? noise_add_inputs(z, u, n_inputs, n, dt_s, out, err) : BF_OK;
 }
 
+/* The noise that the coherence of a frequency response states; its level is taken to be known as well as its lines are many. */
+static void take_coherence(const struct record *record, const double psd[], struct noise_estimate *out)
+{
+    double sum = 0.0;
+    *out = (struct noise_estimate){.method = NOISE_COHERENCE, .n_bins = record->n / 2 + 1, .used_share = 1.0};
+    out->df_Hz = 1.0 / ((double)record->n * record->dt_s);
+    out->psd = bf_alloc(out->n_bins, sizeof *out->psd);
+    memcpy(out->psd, psd, out->n_bins * sizeof *psd);
+    for (size_t k = 0; k < out->n_bins; k++)
+        sum += psd[k] * out->df_Hz;
+    out->rms = sqrt(sum);
+    out->rms_sd = 0.5 * out->rms / sqrt((double)out->n_bins);
+    out->n_used = out->n_bins;
+}
+
+static const double *stated_noise(const struct record *record, const char *name)
+{
+    for (size_t i = 0; i < record->n_columns; i++)
+        if (strcmp(record->columns[i].name, name) == 0)
+            return record->columns[i].noise_psd;
+    return NULL;
+}
+
 enum bf_status noise_of_channel(const struct model *model, const struct record *record, const char *channel,
                                 struct noise_estimate *out, struct bf_error *err)
 {
@@ -208,6 +233,10 @@ enum bf_status noise_of_channel(const struct model *model, const struct record *
     if (z == NULL)
         return bf_fail(err, BF_BAD_FILE, "%s: there is no column '%s'; name it in the header row", record->path,
                        channel);
+    if (stated_noise(record, channel) != NULL) {
+        take_coherence(record, stated_noise(record, channel), out);
+        return BF_OK;
+    }
     const bool free_decay = excitation != NULL && strcmp(excitation, "free_decay") == 0;
     for (size_t i = 0; i < model->n_inputs && n_inputs < MOST_INPUTS && !free_decay; i++) {
         const double *column = record_column(record, model->inputs[i].name);

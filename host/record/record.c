@@ -22,11 +22,18 @@ const char *record_meta(const struct record *record, const char *key)
     return NULL;
 }
 
+bool record_state_is_free(const struct record *record)
+{
+    const char *excitation = record_meta(record, "excitation"), *state = record_meta(record, "initial_state");
+    return (excitation != NULL && strcmp(excitation, "free_decay") == 0) ||
+           (state != NULL && strcmp(state, "free") == 0 && !record_is_periodic(record));
+}
+
 void record_add_column(struct record *record, const char *name, const double *x)
 {
     record->columns = bf_grow(record->columns, record->n_columns + 1, sizeof *record->columns);
     struct record_column *column = &record->columns[record->n_columns++];
-    column->name = bf_strdup(name);
+    *column = (struct record_column){.name = bf_strdup(name)};
     column->x = bf_alloc(record->n, sizeof *column->x);
     if (record->n > 0)
         memcpy(column->x, x, record->n * sizeof *column->x);
@@ -37,6 +44,24 @@ void record_add_meta(struct record *record, const char *key, const char *value)
     record->meta = bf_grow(record->meta, record->n_meta + 1, sizeof *record->meta);
     record->meta[record->n_meta].key = bf_strdup(key);
     record->meta[record->n_meta++].value = bf_strdup(value);
+}
+
+bool record_is_periodic(const struct record *record)
+{
+    const char *excitation = record_meta(record, "excitation");
+    return excitation != NULL && (strcmp(excitation, RECORD_RESPONSE) == 0 || strcmp(excitation, "periodic") == 0);
+}
+
+bool record_meta_number(const struct record *record, const char *key, double *number)
+{
+    const char *text = record_meta(record, key);
+    return text != NULL && number_scan(text, text + strlen(text), '.', number) != NULL && isfinite(*number);
+}
+
+double record_window_rate(const struct record *record)
+{
+    double time_s;
+    return record_meta_number(record, RECORD_WINDOW, &time_s) && time_s > 0.0 ? 1.0 / time_s : 0.0;
 }
 
 const char *record_base_name(const struct record *record)
@@ -57,6 +82,7 @@ void record_free(struct record *record)
     for (size_t i = 0; i < record->n_columns; i++) {
         free(record->columns[i].name);
         free(record->columns[i].x);
+        free(record->columns[i].noise_psd);
     }
     for (size_t i = 0; i < record->n_meta; i++) {
         free(record->meta[i].key);
@@ -89,6 +115,8 @@ static enum bf_status check_before_writing(const char *path, const struct record
 
 static void write_meta(FILE *f, const struct record_meta *meta)
 {
+    if (strcmp(meta->key, OUTPUTS_KEY) == 0) /* of the file that the record was read from */
+        return;
     fprintf(f, "# %s: ", meta->key);
     for (const char *c = meta->value; *c != '\0'; c++)
         putc(*c == '\n' || *c == '\r' ? ' ' : *c, f);
@@ -103,9 +131,10 @@ enum bf_status record_write(const char *path, const struct record *record, int d
     if (digits <= 0)
         digits = 9;
     int time_digits = digits > 12 ? digits : 12; /* the step must survive a long record */
+    outputs_mark(&out, "# ", "\n");
     for (size_t i = 0; i < record->n_meta; i++)
         write_meta(out.f, &record->meta[i]);
-    fprintf(out.f, "time_s");
+    fprintf(out.f, record->over_frequency ? "freq_Hz" : "time_s");
     for (size_t i = 0; i < record->n_columns; i++)
         fprintf(out.f, ",%s", record->columns[i].name);
     putc('\n', out.f);

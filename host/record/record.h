@@ -5,6 +5,8 @@
  *     record_read()                            a CSV file of this program, read and checked
  *     recording_add() … recording_make_record()  a recording made of the samples that a board streams
  *     record_column(), record_meta()           what is in it
+ *     record_findings_find()                   what is wrong with a measured record before any model: overload, a second hit, hum …
+ *     record_gate()                            a hammer's force without what its sensor says between hits
  *     record_write(), record_free()
  *
  * Recordings of other programs: import/import.h.
@@ -23,15 +25,24 @@
  *
  * CSV form: a header row of names, first column time_s; '#' lines are comments, "# key: value" is metadata.
  * Metadata that beamfit reads: "excitation: free_decay" (no input was recorded, the initial state is unknown),
+ * "initial_state: free" (the input was recorded, and it began before the record did) or "rest",
  * "excitation: unknown_level" (the input column has the right shape and an unknown factor), "free_from_s: 1.17",
- * "anti-alias filter: Butterworth order 8 at 409.6 Hz, forward and backward" (of every column).
+ * "anti-alias filter: Butterworth order 8 at 409.6 Hz, forward and backward" (of every column), "exponential window: 0.5 s".
+ *
+ * A file whose first column is freq_Hz holds frequency responses (columns "accel_mps2/hammer_N_re", ..., docs/records.md). It is read as
+ * one period of the steady answer to a periodic pulse: excitation "frequency_response".
  */
 
-#define RECORD_FILTER "anti-alias filter" /* metadata key */
+#define RECORD_FILTER   "anti-alias filter"  /* metadata key */
+#define RECORD_WINDOW   "exponential window" /* metadata key: time constant of the window on pulses and answers */
+#define RECORD_AVERAGES "averages"           /* metadata key: averages behind the coherence */
+#define RECORD_RESPONSE "frequency_response" /* excitation */
 
 struct record_column {
     char *name;
     double *x; /* [n] */
+    double *
+        noise_psd; /* [n/2 + 1] of a frequency response with coherence: one-sided, unit²/Hz, lines 1/(n dt) apart; else NULL */
 };
 
 struct record_meta {
@@ -39,9 +50,11 @@ struct record_meta {
 };
 
 struct record {
-    char *path;        /* as given */
-    char sha256[65];   /* of the file's bytes, lower-case hex; "" when it was not read from a file */
-    size_t n;          /* samples, ≥ 2 */
+    char *path;      /* as given */
+    char sha256[65]; /* of the file's bytes, lower-case hex; "" when it was not read from a file */
+    size_t n;        /* samples, ≥ 2 */
+    bool
+        over_frequency; /* only of an import, to be written: t0_s and dt_s are in Hz, columns those of frequency responses */
     double t0_s, dt_s; /* uniform axis: t_k = t0 + k dt */
     size_t n_columns;  /* time_s not counted */
     struct record_column *columns;
@@ -56,6 +69,20 @@ enum bf_status record_read(const char *path, struct record *out, struct bf_error
 enum bf_status record_write(const char *path, const struct record *record, int digits, struct bf_error *err);
 const double *record_column(const struct record *record, const char *name); /* NULL when absent */
 const char *record_meta(const struct record *record, const char *key);      /* NULL when absent */
+/* The number that a metadata value begins with ("0.5 s"); false: there is none. */
+bool record_meta_number(const struct record *record, const char *key, double *number);
+
+/*
+ * Lines over frequency (over_frequency) as one period of time; *out needs no free after a failure. BF_BAD_FILE: names of columns, lines
+ * that are not at multiples of their distance. O(n log n).
+ */
+enum bf_status record_from_response(const struct record *lines, struct record *out, struct bf_error *err);
+/* One period of a steady state: it goes on after its last sample with its first. */
+bool record_is_periodic(const struct record *record);
+/* 1/s: what an exponential window has added to the damping; 0 without. */
+double record_window_rate(const struct record *record);
+/* "excitation: free_decay", or "initial_state: free": the beam moved before the record began, nobody knows how. */
+bool record_state_is_free(const struct record *record);
 
 /* Append a column (x is copied; [n]) or a metadata line. */
 void record_add_column(struct record *record, const char *name, const double *x);
@@ -65,6 +92,59 @@ void record_add_meta(struct record *record, const char *key, const char *value);
 const char *record_base_name(const struct record *record);
 const char **record_base_names(const struct record records[], size_t n); /* [n], the records' own; free() the array */
 void record_free(struct record *record);
+
+/*
+ * FINDINGS — what a laboratory's record has that no model of a beam explains, told from the samples alone, with the column and the sample.
+ */
+
+enum record_finding_kind {
+    FINDING_OVERLOAD, /* the recorder's end of range: three samples or more at the extreme value, reached at a run */
+    FINDING_HITS,     /* a hammer hit more than once */
+    FINDING_OPEN_END, /* a hit is not over at the last sample */
+    FINDING_WINDOW,   /* a force that is exactly 0 outside the hit, and noisy inside: a force window was applied */
+    FINDING_HUM       /* mains and harmonics in what was recorded before the first hit */
+};
+
+enum { FINDING_LINES = 10 };
+
+struct record_finding {
+    enum record_finding_kind kind;
+    size_t column;    /* of the record */
+    size_t sample, n; /* first sample concerned, from 0; how many samples (overload) or hits (hits) */
+    double value;     /* overload: the value; hits: second largest over largest peak; hum: rms of the hum */
+    double mains_Hz;  /* hum */
+    size_t n_lines;   /* hum: harmonics found */
+    struct {
+        double frequency_Hz, amplitude; /* unit of the column */
+    } line[FINDING_LINES];
+    char text[500]; /* one or two sentences */
+};
+
+struct record_findings {
+    size_t n;
+    struct record_finding *all;
+};
+
+/*
+ * is_force(context, column's name): does a hammer or another point force stand in it? is_signal: is it a measured answer? Other columns are not
+ * looked at. Free with record_findings_free(). Cost: O(n) a column, and some 2000 sums over the part before the
+ * hit for the hum.
+ */
+void record_findings_find(const struct record *record, bool (*is_force)(const void *, const char *),
+                          bool (*is_signal)(const void *, const char *), const void *context,
+                          struct record_findings *out);
+void record_findings_free(struct record_findings *findings);
+
+/* By its unit: "_N" is a force, a motion, acceleration, strain or voltage a signal. context is not read. */
+bool record_is_force(const void *context, const char *column);
+bool record_is_signal(const void *context, const char *column);
+
+/*
+ * Sets a force to 0 outside its hits, each with half its length (two samples at least) before and after, and takes off the offset between
+ * them. from_s < to_s: outside these seconds instead. said: what was done. BF_USAGE: no such column, or no hit in it.
+ */
+enum bf_status record_gate(struct record *record, const char *column, double from_s, double to_s, char said[200],
+                           struct bf_error *err);
 
 /*
  * TIME AXIS — is a column of times uniform, and with which step? Printed times are rounded, so that each may lie up
@@ -124,6 +204,8 @@ struct recording_summary {
     size_t breaks;  /* holes in all */
     uint64_t lost;  /* samples that did not come */
     uint64_t alarms, clipped, resets, unsolved; /* samples of the stretch with that flag */
+    uint64_t sensor_faults;                     /* with any flag of BEAM_LIVE_SENSOR */
+    uint32_t sensor_flags;                      /* those flags */
     double noise_ratio;                         /* mean of the ratio over the stretch's last tenth */
 };
 struct recording_summary recording_summarise(const struct recording *recording);

@@ -16,8 +16,8 @@ struct reader {
     long *line; /* of each sample, for messages; freed after the time axis is checked */
     size_t capacity;
     struct number_digits time_digits;
-    bool has_header;
-    long excitation_line, free_from_line; /* of that metadata */
+    bool has_header, over_frequency;
+    long excitation_line, free_from_line, window_line, state_line; /* of that metadata */
 };
 
 /* A cell without the blanks and the pair of quotes around it. */
@@ -55,10 +55,14 @@ static void read_comment(struct reader *r, const char *s, const char *end)
     char *value_text = strndup(value, (size_t)(end - value));
     if (key_text != NULL && value_text != NULL && record_meta(r->record, key_text) == NULL) {
         record_add_meta(r->record, key_text, value_text);
+        if (strcmp(key_text, "initial_state") == 0)
+            r->state_line = r->in.number;
         if (strcmp(key_text, "excitation") == 0)
             r->excitation_line = r->in.number;
         if (strcmp(key_text, "free_from_s") == 0)
             r->free_from_line = r->in.number;
+        if (strcmp(key_text, RECORD_WINDOW) == 0)
+            r->window_line = r->in.number;
     }
     free(key_text);
     free(value_text);
@@ -82,8 +86,8 @@ static enum bf_status fail_first_column(struct reader *r, const char *name, cons
             return bf_fail_at(err, path, r->in.number,
                               "column 1: not text; give a CSV file, or convert another kind with 'beamfit import'");
     return bf_fail_at(err, path, r->in.number,
-                      "column 1 '%.*s': the first column must be 'time_s', in seconds; rename it, or convert the file "
-                      "with 'beamfit import'",
+                      "column 1 '%.*s': the first column must be 'time_s', in seconds (or 'freq_Hz', for frequency "
+                      "responses); rename it, or convert the file with 'beamfit import'",
                       QUOTED, name);
 }
 
@@ -99,7 +103,8 @@ static enum bf_status read_header(struct reader *r, const char *line, const char
         if (name == NULL)
             return bf_fail(err, BF_NUMERIC, "memory is out");
         enum bf_status status = BF_OK;
-        if (i == 0 && strcmp(name, "time_s") != 0)
+        r->over_frequency = r->over_frequency || (i == 0 && strcmp(name, "freq_Hz") == 0);
+        if (i == 0 && strcmp(name, "time_s") != 0 && !r->over_frequency)
             status = fail_first_column(r, name, line, line_end, err);
         else if (name[0] == '\0')
             status = bf_fail_at(err, r->in.path, r->in.number, "column %zu has no name; name it or remove it", i + 1);
@@ -124,7 +129,7 @@ static enum bf_status read_header(struct reader *r, const char *line, const char
 
 static const char *column_name(const struct reader *r, size_t i)
 {
-    return i == 0 ? "time_s" : r->record->columns[i - 1].name;
+    return i == 0 ? (r->over_frequency ? "freq_Hz" : "time_s") : r->record->columns[i - 1].name;
 }
 
 /* Why the cell [s, end) of column i is not a number. */
@@ -244,16 +249,43 @@ static enum bf_status check_meta(const struct reader *r, struct bf_error *err)
     const struct record *record = r->record;
     const char *excitation = record_meta(record, "excitation"), *from = record_meta(record, "free_from_s");
     if (excitation != NULL && strcmp(excitation, "free_decay") != 0 && strcmp(excitation, "unknown_level") != 0 &&
-        strcmp(excitation, "recorded") != 0)
-        return bf_fail_at(err, r->in.path, r->excitation_line,
-                          "'# excitation: %.*s' is not known; write free_decay, unknown_level or recorded", QUOTED,
-                          excitation);
+        strcmp(excitation, "recorded") != 0 && !record_is_periodic(record))
+        return bf_fail_at(
+            err, r->in.path, r->excitation_line,
+            "'# excitation: %.*s' is not known; write free_decay, unknown_level, periodic, " RECORD_RESPONSE
+            " or recorded",
+            QUOTED, excitation);
+    if (record_meta(record, RECORD_WINDOW) != NULL && !(record_window_rate(record) > 0.0 && record_is_periodic(record)))
+        return bf_fail_at(err, r->in.path, r->window_line,
+                          "'# " RECORD_WINDOW ": %.*s' must be a time constant in seconds, of a frequency response",
+                          QUOTED, record_meta(record, RECORD_WINDOW));
+    const char *state = record_meta(record, "initial_state");
+    if (state != NULL && strcmp(state, "free") != 0 && strcmp(state, "rest") != 0)
+        return bf_fail_at(
+            err, r->in.path, r->state_line,
+            "'# initial_state: %.*s' is not known; write free (the beam moved before the record began) or rest", QUOTED,
+            state);
+    if (state != NULL && strcmp(state, "rest") == 0 && excitation != NULL && strcmp(excitation, "free_decay") == 0)
+        return bf_fail_at(err, r->in.path, r->state_line,
+                          "a free decay does not begin at rest: take '# initial_state: rest' away, or the excitation");
     double x, last = record->t0_s + (double)(record->n - 1) * record->dt_s;
     if (from != NULL && !(number_parse(from, from + strlen(from), '.', &x) && x <= last - record->dt_s / 2))
         return bf_fail_at(err, r->in.path, r->free_from_line,
                           "'# free_from_s: %.*s' must be a time in seconds before the last sample (%.9g s)", QUOTED,
                           from, last);
     return BF_OK;
+}
+
+/* Lines over frequency become one period of time. */
+static enum bf_status take_response(struct reader *r, struct bf_error *err)
+{
+    struct record period;
+    const enum bf_status status = record_from_response(r->record, &period, err);
+    if (status)
+        return status;
+    record_free(r->record);
+    *r->record = period;
+    return check_meta(r, err);
 }
 
 static enum bf_status finish(struct reader *r, struct bf_error *err)
@@ -269,15 +301,14 @@ static enum bf_status finish(struct reader *r, struct bf_error *err)
     size_t bad;
     char why[256];
     if (!time_axis_fit(r->time, record->n, r->time_digits, &record->t0_s, &record->dt_s, &bad, why))
-        return bf_fail_at(
-            err, r->in.path, r->line[bad],
-            "column 1 'time_s': %s; cut the record here, or give the rate: 'beamfit import %s --rate HZ -o "
-            "OUT.csv'",
-            why, r->in.path);
+        return bf_fail_at(err, r->in.path, r->line[bad],
+                          "column 1 '%s': %s; cut the record here, or give the rate: 'beamfit import %s --rate HZ -o "
+                          "OUT.csv'",
+                          column_name(r, 0), why, r->in.path);
     for (size_t i = 0; i < record->n_columns; i++)
         record->columns[i].x = bf_grow(record->columns[i].x, record->n, sizeof(double));
     hash_end(&r->in.hash, record->sha256);
-    return check_meta(r, err);
+    return r->over_frequency ? take_response(r, err) : check_meta(r, err);
 }
 
 enum bf_status record_read(const char *path, struct record *out, struct bf_error *err)

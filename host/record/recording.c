@@ -69,6 +69,8 @@ static void count_flags(const struct recording *r, struct recording_summary *s)
         const uint32_t status = r->live[i].status;
         s->alarms += (status & BEAM_LIVE_ALARM) != 0;
         s->clipped += (status & BEAM_LIVE_CLIPPED) != 0;
+        s->sensor_faults += (status & BEAM_LIVE_SENSOR) != 0;
+        s->sensor_flags |= status & BEAM_LIVE_SENSOR;
         s->resets += (status & BEAM_LIVE_RESET) != 0;
         s->unsolved += (status & BEAM_LIVE_SOLVE) != 0;
         if (i + tail >= s->from + s->n)

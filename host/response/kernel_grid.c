@@ -40,6 +40,29 @@ enum bf_status response_grid_new(size_t n, double dt_s, enum intersample intersa
     return BF_OK;
 }
 
+enum bf_status response_grid_periodic(size_t n, double dt_s, double window_rate, struct response_grid *out,
+                                      struct bf_error *err)
+{
+    static const double near_zero = 1e-3; /* of the distance of lines */
+    if (n < 2 || !(dt_s > 0.0))
+        return bf_fail(err, BF_NUMERIC, "a prediction needs at least two samples and a positive sample interval");
+    const double first_rad = 2.0 * acos(-1.0) / ((double)n * dt_s);
+    *out = (struct response_grid){.n = n,
+                                  .n_fft = n,
+                                  .m = n / 2 + 1,
+                                  .dt_s = dt_s,
+                                  .sigma = window_rate,
+                                  .intersample = INTERSAMPLE_BAND_LIMITED,
+                                  .periodic = true};
+    out->s = bf_alloc(out->m, sizeof *out->s);
+    out->weight = bf_alloc(n, sizeof *out->weight);
+    for (size_t k = 0; k < out->m; k++)
+        out->s[k] = CMPLX(window_rate, first_rad * (k > 0 ? (double)k : near_zero));
+    for (size_t k = 0; k < n; k++)
+        out->weight[k] = 1.0;
+    return BF_OK;
+}
+
 void response_grid_free(struct response_grid *grid)
 {
     free(grid->s);
@@ -70,6 +93,18 @@ void response_tail(const struct response_grid *grid, const double u[], size_t av
         x[grid->n + i] *= 0.5 + 0.5 * cos(acos(-1.0) * (double)(i + 1) / (double)(grid->n_tail + 1));
 }
 
+void response_lead(const struct response_grid *grid, const double u[], size_t available, double x[])
+{
+    size_t n = available < grid->n ? available : grid->n, total = n + grid->n_tail;
+    double *turned = bf_alloc(total, sizeof *turned);
+    for (size_t k = 0; k < n; k++)
+        turned[k] = u[n - 1 - k];
+    continue_series(turned, n, total);
+    for (size_t i = 0; i < grid->n_tail; i++)
+        x[i] = turned[n + i] * (0.5 + 0.5 * cos(acos(-1.0) * (double)(i + 1) / (double)(grid->n_tail + 1)));
+    free(turned);
+}
+
 /*
  * Content at the Nyquist frequency would ring for ever there, and e^(σt) would make that ring grow. The last part of the
  * band is faded out by a taper with all derivatives (Planck's), whose ring dies within some dozens of samples.
@@ -89,6 +124,12 @@ static void fade_to_nyquist(const struct response_grid *grid, double complex U[]
 enum bf_status response_transform(const struct response_grid *grid, const double x[], size_t count, double complex U[],
                                   struct bf_error *err)
 {
+    return response_transform_led(grid, x, count, NULL, U, err);
+}
+
+enum bf_status response_transform_led(const struct response_grid *grid, const double x[], size_t count,
+                                      const double before[], double complex U[], struct bf_error *err)
+{
     const struct fft *plan;
     enum bf_status status = fft_get(grid->n_fft, &plan, err);
     if (status != BF_OK)
@@ -96,9 +137,11 @@ enum bf_status response_transform(const struct response_grid *grid, const double
     double *padded = bf_alloc(grid->n_fft, sizeof *padded);
     for (size_t k = 0; k < count; k++)
         padded[k] = x[k] * grid->weight[k];
+    for (size_t i = 0; before != NULL && i < grid->n_tail; i++) /* what was before the record stands at the end */
+        padded[grid->n_fft - 1 - i] = before[i] / grid->weight[i + 1];
     fft_forward(plan, padded, U);
     free(padded);
-    if (grid->intersample == INTERSAMPLE_BAND_LIMITED)
+    if (grid->intersample == INTERSAMPLE_BAND_LIMITED && !grid->periodic)
         fade_to_nyquist(grid, U);
     return BF_OK;
 }

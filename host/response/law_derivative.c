@@ -86,7 +86,7 @@ static void fill_structure(struct lanes *a, size_t lane)
     const struct law_run *l = a->l;
     const struct system *s = l->system->system;
     size_t j = a->parameter[lane], next = 0;
-    if (!l->system->parameters[j].structural)
+    if (j >= l->system->n_parameters || !l->system->parameters[j].structural)
         return;
     a->structural = true;
     for (size_t k = 0; k < s->n_poles; k++) {
@@ -129,9 +129,14 @@ static enum bf_status fill_lane(struct lanes *a, size_t lane, size_t c, int orde
         status = law_upsample(l, W, scratch, err);
     else
         memset(scratch, 0, l->N * sizeof *scratch);
-    if (l->system->clamp != NULL) {
-        struct clamp_question q = clamp_relative(l->system->clamp, &l->system->coordinates[c], order, l->h_s, l->N);
-        (void)clamp_derivative_add(&q, a->parameter[lane], scratch);
+    if (a->parameter[lane] >= l->system->n_parameters) {
+        law_state_column_add(l, c, order, a->parameter[lane] - l->system->n_parameters, scratch);
+    } else {
+        (void)law_state_derivative_add(l, c, order, a->parameter[lane], scratch);
+        if (l->system->clamp != NULL) {
+            struct clamp_question q = law_clamp(l, c, order);
+            (void)clamp_derivative_add(&q, a->parameter[lane], scratch);
+        }
     }
     for (size_t k = 0; k < l->N; k++)
         out[(k * l->D + c) * LANES + lane] = scratch[k];
@@ -143,7 +148,8 @@ static enum bf_status fill_linear(struct lanes *a, size_t lane, size_t c, double
                                   struct bf_error *err)
 {
     const struct law_run *l = a->l;
-    bool any = law_source_derivative(l->system, c, a->parameter[lane], W);
+    bool any =
+        a->parameter[lane] < l->system->n_parameters && law_source_derivative(l->system, c, a->parameter[lane], W);
     enum bf_status status = BF_OK;
     if (l->has_T_w)
         status = fill_lane(a, lane, c, 0, any ? W : NULL, scratch, a->w_lin, err);
@@ -160,6 +166,12 @@ static enum bf_status fill_linear(struct lanes *a, size_t lane, size_t c, double
 
 /* ---- Outputs ---- */
 
+static double *column_of(const struct law_run *l, const struct modal_output *output, size_t j)
+{
+    size_t n = l->system->n_parameters;
+    return j < n ? modal_column(l->system, output, j) : output->states + (j - n) * l->system->n_rows;
+}
+
 static enum bf_status add_output(const struct lanes *a, size_t lane, const struct modal_output *output,
                                  const double complex dF[], struct bf_error *err)
 {
@@ -168,13 +180,14 @@ static enum bf_status add_output(const struct lanes *a, size_t lane, const struc
     double complex *Y = bf_alloc(m, sizeof *Y);
     for (size_t c = 0; c < l->D; c++) {
         const struct modal_path *path = &output->paths[c];
-        const double complex *dH = path->dH[j], *f = l->F + c * m, *df = dF + c * m;
+        const double complex *dH = j < l->system->n_parameters ? path->dH[j] : NULL, *f = l->F + c * m,
+                             *df = dF + c * m;
         for (size_t k = 0; k < m; k++)
             Y[k] -= path->H[k] * df[k];
         for (size_t k = 0; dH != NULL && k < m; k++)
             Y[k] -= dH[k] * f[k];
     }
-    enum bf_status status = law_add_output(l, output->gain, output->filter, Y, modal_column(l->system, output, j), err);
+    enum bf_status status = law_add_output(l, output->gain, output->filter, Y, column_of(l, output, j), err);
     free(Y);
     return status;
 }
@@ -208,6 +221,8 @@ static enum bf_status run_block(struct lanes *a, const struct law_row *R, struct
 /* The nonlinear motion depends on this parameter. */
 static bool matters(const struct law_run *l, size_t j)
 {
+    if (l->system->parameters == NULL)
+        return false;
     const struct modal_parameter *role = &l->system->parameters[j];
     if (!role->wanted)
         return false;
@@ -218,7 +233,7 @@ static bool matters(const struct law_run *l, size_t j)
     return yes;
 }
 
-/* Those that change the structure first, so that the others share blocks that do without. */
+/* Those that change the structure first, so that the others share blocks that do without; then the unknowns of the initial state. */
 static size_t list_parameters(const struct law_run *l, size_t list[])
 {
     size_t n = 0;
@@ -226,13 +241,16 @@ static size_t list_parameters(const struct law_run *l, size_t list[])
         for (size_t j = 0; j < l->system->n_parameters; j++)
             if (matters(l, j) && l->system->parameters[j].structural == (structural == 1))
                 list[n++] = j;
+    for (size_t i = 0; i < 2 * l->system->n_states; i++)
+        list[n++] = l->system->n_parameters + i;
     return n;
 }
 
 enum bf_status law_run_derivatives(const struct law_run *l, struct bf_error *err)
 {
     enum bf_status status = BF_OK;
-    size_t *list = bf_alloc(l->system->n_parameters, sizeof *list), n = list_parameters(l, list);
+    size_t *list = bf_alloc(l->system->n_parameters + 2 * l->system->n_states, sizeof *list),
+           n = list_parameters(l, list);
     struct law_row R = law_pole_changes(l);
     for (size_t j = 0; status == BF_OK && j < n;) {
         struct lanes a;

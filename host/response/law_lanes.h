@@ -20,7 +20,7 @@ struct direct {
 /* Complex numbers are split; the last index is the lane. */
 struct lanes {
     const struct law_run *l;
-    size_t count, parameter[LANES];
+    size_t count, parameter[LANES]; /* from n_parameters on: unknowns of the initial state */
     size_t n_direct;
     struct direct direct[MOST_COORDINATES * LANES];
     bool structural;                                               /* some of them changes poles or residues */

@@ -8,6 +8,12 @@
 #include "law_transfer.h"
 #include "maths/maths.h"
 
+/* Of a step in a transform of n: those before the record stand at its end. */
+static size_t place_of(const struct law_run *l, size_t n, size_t step)
+{
+    return step < l->lead ? n - l->lead + step : step - l->lead;
+}
+
 enum bf_status law_upsample(const struct law_run *l, const double complex W[], double out[], struct bf_error *err)
 {
     size_t m = l->grid->m, factor = (size_t)l->oversample, n_fine = l->grid->n_fft * factor;
@@ -24,7 +30,7 @@ enum bf_status law_upsample(const struct law_run *l, const double complex W[], d
         wide[m - 1] *= 0.5; /* one line at the old Nyquist frequency becomes a pair */
     fft_inverse(plan, wide, x);
     for (size_t k = 0; k < l->N; k++)
-        out[k] = x[k] * l->growth[k];
+        out[k] = x[place_of(l, n_fine, k)] * l->growth[k];
     free(wide);
     free(x);
     return BF_OK;
@@ -40,9 +46,9 @@ enum bf_status law_transform(const struct law_run *l, const double f[], size_t s
         return status;
     double complex *wide = bf_grow(NULL, n_fine / 2 + 1, sizeof *wide);
     double *x = bf_grow(NULL, n_fine, sizeof *x);
+    memset(x, 0, n_fine * sizeof *x);
     for (size_t k = 0; k < l->N; k++)
-        x[k] = f[k * stride] / l->growth[k];
-    memset(x + l->N, 0, (n_fine - l->N) * sizeof *x);
+        x[place_of(l, n_fine, k)] = f[k * stride] / l->growth[k];
     fft_forward(plan, x, wide);
     for (size_t k = 0; k < l->grid->m; k++)
         F[k] = wide[k] / (double)factor;
@@ -51,15 +57,26 @@ enum bf_status law_transform(const struct law_run *l, const double f[], size_t s
     return BF_OK;
 }
 
-/* One time derivative of a coordinate: the response with spectrum W, and what a shaken clamp adds. */
+struct clamp_question law_clamp(const struct law_run *l, size_t c, int order)
+{
+    struct clamp_question q = clamp_relative(l->system->clamp, &l->system->coordinates[c], order, l->h_s, l->N);
+    q.t0_s = l->system->t0_s - (double)l->lead * l->h_s;
+    q.steady = l->system->free_state;
+    return q;
+}
+
+/* One time derivative of a coordinate: the response with spectrum W, the free motion, and what a shaken clamp adds. */
 static enum bf_status add_motion(const struct law_run *l, size_t c, int order, const double complex W[], double out[],
                                  struct bf_error *err)
 {
     enum bf_status status = law_upsample(l, W, out, err);
-    if (status != BF_OK || l->system->clamp == NULL)
+    if (status != BF_OK)
         return status;
-    struct clamp_question q = clamp_relative(l->system->clamp, &l->system->coordinates[c], order, l->h_s, l->N);
-    clamp_motion_add(&q, out);
+    law_state_add(l, c, order, out);
+    if (l->system->clamp != NULL) {
+        struct clamp_question q = law_clamp(l, c, order);
+        clamp_motion_add(&q, out);
+    }
     return BF_OK;
 }
 

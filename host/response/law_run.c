@@ -133,6 +133,24 @@ static void fill_accelerance(struct law_run *l)
     }
 }
 
+/* Steps before and after a record that did not begin at rest; forces are faded there by a step with all derivatives (Planck's). */
+static void fill_lead(struct law_run *l)
+{
+    enum { LEAD_SAMPLES = 32 };
+    size_t room = (l->grid->n_fft - l->grid->n) / 4, samples = room < LEAD_SAMPLES ? room : LEAD_SAMPLES;
+    if (!l->system->free_state)
+        return;
+    l->lead = samples * (size_t)l->oversample;
+    l->N += 2 * l->lead;
+    l->fade = bf_alloc(l->N, sizeof *l->fade);
+    for (size_t k = 0; k < l->N; k++)
+        l->fade[k] = 1.0;
+    for (size_t k = 0; k < l->lead; k++) {
+        double x = ((double)k + 0.5) / (double)l->lead;
+        l->fade[k] = l->fade[l->N - 1 - k] = 1.0 / (1.0 + exp(1.0 / x - 1.0 / (1.0 - x)));
+    }
+}
+
 /* e^(σt) at every step, by products of a coarse and a fine table. */
 static void fill_growth(struct law_run *l)
 {
@@ -142,7 +160,7 @@ static void fill_growth(struct law_run *l)
         fine[i] = exp(rate * (double)i);
     l->growth = bf_grow(NULL, l->N, sizeof *l->growth);
     for (size_t first = 0; first < l->N; first += FINE) {
-        double coarse = exp(rate * (double)first);
+        double coarse = exp(rate * ((double)first - (double)l->lead));
         for (size_t i = 0; i < FINE && first + i < l->N; i++)
             l->growth[first + i] = coarse * fine[i];
     }
@@ -193,6 +211,7 @@ enum bf_status law_run_new(struct law_run *l, struct bf_error *err)
     l->D = l->system->n_coordinates;
     l->N = l->grid->n * (size_t)l->oversample;
     l->h_s = l->grid->dt_s / (double)l->oversample;
+    fill_lead(l);
     ask_laws(l);
     split_poles(l);
     fill_rows(l);
@@ -200,7 +219,7 @@ enum bf_status law_run_new(struct law_run *l, struct bf_error *err)
     fill_accelerance(l);
     fill_growth(l);
     l->f = bf_grow(NULL, l->N * l->D, sizeof(double));
-    if (l->system->parameters != NULL)
+    if (law_run_differentiates(l))
         make_history(l);
     return law_linear_motion(l, err);
 }
@@ -212,6 +231,7 @@ void law_run_free(struct law_run *l)
     free(l->multiplicity);
     free(l->rows);
     free(l->growth);
+    free(l->fade);
     free(l->w_lin);
     free(l->f);
     free(l->F);

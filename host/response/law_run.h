@@ -10,6 +10,11 @@
  * samples (law_hold.h); poles far above the grid act through their static compliance. Each step solves
  * f = law(w_free + S_w f, v_free + S_v f, a_free + S_a f). Accelerations a = w″ = a_lin + Σ_k Re(α_k p_k (p_k q_k − Σ_c α_kc f_c))
  * are followed where a law has inertia of its own (law_axial.h), else every member of theirs is NULL or 0.
+ *
+ * From an unknown initial state w_lin also has the free motion of its modes, and there were forces before the first sample and
+ * there are some after the last. Forces that begin or end in a step would ring through the band-limited way to the outputs, so
+ * the steps begin `lead` before the record and go on `lead` past it, with forces that are faded in and out there; in modes of
+ * the band what they did before is part of the unknown state.
  */
 #ifndef BEAMFIT_LAW_RUN_H
 #define BEAMFIT_LAW_RUN_H
@@ -39,11 +44,13 @@ struct law_run {
     const struct law_prepared *laws; /* [n_laws] at the run's parameters, in the order of their coordinates */
     int oversample;                  /* steps a sample; 0: as the laws ask for */
     const struct response_grid *grid;
-    bool uses_w; /* some force depends on a coordinate itself, now or a step ago */
-    bool uses_v; /* on its rate */
-    bool uses_a; /* on its acceleration */
-    size_t D, N; /* coordinates; steps */
-    size_t held; /* samples of f that a step uses: HOLD_LINE or HOLD_CUBIC */
+    bool uses_w;  /* some force depends on a coordinate itself, now or a step ago */
+    bool uses_v;  /* on its rate */
+    bool uses_a;  /* on its acceleration */
+    size_t D, N;  /* coordinates; steps */
+    size_t lead;  /* of them before the record's first sample, and as many after its last; 0: it begins at rest */
+    double *fade; /* [N] factor of the forces; NULL: 1 */
+    size_t held;  /* samples of f that a step uses: HOLD_LINE or HOLD_CUBIC */
     double h_s;
     double *growth; /* [N] e^(σt) */
     size_t n_dynamic, P;
@@ -83,8 +90,24 @@ enum bf_status law_run_outputs(struct law_run *l, struct bf_error *err);
 /* Adds the other derivatives, those of the forces, to the Jacobian; after law_run_outputs(). */
 enum bf_status law_run_derivatives(const struct law_run *l, struct bf_error *err);
 
+/* Does anybody ask for derivatives? */
+static inline bool law_run_differentiates(const struct law_run *l)
+{
+    return l->system->parameters != NULL || l->system->n_states > 0;
+}
+
+/*
+ * law_state.c, the free motion of a record's initial state: out[N] += the order-th time derivative of coordinate c in it; its
+ * derivative by a parameter, false when that is zero; and by one of the 2 n_states unknowns.
+ */
+void law_state_add(const struct law_run *l, size_t c, int order, double out[]);
+bool law_state_derivative_add(const struct law_run *l, size_t c, int order, size_t parameter, double out[]);
+void law_state_column_add(const struct law_run *l, size_t c, int order, size_t unknown, double out[]);
+
 /* w_lin, v_lin and a_lin of every coordinate. */
 enum bf_status law_linear_motion(struct law_run *l, struct bf_error *err);
+/* The motion of coordinate c on the record's shaken clamp, at the steps. */
+struct clamp_question law_clamp(const struct law_run *l, size_t c, int order);
 /* Bins 0 … m−1 of a spectrum to N samples at the oversampled rate, and back. */
 enum bf_status law_upsample(const struct law_run *l, const double complex W[], double out[], struct bf_error *err);
 enum bf_status law_transform(const struct law_run *l, const double f[], size_t stride, double complex F[],

@@ -62,6 +62,26 @@ static void keep(struct law_run *l, size_t step, size_t e, size_t first, size_t 
         keep_memory(&l->state[step * l->n_laws + e], force);
 }
 
+/* A force that is faded: everything by which it acts is. What happens to its internal states is not. */
+static void fade_force(struct law_force *force, const struct law *law, double factor, bool tangents, bool derivatives)
+{
+    size_t d = law->d, square = d * d;
+    for (size_t i = 0; i < d; i++)
+        force->f[i] *= factor;
+    for (size_t i = 0; tangents && i < square; i++) {
+        force->by_w[i] *= factor;
+        force->by_v[i] *= factor;
+        force->by_w_old[i] *= factor;
+        if (law->shortening != NULL)
+            force->by_a[i] *= factor;
+    }
+    for (size_t p = 0; derivatives && p < law->n_dependencies; p++)
+        for (size_t i = 0; i < d; i++)
+            force->by_parameter[p][i] *= factor;
+    for (int k = 0; derivatives && k < law->effect->n_law_states; k++)
+        force->by_z[k] *= factor;
+}
+
 /* Motion, forces and tangents at the trial f; store: into the record's arrays too. −1: out of range. */
 static int step_evaluate(struct law_run *l, struct stepper *s, size_t step, bool tangents, bool store)
 {
@@ -74,11 +94,13 @@ static int step_evaluate(struct law_run *l, struct stepper *s, size_t step, bool
                                     .w_old = s->w_old + first,
                                     .a = s->a + first,
                                     .z = s->z + e * BEAM_LAW_STATES,
-                                    .t_s = (double)step * l->h_s,
+                                    .t_s = l->system->t0_s + ((double)step - (double)l->lead) * l->h_s,
                                     .dt_s = l->h_s};
         struct law_force force;
         if (law_force(&l->laws[e], &motion, tangents, store, &force) != 0)
             return -1;
+        if (l->fade != NULL && l->fade[step] < 1.0)
+            fade_force(&force, law, l->fade[step], tangents, store);
         memcpy(s->law + first, force.f, law->d * sizeof(double));
         for (int k = 0; k < law->effect->n_law_states; k++)
             s->z_next[e * BEAM_LAW_STATES + (size_t)k] = force.z[k];

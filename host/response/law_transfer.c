@@ -86,7 +86,7 @@ bool law_source_derivative(const struct modal_system *s, size_t coordinate, size
 {
     const struct modal_parameter *role = &s->parameters[parameter];
     size_t m = s->grid->m;
-    if (!role->structural && !role->of_input)
+    if ((!role->structural && !role->of_input) || s->n_inputs == 0)
         return false;
     memset(dW, 0, m * sizeof *dW);
     for (size_t i = 0; i < s->n_inputs; i++) {

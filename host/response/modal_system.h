@@ -52,6 +52,18 @@ struct modal_output {
     struct modal_change *changes;
     double *y;        /* [grid->n] what is added to */
     double *jacobian; /* the same rows of the first parameter's column; the next one's begin n_rows later */
+    double *states;   /* likewise of the first unknown of the initial state */
+};
+
+/*
+ * A mode whose state at the record's beginning is an unknown a: every coordinate moves by 2 Re(a b α e^(pt)) besides what the
+ * inputs do. Two real unknowns, the parts of a.
+ */
+struct modal_state {
+    size_t pole;
+    double complex amplitude;  /* a */
+    double complex to_beam;    /* b, with the mode's sign */
+    double complex *d_to_beam; /* [n_parameters]; NULL: b is constant */
 };
 
 struct modal_system {
@@ -63,6 +75,10 @@ struct modal_system {
     const struct response_grid *grid;
     const double complex *recorder; /* [m] the recorder's filter; NULL: not stated */
     const struct clamp *clamp;      /* NULL: it is at rest */
+    bool free_state;                /* the beam moved before the record began */
+    double t0_s;                    /* of the first row, since the record's first sample */
+    size_t n_states;
+    const struct modal_state *states;
     size_t n_inputs;
     const struct modal_input *inputs;
     size_t n_outputs;

@@ -169,14 +169,14 @@ static enum bf_status shake_channel(const struct run *run, const struct clamp *c
                                   .f = &p->outputs[channel->output],
                                   .order = output_order(kind),
                                   .absolute = kind != OUTPUT_PATCH_STRAIN,
-                                  .steady = plan->free_decay,
+                                  .steady = plan->free_state,
                                   .gain = gain,
                                   .t0_s = (double)plan->start * grid->dt_s,
                                   .h_s = grid->dt_s,
                                   .n = channel->n};
     w.filter = bf_alloc(2 * clamp->n_tones, sizeof *w.filter);
     w.slope = w.filter + clamp->n_tones;
-    if (plan->free_decay) {
+    if (plan->free_state) {
         filter_tones(&w, SIZE_MAX);
         w.q.filter = w.filter;
         w.q.slope = w.slope;

@@ -16,11 +16,13 @@ static enum bf_status bind_record(struct predictor *p, size_t r, struct bf_error
     *plan = (struct record_plan){.record = record, .first_channel = p->n_channels};
     plan->recorder = recorder_filter_read(record);
     plan->free_decay = excitation != NULL && strcmp(excitation, "free_decay") == 0;
+    plan->periodic = record_is_periodic(record);
     plan->input = bf_alloc(p->model.n_inputs, sizeof *plan->input);
     plan->source = bf_alloc(p->model.n_inputs, sizeof *plan->source);
     plan->recorded = bf_alloc(p->model.n_inputs, sizeof *plan->recorded);
     plan->driven = bf_alloc(p->model.n_inputs, sizeof *plan->driven);
     plan->U = bf_alloc(p->model.n_inputs, sizeof *plan->U);
+    plan->free_state = record_state_is_free(record);
     size_t n_inputs = 0;
     for (size_t i = 0; i < p->model.n_inputs && !plan->free_decay; i++) {
         plan->input[i] = record_column(record, p->model.inputs[i].name);
@@ -56,6 +58,36 @@ static enum bf_status bind_record(struct predictor *p, size_t r, struct bf_error
     return BF_OK;
 }
 
+/* y(2v, 2u) = 2 y(v, u), as of a direct path; a converter that saturates is none. */
+bool effect_map_is_linear(const struct beam_effect *effect)
+{
+    static const double v = 1.7, u = 0.6, same = 1e-9;
+    double p[BEAM_EFFECT_PARAMETERS];
+    struct beam_sample_output once = {0}, twice = {0};
+    for (int i = 0; i < effect->n_parameters; i++)
+        p[i] = effect->parameters[i].start;
+    return effect->map(p, v, u, &once) == 0 && effect->map(p, 2.0 * v, 2.0 * u, &twice) == 0 &&
+           fabs(twice.y - 2.0 * once.y) <= same * fabs(twice.y);
+}
+
+bool effect_is_linear(const struct beam_effect *effect)
+{
+    return effect->law == NULL && effect->drive == NULL && effect->signal == NULL && effect->base == NULL &&
+           effect->axial_inertia == NULL && (effect->map == NULL || effect_map_is_linear(effect));
+}
+
+static enum bf_status check_periodic(const struct predictor *p, const struct beam_effect *effect, struct bf_error *err)
+{
+    for (size_t r = 0; r < p->n_records && !effect_is_linear(effect); r++)
+        if (p->plans[r].periodic)
+            return bf_fail(err, BF_USAGE,
+                           "%s: a frequency response, or one period of a steady state, is predicted with linear "
+                           "effects only; drop %s, "
+                           "or give records in time",
+                           p->records[r].path, effect->id);
+    return BF_OK;
+}
+
 /* An effect on a channel must find one. */
 static enum bf_status check_effects(const struct predictor *p, struct bf_error *err)
 {
@@ -69,6 +101,9 @@ static enum bf_status check_effects(const struct predictor *p, struct bf_error *
         if (!found)
             return bf_fail(err, BF_BAD_FILE, "effect %s acts on no channel of the model; name one with 'channel:'",
                            effect->id);
+        const enum bf_status status = check_periodic(p, effect, err);
+        if (status)
+            return status;
         if (effect->base != NULL && effect->tone == NULL)
             return bf_fail(err, BF_USAGE, "effect %s shakes the clamp but states no tone; the host needs one",
                            effect->id);

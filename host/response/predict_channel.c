@@ -131,6 +131,15 @@ static void scale_row(const struct run *run, const struct predict_channel *chann
             run_column(run, j, channel)[k] *= y_v;
 }
 
+/* The columns of a record's initial state follow the slope of a map, too. */
+static void scale_states(const struct run *run, const struct predict_channel *channel, size_t k, double y_v)
+{
+    const struct predictor *p = run->p;
+    size_t first = p->plans[channel->record].first_nuisance, n = state_unknowns(p, channel->record);
+    for (size_t i = first; i < first + n; i++)
+        p->nuisance[i * p->n_rows + channel->row + k] *= y_v;
+}
+
 /* A signal of time under another clock: t ∂signal/∂t, from a difference of order four. */
 static void signal_by_clock(const struct run *run, const struct predict_channel *channel,
                             const struct beam_effect *effect, const double parameters[], size_t k, double t)
@@ -174,6 +183,8 @@ static enum bf_status apply_sample_effect(const struct run *run, const struct pr
         if (failed != 0)
             return bf_fail(err, BF_NUMERIC, "effect %s: a parameter is outside its physical range", effect->id);
         *y = out.y;
+        if (effect->map != NULL)
+            scale_states(run, channel, k, out.y_v);
         if (run->want == NULL)
             continue;
         if (effect->map != NULL)

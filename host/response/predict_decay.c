@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
- * Free decays: y(t) = Σ_k 2 Re(a_k c_k p_k^ν F(p_k) e^(p_k t)) with unknown complex amplitudes a_k, one for each
+ * Unknown initial states: y(t) = Σ_k 2 Re(a_k c_k p_k^ν F(p_k) e^(p_k t)) with unknown complex amplitudes a_k, one for each
  * vibrating mode in the band; two columns (real and imaginary part of a_k) for each. A sensor's filter was at work before the
- * record began, too: one more column e^(p t) for its pole p on that channel.
+ * record began, too: one more column e^(p t) for its pole p on that channel. Where laws or maps act on this motion, the
+ * amplitudes' part is added to y here, and predict_law.c adds what laws do about it.
  */
 #include "predictor.h"
 
@@ -10,79 +11,23 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Modes above this part of the sampling frequency are not seen. */
-static const double band_part = 0.45;
-
-static bool in_band(const struct predictor *p, size_t record, size_t pole)
-{
-    double frequency_Hz = cimag(p->system->p[pole]) / (2.0 * acos(-1.0));
-    return pole < p->system->n_pairs && frequency_Hz * p->records[record].dt_s < band_part;
-}
-
-/* Poles are not sorted: the pairs by ascending frequency, the lowest `limit` of them. */
-static size_t lowest_poles(const struct predictor *p, size_t limit, size_t out[])
-{
-    size_t count = 0;
-    for (size_t k = 0; k < p->system->n_pairs; k++) {
-        size_t at = count;
-        while (at > 0 && cimag(p->system->p[out[at - 1]]) > cimag(p->system->p[k])) {
-            out[at] = out[at - 1];
-            at--;
-        }
-        out[at] = k;
-        count++;
-    }
-    return count < limit ? count : limit;
-}
-
-/* Effect e gives this output a filter with memory. */
-static bool remembers(const struct predictor *p, size_t e, size_t output)
-{
-    const struct beam_effect *effect = p->model.effects[e].effect;
-    struct beam_filter_output filter = {.value = {.a1 = 0.0}};
-    double start[BEAM_EFFECT_PARAMETERS] = {0};
-    for (int s = 0; s < effect->n_parameters; s++)
-        start[s] = effect->parameters[s].start;
-    return effect->filter != NULL && effect_on_output(&p->model, e, output) && effect->filter(start, &filter) == 0 &&
-           (filter.value.a1 < 0.0 || filter.value.a1 > 0.0);
-}
-
-static size_t filter_unknowns(const struct predictor *p, size_t record)
-{
-    const struct record_plan *plan = &p->plans[record];
-    size_t n = 0;
-    for (size_t c = 0; c < plan->n_channels; c++)
-        for (size_t e = 0; e < p->model.n_effects; e++)
-            n += remembers(p, e, p->channels[plan->first_channel + c].output);
-    return n;
-}
-
-size_t decay_unknowns(const struct predictor *p, size_t record)
-{
-    size_t *poles = bf_alloc(p->system->n_poles, sizeof *poles);
-    size_t n = 0, pairs = lowest_poles(p, p->system->n_pairs, poles);
-    while (n < pairs && in_band(p, record, poles[n]))
-        n++;
-    free(poles);
-    return 2 * n + filter_unknowns(p, record);
-}
-
 struct decay {
     double complex p, shape; /* shape = c p^ν F(p) gain */
     double complex amplitude;
     double *column_re, *column_im; /* [n] */
 };
 
-static enum bf_status make_decay(const struct run *run, const struct predict_channel *channel, size_t pole,
+static enum bf_status make_decay(const struct run *run, const struct predict_channel *channel, size_t mode,
                                  size_t nuisance, struct decay *out, struct bf_error *err)
 {
     const struct predictor *p = run->p;
-    size_t gain_parameter;
+    size_t gain_parameter, pole = p->states.pole[mode];
     bool filtered;
     double complex F;
     out->p = p->system->p[pole];
     enum bf_status status = channel_filter(run, channel->record, channel->output, &out->p, 1, &F, &filtered, err);
-    out->shape = p->outputs[channel->output].alpha[pole] * F * output_gain(run, channel->output, &gain_parameter);
+    out->shape = p->states.sign[mode] * p->outputs[channel->output].alpha[pole] * F *
+                 output_gain(run, channel->output, &gain_parameter);
     for (int i = 0; i < output_order(p->model.outputs[channel->output].kind); i++)
         out->shape *= out->p;
     out->amplitude = CMPLX(p->amplitude[nuisance], p->amplitude[nuisance + 1]);
@@ -189,33 +134,49 @@ static enum bf_status filter_columns(const struct run *run, size_t record, size_
     for (size_t c = 0; c < plan->n_channels; c++) {
         const struct predict_channel *channel = &p->channels[plan->first_channel + c];
         for (size_t e = 0; status == BF_OK && e < p->model.n_effects; e++)
-            if (remembers(p, e, channel->output))
+            if (filter_remembers(p, e, channel->output))
                 status = filter_column(run, channel, e, first++, err);
     }
     return status;
+}
+
+static enum bf_status channel_decays(const struct run *run, const struct predict_channel *channel, size_t modes,
+                                     struct bf_error *err)
+{
+    const struct predictor *p = run->p;
+    enum bf_status status = BF_OK;
+    for (size_t i = 0; status == BF_OK && i < modes; i++) {
+        struct decay d;
+        status = make_decay(run, channel, i, p->plans[channel->record].first_nuisance + 2 * i, &d, err);
+        if (status != BF_OK)
+            break;
+        fill_columns(channel, interval_s(run, channel), &d);
+        if (run->want != NULL)
+            add_derivatives(run, channel, &d, p->states.pole[i]);
+    }
+    return status;
+}
+
+/* y += Σ amplitude · column */
+static void add_states(const struct run *run, const struct predict_channel *channel)
+{
+    const struct predictor *p = run->p;
+    size_t first = p->plans[channel->record].first_nuisance, n = state_unknowns(p, channel->record);
+    for (size_t i = first; i < first + n; i++)
+        add_scaled(channel->n, p->amplitude[i], p->nuisance + i * p->n_rows + channel->row, p->y + channel->row);
 }
 
 enum bf_status predict_decay(const struct run *run, size_t record, struct bf_error *err)
 {
     const struct predictor *p = run->p;
     const struct record_plan *plan = &p->plans[record];
-    size_t *poles = bf_alloc(p->system->n_poles, sizeof *poles);
-    size_t last = record + 1 < p->n_records ? p->plans[record + 1].first_nuisance : p->n_nuisance;
-    size_t filters = last - filter_unknowns(p, record); /* the modes come first */
-    size_t n = lowest_poles(p, (filters - plan->first_nuisance) / 2, poles);
+    size_t modes = state_modes_of(p, record), n = modes < p->states.n ? modes : p->states.n;
     enum bf_status status = BF_OK;
-    for (size_t c = 0; c < plan->n_channels; c++) {
-        const struct predict_channel *channel = &p->channels[plan->first_channel + c];
-        for (size_t i = 0; status == BF_OK && i < n; i++) {
-            struct decay d;
-            status = make_decay(run, channel, poles[i], plan->first_nuisance + 2 * i, &d, err);
-            if (status != BF_OK)
-                break;
-            fill_columns(channel, interval_s(run, channel), &d);
-            if (run->want != NULL)
-                add_derivatives(run, channel, &d, poles[i]);
-        }
-    }
-    free(poles);
-    return status == BF_OK ? filter_columns(run, record, filters, err) : status;
+    for (size_t c = 0; status == BF_OK && c < plan->n_channels; c++)
+        status = channel_decays(run, &p->channels[plan->first_channel + c], n, err);
+    if (status == BF_OK)
+        status = filter_columns(run, record, plan->first_nuisance + 2 * modes, err);
+    for (size_t c = 0; status == BF_OK && states_bend(p) && c < plan->n_channels; c++)
+        add_states(run, &p->channels[plan->first_channel + c]);
+    return status;
 }

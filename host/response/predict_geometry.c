@@ -159,6 +159,27 @@ static void add_point_masses(const struct run *run)
     free(g);
 }
 
+/* The same of the sensors' masses, by a where the model frees it. */
+static void add_sensor_masses(const struct run *run)
+{
+    struct predictor *p = run->p;
+    const size_t n = p->reduced.n;
+    double *g = bf_alloc(n, sizeof *g);
+    for (size_t o = 0; o < p->model.n_outputs; o++) {
+        const size_t j = p->map.output_place[o];
+        const double m = p->model.outputs[o].mass_kg, at_m = j == SIZE_MAX ? p->model.outputs[o].at_m : run->theta[j];
+        if (!(m > 0.0))
+            continue;
+        reduced_point(&p->reduced, 0, at_m, g);
+        add_scaled(n, -m, g, p->base_load->g);
+        if (j == SIZE_MAX)
+            continue;
+        reduced_point(&p->reduced, 1, at_m, g);
+        add_scaled(n, -m, g, functional_change(p->base_load, n, j));
+    }
+    free(g);
+}
+
 /* g = −Σ ρ_m L_m − Σ m φ(a) and its derivatives. */
 static void place_load(const struct run *run)
 {
@@ -179,6 +200,7 @@ static void place_load(const struct run *run)
         }
     }
     add_point_masses(run);
+    add_sensor_masses(run);
 }
 
 enum bf_status geometry_rebase(struct predictor *p, struct bf_error *err)

@@ -172,10 +172,8 @@ static void *fill_transfers(void *argument)
 static enum bf_status step_record(const struct queue *queue, size_t record, struct bf_error *err)
 {
     const struct predictor *p = queue->run->p;
-    if (p->plans[record].free_decay)
-        return bf_fail_at(
-            err, p->records[record].path, 0,
-            "a free decay cannot be predicted with a nonlinear effect; drop the effect or record the force");
+    if (state_at_rest(p, record))
+        return BF_OK;
     struct modal_record modal;
     struct law_run l = {
         .system = &modal.system, .n_laws = queue->n_laws, .laws = queue->laws, .oversample = p->options.oversample};
@@ -186,7 +184,7 @@ static enum bf_status step_record(const struct queue *queue, size_t record, stru
         status = law_run_march(&l, err);
     if (status == BF_OK)
         status = law_run_outputs(&l, err);
-    if (status == BF_OK && queue->run->want != NULL)
+    if (status == BF_OK && law_run_differentiates(&l))
         status = law_run_derivatives(&l, err);
     law_run_free(&l);
     modal_record_free(&modal);

@@ -150,6 +150,21 @@ static bool all_zero(const double x[], size_t n)
     return true;
 }
 
+/* Columns of the record's initial state: the slope is all that a map does to them. */
+static void bend_states(const struct run *run, const struct predict_channel *channel, const struct map_grid *g,
+                        const struct bend *bend, double fine[])
+{
+    const struct predictor *p = run->p;
+    size_t first = p->plans[channel->record].first_nuisance, n = state_unknowns(p, channel->record);
+    for (size_t i = first; i < first + n; i++) {
+        double *column = p->nuisance + i * p->n_rows + channel->row;
+        go_up(g, column, fine);
+        for (size_t k = 0; k < g->n_fine; k++)
+            fine[k] *= bend->by_v[k];
+        come_down(g, fine, column);
+    }
+}
+
 static void bend_columns(const struct run *run, const struct predict_channel *channel, size_t e,
                          const struct map_grid *g, const struct bend *bend, double fine[])
 {
@@ -196,6 +211,8 @@ enum bf_status map_bend(const struct run *run, const struct predict_channel *cha
         status = bend_at(effect, parameters, fine, u != NULL ? fine_u : NULL, g.n_fine, &bend, err);
         if (status == BF_OK)
             come_down(&g, bend.change, y);
+        if (status == BF_OK)
+            bend_states(run, channel, &g, &bend, fine);
         if (status == BF_OK && run->want != NULL)
             bend_columns(run, channel, e, &g, &bend, fine);
         free(work);

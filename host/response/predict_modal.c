@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "predict_modal.h"
 
+#include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
 
@@ -120,11 +121,43 @@ static enum bf_status list_outputs(const struct run *run, size_t record, const s
         output->paths = paths + p->n_coordinates * modal_output_row(run, plan->grid, channel->output);
         output->y = run->out->y + channel->row;
         output->jacobian = run->want != NULL ? run_column(run, 0, channel) : NULL;
+        output->states = p->nuisance + plan->first_nuisance * p->n_rows + channel->row;
         status = channel_filter(run, record, channel->output, grid->s, grid->m, filter, &filtered, err);
         if (status == BF_OK)
             list_chain(run, channel, gain_parameter, grid, output);
     }
     return status;
+}
+
+/* d(to_beam) along dp, to_beam being no analytic function of the pole. */
+static double complex to_beam_change(const struct run *run, size_t record, double complex pole, double complex dp)
+{
+    const double step = 1e-5 * cabs(pole) / fmax(cabs(dp), 1e-300);
+    return (state_to_beam(run, record, pole + step * dp) - state_to_beam(run, record, pole - step * dp)) / (2.0 * step);
+}
+
+static void list_states(const struct run *run, size_t record, struct modal_record *out)
+{
+    const struct predictor *p = run->p;
+    const struct record_plan *plan = &p->plans[record];
+    const struct state_modes *modes = &p->states;
+    size_t n = state_modes_of(p, record), n_parameters = p->map.n;
+    out->states = bf_alloc(n, sizeof *out->states);
+    for (size_t i = 0; i < n && i < modes->n; i++) {
+        struct modal_state *state = &out->states[out->system.n_states++];
+        double complex pole = p->system->p[modes->pole[i]];
+        const double *a = p->amplitude + plan->first_nuisance + 2 * i;
+        *state = (struct modal_state){.pole = modes->pole[i],
+                                      .amplitude = CMPLX(a[0], a[1]),
+                                      .to_beam = modes->sign[i] * state_to_beam(run, record, pole)};
+        if (plan->A == NULL || run->want == NULL)
+            continue;
+        state->d_to_beam = bf_alloc(n_parameters, sizeof *state->d_to_beam);
+        for (size_t j = 0; j < n_parameters; j++)
+            if (run_structural(run, j) && p->system->derivative[j].p != NULL)
+                state->d_to_beam[j] =
+                    modes->sign[i] * to_beam_change(run, record, pole, p->system->derivative[j].p[modes->pole[i]]);
+    }
 }
 
 enum bf_status modal_record_new(const struct run *run, size_t record, const struct modal_path paths[],
@@ -138,14 +171,18 @@ enum bf_status modal_record_new(const struct run *run, size_t record, const stru
                                             .n_parameters = p->map.n,
                                             .grid = &p->grids[plan->grid],
                                             .recorder = plan->A,
+                                            .free_state = plan->free_state,
+                                            .t0_s = (double)plan->start * p->grids[plan->grid].dt_s,
                                             .n_rows = run->out->n_rows}};
     list_parameters(run, record, out);
     list_inputs(run, record, paths, out);
+    list_states(run, record, out);
     enum bf_status status = list_outputs(run, record, paths, out, err);
     out->system.clamp = clamp_new(run, record, &out->clamp) ? &out->clamp : NULL;
     out->system.parameters = out->parameters;
     out->system.inputs = out->inputs;
     out->system.outputs = out->outputs;
+    out->system.states = out->states;
     return status;
 }
 
@@ -159,6 +196,9 @@ void modal_record_free(struct modal_record *record)
         free(output->changes);
         free((void *)output->filter);
     }
+    for (size_t i = 0; i < record->system.n_states; i++)
+        free(record->states[i].d_to_beam);
+    free(record->states);
     free(record->parameters);
     free(record->inputs);
     free(record->input_changes);

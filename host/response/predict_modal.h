@@ -15,6 +15,7 @@ struct modal_record {
     struct modal_input *inputs;
     struct modal_change *input_changes;
     struct modal_output *outputs;
+    struct modal_state *states;
 };
 
 /* Rows of the paths: on each grid the sources, then the outputs. */

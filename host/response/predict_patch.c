@@ -128,6 +128,11 @@ static void add_load(const struct run *run, const struct moved *at, size_t j, do
         reduced_load(&at->reduced, &at->model, m, g);
         add_scaled(n, -scale * run->theta[p->map.rho[m]], g, functional_change(p->base_load, n, j));
     }
+    for (size_t o = 0; o < p->model.n_outputs; o++) {
+        const size_t place = p->map.output_place[o];
+        reduced_point(&at->reduced, 0, place == SIZE_MAX ? p->model.outputs[o].at_m : run->theta[place], g);
+        add_scaled(n, -scale * p->model.outputs[o].mass_kg, g, functional_change(p->base_load, n, j));
+    }
     for (size_t e = 0; e < p->model.n_effects; e++) {
         struct beam_term term;
         for (int t = 0; t < p->model.effects[e].effect->n_terms; t++) {

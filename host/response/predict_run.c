@@ -30,6 +30,7 @@ static void find_structural(const struct run *run)
 static enum bf_status run_once(const struct run *run, struct bf_error *err)
 {
     struct predictor *p = run->p;
+    memset(p->nuisance, 0, p->n_rows * p->n_nuisance * sizeof *p->nuisance);
     kernels_free(p);
     enum bf_status status = geometry_evaluate(run, err);
     if (status == BF_OK)
@@ -44,14 +45,15 @@ static enum bf_status run_once(const struct run *run, struct bf_error *err)
     functionals_evaluate(p->system, run_structure(run), p->outputs, p->model.n_outputs);
     if (p->base_load != NULL)
         functionals_evaluate(p->system, run_structure(run), p->base_load, 1);
+    states_find(p);
     status = predict_linear(run, err);
     if (status == BF_OK)
         status = predict_base(run, err);
+    for (size_t r = 0; status == BF_OK && r < p->n_records; r++)
+        if (p->plans[r].free_state)
+            status = predict_decay(run, r, err);
     if (status == BF_OK && p->nonlinear)
         status = predict_laws(run, err);
-    for (size_t r = 0; status == BF_OK && r < p->n_records; r++)
-        if (p->plans[r].free_decay)
-            status = predict_decay(run, r, err);
     if (status == BF_OK)
         status = finish_channels(run, err);
     return status;
@@ -113,8 +115,13 @@ static enum bf_status run_with_clock(const struct run *run, struct bf_error *err
 enum bf_status predictor_run(struct predictor *p, const double parameters[], const bool want_jacobian[],
                              struct prediction *out, struct bf_error *err)
 {
-    *out = (struct prediction){
-        .n_rows = p->n_rows, .n_parameters = p->map.n, .n_nuisance = p->n_nuisance, .y = p->y, .nuisance = p->nuisance};
+    *out = (struct prediction){.n_rows = p->n_rows,
+                               .n_parameters = p->map.n,
+                               .n_nuisance = p->n_nuisance,
+                               .y = p->y,
+                               .nuisance = p->nuisance,
+                               .amplitude = p->amplitude,
+                               .bends = p->system != NULL && states_bend(p)};
     if (p->system == NULL)
         return bf_fail(err, BF_NUMERIC, "the model could not be evaluated at its last base; rebase it first");
     struct run run = {.p = p, .theta = parameters, .want = want_jacobian, .out = out};
@@ -122,9 +129,11 @@ enum bf_status predictor_run(struct predictor *p, const double parameters[], con
         out->jacobian = p->jacobian;
         memset(p->jacobian, 0, p->n_rows * p->map.n * sizeof *p->jacobian);
     }
-    memset(p->nuisance, 0, p->n_rows * p->n_nuisance * sizeof *p->nuisance);
     bool differences = false;
     for (size_t j = 0; p->nonlinear && j < p->map.n; j++)
         differences = differences || by_clock(&run, j);
-    return differences ? run_with_clock(&run, err) : run_once(&run, err);
+    enum bf_status status = differences ? run_with_clock(&run, err) : run_once(&run, err);
+    if (status == BF_OK && states_bend(p))
+        states_take_out(&run);
+    return status;
 }

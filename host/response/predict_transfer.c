@@ -38,7 +38,6 @@ struct transfer_record transfer_record(const struct predictor *p, size_t record)
     const struct record_plan *plan = &p->plans[record];
     return (struct transfer_record){.grid = &p->grids[plan->grid],
                                     .grid_index = plan->grid,
-                                    .free_decay = plan->free_decay,
                                     .first_channel = plan->first_channel,
                                     .n_channels = plan->n_channels,
                                     .record = plan->record};
@@ -86,6 +85,61 @@ void transfer_motion(const struct predictor *p, const double theta[], size_t rec
     }
     recorder_undo(plan->A, m, W); /* the beam moved before the recorder's filter */
     free(H);
+    free(alpha);
+}
+
+size_t transfer_states(const struct predictor *p, size_t record, size_t *n)
+{
+    *n = state_unknowns(p, record);
+    return p->plans[record].first_nuisance;
+}
+
+bool transfer_undriven(const struct predictor *p, size_t record)
+{
+    return p->plans[record].free_decay;
+}
+
+double complex transfer_state_shape(const struct predictor *p, const struct transfer_modes *modes, size_t mode,
+                                    double complex *pole)
+{
+    const double *shape = modes->shape + mode * modes->dimension;
+    double square = 0.0;
+    *pole = 0.0;
+    if (mode >= p->states.n)
+        return 0.0;
+    double complex *alpha = bf_alloc(p->system->n_poles, sizeof *alpha);
+    system_functional(p->system, shape, alpha); /* φ ≈ c ψ: ψᵀφ = c ψᵀψ */
+    for (size_t i = 0; i < modes->dimension; i++)
+        square += shape[i] * shape[i];
+    double complex c = p->states.sign[mode] * alpha[p->states.pole[mode]] / square;
+    *pole = p->system->p[p->states.pole[mode]];
+    free(alpha);
+    return c;
+}
+
+void transfer_state_motion(const struct predictor *p, const double theta[], size_t record, const double g[], int order,
+                           int oversample, double out[])
+{
+    enum { ANEW = 64 }; /* products of e^(ph) are begun anew often enough to stay exact */
+    const struct record_plan *plan = &p->plans[record];
+    const struct response_grid *grid = &p->grids[plan->grid];
+    const struct run run = {.p = (struct predictor *)p, .theta = theta};
+    size_t modes = state_modes_of(p, record), n = grid->n * (size_t)oversample;
+    double h = grid->dt_s / (double)oversample;
+    double complex *alpha = bf_alloc(p->system->n_poles, sizeof *alpha);
+    system_functional(p->system, g, alpha);
+    for (size_t i = 0; i < modes && i < p->states.n; i++) {
+        const double *a = p->amplitude + plan->first_nuisance + 2 * i;
+        double complex pole = p->system->p[p->states.pole[i]], z = 0.0, step = cexp(pole * h);
+        double complex size =
+            2.0 * p->states.sign[i] * CMPLX(a[0], a[1]) * alpha[p->states.pole[i]] * state_to_beam(&run, record, pole);
+        for (int k = 0; k < order; k++)
+            size *= pole;
+        for (size_t k = 0; k < n; k++) {
+            z = k % ANEW == 0 ? cexp(pole * h * (double)k) : z * step;
+            out[k] += creal(size * z);
+        }
+    }
     free(alpha);
 }
 

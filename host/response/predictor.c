@@ -23,6 +23,8 @@ static void warn_of_time(const struct predictor *p)
     double f_Hz = p->reduced.frequency_rad[first] / (2.0 * pi);
     for (size_t r = 0; r < p->n_records; r++) {
         const struct record *record = &p->records[r];
+        if (record_is_periodic(record))
+            continue; /* its times are made of the lines' frequencies */
         if (0.5 / record->dt_s < f_Hz)
             bf_warn("%s: time_s steps by %.4g s, too slow for the first mode at %.4g Hz; is it in milliseconds?",
                     record->path, record->dt_s, f_Hz);
@@ -157,7 +159,7 @@ void predictor_free(struct predictor *p)
     free(p->y);
     free(p->jacobian);
     free(p->nuisance);
-    free(p->amplitude);
+    states_free(p);
     model_free(&p->model);
     free(p);
 }
@@ -174,19 +176,6 @@ size_t predictor_modes(const struct predictor *p)
 }
 
 /* ---- Base and window ---- */
-
-/* Once, at the first base: the number of unknowns of a fit does not change when a mode crosses the edge of the band. */
-static void count_nuisance(struct predictor *p)
-{
-    if (p->amplitude != NULL)
-        return;
-    for (size_t r = 0; r < p->n_records; r++) {
-        p->plans[r].first_nuisance = p->n_nuisance;
-        if (p->plans[r].free_decay)
-            p->n_nuisance += decay_unknowns(p, r);
-    }
-    p->amplitude = bf_alloc(p->n_nuisance, sizeof(double));
-}
 
 enum bf_status predictor_rebase(struct predictor *p, const double parameters[], struct bf_error *err)
 {
@@ -214,23 +203,34 @@ enum bf_status predictor_rebase(struct predictor *p, const double parameters[], 
         status = geometry_rebase(p, err);
     if (status != BF_OK)
         return status;
-    count_nuisance(p);
+    states_count(p);
     return laws_new(p, err);
+}
+
+/* The grid has the record's samples and, of a steady state, its window. */
+static bool fits(const struct response_grid *grid, const struct record_plan *plan)
+{
+    const bool same_window = !plan->periodic || !not_zero(grid->sigma - record_window_rate(plan->record));
+    return grid->n == plan->n && fabs(grid->dt_s - plan->record->dt_s) < 1e-12 * grid->dt_s &&
+           grid->periodic == plan->periodic && same_window;
 }
 
 static enum bf_status find_grid(struct predictor *p, struct record_plan *plan, struct bf_error *err)
 {
     for (size_t g = 0; g < p->n_grids; g++) {
         const struct response_grid *grid = &p->grids[g];
-        if (grid->n == plan->n && fabs(grid->dt_s - plan->record->dt_s) < 1e-12 * grid->dt_s) {
+        if (fits(grid, plan)) {
             plan->grid = g;
             return BF_OK;
         }
     }
     p->grids = bf_grow(p->grids, p->n_grids + 1, sizeof *p->grids);
     plan->grid = p->n_grids;
-    enum bf_status status =
-        response_grid_new(plan->n, plan->record->dt_s, p->options.intersample, &p->grids[p->n_grids], err);
+    struct response_grid *grid = &p->grids[p->n_grids];
+    const enum bf_status status =
+        plan->periodic
+            ? response_grid_periodic(plan->n, plan->record->dt_s, record_window_rate(plan->record), grid, err)
+            : response_grid_new(plan->n, plan->record->dt_s, p->options.intersample, grid, err);
     if (status == BF_OK)
         p->n_grids++;
     return status;
@@ -241,19 +241,22 @@ static enum bf_status window_record(struct predictor *p, size_t r, struct bf_err
     struct record_plan *plan = &p->plans[r];
     size_t available = plan->record->n - plan->start;
     double wanted = ceil(p->t_end_s / plan->record->dt_s);
-    plan->n = wanted < (double)available ? (size_t)fmax(wanted, 2.0) : available;
+    plan->n = wanted < (double)available && !plan->periodic ? (size_t)fmax(wanted, 2.0) : available;
     enum bf_status status = find_grid(p, plan, err);
     if (status != BF_OK)
         return status;
     const struct response_grid *grid = &p->grids[plan->grid];
     plan->A = recorder_line(&plan->recorder, grid, plan->A);
-    double *x = bf_alloc(grid->n + grid->n_tail, sizeof *x);
+    double *x = bf_alloc(grid->n + 2 * grid->n_tail, sizeof *x), *before = x + grid->n + grid->n_tail;
     for (size_t i = 0; status == BF_OK && i < p->model.n_inputs; i++) {
         if (plan->input[i] == NULL)
             continue;
         plan->U[i] = plan->recorded[i] = bf_grow(plan->recorded[i], grid->m, sizeof *plan->U[i]);
         response_tail(grid, plan->input[i] + plan->start, available, x);
-        status = response_transform(grid, x, grid->n + grid->n_tail, plan->U[i], err);
+        if (plan->free_state)
+            response_lead(grid, plan->input[i] + plan->start, available, before);
+        status =
+            response_transform_led(grid, x, grid->n + grid->n_tail, plan->free_state ? before : NULL, plan->U[i], err);
     }
     free(x);
     return status;

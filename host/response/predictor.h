@@ -25,6 +25,7 @@ struct record_plan {
     size_t start, n; /* rows are samples start … start + n − 1 */
     size_t grid;     /* index into predictor->grids */
     bool free_decay;
+    bool periodic; /* one period of a steady state, never cut by a window */
     struct recorder_filter recorder;
     double complex *A;         /* [m] of that filter; NULL: not stated, or inputs are held */
     const double **input;      /* [n_inputs] column of the record or NULL */
@@ -34,7 +35,8 @@ struct record_plan {
     double complex **U;        /* [n_inputs] what reaches the beam: one of the two above, not owned */
     size_t n_changes;
     struct drive_change *changes;
-    size_t first_nuisance; /* of a free decay */
+    bool free_state;       /* the beam moved in a way nobody recorded before the record began */
+    size_t first_nuisance; /* of its initial state */
     size_t first_channel, n_channels;
 };
 
@@ -56,6 +58,17 @@ struct source {
     size_t input, record; /* record SIZE_MAX: all */
 };
 
+/*
+ * The modes of unknown initial states, by ascending frequency. An eigenvector has no sign of its own: each keeps the one in which
+ * its outputs are nearest to those of the run before, so that an amplitude means the same from run to run.
+ */
+struct state_modes {
+    size_t most, n;            /* any record needs at most; there are at the current run */
+    size_t *pole;              /* [most] index into the system's poles */
+    double *sign;              /* [most] ±1 */
+    double complex *reference; /* [most][n_outputs] sign · α of the run before; zero before the first */
+};
+
 struct predictor {
     struct model model; /* own copy: parameters of the base, its patch where the current run has it */
     const struct record *records;
@@ -75,6 +88,7 @@ struct predictor {
     struct response_kernel **force_kernels;
     struct response_grid *force_grids; /* the same points, band limited */
     struct geometry geometry;
+    struct state_modes states;
     size_t n_sources; /* the model's inputs; then one for each record's point force that is shifted in that record */
     struct source *sources;
     struct functional *inputs, *outputs; /* [n_sources], [n_outputs] */
@@ -208,8 +222,25 @@ enum bf_status map_bend(const struct run *run, const struct predict_channel *cha
 
 /* predict_linear.c: the response to the recorded inputs, all channels of all records. */
 enum bf_status predict_linear(const struct run *run, struct bf_error *err);
-/* predict_decay.c: columns of the initial modal states of free decays, and their derivative at the amplitudes. */
-size_t decay_unknowns(const struct predictor *p, size_t record);
+/* predict_state.c: unknown initial states. states_count: once, at the first base; states_find: modes and signs of a run. */
+void states_count(struct predictor *p);
+void states_free(struct predictor *p);
+void states_find(struct predictor *p);
+/* The unknowns of a record: the modes' come first, two for each, then those of the channels' filters. */
+size_t state_unknowns(const struct predictor *p, size_t record);
+size_t state_modes_of(const struct predictor *p, size_t record);
+/* The prediction is not linear in initial states: what the laws and maps do depends on them. */
+bool states_bend(const struct predictor *p);
+/* A free decay whose state is not known yet: no law can be stepped from it. */
+bool state_at_rest(const struct predictor *p, size_t record);
+/* What the recorder's filter took off mode i of the record, to be brought back; 1 where none is stated. */
+double complex state_to_beam(const struct run *run, size_t record, double complex pole);
+/* Effect e gives this output a filter with memory. */
+bool filter_remembers(const struct predictor *p, size_t e, size_t output);
+/* The whole prediction becomes that without Σ amplitude · column, which struct prediction leaves out. */
+void states_take_out(const struct run *run);
+
+/* predict_decay.c: columns of the initial states of a record, and their derivative at the amplitudes. */
 enum bf_status predict_decay(const struct run *run, size_t record, struct bf_error *err);
 /* predict_law.c: the response to nonlinear forces, added to y and the Jacobian. */
 enum bf_status laws_new(struct predictor *p, struct bf_error *err);

@@ -75,6 +75,11 @@ double complex recorder_at(const struct recorder_filter *filter, double cycles_p
     return butterworth(filter, CMPLX(0.0, cycles_per_sample / filter->corner_samples));
 }
 
+double complex recorder_at_pole(const struct recorder_filter *filter, double dt_s, double complex p)
+{
+    return butterworth(filter, p * dt_s / (2.0 * acos(-1.0) * filter->corner_samples));
+}
+
 double complex recorder_inverse(double complex A)
 {
     return conj(A) / (creal(A * conj(A)) + inverse_floor * (1.0 - fmin(1.0, cabs(A))));

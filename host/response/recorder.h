@@ -34,5 +34,7 @@ void recorder_apply(const double complex A[], size_t m, double complex Y[]);
 /* The same at one frequency; order > 0. */
 double complex recorder_at(const struct recorder_filter *filter, double cycles_per_sample);
 double complex recorder_inverse(double complex A);
+/* The same for a decaying motion e^(pt), p in 1/s. */
+double complex recorder_at_pole(const struct recorder_filter *filter, double dt_s, double complex p);
 
 #endif

@@ -18,6 +18,12 @@ enum intersample { INTERSAMPLE_BAND_LIMITED, INTERSAMPLE_ZERO_ORDER_HOLD, INTERS
 enum bf_status intersample_from_text(const char *text, enum intersample *out, struct bf_error *err);
 
 /*
+ * False when nothing in a record moves the model: every input that it holds is zero throughout, it is no free decay, and the model has
+ * no effect that moves by itself. The prediction is silence then, whatever the parameters.
+ */
+bool record_is_driven(const struct model *model, const struct record *record);
+
+/*
  * PREDICT — model + inputs of records -> prediction of the outputs, with exact derivatives by every parameter.
  *
  * A predictor is built once for a model's structure and a list of records; then predictor_run() evaluates it at a
@@ -53,16 +59,22 @@ struct predict_channel {
 };
 
 /*
- * y leaves the linear unknowns out: the whole prediction is y + Σ amplitude · column. The Jacobian holds
+ * y leaves the initial states out: the whole prediction is y + Σ amplitude · column. The Jacobian holds
  * d(y + Σ amplitude · column) at the amplitudes of the last predictor_set_nuisance() (0 before).
+ *
+ * A linear beam is linear in them. Where a law or a map acts on the motion (`bends`), columns are derivatives at these
+ * amplitudes, y + Σ amplitude · column is exact there and linearised elsewhere: solve, set, run again until nothing moves.
+ * A free decay at amplitudes of 0 is predicted without its laws, so that the first solution is the linear one.
  */
 struct prediction {
     size_t n_rows;       /* of the current window */
     size_t n_parameters; /* of model_parameters(); fixed ones included (their columns are filled too) */
-    size_t n_nuisance;   /* linear unknowns of free-decay records: initial states of modes, filters */
+    size_t n_nuisance;   /* unknown initial states of records: of modes, of the channels' filters */
     double *y;           /* [n_rows] */
     double *jacobian;    /* [n_parameters][n_rows], d y/d parameter (physical, not logarithmic); NULL unless asked */
-    double *nuisance;    /* [n_nuisance][n_rows], columns of the linear unknowns (zero outside their record) */
+    double *nuisance;    /* [n_nuisance][n_rows], columns of the initial states (zero outside their record) */
+    const double *amplitude; /* [n_nuisance] at which this was predicted */
+    bool bends;              /* the columns hold near these amplitudes only */
 };
 
 struct predictor;
@@ -95,8 +107,28 @@ enum bf_status predictor_rebase(struct predictor *predictor, const double parame
 enum bf_status predictor_run(struct predictor *predictor, const double parameters[], const bool want_jacobian[],
                              struct prediction *out, struct bf_error *err);
 
-/* amplitude[n_nuisance]: the linear unknowns as last solved; kept until changed or until the window or base moves. */
+/* amplitude[n_nuisance]: the initial states as last solved; kept until changed. */
 void predictor_set_nuisance(struct predictor *predictor, const double amplitude[]);
+
+/* What initial states are to come near to: rows of the current window. */
+struct predict_target {
+    const double *weight; /* [n_rows] 1/noise, 0: the row does not count */
+    const double *z;      /* [n_rows]; NULL: what was measured */
+    const double *start;  /* [n_nuisance]; NULL: the amplitudes as they are */
+    size_t *runs;         /* counts predictions; may be NULL */
+};
+
+/*
+ * Sets the initial states nearest to the target at these parameters, but for the last linear step, where the prediction is not linear in them
+ * (`bends`); where it is, or there are none, nothing is done. Each record by itself; a step that makes it worse is halved. BF_NUMERIC where no
+ * state within reach has a prediction. Cost: two to five predictions near the solution.
+ */
+enum bf_status predictor_settle(struct predictor *predictor, const double parameters[],
+                                const struct predict_target *target, struct bf_error *err);
+
+/* predictor_settle(), predictor_run() without a Jacobian, and the last step: out->y is the whole prediction from the nearest states. */
+enum bf_status predictor_run_solved(struct predictor *predictor, const double parameters[],
+                                    const struct predict_target *target, struct prediction *out, struct bf_error *err);
 
 /* Independent copy for another thread (shares nothing mutable). */
 enum bf_status predictor_clone(const struct predictor *from, struct predictor **out, struct bf_error *err);
@@ -106,6 +138,10 @@ enum bf_status predictor_clone(const struct predictor *from, struct predictor **
 /* Does effect e filter, bend or add to this output; does it act on this input or shift it? */
 bool effect_on_output(const struct model *model, size_t e, size_t output);
 bool effect_on_input(const struct model *model, size_t e, size_t input);
+
+/* Acts as a transfer function: all that a frequency response can show. No law, no drive, no bent map, no signal of its own. */
+bool effect_is_linear(const struct beam_effect *effect);
+bool effect_map_is_linear(const struct beam_effect *effect); /* of an effect with a map */
 
 /*
  * Patch regions and patch channels of `fixed` moved by shift_m; *out is a copy of it whose places are overwritten.
@@ -129,6 +165,8 @@ struct response_grid {
     size_t m;           /* n_fft/2 + 1 points */
     double dt_s, sigma; /* sigma: 1/s */
     enum intersample intersample;
+    bool
+        periodic; /* the record is one period of a steady state: n_fft = n, no tail, the line is iω and what a window adds */
     double complex *s; /* [m] */
     double *weight;    /* [n + n_tail] e^(−σ t) */
 };
@@ -136,6 +174,12 @@ struct response_grid {
 /* n ≥ 2. Free with response_grid_free(). */
 enum bf_status response_grid_new(size_t n, double dt_s, enum intersample intersample, struct response_grid *out,
                                  struct bf_error *err);
+/*
+ * One period of a steady state: the responses wrap around, as they should. window_rate: 1/s, of an exponential window that acted on pulse
+ * and answer alike (H is then taken at iω + rate), 0 without. The line at 0 Hz, where a free beam has no response, is taken at a thousandth of the first line's.
+ */
+enum bf_status response_grid_periodic(size_t n, double dt_s, double window_rate, struct response_grid *out,
+                                      struct bf_error *err);
 void response_grid_free(struct response_grid *grid);
 
 /* U[m] of x[count] · e^(−σt), zero-padded; count ≤ n + n_tail. */
@@ -148,6 +192,15 @@ enum bf_status response_transform(const struct response_grid *grid, const double
  * a window are taken as they are; after the record's end an autoregressive model (Burg) continues it; both fade out.
  */
 void response_tail(const struct response_grid *grid, const double u[], size_t available, double x[]);
+
+/*
+ * before[n_tail]: what an input of a record that did not begin at rest was one, two, … samples before its first one, continued and faded out
+ * likewise: an input that begins in a step would ring into the record.
+ */
+void response_lead(const struct response_grid *grid, const double u[], size_t available, double before[]);
+/* As response_transform(), with what was before; NULL: nothing. */
+enum bf_status response_transform_led(const struct response_grid *grid, const double x[], size_t count,
+                                      const double before[], double complex U[], struct bf_error *err);
 
 /* y[n] from Y[m]: inverse transform times e^(σt). */
 enum bf_status response_back(const struct response_grid *grid, const double complex Y[], double y[],
@@ -165,7 +218,6 @@ enum bf_status response_back(const struct response_grid *grid, const double comp
 struct transfer_record {
     const struct response_grid *grid;
     size_t grid_index;                /* records with equal numbers share a grid */
-    bool free_decay;                  /* its motion is not predicted from inputs */
     size_t first_channel, n_channels; /* in the order of predictor_channels() */
     const struct record *record;
 };
@@ -191,6 +243,26 @@ const double *transfer_output_functional(const struct predictor *predictor, size
 
 /* Modes below highest_rad, at least one, at most `most`. */
 struct transfer_modes transfer_modes(const struct predictor *predictor, double highest_rad, size_t most);
+
+/*
+ * out[n · oversample] += the order-th time derivative of w = gᵀx that is left of a record's initial state, at the amplitudes of the last
+ * predictor_set_nuisance(), on a grid of that many points a sample. Nothing where the record begins at rest.
+ */
+void transfer_state_motion(const struct predictor *predictor, const double theta[], size_t record, const double g[],
+                           int order, int oversample, double out[]);
+
+/* The unknowns of a record's initial state: the first of *n in struct prediction; two for each mode, then those of filters. */
+size_t transfer_states(const struct predictor *predictor, size_t record, size_t *n);
+
+/*
+ * c and the pole p of a mode in an initial state: with amplitude a it is 2 Re(a c e^(pt)) of the undamped mode of that rank. The two shapes
+ * are taken for the same, as they are where damping is light. 0 for a mode that is not in any state.
+ */
+double complex transfer_state_shape(const struct predictor *predictor, const struct transfer_modes *modes, size_t mode,
+                                    double complex *pole);
+
+/* Nothing drove this record that was recorded: a free decay. */
+bool transfer_undriven(const struct predictor *predictor, size_t record);
 
 /* W[m] of w = gᵀx under the recorded inputs; zero for a free decay. */
 void transfer_motion(const struct predictor *predictor, const double theta[], size_t record, const double g[],

@@ -107,8 +107,10 @@ enum bf_status compare_plot_channel(const struct comparison *all, size_t channel
                                        .model = c->predicted,
                                        .noise_psd = c->noise.psd,
                                        .n_noise = c->noise.n_bins};
-    if (plot_panels(&panels, err) != BF_OK)
-        return err->status;
+    const enum bf_status status = compare_is_response(all, c) ? compare_plot_bode(all, c, directory, stem, title, err)
+                                                              : plot_panels(&panels, err);
+    if (status != BF_OK)
+        return status;
     (void)snprintf(residual, sizeof residual, "%s-residual", stem);
     return draw_residual(c, directory, residual, title, err);
 }

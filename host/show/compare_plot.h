@@ -7,7 +7,13 @@
 
 enum { COMPARE_PLOT = 16 }; /* samples that a picture needs */
 
-/* Four panels and the residual: DIR/STEM.png and DIR/STEM-residual.png (and PDF). BF_NUMERIC with fewer than COMPARE_PLOT samples. */
+/* A frequency response with one input, whole. */
+bool compare_is_response(const struct comparison *all, const struct comparison_channel *c);
+/* Its picture: coherence, magnitude and phase over frequency. */
+enum bf_status compare_plot_bode(const struct comparison *all, const struct comparison_channel *c,
+                                 const char *directory, const char *stem, const char *title, struct bf_error *err);
+
+/* Four panels, or a frequency response's three, and the residual: DIR/STEM.png and DIR/STEM-residual.png (and PDF). BF_NUMERIC with fewer than COMPARE_PLOT samples. */
 enum bf_status compare_plot_channel(const struct comparison *comparison, size_t channel, const char *directory,
                                     const char *stem, struct bf_error *err);
 

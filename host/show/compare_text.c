@@ -100,6 +100,12 @@ void compare_summary(const struct comparison *all, const struct comparison_chann
                 c->whiteness.p_value);
         return;
     }
+    char suspected[SUSPECT_TEXT];
+    compare_suspect(all, c, suspected);
+    if (suspected[0] != '\0') { /* which would make a path, a delay and a nonlinearity of itself */
+        say(text, size, " %s", suspected);
+        return;
+    }
     say_input(c, text, size);
     if (c->noise.rms > 0.0 && c->noise.used_share < 0.5)
         say(text, size,

@@ -74,18 +74,23 @@ static void put_remains(struct json *root, const struct diagnosis *d, const stru
     free(channels);
 }
 
+/* Of hypothesis i; n_hypotheses: the model as it is. */
+static void put_ids(struct json *list, const struct diagnosis *d, size_t i)
+{
+    for (size_t e = 0; i < d->n_hypotheses && e < d->hypotheses[i].n_effects; e++)
+        json_push_text(list, d->hypotheses[i].effects[e]->id);
+}
+
 static void put_decisions(struct json *root, const struct diagnosis *d)
 {
     struct json *list = json_put(root, "decision", json_new_array());
     for (size_t k = 0; k < d->n_decisions; k++) {
         const struct decision *decision = &d->decisions[k];
         struct json *one = json_push(list, json_new_object()), *all = json_put(one, "effects", json_new_array());
-        for (size_t i = 0; i < decision->n; i++) {
-            const struct hypothesis *h = &d->hypotheses[decision->among[i]];
-            struct json *ids = json_push(all, json_new_array());
-            for (size_t e = 0; e < h->n_effects; e++)
-                json_push_text(ids, h->effects[e]->id);
-        }
+        for (size_t i = 0; i < decision->n; i++)
+            json_push_text(all, decision->among[i]->id);
+        put_ids(json_put(one, "with", json_new_array()), d, decision->with);
+        put_ids(json_put(one, "without", json_new_array()), d, decision->without);
         json_put_number(one, "probability", decision->probability);
         struct json *features = json_put(one, "features", json_new_object());
         for (int f = 0; f < FEATURES; f++)

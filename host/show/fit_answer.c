@@ -115,6 +115,7 @@ struct json *fit_json(const struct fit_result *result, const struct record recor
     json_put_number(root, "seconds", result->seconds);
     json_put_number(root, "evaluations", (double)result->evaluations);
     json_put_bool(root, "converged", result->converged);
+    json_put_bool(root, "fitted", fit_learned(result));
     json_put_number(root, "distance_sd", result->distance);
     json_put_bool(root, "interrupted", result->interrupted);
     json_put_text(root, "intersample", intersample_text(result->intersample));
@@ -248,7 +249,8 @@ void fit_print(FILE *out, const struct fit_result *result, const struct record r
     if (result->n_warnings > 0)
         fprintf(out, "\nWarnings\n");
     for (size_t k = 0; k < result->n_warnings; k++)
-        fprintf(out, "  - %s.\n", result->warnings[k]);
+        fprintf(out, "  - %s%s\n", result->warnings[k],
+                result->warnings[k][strlen(result->warnings[k]) - 1] == '?' ? "" : ".");
     fprintf(out, "\n%s: %.2g standard errors from the optimum; %zu evaluations, %.2f s; inputs %s between samples.\n",
             result->converged ? "Converged" : "NOT CONVERGED", result->distance, result->evaluations, result->seconds,
             intersample_text(result->intersample));

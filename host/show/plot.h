@@ -3,6 +3,8 @@
 #ifndef BEAMFIT_PLOT_H
 #define BEAMFIT_PLOT_H
 
+#include <complex.h>
+
 #include "show.h"
 
 /* Residual in time with ±2σ of the noise, its spectrum over the floor, its autocorrelation, its correlation with the
@@ -26,6 +28,17 @@ struct plot_residual {
     size_t n_bands;
 };
 enum bf_status plot_residual(const struct plot_residual *residual, struct bf_error *err);
+
+/* A frequency response: magnitude and phase, measured and of the model; with `noise` its standard error and the coherence. */
+struct plot_bode {
+    const char *directory, *stem, *title;
+    const char *quantity, *per; /* output, as in plot_panels; what it is divided by, "/N" */
+    size_t n;
+    const double *frequency_Hz;             /* [n] */
+    const double complex *measured, *model; /* [n] */
+    const double *noise, *coherence;        /* [n] or NULL, both */
+};
+enum bf_status plot_bode(const struct plot_bode *bode, struct bf_error *err);
 
 /* Error against model version. */
 struct plot_history {

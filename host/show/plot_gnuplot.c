@@ -77,7 +77,24 @@ static FILE *open_part(struct picture *p, const char *tail, struct atomic_file *
     char *path = join(p, tail);
     const enum bf_status status = atomic_open(path, file, &p->error);
     free(path);
+    if (status == BF_OK)
+        outputs_mark(file, "# ", "\n");
     return status == BF_OK ? file->f : nowhere();
+}
+
+static const char *const picture_tails[] = {".png", ".pdf"};
+
+/* Pictures have no room for a mark: they are the program's own where the script that draws them lies beside them. */
+static void check_pictures(struct picture *p)
+{
+    char *script = join(p, ".gp");
+    const bool own = outputs_own(script);
+    free(script);
+    for (int i = 0; i < 2 && !own && p->error.status == BF_OK; i++) {
+        char *path = join(p, picture_tails[i]);
+        (void)outputs_may_replace(path, &p->error);
+        free(path);
+    }
 }
 
 void picture_begin(const char *directory, const char *stem, double width_cm, double height_cm, struct picture *p)
@@ -85,6 +102,7 @@ void picture_begin(const char *directory, const char *stem, double width_cm, dou
     *p = (struct picture){.directory = bf_strdup(directory[0] != '\0' ? directory : ".")};
     sanitise(stem, p->stem, sizeof p->stem);
     (void)make_directory(p->directory, &p->error);
+    check_pictures(p);
     p->script = open_part(p, ".gp", &p->script_file);
     (void)fprintf(
         p->script,
@@ -220,6 +238,29 @@ void plot_write_series(FILE *f, double t0_s, double dt_s, const double *const y[
 
 /* ---- Running ---- */
 
+static bool gnuplot_is_there(void)
+{
+    const char *path = getenv("PATH");
+    char *all = bf_strdup(path != NULL ? path : ""), *rest = NULL, name[1024];
+    bool found = false;
+    for (char *part = strtok_r(all, ":", &rest); part != NULL && !found; part = strtok_r(NULL, ":", &rest)) {
+        (void)snprintf(name, sizeof name, "%s/gnuplot", part);
+        found = access(name, X_OK) == 0;
+    }
+    free(all);
+    return found;
+}
+
+bool plot_can_draw(const char *directory)
+{
+    const bool can = gnuplot_is_there();
+    if (!can && directory != NULL)
+        bf_warn("gnuplot is not installed, so there will be no pictures; their data and scripts go to %s: apt-get "
+                "install gnuplot-nox, then `cd %s && for s in *.gp; do gnuplot $s; done`",
+                directory, directory);
+    return can;
+}
+
 static void child(const struct picture *p, const char *script, int said)
 {
     const int nothing = open("/dev/null", O_RDWR);
@@ -269,11 +310,6 @@ static enum bf_status run_gnuplot(struct picture *p, struct bf_error *err)
         return bf_fail(err, BF_NUMERIC, "gnuplot cannot be started: %s", strerror(errno));
     while (waitpid(pid, &result, 0) < 0 && errno == EINTR)
         continue;
-    if (WIFEXITED(result) && WEXITSTATUS(result) == 127)
-        return bf_fail(err, BF_USAGE,
-                       "gnuplot is not installed, so no pictures: apt-get install gnuplot-nox, then "
-                       "`cd %s && gnuplot %s` (data and script are there)",
-                       p->directory, script);
     if (!WIFEXITED(result) || WEXITSTATUS(result) != 0)
         return bf_fail(err, BF_BAD_FILE, "%s/%s: gnuplot failed: %.400s", p->directory, script, said);
     if (said[0] != '\0')
@@ -295,9 +331,8 @@ static enum bf_status check_picture(const struct picture *p, const char *tail, s
 
 static void remove_pictures(const struct picture *p)
 {
-    static const char *const tails[] = {".png", ".pdf"};
     for (int i = 0; i < 2; i++) {
-        char *path = join(p, tails[i]);
+        char *path = join(p, picture_tails[i]);
         (void)unlink(path);
         free(path);
     }
@@ -313,11 +348,12 @@ enum bf_status picture_end(struct picture *p, struct bf_error *err)
     else
         atomic_abort(&p->script_file);
     const bool ready = p->error.status == BF_OK;
-    if (ready) { /* an old picture must not pass for a new one */
+    if (ready) /* an old picture must not pass for a new one */
         remove_pictures(p);
+    const bool drawn = ready && gnuplot_is_there();
+    if (drawn)
         (void)run_gnuplot(p, &p->error);
-    }
-    if (p->error.status == BF_OK && check_picture(p, ".png", &p->error) == BF_OK)
+    if (drawn && p->error.status == BF_OK && check_picture(p, ".png", &p->error) == BF_OK)
         (void)check_picture(p, ".pdf", &p->error);
     if (ready && p->error.status != BF_OK)
         remove_pictures(p);

@@ -9,6 +9,7 @@
  *   diagnose_print(), diagnose_json(), diagnose_plot()           of a diagnosis
  *   discriminate_print(), discriminate_json()                    of an experiment's design
  *   attainable_print(), attainable_json()                        of the attainable floor
+ *   channel_factors_print(), channel_factors_json()              of wrong signs and units
  *   report_draw(), report_write(), report_pictures_free()        a page of a comparison, its modes and its history
  * Functions *_print() write to `out` and do not check the writes. Functions *_json() return a tree that the caller gives to
  * json_print_and_free(); their keys stand in the --help of the command of that name.
@@ -79,9 +80,12 @@ struct json *discriminate_json(const struct discrimination *d, const char *drive
  *
  * Every picture is STEM.png and STEM.pdf in `directory` (made when missing), with STEM.gp (the script) and STEM-*.dat (the
  * data) left beside it, so that a person can change and redraw it: `cd DIR && gnuplot STEM.gp`. A stem is reduced to letters,
- * digits, '.', '_' and '-'. Text is shown as it is (no gnuplot markup). When gnuplot is missing the data and the script
- * are there, and the status is BF_USAGE with a text that names the package. BF_BAD_FILE: a file cannot be written.
+ * digits, '.', '_' and '-'. Text is shown as it is (no gnuplot markup). When gnuplot is missing only
+ * the pictures are: data and scripts are written, status BF_OK. BF_BAD_FILE: a file cannot be written.
  */
+
+/* Before the work: false when gnuplot is not on the PATH; that is then said (bf_warn), unless directory is NULL. */
+bool plot_can_draw(const char *directory);
 
 /* The seed paper's four panels of one channel: (a) measured, (b) model, (c) amplitude spectra, (d) a short interval. */
 struct plot_panels {
@@ -169,5 +173,18 @@ enum bf_status report_write(const struct report *report, const struct report_pic
 void attainable_print(FILE *out, const struct attainable *attainable, double nrmse);
 /* root.attainable: {nrmse, noise_ratio, modes, poles}, null without modes. */
 void attainable_json(struct json *root, const struct attainable *attainable);
+
+/* FACTORS — wrong signs and units of channels, above everything else that is said; nothing where there are none. */
+
+void channel_factors_print(FILE *out, const struct channel_factors *factors);
+/* "channel_factors": [] where there are none. */
+void channel_factors_json(struct json *root, const struct model *model, const struct channel_factors *factors);
+
+/* FINDINGS — what is wrong with records before any model, [n] of each; nothing where there is nothing. sample counts from 1. */
+
+void record_findings_print(FILE *out, const struct record records[], const struct record_findings findings[], size_t n);
+/* "record_findings": [] where there are none. */
+void record_findings_json(struct json *root, const struct record records[], const struct record_findings findings[],
+                          size_t n);
 
 #endif

@@ -39,6 +39,7 @@ const struct beam_effect BEAM_NAME(effect_base_motion) = {
         "mains_hum: in the electrical channel only and not enlarged near a mode. A lightly damped "
         "mode: it decays. Record some seconds at rest; switch machines off; put a sensor on the clamp."),
     .target_cost = BEAM_TEXT("one sine and one cosine per step, and one more input: 20 multiply-adds"),
+    .step_instructions = 300,
     .n_parameters = 3,
     .parameters = {{.name = BEAM_TEXT("amplitude_mps2"),
                     .unit = BEAM_TEXT("m/s²"),

@@ -44,6 +44,7 @@ const struct beam_effect BEAM_NAME(effect_bilinear_stiffness) = {
         "feedthrough and sensor faults: harmonics in one channel only."),
     .target_cost = BEAM_TEXT("one law coordinate: about 60 multiply-adds a step and a Newton solve with one unknown, 2 "
                              "operations an evaluation"),
+    .step_instructions = 24,
     .n_parameters = 3,
     .parameters = {{.name = BEAM_TEXT("change_Nmprad"),
                     .unit = BEAM_TEXT("N·m/rad"),

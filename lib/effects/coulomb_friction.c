@@ -41,6 +41,7 @@ const struct beam_effect BEAM_NAME(effect_coulomb_friction) = {
     .target_cost = BEAM_TEXT(
         "one law coordinate: about 60 multiply-adds a step and a Newton solve with one unknown, one tanh "
         "an evaluation"),
+    .step_instructions = 140,
     .n_parameters = 2,
     .parameters = {{.name = BEAM_TEXT("moment_Nm"),
                     .unit = BEAM_TEXT("N·m"),

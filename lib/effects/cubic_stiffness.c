@@ -37,6 +37,7 @@ const struct beam_effect BEAM_NAME(effect_cubic_stiffness) = {
         "large_rotation: acts in all modes and needs tip motion beyond ℓ/10."),
     .target_cost = BEAM_TEXT("one law coordinate: about 60 multiply-adds a step and a Newton solve with one unknown, 5 "
                              "multiply-adds an evaluation"),
+    .step_instructions = 28,
     .n_parameters = 2,
     .parameters = {{.name = BEAM_TEXT("coefficient_Npm3"),
                     .unit = BEAM_TEXT("N/m³"),

@@ -137,6 +137,7 @@ const struct beam_effect BEAM_NAME(effect_drive_hysteresis) = {
         "a loop."),
     .target_cost =
         BEAM_TEXT("one state per patch input; one exponential a step, and one logarithm when z changes sign"),
+    .step_instructions = 560,
     .n_parameters = 3,
     .parameters = {{.name = BEAM_TEXT("share"),
                     .unit = BEAM_TEXT(""),

@@ -35,6 +35,7 @@ const struct beam_effect BEAM_NAME(effect_drive_saturation) = {
         "small levels. quadratic_drag, cubic_stiffness: remain with the hammer at the same motion. "
         "Record the amplifier's output voltage as the input."),
     .target_cost = BEAM_TEXT("one tanh per step and patch input"),
+    .step_instructions = 140,
     .n_parameters = 1,
     .parameters = {{.name = BEAM_TEXT("level_V"),
                     .unit = BEAM_TEXT("V"),

@@ -27,6 +27,7 @@ const struct beam_effect BEAM_NAME(effect_feedthrough) = {
         "modes first. patch_position: also moves antiresonances, but leaves nothing above the last "
         "mode. Hold the beam still (a block under the tip) and drive: what remains leaks."),
     .target_cost = BEAM_TEXT("one multiply-add per step and channel"),
+    .step_instructions = 26,
     .n_parameters = 1,
     .parameters = {{.name = BEAM_TEXT("gain"),
                     .unit = BEAM_TEXT("channel unit/V"),

@@ -51,6 +51,7 @@ const struct beam_effect BEAM_NAME(effect_large_rotation) = {
     .target_cost = BEAM_TEXT(
         "law coordinates over the span (at most 8): about 60 multiply-adds each and a Newton solve with "
         "as many unknowns; the dearest of the laws"),
+    .step_instructions = 52,
     .n_parameters = 1,
     .parameters = {{.name = BEAM_TEXT("scale"),
                     .unit = BEAM_TEXT(""),

@@ -32,6 +32,7 @@ const struct beam_effect BEAM_NAME(effect_mains_hum) = {
         "modes, hum only the electrical one. A mode close to 50 Hz: it decays. Record some seconds "
         "with the beam at rest, on batteries if possible."),
     .target_cost = BEAM_TEXT("one sine and one cosine per step and channel"),
+    .step_instructions = 300,
     .n_parameters = 3,
     .parameters = {{.name = BEAM_TEXT("amplitude"),
                     .unit = BEAM_TEXT("channel unit"),

@@ -54,6 +54,7 @@ const struct beam_effect BEAM_NAME(effect_microslip) = {
     .target_cost = BEAM_TEXT(
         "one law coordinate: about 60 multiply-adds a step and a Newton solve with one unknown, about 6 "
         "operations an evaluation; one internal state"),
+    .step_instructions = 40,
     .n_parameters = 2,
     .parameters = {{.name = BEAM_TEXT("stiffness_Nmprad"),
                     .unit = BEAM_TEXT("N·m/rad"),

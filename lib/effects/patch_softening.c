@@ -35,6 +35,7 @@ const struct beam_effect BEAM_NAME(effect_patch_softening) = {
         "only when the patch drives; hit with a hammer instead."),
     .target_cost = BEAM_TEXT("one law coordinate: about 60 multiply-adds a step and a Newton solve with one unknown, 4 "
                              "multiply-adds an evaluation"),
+    .step_instructions = 24,
     .n_parameters = 1,
     .parameters = {{.name = BEAM_TEXT("coefficient_Nmprad2"),
                     .unit = BEAM_TEXT("N·m/rad²"),

@@ -38,6 +38,7 @@ const struct beam_effect BEAM_NAME(effect_quadratic_drag) = {
     .target_cost = BEAM_TEXT(
         "law coordinates over the span (at most 8): about 60 multiply-adds each and a Newton solve with "
         "as many unknowns; the dearest of the laws"),
+    .step_instructions = 24,
     .n_parameters = 1,
     .parameters = {{.name = BEAM_TEXT("coefficient_Ns2pm3"),
                     .unit = BEAM_TEXT("N·s²/m³"),

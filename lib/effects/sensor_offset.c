@@ -23,6 +23,7 @@ const struct beam_effect BEAM_NAME(effect_sensor_offset) = {
         "sensor_highpass: creeps back to zero after a pulse, an offset stays. thermal_drift: moves "
         "frequencies, not the zero. Record some seconds at rest before the hit."),
     .target_cost = BEAM_TEXT("2 additions per step and channel"),
+    .step_instructions = 28,
     .n_parameters = 2,
     .parameters = {{.name = BEAM_TEXT("offset"),
                     .unit = BEAM_TEXT("channel unit"),

@@ -35,6 +35,7 @@ const struct beam_effect BEAM_NAME(effect_sensor_saturation) = {
         "but its later motion is then smaller too; a saturated sensor recovers. stop_contact: "
         "one-sided and rings. Halve the gain or the level, or look at a second sensor."),
     .target_cost = BEAM_TEXT("one tanh per step and channel"),
+    .step_instructions = 140,
     .n_parameters = 1,
     .parameters = {{.name = BEAM_TEXT("level"),
                     .unit = BEAM_TEXT("channel unit"),

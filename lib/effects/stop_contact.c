@@ -42,6 +42,7 @@ const struct beam_effect BEAM_NAME(effect_stop_contact) = {
         "no even harmonics. Record below the threshold: the baseline must fit."),
     .target_cost = BEAM_TEXT("one law coordinate: about 60 multiply-adds a step and a Newton solve with one unknown, 2 "
                              "operations an evaluation"),
+    .step_instructions = 28,
     .n_parameters = 3,
     .parameters = {{.name = BEAM_TEXT("stiffness_Npm"),
                     .unit = BEAM_TEXT("N/m"),

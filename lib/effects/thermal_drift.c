@@ -36,6 +36,7 @@ const struct beam_effect BEAM_NAME(effect_thermal_drift) = {
     .target_cost = BEAM_TEXT(
         "law coordinates over the span (at most 8): about 60 multiply-adds each and a Newton solve with "
         "as many unknowns; the dearest of the laws"),
+    .step_instructions = 24,
     .n_parameters = 1,
     .parameters = {{.name = BEAM_TEXT("rate_ps"),
                     .unit = BEAM_TEXT("1/s"),

@@ -41,7 +41,9 @@ def is_right(row, effects):
 
 
 def label(row, entry):
-    return int(any(is_right(row, effects) for effects in entry["effects"]))
+    """One of the effects is there: it is the truth or a part of it, or an error that the rig has beside the truth."""
+    asked, rights = set(entry["effects"]), [] if row["kind"] == "removed" else [set(right) for right in row["right"]]
+    return int(any(right & asked for right in rights) or (bool(asked & set(row["also_true"])) and is_right(row, entry["with"])))
 
 
 def decisions(row):

@@ -16,6 +16,7 @@ import page
 import records
 
 RIDGE = 1.0  # a weight of a standardised feature is near 0, with a standard deviation of 1, before anything is known
+LACKING = 0.1  # of the beams that lack something, those that lack what the catalogue does not have; the drawn cases hold more of them
 CLOSE = 0.8  # a wrong name that is said with more is listed
 
 
@@ -33,6 +34,18 @@ def entries(rows):
     if not found:
         raise SystemExit("no answer has a `decision`: run.py has found nothing to weigh")
     return found, names
+
+
+def is_lacking(row):
+    return row["kind"] in ("removed", "outside")
+
+
+def counts_of(rows, found):
+    """What each entry stands for, so that the cause of one beam in ten is outside the catalogue."""
+    lacking = sum(map(is_lacking, rows))
+    known = sum(row["kind"] != "clean" for row in rows) - lacking
+    count = LACKING / (1 - LACKING) * known / lacking if lacking else 1.0
+    return [count if is_lacking(row) else 1.0 for row, _, _, _ in found]
 
 
 def table_source(model, names, count, command):
@@ -55,13 +68,14 @@ def calibrate(rows, options):
     found, names = entries(rows)
     values, labels = [f[2] for f in found], [f[3] for f in found]
     kinds = [f[0]["kind"] for f in found]
-    said = logistic.cross_validated(values, labels, [f[0]["case"] for f in found], options.ridge)
-    model = logistic.fit(values, labels, options.ridge)
+    counts = counts_of(rows, found)
+    said = logistic.cross_validated(values, labels, [f[0]["case"] for f in found], options.ridge, counts)
+    model = logistic.fit(values, labels, options.ridge, counts)
     command = "make calibrate SEED='%s'" % " ".join(str(seed) for seed in options.seeds if seed)
     count = "%d cases, %d answers, %d entries, of them %d right" % (len({row["case"] for row in rows}), len(rows), len(found), sum(labels))
     text = page.head("Calibration of the probability", command) + "What is drawn and what counts as right: [calibration.md](../calibration.md).\n\n"
-    text += "Seeds %s (0: data/hidden): %s. Logistic regression, ridge penalty %g on standardised features. The figures below are cross-validated: ten folds, a case " \
-        "in one of them with all its answers.\n\n" % (" ".join(map(str, options.seeds)), count, options.ridge)
+    text += "Seeds %s (0: data/hidden): %s. Logistic regression, ridge penalty %g on standardised features; the cause of one beam in ten is taken to be outside the catalogue (an entry of those counts %.2f). The figures below are cross-validated: ten folds, a case " \
+        "in one of them with all its answers.\n\n" % (" ".join(map(str, options.seeds)), count, options.ridge, min(counts))
     text += page.brier_table(kinds, said, labels) + "\n"
     text = with_diagram(text, logistic.reliability(said, labels), "Calibration, cross-validated", options.page)
     deviation = [math.sqrt(sum((v[j] - sum(u[j] for u in values) / len(values)) ** 2 for v in values) / len(values)) for j in range(len(names))]

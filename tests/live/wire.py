@@ -22,7 +22,7 @@ ERROR_BUSY = 0x10
 ERROR_LOCKED = 0x25
 ERROR_PAGE = 0x26
 FAULTS = ["fine", "magic", "layout", "length", "crc", "foreign device", "old counter", "code", "setup", "effect", "plan",
-          "rate", "proof"]
+          "rate", "proof", "too slow", "arithmetic"]
 
 
 class Info(NamedTuple):
@@ -46,6 +46,17 @@ class Info(NamedTuple):
     nvm_errors: int
     worst_step_us: int
     model_sha256: bytes
+    core_Hz: int
+    step_budget: int
+    step_bound: int
+    proof_us: int
+    sequence: int
+    latched: int
+    alarms: int
+    faults: int
+    latch_first: int
+    latch_last: int
+    drive_stops: int
 
 
 class Live(NamedTuple):
@@ -61,7 +72,7 @@ class Live(NamedTuple):
     crc32: int
 
 
-INFO_FORMAT, LIVE_FORMAT = "<3I12s15I32s", "<2I5f3I"
+INFO_FORMAT, LIVE_FORMAT = "<3I12s15I32s11I", "<2I5f3I"
 INFO_BYTES, LIVE_BYTES = struct.calcsize(INFO_FORMAT), struct.calcsize(LIVE_FORMAT)
 
 

@@ -40,7 +40,8 @@ def blind(bench, share):
 
 def bad_images(bench, generator):
     """Name: (how many, maker of one, the fault the board must name or None for any). The board runs counter 1000."""
-    plan = 320 + 4 * 66  # front, counts; then dt_s, phi[16][4]
+    setup = 64  # behind the header: floats
+    plan = 336 + 4 * 64  # front, counts; then dt_s, phi[16][4]
     phi = struct.unpack_from("<4f", bench.unsigned, plan + 4)
 
     def patched(*changes):
@@ -61,6 +62,9 @@ def bad_images(bench, generator):
         "foreign key": (20, lambda: wire.signed(bench.unsigned, generator.randbytes(32), 2000, bench.device), 7),
         "NaN": (20, lambda: patched((plan + 4 * generator.randrange(1, 60), float("nan"))), 10),
         "infinity": (20, lambda: patched((plan + 4 * generator.randrange(1, 60), float("inf"))), 10),
+        "denormal": (20, lambda: patched((plan + 4 * generator.randrange(1, 60), 1e-45)), 10),
+        "absurd scale": (20, lambda: patched((setup + 8, 1e38)), 8),
+        "absurd noise": (20, lambda: patched((setup + 16, 1e-45)), 8),
         "unstable": (20, lambda: patched((plan + 4, phi[0] + 0.3), (plan + 16, phi[3] + 0.3)), 10),
         "other rate": (20, lambda: patched((plan, 0.0011)), 11),
     }

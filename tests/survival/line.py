@@ -108,7 +108,7 @@ def noisy_programs(bench, share):
         try:
             bench.beamfit("download", bench.path("image"), *port, "--key", bench.key_path, timeout_s=60)
             if counter % 5 == 1:
-                bench.beamfit("record", *port, "--seconds", 1, "--settle", 0, "--drive", "off", "-o",
+                bench.beamfit("record", *port, "--key", bench.key_path, "--seconds", 1, "--settle", 0, "--drive", "off", "--force", "-o",
                               bench.path("noisy.csv"), timeout_s=60)
         except (rig.Failed, subprocess.TimeoutExpired) as failure:
             print(failure)

@@ -84,8 +84,9 @@ void refuse_everywhere(struct rig *rig, const char *where, const char *word)
     write_text(rig->dir, "old.csv", rig_old_output);
     write_text(rig->dir, "old.yaml", rig_old_output);
     int files = count_files(rig->dir);
-    const char *const simulate[] = {"simulate", "model.yaml", "--input", "record.csv", "-o", "old.csv", NULL};
-    const char *const fit[] = {"fit", "model.yaml", "record.csv", "-o", "old.yaml", NULL};
+    const char *const simulate[] = {"simulate", "model.yaml", "--input", "record.csv",
+                                    "-o",       "old.csv",    "--force", NULL};
+    const char *const fit[] = {"fit", "model.yaml", "record.csv", "-o", "old.yaml", "--force", NULL};
     const char *const compare[] = {"compare", "model.yaml", "record.csv", NULL};
     const char *const *const commands[] = {simulate, fit, compare};
     for (size_t i = 0; i < sizeof commands / sizeof *commands; i++) {

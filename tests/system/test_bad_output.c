@@ -46,11 +46,13 @@ static void file_too_large(void **state)
     write_text(rig->dir, "old.yaml", rig_old_output);
     int files = count_files(rig->dir);
     run_beamfit_on_small_disk(
-        rig->dir, 512, (const char *[]){"simulate", "model.yaml", "--input", "record.csv", "-o", "old.csv", NULL},
+        rig->dir, 512,
+        (const char *[]){"simulate", "model.yaml", "--input", "record.csv", "-o", "old.csv", "--force", NULL},
         &rig->outcome);
     assert_refused(&rig->outcome, "old.csv", "cannot be written");
     run_beamfit_on_small_disk(
-        rig->dir, 512, (const char *[]){"add", "model.yaml", "quadratic_drag", "-o", "old.yaml", NULL}, &rig->outcome);
+        rig->dir, 512, (const char *[]){"add", "model.yaml", "quadratic_drag", "-o", "old.yaml", "--force", NULL},
+        &rig->outcome);
     assert_refused(&rig->outcome, "old.yaml", "cannot be written");
     assert_true(file_is(rig->dir, "old.csv", rig_old_output));
     assert_true(file_is(rig->dir, "old.yaml", rig_old_output));
@@ -61,11 +63,12 @@ static void file_too_large(void **state)
 static void disk_full(void **state)
 {
     struct rig *rig = *state;
-    static const char script[] = "mkdir disk && mount -t tmpfs -o size=4k tmpfs disk || exit 77\n"
-                                 "printf 'what was there before\\n' >disk/old.csv\n" /* the page is used up */
-                                 "\"$BEAMFIT\" simulate model.yaml --input record.csv -o disk/old.csv; status=$?\n"
-                                 "ls disk >listing; cp disk/old.csv old.csv\n"
-                                 "exit $status\n";
+    static const char script[] =
+        "mkdir disk && mount -t tmpfs -o size=4k tmpfs disk || exit 77\n"
+        "printf 'what was there before\\n' >disk/old.csv\n" /* the page is used up */
+        "\"$BEAMFIT\" simulate model.yaml --input record.csv -o disk/old.csv --force; status=$?\n"
+        "ls disk >listing; cp disk/old.csv old.csv\n"
+        "exit $status\n";
     run_program(rig->dir, (const char *[]){"unshare", "--mount", "--map-root-user", "sh", "-c", script, NULL},
                 &rig->outcome);
     if (rig->outcome.status == 77 || strncmp(rig->outcome.err, "unshare:", 8) == 0) {

@@ -12,7 +12,7 @@
 #include <cmocka.h>
 #include "board_rig.h"
 
-enum { IMAGE_BYTES = 5328 };
+enum { IMAGE_BYTES = 5208 };
 
 static void read_image(const struct board_rig *rig, const char *name, unsigned char bytes[IMAGE_BYTES])
 {
@@ -151,23 +151,26 @@ static void bad_files_are_refused_before_anything_is_sent(void **state)
 static void mistakes_on_the_command_line(void **state)
 {
     struct board_rig *rig = *state;
-    static const char *const calls[][6] = {
+    static const char *const calls[][8] = {
         {"info", "extra", NULL},
         {"info", "--baud", "fast", NULL},
         {"download", "--key", "key", NULL},
         {"download", "a.img", NULL},
         {"upload", NULL},
         {"record", NULL},
-        {"record", "-o", "x.csv", "--seconds", "-1", NULL},
-        {"record", "-o", "x.csv", "--chirp", "1:2:3", NULL},
-        {"record", "-o", "x.csv", "--chirp", "1:2:3:4:5", NULL},
-        {"record", "-o", "x.csv", "--chirp", "5:100:2:1000", NULL},
-        {"record", "-o", "x.csv", "--chirp", "5:600:2:1", NULL},
-        {"record", "-o", "x.csv", "--drive", "up", NULL},
-        {"record", "-o", "x.csv", "--prescale", "0", NULL},
-        {"record", "-o", "x.csv", "--once", NULL},
-        {"record", "-o", "x.csv", "--settle", "1e9", NULL},
-        {"record", "-o", "x.csv", "--seconds", "1e9", NULL},
+        {"record", "-o", "x.csv", "--chirp", "5:100:2:1", NULL},
+        {"monitor", "--chirp", "5:100:2:1", NULL},
+        {"info", "--acknowledge", NULL},
+        {"record", "--key", "key", "-o", "x.csv", "--seconds", "-1", NULL},
+        {"record", "--key", "key", "-o", "x.csv", "--chirp", "1:2:3", NULL},
+        {"record", "--key", "key", "-o", "x.csv", "--chirp", "1:2:3:4:5", NULL},
+        {"record", "--key", "key", "-o", "x.csv", "--chirp", "5:100:2:1000", NULL},
+        {"record", "--key", "key", "-o", "x.csv", "--chirp", "5:600:2:1", NULL},
+        {"record", "--key", "key", "-o", "x.csv", "--drive", "up", NULL},
+        {"record", "--key", "key", "-o", "x.csv", "--prescale", "0", NULL},
+        {"record", "--key", "key", "-o", "x.csv", "--once", NULL},
+        {"record", "--key", "key", "-o", "x.csv", "--settle", "1e9", NULL},
+        {"record", "--key", "key", "-o", "x.csv", "--seconds", "1e9", NULL},
         {"monitor", "--seconds", "x", NULL},
     };
     for (size_t i = 0; i < sizeof calls / sizeof *calls; i++) {

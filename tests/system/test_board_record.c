@@ -76,8 +76,8 @@ static void a_record_begins_at_rest_and_replays(void **state)
     static struct table t;
     board_run_expect(rig, rig->board.port, 0, (const char *[]){"download", "a.img", "--key", "key", NULL});
     board_run_expect(rig, rig->board.port, 0,
-                     (const char *[]){"record", "-o", "run.csv", "--model", "model.yaml", "--samples", "1500",
-                                      "--settle", "0.2", "--chirp", "10:100:0.5:2.5", "--json", NULL});
+                     (const char *[]){"record", "--key", "key", "-o", "run.csv", "--model", "model.yaml", "--samples",
+                                      "1500", "--settle", "0.2", "--chirp", "10:100:0.5:2.5", "--json", NULL});
     assert_true(board_answer(rig, "samples") == 1500.0);
     assert_true(board_answer(rig, "gaps") == 0.0 && board_answer(rig, "first_step") == 0.0);
     assert_true(board_answer(rig, "overrun") == 0.0 && board_answer(rig, "missed") == 0.0);
@@ -112,8 +112,8 @@ static void the_host_predicts_the_same_from_a_record(void **state)
     double error = 0.0, size = 0.0;
     board_run_expect(rig, rig->board.port, 0, (const char *[]){"download", "a.img", "--key", "key", NULL});
     board_run_expect(rig, rig->board.port, 0,
-                     (const char *[]){"record", "-o", "run.csv", "--samples", "1000", "--settle", "0", "--chirp",
-                                      "5:120:1:2", "--model", "model.yaml", NULL});
+                     (const char *[]){"record", "--key", "key", "-o", "run.csv", "--samples", "1000", "--settle", "0",
+                                      "--chirp", "5:120:1:2", "--model", "model.yaml", NULL});
     run_beamfit(rig->dir,
                 (const char *[]){"simulate", "model.yaml", "--input", "run.csv", "--intersample", "zoh", "-o",
                                  "simulated.csv", NULL},
@@ -137,8 +137,8 @@ static void drives_are_what_was_asked_for(void **state)
     struct board_rig *rig = *state;
     static struct table t;
     board_run_expect(rig, rig->board.port, 0,
-                     (const char *[]){"record", "-o", "pause.csv", "--samples", "600", "--settle", "0", "--chirp",
-                                      "20:40:0.1:1", "--every", "0.3", NULL});
+                     (const char *[]){"record", "--key", "key", "-o", "pause.csv", "--samples", "600", "--settle", "0",
+                                      "--chirp", "20:40:0.1:1", "--every", "0.3", NULL});
     read_table(rig, "pause.csv", &t);
     assert_int_equal(t.n, 600);
     for (size_t i = 100; i < 300; i++)
@@ -147,15 +147,15 @@ static void drives_are_what_was_asked_for(void **state)
     for (size_t i = 300; i < 600; i++)
         assert_true(t.input[i] == t.input[i - 300]);
     board_run_expect(rig, rig->board.port, 0,
-                     (const char *[]){"record", "-o", "once.csv", "--samples", "600", "--settle", "0", "--chirp",
-                                      "20:40:0.1:1", "--once", NULL});
+                     (const char *[]){"record", "--key", "key", "-o", "once.csv", "--samples", "600", "--settle", "0",
+                                      "--chirp", "20:40:0.1:1", "--once", NULL});
     read_table(rig, "once.csv", &t);
     assert_true(t.input[3] != 0.0);
     for (size_t i = 100; i < 600; i++)
         assert_true(t.input[i] == 0.0);
-    board_run_expect(
-        rig, rig->board.port, 0,
-        (const char *[]){"record", "-o", "off.csv", "--samples", "100", "--settle", "0", "--drive", "off", NULL});
+    board_run_expect(rig, rig->board.port, 0,
+                     (const char *[]){"record", "--key", "key", "-o", "off.csv", "--samples", "100", "--settle", "0",
+                                      "--drive", "off", NULL});
     read_table(rig, "off.csv", &t);
     for (size_t i = 0; i < t.n; i++)
         assert_true(t.input[i] == 0.0);
@@ -168,8 +168,8 @@ static void a_slow_line_is_prescaled_and_said(void **state)
     static struct table t;
     line_start(&rig->line, rig->board.port, &(struct line_faults){.baud = 115200, .seed = 1});
     board_run_expect(rig, rig->line.port, 0,
-                     (const char *[]){"record", "-o", "slow.csv", "--seconds", "2", "--settle", "0.1", "--chirp",
-                                      "5:50:1:1", "--baud", "115200", "--json", NULL});
+                     (const char *[]){"record", "--key", "key", "-o", "slow.csv", "--seconds", "2", "--settle", "0.1",
+                                      "--chirp", "5:50:1:1", "--baud", "115200", "--json", NULL});
     assert_true(board_answer(rig, "prescale") == 5.0);
     assert_true(board_answer(rig, "samples") == 400.0);
     assert_true(board_answer(rig, "gaps") == 0.0 && board_answer(rig, "overrun") == 0.0);
@@ -177,8 +177,9 @@ static void a_slow_line_is_prescaled_and_said(void **state)
     read_table(rig, "slow.csv", &t);
     assert_whole(&t, 5, 1000.0);
     assert_true(t.step[0] < 5.0);
-    board_run_expect(rig, rig->line.port, 2,
-                     (const char *[]){"record", "-o", "x.csv", "--baud", "115200", "--prescale", "1", NULL});
+    board_run_expect(
+        rig, rig->line.port, 2,
+        (const char *[]){"record", "--key", "key", "-o", "x.csv", "--baud", "115200", "--prescale", "1", NULL});
     assert_non_null(strstr(rig->outcome.err, "--prescale 5"));
 }
 
@@ -189,8 +190,8 @@ static void gaps_are_reported_and_never_filled(void **state)
     static struct table t;
     line_start(&rig->line, rig->board.port, &(struct line_faults){.noise = 1e-3, .seed = 7});
     board_run_expect(rig, rig->line.port, 0,
-                     (const char *[]){"record", "-o", "noisy.csv", "--samples", "3000", "--settle", "0.1", "--chirp",
-                                      "5:50:1:1", "--json", NULL});
+                     (const char *[]){"record", "--key", "key", "-o", "noisy.csv", "--samples", "3000", "--settle",
+                                      "0.1", "--chirp", "5:50:1:1", "--json", NULL});
     const double gaps = board_answer(rig, "gaps"), lost = board_answer(rig, "lost");
     assert_true(gaps >= 20.0 && lost >= gaps); /* about one frame in twenty */
     assert_non_null(strstr(rig->outcome.err, "gaps"));
@@ -216,13 +217,54 @@ static void monitor_prints_lines_and_objects(void **state)
     assert_null(strchr(rig->outcome.out, 033)); /* no terminal's codes in a pipe */
 }
 
+/* The board without a plant reads mid scale, as with a wire that is off: the ratio alone would be 0, a perfect model. */
+static void a_wire_that_is_off_is_said(void **state)
+{
+    struct board_rig *rig = *state;
+    board_run_expect(rig, rig->board.port, 0,
+                     (const char *[]){"record", "--key", "key", "-o", "off.csv", "--samples", "500", "--settle", "0.3",
+                                      "--json", NULL});
+    assert_true(board_answer_is(rig, "sensor", "stuck"));
+    assert_true(board_answer(rig, "sensor_faults") > 400.0);
+    assert_true(board_answer(rig, "alarms") < 1.0);
+    assert_non_null(strstr(rig->outcome.err, "out of order (stuck)"));
+    board_run_expect(rig, rig->board.port, 0, (const char *[]){"monitor", "--seconds", "0.2", "--every", "0.1", NULL});
+    assert_non_null(strstr(rig->outcome.out, "SENSOR stuck"));
+}
+
+/* Longer than the board's dead-man time: the program renews it; and with the program the drive ends. */
+static void the_drive_lasts_as_long_as_the_record(void **state)
+{
+    static struct table t;
+    struct board_rig *rig = *state;
+    double last = 0.0;
+    board_run_expect(rig, rig->board.port, 0,
+                     (const char *[]){"record", "--key", "key", "-o", "long.csv", "--seconds", "4.5", "--settle", "0",
+                                      "--chirp", "10:100:0.5:2.5", NULL});
+    read_table(rig, "long.csv", &t);
+    assert_true(t.n > 1000);
+    for (size_t i = t.n - 200; i < t.n; i++)
+        last = fmax(last, fabs(t.input[i]));
+    assert_true(last > 2.0);
+    board_run_expect(rig, rig->board.port, 0, (const char *[]){"info", "--json", NULL});
+    assert_true(board_answer(rig, "drive_stops") > 0.5);
+    assert_non_null(strstr(rig->outcome.out, "\"sensor stuck\"")); /* latched: no plant, no noise */
+    board_run_expect(rig, rig->board.port, 0, (const char *[]){"info", NULL});
+    assert_non_null(strstr(rig->outcome.out, "Drive     off"));
+    assert_non_null(strstr(rig->outcome.out, "Latched   sensor stuck"));
+    board_run_expect(rig, rig->board.port, 5, (const char *[]){"info", "--acknowledge", "--key", "wrong_key", NULL});
+    board_run_expect(rig, rig->board.port, 0,
+                     (const char *[]){"info", "--acknowledge", "--key", "key", "--json", NULL});
+    assert_true(board_answer(rig, "sensor_faults") < 1.5); /* it is stuck still, and so it came again */
+}
+
 static void monitor_leaves_pictures(void **state)
 {
     struct board_rig *rig = *state;
     static const char *const files[] = {"pictures/live.png", "pictures/live.pdf", "pictures/live-panels.png"};
     board_run_expect(rig, rig->board.port, 0,
-                     (const char *[]){"record", "-o", "run.csv", "--samples", "100", "--settle", "0", "--chirp",
-                                      "10:100:1:1", NULL});
+                     (const char *[]){"record", "--key", "key", "-o", "run.csv", "--samples", "100", "--settle", "0",
+                                      "--chirp", "10:100:1:1", NULL});
     board_run_expect(rig, rig->board.port, 0,
                      (const char *[]){"monitor", "--seconds", "0.5", "--plot", "pictures", NULL});
     for (size_t i = 0; i < sizeof files / sizeof *files; i++)
@@ -240,6 +282,8 @@ int main(void)
         CASE(a_slow_line_is_prescaled_and_said),
         CASE(gaps_are_reported_and_never_filled),
         CASE(monitor_prints_lines_and_objects),
+        CASE(a_wire_that_is_off_is_said),
+        CASE(the_drive_lasts_as_long_as_the_record),
         CASE(monitor_leaves_pictures),
     };
     return cmocka_run_group_tests_name("board: records", tests, NULL, NULL);

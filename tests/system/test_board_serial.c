@@ -42,8 +42,8 @@ static void every_command_works(void **state)
     assert_true(board_answer(rig, "stored") == 1.0);
     board_run_expect(rig, port, 0, (const char *[]){"upload", "-o", "back.img", "--baud", "921600", NULL});
     board_run_expect(rig, port, 0,
-                     (const char *[]){"record", "-o", "run.csv", "--samples", "1000", "--settle", "0", "--chirp",
-                                      "5:50:1:1", "--baud", "921600", "--json", NULL});
+                     (const char *[]){"record", "--key", "key", "-o", "run.csv", "--samples", "1000", "--settle", "0",
+                                      "--chirp", "5:50:1:1", "--baud", "921600", "--json", NULL});
     assert_true(board_answer(rig, "prescale") == 1.0);
     assert_true(board_answer(rig, "samples") == 1000.0 && board_answer(rig, "gaps") == 0.0);
     run_beamfit(rig->dir, (const char *[]){"replay", "run.csv", "--image", "back.img", NULL}, &rig->outcome);
@@ -58,7 +58,8 @@ static void the_rate_counts(void **state)
     char port[64];
     serial_name(rig->board.port, port);
     board_run_expect(rig, port, 0,
-                     (const char *[]){"record", "-o", "run.csv", "--samples", "100", "--settle", "0", "--json", NULL});
+                     (const char *[]){"record", "--key", "key", "-o", "run.csv", "--samples", "100", "--settle", "0",
+                                      "--json", NULL});
     assert_true(board_answer(rig, "prescale") == 5.0);
 }
 
@@ -75,8 +76,8 @@ static void noise_and_cuts(void **state)
     line_start(&rig->line, rig->board.port, &(struct line_faults){.cut_after = 150000, .unplug = 1});
     serial_name(rig->line.port, port);
     board_run_expect(rig, port, 5,
-                     (const char *[]){"record", "-o", "cut.csv", "--seconds", "60", "--settle", "0", "--chirp",
-                                      "5:50:1:1", "--baud", "921600", NULL});
+                     (const char *[]){"record", "--key", "key", "-o", "cut.csv", "--seconds", "60", "--settle", "0",
+                                      "--chirp", "5:50:1:1", "--baud", "921600", NULL});
     assert_non_null(strstr(rig->outcome.err, "the port is gone"));
     assert_true(file_exists(rig->dir, "cut.csv"));
 }

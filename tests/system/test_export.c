@@ -12,7 +12,7 @@
 #include <jansson.h>
 #include "rig.h"
 
-enum { IMAGE_BYTES = 5328 };
+enum { IMAGE_BYTES = 5208 };
 #define DEVICE "0123456789abcdef01234567"
 static const char model[] = "format: beamfit-model/1\n"
                             "beam: {length_m: 0.4573, patch_m: [0.02535, 0.08905]}\n"
@@ -133,7 +133,7 @@ static void what_verify_refuses(void **state)
     says(RAN(rig, 1, "verify", "model.yaml"), "no target image");
     says(RAN(rig, 3, "verify", "nowhere.bfi"), "nowhere.bfi");
     says(RAN(rig, 3, "sign", "cut.bfi", "--key", "board.key", "--device", DEVICE, "--counter", "8", "-o", "new.bfi"),
-         "fewer than 5328");
+         "fewer than 5208");
 }
 
 static void keys_that_others_could_read(void **state)
@@ -156,10 +156,16 @@ static void mistakes_on_the_command_line(void **state)
     says(RAN(rig, 2, "export", "model.yaml"), "-o IMAGE");
     says(RAN(rig, 2, "export", "model.yaml", "-o", "n.bfi", "--key", "board.key"), "--device is missing");
     says(RAN(rig, 2, "export", "model.yaml", "-o", "n.bfi", "--device", DEVICE, "--counter", "1"), "--key is missing");
-    says(RAN(rig, 2, "export", "model.yaml", "-o", "n.bfi", "--hold", "cubic"), "zoh (held) or foh");
+    says(RAN(rig, 2, "export", "model.yaml", "-o", "n.bfi", "--hold", "cubic"), "--hold");
     says(RAN(rig, 2, "export", "model.yaml", "-o", "n.bfi", "--without", "tip_mass"), "no such effect");
     says(RAN(rig, 2, "export", "model.yaml", "-o", "n.bfi", "--sensor", "accel"), "no such output");
     says(RAN(rig, 2, "export", "model.yaml", "-o", "n.bfi", "--noise-rms", "0"), "above 0");
+    says(RAN(rig, 3, "export", "model.yaml", "-o", "n.bfi", "--drive-per-code", "1e38"),
+         "the drive's per_code is 1e+38");
+    says(RAN(rig, 3, "export", "model.yaml", "-o", "n.bfi", "--noise-rms", "1e-45"), "noise_rms is 1.4013e-45");
+    says(RAN(rig, 3, "export", "model.yaml", "-o", "n.bfi", "--noise-rms", "1e-9"), "codes of the sensor");
+    says(RAN(rig, 3, "export", "model.yaml", "-o", "n.bfi", "--averaging-s", "1e9"), "averaging_s is 1e+09");
+    says(RAN(rig, 3, "export", "model.yaml", "-o", "n.bfi", "--alarm-ratio", "1e30"), "alarm_ratio");
     says(RAN(rig, 2, "sign", "plain.bfi", "-o", "n.bfi", "--key", "board.key", "--device", DEVICE),
          "--counter is missing");
     says(RAN(rig, 2, "sign", "plain.bfi", "-o", "n.bfi", "--key", "board.key", "--device", "12", "--counter", "1"),

@@ -12,7 +12,7 @@
 
 static const char *const commands[] = {"init", "modes",   "simulate", "fit",      "compare", "effects", "add",
                                        "drop", "history", "import",   "export",   "sign",    "verify",  "replay",
-                                       "info", "record",  "monitor",  "download", "upload",  "report"};
+                                       "info", "record",  "monitor",  "download", "upload",  "report",  "doctor"};
 enum { COMMANDS = sizeof commands / sizeof *commands };
 
 /* Whether text holds word, capitals aside. */
@@ -55,6 +55,22 @@ static void each_help_has_usage_example_and_statuses(void **state)
     }
 }
 
+/* At the width of the terminal: no line is longer, and no word is lost against a wide one. */
+static void help_at_any_width(void **state)
+{
+    struct rig *rig = *state;
+    static const char script[] =
+        "for c in $(COLUMNS=120 \"$BEAMFIT\" | sed -n 's/^  \\([a-z][a-z]*\\)  .*/\\1/p'); do for w in 72 80 100; do\n"
+        "COLUMNS=$w \"$BEAMFIT\" $c --help >narrow; COLUMNS=120 \"$BEAMFIT\" $c --help >wide\n"
+        "[ \"$(wc -L <narrow)\" -le $w ] || { echo $c is wider than $w; exit 1; }\n"
+        "[ \"$(tr -s '\\\\ \\n' '\\n' <narrow)\" = \"$(tr -s '\\\\ \\n' '\\n' <wide)\" ] || { echo $c loses words at "
+        "$w; exit 1; }\n"
+        "done; done";
+    run_program(rig->dir, (const char *[]){"bash", "-c", script, NULL}, &rig->outcome);
+    if (rig->outcome.status != 0)
+        fail_msg("%s%s", rig->outcome.out, rig->outcome.err);
+}
+
 static void assert_usage(struct rig *rig, const char *const arguments[], const char *word)
 {
     run_beamfit(rig->dir, arguments, &rig->outcome);
@@ -62,6 +78,26 @@ static void assert_usage(struct rig *rig, const char *const arguments[], const c
         strstr(rig->outcome.err, word) == NULL || rig->outcome.out[0] != 0)
         fail_msg("%s: wanted status 2 and '%s', got %d and '%s'", arguments[0], word, rig->outcome.status,
                  rig->outcome.err);
+}
+
+/* All is there where the tests run; without gnuplot that is said, with what to do, and the status is 1. */
+static void the_doctor(void **state)
+{
+    struct rig *rig = *state;
+    const int files = count_files(rig->dir);
+    run_beamfit(rig->dir, (const char *[]){"doctor", NULL}, &rig->outcome);
+    if (rig->outcome.status != 0 || strstr(rig->outcome.out, "ok       computation") == NULL ||
+        strstr(rig->outcome.out, "draws PNG and PDF") == NULL)
+        fail_msg("%d: %s%s", rig->outcome.status, rig->outcome.out, rig->outcome.err);
+    assert_int_equal(count_files(rig->dir), files);
+    run_program(rig->dir, (const char *[]){"sh", "-c", "PATH=/nowhere; \"$BEAMFIT\" doctor --json", NULL},
+                &rig->outcome);
+    assert_int_equal(rig->outcome.status, 1);
+    assert_non_null(strstr(rig->outcome.out, "\"remedy\": \"apt-get install gnuplot-nox\""));
+    assert_non_null(strstr(rig->outcome.err, "1 of 5 checks found something to do"));
+    run_program(rig->dir, (const char *[]){"sh", "-c", "TMPDIR=/nowhere \"$BEAMFIT\" doctor", NULL}, &rig->outcome);
+    assert_int_equal(rig->outcome.status, 1);
+    assert_non_null(strstr(rig->outcome.out, "set TMPDIR"));
 }
 
 static void an_unknown_command(void **state)
@@ -96,6 +132,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         CASE(the_bare_program_lists_the_commands),
         CASE(each_help_has_usage_example_and_statuses),
+        CASE(help_at_any_width),
+        CASE(the_doctor),
         CASE(an_unknown_command),
         CASE(an_unknown_option),
         CASE(nothing_to_work_on),

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* `make install` into an empty directory: the program runs there, a stranger's file compiles with pkg-config, uninstall
- * leaves no file. BEAMFIT's directory is the build that is installed. */
+ * leaves no file; `make deb` likewise. BEAMFIT's directory is the build that is installed. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -52,10 +52,40 @@ static void install_use_uninstall(void **state)
                "test -z \"$(find root -type f)\"\n");
 }
 
+/* `make deb`: dpkg installs both into an empty root against this machine's list of packages, so that every dependency is one of Debian's. */
+static void packages_install_and_go(void **state)
+{
+    struct rig *rig = *state;
+    const char *build = strrchr(getenv("BEAMFIT"), '/') - 3;
+    run_program(rig->dir,
+                (const char *[]){"sh", "-c",
+                                 "command -v dpkg && command -v dpkg-shlibdeps && test -s /var/lib/dpkg/status", NULL},
+                &rig->outcome);
+    if (strncmp(build, "san", 3) == 0 || rig->outcome.status != 0) {
+        print_message("SKIPPED: the sanitizers' build, or no dpkg here\n");
+        skip();
+    }
+    write_text(rig->dir, "try.c", program_text);
+    shell(rig, "export PATH=$PATH:/usr/sbin:/sbin ROOT=$DIR/root/usr\n"
+               "make -s --no-print-directory -C \"$TOP\" B=\"$BUILD\" deb >debs\n"
+               "mkdir -p root/var/lib/dpkg/info root/var/lib/dpkg/updates root/var/lib/dpkg/triggers\n"
+               "cp /var/lib/dpkg/status root/var/lib/dpkg/\n"
+               "package() { dpkg --root=$DIR/root --force-not-root --log=/dev/null \"$@\" >dpkg.log 2>&1 || { cat "
+               "dpkg.log; exit 1; }; }\n"
+               "package -i $(cat debs)\n"
+               "test \"$($ROOT/bin/beamfit --version)\" = \"beamfit $(sed -n 's/^VERSION := //p' \"$TOP\"/Makefile)\"\n"
+               "$ROOT/bin/beamfit modes model.yaml --json\n"
+               "gcc try.c $(PKG_CONFIG_PATH=$ROOT/lib/pkgconfig PKG_CONFIG_SYSROOT_DIR=$DIR/root pkg-config --cflags "
+               "--libs beamfit) -o try && ./try\n"
+               "gzip -t $ROOT/share/man/man1/beamfit.1.gz\n"
+               "package -r beamfit libbeam-dev\n"
+               "test -z \"$(find root/usr -type f)\"\n");
+}
+
 #define CASE(f) cmocka_unit_test_setup_teardown(f, rig_setup, rig_teardown)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {CASE(install_use_uninstall)};
+    const struct CMUnitTest tests[] = {CASE(install_use_uninstall), CASE(packages_install_and_go)};
     return cmocka_run_group_tests_name("install", tests, NULL, NULL);
 }

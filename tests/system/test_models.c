@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The commands that make models from models: init, add, drop, effects, history. */
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -105,6 +106,55 @@ static void init_knows_the_handbook(void **state)
     says(RAN(rig, 2, "init", "--input", "f=point_force"), "place");
 }
 
+/* Sum of an output of `simulate` and of its squares: two numbers that no other response shares. */
+static void respond(struct rig *rig, const char *model, double sums[2])
+{
+    RAN(rig, 0, "simulate", model, "--input", "drive.csv", "-o", "out.csv", "--digits", "12", "--force");
+    run_program(rig->dir,
+                (const char *[]){"awk", "-F,", "/^[0-9]/ {s += $3; q += $3 * $3} END {printf \"%.12g %.12g\", s, q}",
+                                 "out.csv", NULL},
+                &rig->outcome);
+    char *rest;
+    sums[0] = strtod(rig->outcome.out, &rest);
+    sums[1] = strtod(rest, NULL);
+}
+
+#define TWO_PATCHES                                                                                                    \
+    "init", "--length", "0.3", "--support", "clamped-clamped", "--patch", "0.02", "0.06", "--patch", "0.2", "0.26"
+
+/* What one patch does to the other, the other does to the one (Maxwell, Betti); what a patch does to itself is another matter. */
+static void two_patches_are_reciprocal(void **state)
+{
+    struct rig *rig = *state;
+    double there[2], back[2], itself[2];
+    char drive[4096] = "time_s,drive_V\n";
+    for (int k = 0; k < 128; k++)
+        (void)snprintf(drive + strlen(drive), sizeof drive - strlen(drive), "%.9g,%d\n", k / 2048.0, k == 5 || k == 6);
+    write_text(rig->dir, "drive.csv", drive);
+    RAN(rig, 0, TWO_PATCHES, "--input", "drive_V=patch_moment", "--output", "piezo_V=patch_strain@0.23", "-o",
+        "a.yaml");
+    RAN(rig, 0, TWO_PATCHES, "--input", "drive_V=patch_moment@0.23", "--output", "piezo_V=patch_strain", "-o",
+        "b.yaml");
+    RAN(rig, 0, TWO_PATCHES, "--input", "drive_V=patch_moment@0.03", "--output", "piezo_V=patch_strain", "-o",
+        "c.yaml");
+    respond(rig, "a.yaml", there);
+    respond(rig, "b.yaml", back);
+    respond(rig, "c.yaml", itself);
+    assert_true(there[1] > 0.0 && fabs(there[1] / back[1] - 1.0) < 1e-6 &&
+                fabs(there[0] - back[0]) < 1e-6 * sqrt(there[1]));
+    assert_true(fabs(itself[1] / there[1] - 1.0) > 0.1);
+}
+
+static void patches_that_cannot_be(void **state)
+{
+    struct rig *rig = *state;
+    says(RAN(rig, 2, TWO_PATCHES, "--patch", "0.05", "0.1", "-o", "x.yaml"), "overlaps");
+    says(RAN(rig, 2, TWO_PATCHES, "--output", "piezo_V=patch_strain@0.1", "-o", "x.yaml"), "there is none");
+    says(RAN(rig, 2, "init", "--output", "piezo_V=patch_strain", "-o", "x.yaml"), "give --patch FROM TO");
+    says(RAN(rig, 2, "init", "--output", "tip_mps=velocity", "-o", "x.yaml"), "needs a place");
+    assert_int_equal(file_exists(rig->dir, "x.yaml"), 0);
+}
+
 static void effects_are_explained(void **state)
 {
     struct rig *rig = *state;
@@ -147,6 +197,8 @@ int main(void)
         CASE(what_add_refuses),
         CASE(init_never_overwrites_unasked),
         CASE(init_knows_the_handbook),
+        CASE(two_patches_are_reciprocal),
+        CASE(patches_that_cannot_be),
         CASE(effects_are_explained),
         CASE(history_finds_the_order),
     };

@@ -210,6 +210,42 @@ static void a_coarse_space_moves_the_estimates(void **state)
 
 #define CASE(test) cmocka_unit_test_setup_teardown(test, rig_setup, rig_teardown)
 
+/* Hammer and accelerometer of this set point opposite ways; its model here lacks the mass at the tip. */
+static void opposite_channels_are_named_on_measured_hits(void **state)
+{
+    struct rig *rig = *state;
+    static const char *const hits[] = {"m2t1", "m2t2", "m4t1", "m4t2"};
+    static const char beam[] = "format: beamfit-model/1\n"
+                               "beam: {length_m: 0.35}\n"
+                               "parameters:\n"
+                               "  EI_beam_Nm2: {value: 92.25, prior: 0.1}\n"
+                               "  rho_beam_kgpm: {value: 1.177, prior: 0.05}\n"
+                               "  cDI_beam_sNm2: 0.0016\n"
+                               "  gamma_sNpm2: 0.002\n"
+                               "inputs: {%s: {kind: point_force, at_m: 0.345}}\n"
+                               "outputs: {accel_mps2: {kind: acceleration, at_m: 0.345}}\n";
+    char path[PATH_MAX], name[64], text[1024];
+    for (size_t i = 0; i < sizeof hits / sizeof *hits; i++) {
+        (void)snprintf(name, sizeof name, "unb_tip_masses/%s.csv", hits[i]);
+        need(name, path);
+        (void)snprintf(text, sizeof text, beam, "hammer_N");
+        write_text(rig->dir, "unb.yaml", text);
+        json_t *root = ANSWER(rig, "compare", "unb.yaml", path, "--json");
+        const json_t *factors = json_object_get(root, "channel_factors");
+        assert_int_equal(json_array_size(factors), 1);
+        const json_t *one = json_array_get(factors, 0);
+        within("factor", json_number_value(json_object_get(one, "factor")), -1.0, -1.0);
+        assert_string_equal(json_string_value(json_object_get(one, "or_channel")), "hammer_N");
+        json_decref(root);
+    }
+    need("unb_tip_masses/shaker_2_12.csv", path); /* one steady sine tells no sign */
+    (void)snprintf(text, sizeof text, beam, "shaker_N");
+    write_text(rig->dir, "unb.yaml", text);
+    json_t *root = ANSWER(rig, "compare", "unb.yaml", path, "--json");
+    assert_int_equal(json_array_size(json_object_get(root, "channel_factors")), 0);
+    json_decref(root);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -217,6 +253,7 @@ int main(void)
         CASE(a_wrong_clock_is_not_taken_for_hum),
         CASE(a_steel_beam_is_off_by_one_scale),
         CASE(a_cubic_spring_explains_the_silverbox),
+        CASE(opposite_channels_are_named_on_measured_hits),
         CASE(splines_are_checked),
         CASE(a_coarse_space_moves_the_estimates),
     };

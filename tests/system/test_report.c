@@ -200,37 +200,36 @@ static void what_is_refused(void **state)
     const int files = count_files(rig->dir);
     says(RAN(rig, 2, "report", "fitted.yaml", "soft.csv"), "-o FILE.html");
     says(RAN(rig, 2, "report", "fitted.yaml", "-o", "old.html"), "at least one record");
-    says(RAN(rig, 2, "report", "fitted.yaml", "soft.csv", "-o", "fitted.yaml"), "would overwrite");
-    says(RAN(rig, 2, "report", "fitted.yaml", "soft.csv", "-o", "./soft.csv"), "would overwrite");
+    says(RAN(rig, 2, "report", "fitted.yaml", "soft.csv", "-o", "fitted.yaml"), "is read by this command");
+    says(RAN(rig, 2, "report", "fitted.yaml", "soft.csv", "-o", "./soft.csv"), "is read by this command");
     says(RAN(rig, 2, "report", "fitted.yaml", "soft.csv", "-o", "old.html", "--pictures", "-1"), "--pictures");
     says(RAN(rig, 2, "report", "fitted.yaml", "soft.csv", "-o", "old.html", "--intersample", "x"), "x");
-    says(RAN(rig, 2, "report", "fitted.yaml", "soft.csv", "-o", "old.html", "--ancestor", "heavy.yaml"), "no ancestor");
+    says(RAN(rig, 2, "report", "fitted.yaml", "soft.csv", "-o", "old.html", "--ancestor", "heavy.yaml", "--force"),
+         "no ancestor");
     says(RAN(rig, 3, "report", "fitted.yaml", "soft.csv", "-o", "nowhere/x.html"), "nowhere/x.html: cannot be written");
     says(RAN(rig, 3, "report", "fitted.yaml", "soft.csv", "broken.csv", "-o", "old.html"), "broken.csv:3: ");
     says(RAN(rig, 3, "report", "nowhere.yaml", "soft.csv", "-o", "old.html"), "nowhere.yaml");
     says(RAN(rig, 3, "report", "fitted.yaml", "nowhere.csv", "-o", "old.html"), "nowhere.csv");
     run_beamfit_on_small_disk(
         rig->dir, 4096,
-        (const char *[]){"report", "fitted.yaml", "soft.csv", "--pictures", "0", "-o", "old.html", NULL},
+        (const char *[]){"report", "fitted.yaml", "soft.csv", "--pictures", "0", "-o", "old.html", "--force", NULL},
         &rig->outcome);
     assert_refused(&rig->outcome, "old.html", "cannot be written");
     assert_true(file_is(rig->dir, "old.html", rig_old_output));
     assert_int_equal(count_files(rig->dir), files);
 }
 
-/* Runs with this script as gnuplot ("": none), and looks at what is left beside old.html and below TMPDIR. */
+/* Runs with this script as gnuplot, and looks at what is left beside old.html and below TMPDIR. */
 static void with_gnuplot(struct rig *rig, const char *script, int status, const char *said)
 {
     write_text(rig->dir, "old.html", rig_old_output);
     must(rig, "rm -rf bin tmp && mkdir bin tmp");
-    if (script[0] != '\0') {
-        write_text(rig->dir, "bin/gnuplot", script);
-        must(rig, "chmod +x bin/gnuplot");
-    }
+    write_text(rig->dir, "bin/gnuplot", script);
+    must(rig, "chmod +x bin/gnuplot");
     const int files = count_files(rig->dir);
     (void)shell(rig,
                 "export REAL=\"$(command -v gnuplot)\" SENT=\"$PWD/bin/sent\" TMPDIR=\"$PWD/tmp\"\nPATH=\"$PWD/bin\"\n"
-                "exec \"$BEAMFIT\" report fitted.yaml soft.csv -o old.html");
+                "exec \"$BEAMFIT\" report fitted.yaml soft.csv -o old.html --force");
     if (rig->outcome.status != status || strstr(rig->outcome.err, said) == NULL || rig->outcome.out[0] != '\0')
         fail_msg("wanted status %d and '%s', got %d: %s%s", status, said, rig->outcome.status, rig->outcome.err,
                  rig->outcome.out);
@@ -241,7 +240,12 @@ static void with_gnuplot(struct rig *rig, const char *script, int status, const 
 
 static void without_gnuplot(void **state)
 {
-    with_gnuplot(*state, "", 2, "apt-get install gnuplot-nox; or write the page without pictures: --pictures 0");
+    struct rig *rig = *state;
+    must(rig, "mkdir none && PATH=\"$PWD/none\" && exec \"$BEAMFIT\" report fitted.yaml soft.csv -o bare.html");
+    says(rig->outcome.err, "the page will have no pictures: apt-get install gnuplot-nox");
+    says(rig->outcome.out, "0 pictures");
+    must(rig, "grep -q 'Largest share of the misfit' bare.html && ! grep -q 'data:image/png' bare.html && rm -r none "
+              "bare.html");
 }
 
 static void gnuplot_fails(void **state)

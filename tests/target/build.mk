@@ -12,6 +12,9 @@ $(TARGET_BOARDS:%=$(B)/target_%_replay.elf): $(B)/target_%_replay.elf: tests/tar
     tests/target/replay_case.h tests/target/%.ld tests/target/sections.ld $(B)/arm/libbeamt.a
 	$(call say,$@)$(CROSS)gcc $(CROSS_FLAGS) $(TARGET_FLAGS_$*) $(TARGET_LINK) -Ttests/target/$*.ld $(filter %.c %.a,$^) -lm -o $@
 
+$(B)/target_costs.elf: tests/target/cost_run.c tests/target/start.c tests/target/netduinoplus2.ld tests/target/sections.ld $(B)/arm/libbeamt.a
+	$(call say,$@)$(CROSS)gcc $(CROSS_FLAGS) $(TARGET_FLAGS_netduinoplus2) $(TARGET_LINK) -Ttests/target/netduinoplus2.ld $(filter %.c %.a,$^) -lm -o $@
+
 # The devices that QEMU's netduinoplus2 lacks, as a plugin of QEMU 7.2
 $(B)/stm32f405.so: $(wildcard tests/target/plugin/*.c) $(wildcard tests/target/plugin/*.h)
 	$(call say,$@)$(CC) $(STD) $(OPT) $(filter-out -Wpedantic,$(WARN)) -fPIC -fvisibility=hidden -shared $(filter %.c,$^) -ldl -o $@
@@ -24,7 +27,7 @@ $(B)/target_store_%.elf: tests/target/store_run.c tests/target/semihost.h $(B)/a
 $(foreach board,$(FIRMWARE_BOARDS),$(eval $(B)/target_store_$(board).elf: $(call BOARD_OBJ,$(board)) firmware/board_$(board)/$(board).ld))
 
 # The firmware's sampler on this machine, and where the board keeps what it computed
-$(B)/replay_live: tests/target/replay_live.c $(B)/firmware/sampler.o $(B)/libbeamt.a
+$(B)/replay_live: tests/target/replay_live.c $(B)/firmware/sampler.o $(B)/firmware/health.o $(B)/libbeamt.a
 	$(call say,$@)$(CC) $(LIBFLAGS) -DBEAM_FLOAT -DBEAM_TARGET -Ifirmware $^ -lm -o $@
 $(B)/arm/layout.o: tests/target/layout.c firmware/app.h firmware/pages.h firmware/sampler.h firmware/daq.h firmware/xcp.h firmware/sxi.h
 	$(call say,$@)$(CROSS)gcc $(FIRMWARE_FLAGS) -c $< -o $@
@@ -56,7 +59,7 @@ $(B)/target_unit_%.elf: $(B)/arm/double/tests/unit/%.o $(B)/arm/libunit.a $(B)/a
 	$(call say,$@)$(CROSS)gcc $(UNIT_FLAGS) $(TARGET_LINK) -Ttests/target/mps2-an386.ld $(filter %.c %.o %.a,$^) -lm -o $@
 
 TARGET_PROGRAMS := $(FIRMWARE_ELF) $(B)/arm/layout.o $(B)/replay_live $(B)/beamfit $(B)/beam_truth $(B)/replay_cases \
-    $(B)/replay_run $(B)/stm32f405.so $(TARGET_BOARDS:%=$(B)/target_%_replay.elf) $(FIRMWARE_BOARDS:%=$(B)/target_store_%.elf) \
+    $(B)/replay_run $(B)/stm32f405.so $(TARGET_BOARDS:%=$(B)/target_%_replay.elf) $(B)/target_costs.elf $(FIRMWARE_BOARDS:%=$(B)/target_store_%.elf) \
     $(UNIT_ON_TARGET:%=$(B)/target_unit_%.elf)
 target: ## test: emulated boards: bits, instructions, power cuts, kills, the product [NAMES='bits counts']
 	@tools/deps.sh build test target

@@ -12,7 +12,10 @@
 #include <string.h>
 #include "sampler.h"
 
-enum { CODE_MAX = 4095, OURS = BEAM_LIVE_ALARM | BEAM_LIVE_SOLVE | BEAM_LIVE_RESET | BEAM_LIVE_CLIPPED };
+enum {
+    CODE_MAX = 4095,
+    OURS = BEAM_LIVE_ALARM | BEAM_LIVE_SOLVE | BEAM_LIVE_RESET | BEAM_LIVE_CLIPPED | BEAM_LIVE_SENSOR
+};
 
 static struct beam_image image;
 static struct sampler sampler;

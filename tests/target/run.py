@@ -11,13 +11,18 @@ import sys
 import tempfile
 import time
 
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "live"))
 import board
 import emulator
 import power
+import wire
 from emulator import in_build
 
 LINEAR_GOAL = 2 * 217  # instructions: twice what eleven bare 2x2 blocks take at -O2
 LIVE_SAMPLES = 150_000
+ERASE_NS = 100_000_000  # of a stall that is emulated instruction by instruction; a real sector takes 1 s, at most 2
+INTERRUPT_REST = 1200  # of it beside the step: BEAM_IMAGE_INTERRUPT of lib/beam_image.h, which every budget subtracts
+BUILT_IN_STEP = 365
 INTERRUPT_BOUND = 2000  # instructions of the sample interrupt with a linear model
 DOWNLOADS = 100 if os.environ.get("FULL") else 4
 KILLS, FIRMWARE_KILLS = (500, 100) if os.environ.get("FULL") else (60, 15)
@@ -89,6 +94,70 @@ def test_counts(build):
     check(linear <= LINEAR_GOAL, f"the linear step takes {linear} instructions, the goal is {LINEAR_GOAL}")
 
 
+def test_costs(build):
+    """What a step may take at most: the costliest calls of effects, and plans whose laws never settle, beside the bound."""
+    status, text = emulator.semihosted("netduinoplus2", in_build(build, "target_costs.elf"), None, "-icount", "shift=0,sleep=off")
+    check(status == 0, f"status {status}: {text}")
+    rows = [line.split() for line in text.splitlines()]
+    calls = [(name, int(stated), int(counted)) for kind, name, stated, counted in rows if kind == "call"]
+    steps = [(name, int(bound), int(counted)) for kind, name, bound, counted in rows if kind == "step"]
+    check(len(calls) >= 16 and len(steps) >= 30, f"too little was counted: {text}")
+    for name, stated, counted in [*calls, *steps]:
+        check(counted <= stated, f"{name} takes {counted} instructions, stated are {stated}")
+        check(stated <= 1.35 * counted + 300, f"{name} takes {counted} instructions, {stated} is no useful bound")
+    tight = [counted / bound for _, bound, counted in steps]
+    print(f"  {len(calls)} effects' calls within what they state; {len(steps)} plans take {min(tight):.0%} to {max(tight):.0%} of "
+          f"their bounds; {steps[-1][1]} for a law of 100 evaluations")
+    for name in ("laws_1_evaluations_16", "laws_3_evaluations_16", "laws_6_evaluations_16", "laws_8_evaluations_16"):
+        _, bound, counted = next(row for row in steps if row[0] == name)
+        print(f"  {name:24s} bound {bound:7d}, counted {counted:7d}")
+
+
+def six_laws(target, model):
+    shutil.copy("data/live/model.yaml", model)
+    for effect in ("coulomb_friction", "cubic_stiffness", "microslip", "stop_contact", "patch_softening", "bilinear_stiffness"):
+        target.beamfit("add", model, effect, "-o", model + ".new")
+        os.replace(model + ".new", model)
+
+
+def test_deadline(build):
+    """A model whose step may not fit is refused before a step of it, and the largest that is taken misses no sample."""
+    if not emulator.has_plugin_board(build):
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        model, image = os.path.join(folder, "model.yaml"), os.path.join(folder, "model.img")
+        target = board.Board(build, folder, plant="data/live/mass.txt")
+        try:
+            six_laws(target, model)
+            target.beamfit("export", model, "-o", image, "--core-MHz", "500")
+            raw = open(image, "rb").read()
+            link = wire.Link(target.port, timeout_s=2.0)
+            link.connect()
+            info = link.info()
+            link.unlock(open(target.key, "rb").read())
+            link.stage(wire.signed(raw, open(target.key, "rb").read(), info.stored + 1, info.device))
+            try:
+                link.switch()
+                raise Failure("the board took a model whose step may not fit")
+            except wire.Refused as refused:
+                check(refused.code == wire.ERROR_PAGE, f"refused with {refused.code:#x}")
+            after = link.info()
+            link.command(b"\xFE")
+            link.close()
+            check(wire.FAULTS[after.last_fault] == "too slow" and after.missed == 0, f"{after}")
+            target.beamfit("export", model, "-o", image)
+            target.insist("download", image, "--port", target.port, "--key", target.key_text)
+            target.insist("record", "--port", target.port, "--key", target.key_text, "--baud", "921600", "--chirp", "5:200:2:5", "--settle", "0.1",
+                           "--samples", "1000", "-o", os.path.join(folder, "run.csv"))
+            ran = target.info()
+        finally:
+            target.end()
+        check(ran["missed"] == 0 and ran["step_bound"] <= ran["step_budget"], f"{ran}")
+        check(ran["proof_us"] * 125 <= ran["step_bound"], f"a step of the proof run took longer than its bound: {ran}")
+        print(f"  six laws with all their evaluations refused ({after.last_fault}: too slow); with fewer, bound {ran['step_bound']} of "
+              f"{ran['step_budget']}: taken, longest step of the proof run {ran['proof_us']} us, 0 missed")
+
+
 def test_units(build):
     """Unit tests of lib/ on the mps2 board, double in software; FULL=1: also those that take minutes."""
     names = UNITS_QUICK + (UNITS_SLOW if os.environ.get("FULL") else [])
@@ -144,8 +213,8 @@ def test_product(build):
         try:
             target.beamfit("export", "data/live/model.yaml", "-o", image)
             target.insist("download", image, "--port", target.port, "--key", target.key_text)
-            target.insist("record", "--port", target.port, "--baud", "921600", "--chirp", "5:200:8:5", "--settle", "0.1",
-                           "--samples", "200", "--prescale", "10", "-o", os.path.join(folder, "run.csv"))
+            target.insist("record", "--port", target.port, "--key", target.key_text, "--baud", "921600", "--chirp", "5:200:8:5", "--settle", "0.1",
+                           "--samples", "4000", "--prescale", "10", "--force", "-o", os.path.join(folder, "run.csv"))
             info = target.info()
             target.process.wait(timeout=240)
         finally:
@@ -181,6 +250,44 @@ def test_downloads(build):
         print(f"  {DOWNLOADS} downloads during {len(sequence)} samples, 0 missed; longest sample interrupt {info['worst_step_us']} us")
 
 
+def used_up_flash(path):
+    """Slots 0 and 1 in their last windows, which hold something: the next store has to erase a sector while the board samples."""
+    window, windows, sector = 8192, 16, 0x20000
+    flash = bytearray(b"\xFF" * 3 * sector)
+    for slot in (1, 2):
+        for w in range(windows - 1):
+            struct.pack_into("<I", flash, slot * sector + (w + 1) * window - 4, 0)
+        struct.pack_into("<I", flash, slot * sector + (windows - 1) * window, 0)
+    with open(path, "wb") as file:
+        file.write(flash)
+
+
+def test_stall(build):
+    """A sector erased while the board samples, the core standing still for a second: every missed conversion counted."""
+    if not emulator.has_plugin_board(build):
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        image, live = os.path.join(folder, "model.img"), os.path.join(folder, "live.bin")
+        used_up_flash(os.path.join(folder, "flash.bin"))
+        target = board.Board(build, folder, [f"live={live}", f"live_at={board.live_address(build)}", f"erase_ns={ERASE_NS}"],
+                             plant="data/live/mass.txt")
+        try:
+            target.beamfit("export", "data/live/model.yaml", "-o", image)
+            target.insist("download", image, "--port", target.port, "--key", target.key_text)
+            info = target.info()
+        finally:
+            target.end()
+        with open(live, "rb") as file:
+            sequence = [row[0] for row in struct.iter_unpack("<I36x", file.read())]
+        gaps = [b - a - 1 for a, b in zip(sequence, sequence[1:]) if b != a + 1]
+        due = ERASE_NS / 1e6  # at 1 kHz
+        check(len(gaps) == 1 and gaps[0] == info["missed"], f"gaps {gaps}, missed {info['missed']}")
+        check(abs(info["missed"] - due) <= 2, f"{info['missed']} missed, due were {due:g}")
+        check(info["slots"][0] == "valid" and info["stored"] == info["counter"] > 0, f"{info}")
+        print(f"  {len(sequence)} samples around an erase of {ERASE_NS * 1e-9:g} s: missed {info['missed']}, the sequence has one gap of "
+              f"{gaps[0]}; the image is stored")
+
+
 def test_stack(build):
     """Bytes of stack that the STM32's firmware really writes while it takes and runs a model with laws."""
     if not emulator.has_plugin_board(build):
@@ -196,8 +303,8 @@ def test_stack(build):
                 os.replace(model + ".new", model)
             target.beamfit("export", model, "-o", image)
             target.insist("download", image, "--port", target.port, "--key", target.key_text)
-            target.insist("record", "--port", target.port, "--baud", "921600", "--chirp", "5:200:2:5", "--settle", "0.1",
-                           "--samples", "500", "-o", os.path.join(folder, "run.csv"))
+            target.insist("record", "--port", target.port, "--key", target.key_text, "--baud", "921600", "--chirp", "5:200:2:5", "--settle", "0.1",
+                           "--samples", "500", "--force", "-o", os.path.join(folder, "run.csv"))
             target.process.wait(timeout=120)
         finally:
             target.end()
@@ -220,8 +327,8 @@ def test_interrupt(build):
             target = board.Board(build, folder, [*span, *([] if streams else ["stop=3000"])], shift=3, plant="data/live/mass.txt")
             try:
                 if streams:
-                    target.insist("record", "--port", target.port, "--baud", "921600", "--chirp", "5:200:2:5", "--settle", "0.1",
-                                   "--samples", "2000", "-o", os.path.join(folder, "run.csv"))
+                    target.insist("record", "--port", target.port, "--key", target.key_text, "--baud", "921600", "--chirp", "5:200:2:5", "--settle", "0.1",
+                                   "--samples", "2000", "--force", "-o", os.path.join(folder, "run.csv"))
                 else:
                     target.process.wait(timeout=120)
             finally:
@@ -232,6 +339,7 @@ def test_interrupt(build):
             worst.append(largest)
             print(f"  {'streaming, driven' if streams else 'alone':18s} mean {mean}, largest {largest} of {found[3]}: "
                   f"{largest * 1e3 / emulator.CLOCK_HZ:.2%} of a 1 kHz period, {largest * 1e4 / emulator.CLOCK_HZ:.1%} of 10 kHz")
+    check(max(worst) - BUILT_IN_STEP <= INTERRUPT_REST, f"beside the step the interrupt takes {max(worst) - BUILT_IN_STEP}")
     check(max(worst) <= INTERRUPT_BOUND, f"the interrupt takes {max(worst)} instructions, the bound is {INTERRUPT_BOUND}")
 
 

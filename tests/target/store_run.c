@@ -20,7 +20,10 @@ void app_sample(uint16_t sensor_code)
     (void)sensor_code;
 }
 
-void app_missed(void) {}
+void app_missed(uint32_t n)
+{
+    (void)n;
+}
 
 static uint8_t byte_of(uint32_t counter, uint32_t offset)
 {

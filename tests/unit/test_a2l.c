@@ -71,7 +71,7 @@ static void addresses_are_the_wires(void **state)
         {"MEASUREMENT live_predicted \"the model's prediction of the sensor\" FLOAT32_IEEE cm_sensor 0 0 -1e12 1e12\n"
          "      ECU_ADDRESS 0x%08lX\n",
          BEAM_WIRE_LIVE + offsetof(struct beam_live, predicted)},
-        {"MEASUREMENT info_missed \"ticks that came before the last sample was finished\" ULONG NO_COMPU_METHOD 0 0 0 "
+        {"MEASUREMENT info_missed \"conversions that were due and did not take place\" ULONG NO_COMPU_METHOD 0 0 0 "
          "4294967295\n      ECU_ADDRESS 0x%08lX\n",
          BEAM_WIRE_INFO + offsetof(struct beam_info, missed)},
         {"CHARACTERISTIC drive_amplitude \"of the chirp, in codes of the D/A\" VALUE 0x%08lX rl_f32",

@@ -75,6 +75,8 @@ static int make_good(void **state)
                                                  .drive_V_per_code = 0.02F,
                                                  .drive_zero_code = 2048.0F,
                                                  .noise_rms = 2e-3F,
+                                                 .quiet_ratio = 0.2F,
+                                                 .offset_ratio = 1.0F,
                                                  .alarm_ratio = 3.0F,
                                                  .clear_ratio = 2.0F,
                                                  .averaging_s = 1.0F,
@@ -133,8 +135,8 @@ static void a_page_is_one_row_of_bytes(void **state)
     (void)state;
     assert_true(beam_image_read(&good, 0, BEAM_IMAGE_BYTES, whole));
     assert_memory_equal(whole, "BFMI", 4);
-    assert_memory_equal(whole + 320, &good.plan.n, 4 * BEAM_IMAGE_COUNTS);
-    assert_memory_equal(whole + 320 + 264, &good.plan.x, 4 * BEAM_IMAGE_NUMBERS);
+    assert_memory_equal(whole + 336, &good.plan.n, 4 * BEAM_IMAGE_COUNTS);
+    assert_memory_equal(whole + 336 + 4 * BEAM_IMAGE_COUNTS, &good.plan.x, 4 * BEAM_IMAGE_NUMBERS);
     assert_memory_equal(whole + BEAM_IMAGE_BYTES - 32, good.code, 32);
     assert_int_equal(beam_crc32(0, BEAM_IMAGE_BYTES - 64 - 32, whole + 64), good.front.header.crc32);
     for (int trial = 0; trial < 20000; trial++) {
@@ -261,8 +263,85 @@ static void setups_out_of_range(void **state)
     page.front.setup.proof[3] = nan_;
     assert_int_equal(check(), BEAM_IMAGE_BAD_SETUP);
     page.front.setup.proof[3] = 0.0F;
-    page.front.setup.reserved = 1;
+    page.front.setup.reserved[1] = 1;
     assert_int_equal(check(), BEAM_IMAGE_BAD_SETUP);
+}
+
+/* What a holder of the key might sign: every number of setup, effects and plan, of every absurd size. */
+static void absurd_numbers(void **state)
+{
+    const float bad[] = {1e-45F, -1e-45F, 1.17549421e-38F, 1e19F, -1e38F, INFINITY, -INFINITY, nanf("")};
+    (void)state;
+    for (size_t j = 0; j < sizeof bad / sizeof *bad; j++) {
+        for (int i = 0; i < BEAM_IMAGE_LIMITS; i++) {
+            memcpy((uint8_t *)&page.front.setup + beam_image_limits[i].offset, &bad[j], sizeof bad[j]);
+            assert_int_equal(beam_image_setup_outside(&page.front.setup), i);
+            assert_int_equal(check(), BEAM_IMAGE_BAD_SETUP);
+            page.front.setup = good.front.setup;
+        }
+        for (int i = 0; i < BEAM_IMAGE_NUMBERS; i++) {
+            float *number = (float *)&page.plan.x + i;
+            const float before = *number;
+            *number = bad[j];
+            assert_int_equal(check(), BEAM_IMAGE_BAD_PLAN);
+            *number = before;
+        }
+        for (int u = 0; u < BEAM_USES; u++)
+            for (int p = 0; p < BEAM_EFFECT_PARAMETERS; p++) {
+                page.front.use[u].p[p] = bad[j];
+                assert_int_equal(check(), BEAM_IMAGE_BAD_PLAN);
+                page.front.use[u].p[p] = good.front.use[u].p[p];
+            }
+    }
+    assert_int_equal(check(), BEAM_IMAGE_FINE);
+    page.front.setup.drive_V_per_code = 1e38F;
+    assert_int_equal(check(), BEAM_IMAGE_BAD_SETUP);
+    page.front.setup = good.front.setup;
+    page.front.setup.noise_rms = 70000.0F * page.front.setup.sensor_V_per_code; /* more than the converter can show */
+    assert_int_equal(check(), BEAM_IMAGE_BAD_SETUP);
+    page.front.setup.noise_rms = 0.005F * page.front.setup.sensor_V_per_code;
+    assert_int_equal(check(), BEAM_IMAGE_BAD_SETUP);
+    page.front.setup = good.front.setup;
+    page.front.setup.averaging_s = 2e4F; /* 2e7 samples: no longer counted in single precision */
+    assert_int_equal(check(), BEAM_IMAGE_BAD_SETUP);
+}
+
+/* The processor's control word, as -ffast-math and some start-ups leave it; what was there comes back. */
+static uint32_t flush_denormals(void)
+{
+#ifdef __arm__
+    uint32_t before;
+    __asm__ volatile("vmrs %0, fpscr" : "=r"(before));
+    __asm__ volatile("vmsr fpscr, %0" : : "r"(before | 1u << 24));
+    return before;
+#else
+    const uint32_t before = __builtin_ia32_stmxcsr();
+    __builtin_ia32_ldmxcsr(before | 0x8040u);
+    return before;
+#endif
+}
+
+static void restore(uint32_t word)
+{
+#ifdef __arm__
+    __asm__ volatile("vmsr fpscr, %0" : : "r"(word));
+#else
+    __builtin_ia32_ldmxcsr(word);
+#endif
+}
+
+/* Denormal numbers flushed: a motion that dies away would end in other bits, long after the proof run. */
+static void another_arithmetic_is_refused(void **state)
+{
+    (void)state;
+    assert_true(beam_arithmetic_is_exact());
+    const uint32_t before = flush_denormals();
+    const bool exact = beam_arithmetic_is_exact();
+    const enum beam_image_fault fault = check();
+    restore(before);
+    assert_false(exact);
+    assert_int_equal(fault, BEAM_IMAGE_BAD_ARITHMETIC);
+    assert_int_equal(check(), BEAM_IMAGE_FINE);
 }
 
 static void effects_that_are_not_there(void **state)
@@ -380,9 +459,11 @@ static void a_proof_that_differs_in_one_bit(void **state)
 static void a_state_that_overflows_is_no_proof(void **state)
 {
     (void)state;
-    page.front.setup.proof_amplitude = 1e30F;
-    for (int s = 0; s < BEAM_STATES; s++)
-        page.plan.x.gamma[0][s] = 1e30F;
+    page.front.setup.proof_amplitude = 1e14F;
+    for (int s = 0; s < BEAM_STATES; s++) {
+        page.plan.x.gamma[0][s] = 1e18F;
+        page.plan.x.row[0][s] = s % 2 ? 1e18F : -1e18F;
+    }
     assert_int_equal(check(), BEAM_IMAGE_FINE);
     proof.progress = 0;
     assert_int_equal(beam_image_prove(&page, 100, &proof), BEAM_IMAGE_BAD_PROOF);
@@ -391,7 +472,7 @@ static void a_state_that_overflows_is_no_proof(void **state)
 static void every_fault_has_its_own_text(void **state)
 {
     (void)state;
-    for (int a = BEAM_IMAGE_FINE; a <= BEAM_IMAGE_BAD_PROOF; a++)
+    for (int a = BEAM_IMAGE_FINE; a <= BEAM_IMAGE_BAD_ARITHMETIC; a++)
         for (int b = BEAM_IMAGE_FINE; b < a; b++)
             assert_string_not_equal(beam_image_fault_text((enum beam_image_fault)a),
                                     beam_image_fault_text((enum beam_image_fault)b));
@@ -409,6 +490,8 @@ int main(void)
         cmocka_unit_test_setup(the_header_is_checked_in_order, fresh),
         cmocka_unit_test_setup(every_changed_byte_of_the_body_is_seen, fresh),
         cmocka_unit_test_setup(setups_out_of_range, fresh),
+        cmocka_unit_test_setup(absurd_numbers, fresh),
+        cmocka_unit_test_setup(another_arithmetic_is_refused, fresh),
         cmocka_unit_test_setup(effects_that_are_not_there, fresh),
         cmocka_unit_test_setup(plans_that_may_not_run, fresh),
         cmocka_unit_test_setup(hostile_counts, fresh),

@@ -88,6 +88,8 @@ static void the_controller_steps_like_the_plan(void **state)
     file.front.setup = (struct beam_image_setup){.sensor_V_per_code = 1e-3F,
                                                  .drive_V_per_code = 0.01F,
                                                  .noise_rms = 1e-3F,
+                                                 .quiet_ratio = 0.2F,
+                                                 .offset_ratio = 1.0F,
                                                  .alarm_ratio = 3.0F,
                                                  .clear_ratio = 2.0F,
                                                  .averaging_s = 1.0F,

@@ -80,6 +80,18 @@ static void test_table_is_sorted_and_ended(void **state)
     assert_null(beam_effects[beam_effects_count]);
 }
 
+/* Whatever a step calls says what that takes, or no bound of a step holds. */
+static void test_costs_are_stated(void **state)
+{
+    (void)state;
+    for (int i = 0; i < beam_effects_count; i++) {
+        const struct beam_effect *e = beam_effects[i];
+        const int is_called = e->law || e->map || e->signal || e->drive || e->base;
+        if (is_called != (e->step_instructions > 0))
+            fail_msg("%s: .step_instructions is %u (measure it: make target NAMES=costs)", e->id, e->step_instructions);
+    }
+}
+
 static int sentences(const char *text)
 {
     int n = 0;
@@ -304,6 +316,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_catalogue_names_are_kept),
         cmocka_unit_test(test_table_is_sorted_and_ended),
+        cmocka_unit_test(test_costs_are_stated),
         cmocka_unit_test(test_texts_are_there),
         cmocka_unit_test(test_texts_name_only_effects_that_exist),
         cmocka_unit_test(test_parameters_are_sane),

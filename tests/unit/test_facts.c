@@ -91,21 +91,6 @@ static void parameters_have_their_price(void **state)
     assert_true(fabs(score[0] - score[1] - 2.0) < 1e-9);
 }
 
-static void what_is_explained_is_told_by_the_facts_that_show_something(void **state)
-{
-    struct case_of_two c;
-    size_t shown;
-    (void)state;
-    two(&c, 1.0, 26.0, 101.0, 1e6, 0.001);
-    for (size_t f = FACTS / 2; f < FACTS; f++)
-        c.left[0][f] = c.left[1][f] = c.left[2][f] = 1.0;
-    const double explained = facts_explained(&c.d, &c.h[1], &shown);
-    assert_int_equal(shown, FACTS / 2);
-    assert_true(fabs(explained - log(2.0)) < 1e-3);
-    assert_true(facts_explained(&c.d, &c.h[0], &shown) > 3.0);
-    assert_true(facts_explained(&c.d, &c.d.baseline, &shown) == 0.0);
-}
-
 /* Each channel has a band around each mode, up to its Nyquist frequency, and the noise of all bands together is the channel's. */
 static void bands_share_the_noise(void **state)
 {
@@ -133,7 +118,6 @@ int main(void)
         cmocka_unit_test(far_from_the_noise_a_band_counts_once),
         cmocka_unit_test(a_doubted_noise_is_no_error_of_form),
         cmocka_unit_test(parameters_have_their_price),
-        cmocka_unit_test(what_is_explained_is_told_by_the_facts_that_show_something),
         cmocka_unit_test(bands_share_the_noise),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -265,13 +265,58 @@ static void test_slow_model(void **state)
 {
     (void)state;
     board.further = slow_step;
-    refuse(&second, BEAM_IMAGE_BAD_RATE);
+    refuse(&second, BEAM_IMAGE_TOO_SLOW);
     assert_int_equal(app.pages.slow_steps, PAGES_SLOW_STEPS_MAX);
     board.further = NULL;
     board.cost = 400;
-    refuse(&second, BEAM_IMAGE_BAD_RATE);
+    refuse(&second, BEAM_IMAGE_TOO_SLOW);
     board.cost = 0;
     assert_int_equal(rig_download(&second), 0);
+}
+
+/* The bound alone, before any step of it: what the clock leaves is one instruction too few, or enough. */
+static void test_bound(void **state)
+{
+    (void)state;
+    const uint32_t bound = beam_step_bound(&pages_active(&app.pages)->plan);
+    struct beam_info info = rig_info();
+    assert_int_equal(info.step_bound, bound);
+    assert_int_equal(info.core_Hz, 168000000);
+    assert_int_equal(info.step_budget, 168000000 / 2000 - BEAM_IMAGE_INTERRUPT);
+    board.facts.core_Hz = 2000 * (bound + BEAM_IMAGE_INTERRUPT) - 2;
+    refuse(&second, BEAM_IMAGE_TOO_SLOW);
+    assert_int_equal(rig_info().step_budget, bound - 1);
+    board.facts.core_Hz += 2;
+    assert_int_equal(rig_download(&second), 0);
+
+    assert_int_equal(RIG(BEAM_XCP_SET_REQUEST, 1, 0, 0), 0); /* stored: a board with a slower clock does not start it */
+    rig_run(400);
+    rig_boot();
+    assert_true(rig_active_is(&second));
+    board.facts.core_Hz -= 2;
+    rig_boot();
+    assert_int_equal(rig_connect(), 0);
+    info = rig_info();
+    assert_int_equal(info.running, BEAM_BOOT_BUILT_IN);
+    assert_int_equal(info.last_fault, BEAM_IMAGE_TOO_SLOW);
+}
+
+static uint32_t one_long_step(void)
+{
+    return app.pages.phase == PAGES_PROOF && app.pages.scratch.proof.progress > 100 ? 313 : 0;
+}
+
+/* The longest step of the proof run is kept with the image that it belongs to. */
+static void test_longest_step(void **state)
+{
+    (void)state;
+    board.further = one_long_step;
+    assert_int_equal(rig_download(&second), 0);
+    board.further = NULL;
+    assert_int_equal(rig_info().proof_us, 313);
+    rig_image(&first, 1.5F, 11);
+    assert_int_equal(rig_download(&first), 0);
+    assert_int_equal(rig_info().proof_us, 0);
 }
 
 static void test_a_hundred_downloads_while_streaming(void **state)
@@ -310,6 +355,8 @@ int main(void)
         cmocka_unit_test_setup(test_locked_and_protected, set_up),
         cmocka_unit_test_setup(test_switch_given_up, set_up),
         cmocka_unit_test_setup(test_slow_model, set_up),
+        cmocka_unit_test_setup(test_bound, set_up),
+        cmocka_unit_test_setup(test_longest_step, set_up),
         cmocka_unit_test_setup(test_a_hundred_downloads_while_streaming, set_up),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -129,9 +129,8 @@ static void test_broken_flash(void **state)
     rig_send((uint8_t[]){BEAM_XCP_SET_REQUEST, 1, 0, 0}, 4);
     assert_int_equal(rig_await(packet, 10, NULL), 1);
     rig_run(20);
-    assert_int_equal(rig_next(packet), 2);
-    assert_int_equal(packet[0], BEAM_XCP_EV);
-    assert_int_equal(packet[1], 0xFE);
+    assert_int_equal(rig_next(packet), 8);
+    assert_memory_equal(packet, ((uint8_t[]){BEAM_XCP_EV, 0xFE, BEAM_EVENT_STORE_FAILED, 0, 0, 0, 0, 0}), 8);
     struct beam_info info = rig_info();
     assert_true(info.nvm_errors > 0);
     assert_int_equal(info.stored, 5);

@@ -72,7 +72,7 @@ static void test_memory(void **state)
     assert_int_equal(ASK(BEAM_XCP_UPLOAD, 248), BEAM_XCP_ERR_OUT_OF_RANGE);
     assert_int_equal(ASK(BEAM_XCP_UPLOAD, 0), BEAM_XCP_ERR_OUT_OF_RANGE);
     assert_int_equal(ASK(BEAM_XCP_SET_MTA, 0, 0, 0, 0, 0, 1, 0), 0);
-    assert_int_equal(ASK(BEAM_XCP_BUILD_CHECKSUM, 0, 0, 0, 0xD0, 0x14, 0, 0), 0);
+    assert_int_equal(ASK(BEAM_XCP_BUILD_CHECKSUM, 0, 0, 0, BEAM_IMAGE_BYTES & 255, BEAM_IMAGE_BYTES >> 8, 0, 0), 0);
     assert_int_equal(packet[1], 9);
     assert_int_equal(xcp_u32(packet + 4), beam_crc32(0, BEAM_IMAGE_BYTES, built_in_image));
     assert_int_equal(ASK(BEAM_XCP_BUILD_CHECKSUM, 0, 0, 0, 1, 0, 0, 0),
@@ -82,7 +82,7 @@ static void test_memory(void **state)
                                        BEAM_WIRE_IMAGE - 1,
                                        BEAM_WIRE_IMAGE + BEAM_IMAGE_BYTES - 3,
                                        BEAM_WIRE_LIVE + 37,
-                                       BEAM_WIRE_INFO + 113,
+                                       BEAM_WIRE_INFO + (uint32_t)sizeof(struct beam_info) - 3,
                                        BEAM_WIRE_DRIVE + 25,
                                        UINT32_MAX,
                                        UINT32_MAX - 3,
@@ -97,6 +97,7 @@ static void test_memory(void **state)
     assert_int_equal(ASK(BEAM_XCP_SHORT_UPLOAD, 4, 0, 1, 0, 0, 1, 0), BEAM_XCP_ERR_ACCESS_DENIED); /* extension 1 */
     assert_int_equal(ASK(BEAM_XCP_SHORT_DOWNLOAD, 2, 0, 0, 0, 0, 4, 0, 1),
                      BEAM_XCP_ERR_OUT_OF_RANGE); /* one byte came */
+    assert_int_equal(rig_unlock(), 0);           /* the drive */
     assert_int_equal(ASK(BEAM_XCP_SET_MTA, 0, 0, 0, 0, 0, 4, 0), 0);
     assert_int_equal(ASK(BEAM_XCP_DOWNLOAD, 4, 0, 0, 0x80, 0x3F), 0);
     assert_int_equal(ASK(BEAM_XCP_DOWNLOAD, 4, 1, 2, 3, 4), 0);
@@ -168,6 +169,10 @@ static void test_seed_and_key(void **state)
     assert_int_equal(packet[1], 0);
     assert_int_equal(rig_connect(), 0);
     assert_int_equal(rig_unlock_with(wrong), BEAM_XCP_ERR_ACCESS_LOCKED);
+    rig_send((uint8_t[]){BEAM_XCP_GET_STATUS}, 1); /* DISCONNECTED: silence, and no stream */
+    rig_run(100);
+    assert_int_equal(rig_next(packet), 0);
+    assert_int_equal(rig_connect(), 0);
     assert_int_equal(rig_info().wrong_keys, 1);
 }
 
@@ -193,6 +198,7 @@ static void test_delay_after_wrong_key(void **state)
     assert_int_equal(rig_connect(), 0);
     assert_int_equal(rig_unlock_with(wrong), BEAM_XCP_ERR_ACCESS_LOCKED);
     rig_run(300);
+    assert_int_equal(rig_connect(), 0);
     assert_int_equal(rig_unlock(), 0);
     assert_int_equal(rig_info().wrong_keys, 8);
 }
@@ -217,6 +223,7 @@ static void test_key_is_for_one_seed(void **state)
     assert_int_equal(ASK(BEAM_XCP_GET_SEED, 0, 1), 0); /* another one since */
     memcpy(packet, kept, 18);
     assert_int_equal(rig_command(packet, 18), BEAM_XCP_ERR_ACCESS_LOCKED);
+    assert_int_equal(rig_connect(), 0);
     memcpy(packet, kept, 18);
     assert_int_equal(rig_command(packet, 18), BEAM_XCP_ERR_SEQUENCE);
     rig_run(300);

@@ -143,7 +143,7 @@ static void a_wrong_unit_is_suspected(void **state)
     make_model(&handbook, &model);
     run(&model, &record, 1, sigma, &result);
     assert_near(result.noise_ratio, 1.0, 0.06);
-    assert_true(warned(&result, "are the units"));
+    assert_true(warned(&result, "in mV"));
     fit_free(&result);
     model_free(&model);
     record_free(&record);

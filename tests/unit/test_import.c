@@ -58,7 +58,7 @@ static void channels_are_chosen_renamed_scaled_and_cut(void **state)
     struct record record;
     struct import_choice choice = no_choice();
     const struct import_pick picks[] = {{"accel [g]", "accel_mps2"}, {"#2", "hammer_N"}, {"piezo", NULL}};
-    const struct import_scale scales[] = {{"accel_mps2", 9.80665, "m/s^2"}, {"piezo", -2, NULL}};
+    const struct import_scale scales[] = {{"accel_mps2", 9.80665, "m/s^2", NULL}, {"piezo", -2, NULL, NULL}};
     choice.n_picks = 3;
     choice.picks = picks;
     choice.n_scales = 2;
@@ -176,7 +176,7 @@ static void impossible_choices_say_what_to_do(void **state)
     struct import_choice choice = no_choice();
     const struct import_pick absent = {"speed", NULL}, twice[] = {{"force", NULL}, {"force", NULL}},
                              time = {"force", "time_s"}, comma = {"force", "a,b"};
-    const struct import_scale lost = {"speed", 2, NULL};
+    const struct import_scale lost = {"speed", 2, NULL, NULL};
     char *path = reads_table(table, &file);
     choice.n_picks = 1;
     choice.picks = &absent;

@@ -206,7 +206,8 @@ static void several_datasets_and_others_between(void **state)
     assert_string_equal(import_format_name(file.format), "uff");
     assert_int_equal(file.n_channels, 4);
     assert_string_equal(channel_named(&file, "force_12-Z")->unit, "N"); /* dataset 164 says SI */
-    assert_non_null(channel_named(&file, "acceleration_12-Z_re")->unusable);
+    assert_null(channel_named(&file, "acceleration_12-Z_re")->unusable);
+    assert_true(channel_named(&file, "acceleration_12-Z_re")->over_frequency);
     makes(&file, &choice, &record); /* what is in time */
     assert_int_equal(record.n_columns, 2);
     assert_string_equal(record.columns[0].name, "acceleration_12_Z_mps2");
@@ -215,7 +216,18 @@ static void several_datasets_and_others_between(void **state)
     record_free(&record);
     choice.n_picks = 1;
     choice.picks = &pick;
-    makes_none(&file, &choice, BF_USAGE, "cannot become a column", "frequency response");
+    makes_none(&file, &choice, BF_USAGE, "frequency response", "OUTPUT/INPUT_re");
+    const struct import_pick parts[] = {{"acceleration_12-Z_re", "accel_mps2/hammer_N_re"},
+                                        {"acceleration_12-Z_im", "accel_mps2/hammer_N_im"}};
+    choice.n_picks = 2;
+    choice.picks = parts;
+    choice.averages = 5;
+    makes(&file, &choice, &record);
+    assert_true(record.over_frequency);
+    assert_int_equal(record.n, N);
+    assert_string_equal(record_meta(&record, "averages"), "5");
+    assert_string_equal(record_meta(&record, "frequency_from"), "the file's start and step");
+    record_free(&record);
     import_free(&file);
     free(path);
     free(b);

@@ -77,7 +77,7 @@ static void a_scale_makes_volts(void **state)
     struct bf_error err;
     struct import_choice choice = no_choice();
     const struct import_pick pick = {"#1", "piezo_V"};
-    const struct import_scale scale = {"piezo_V", 2.5, "V"};
+    const struct import_scale scale = {"piezo_V", 2.5, "V", NULL};
     choice.n_picks = choice.n_scales = 1;
     choice.picks = &pick;
     choice.scales = &scale;

@@ -344,7 +344,7 @@ static void a_channel_of_a_model(void **state)
         z[i] += truth * signal_normal(&seed);
     model.n_inputs = 1;
     model.inputs = &input;
-    struct record_column columns[2] = {{(char *)"hammer_N", u}, {(char *)"piezo_V", z}};
+    struct record_column columns[2] = {{.name = (char *)"hammer_N", .x = u}, {.name = (char *)"piezo_V", .x = z}};
     record.n_columns = 2;
     record.columns = columns;
     assert_int_equal(noise_of_channel(&model, &record, "piezo_V", &with, &err), BF_OK);

@@ -71,20 +71,71 @@ static void what_is_left_over_is_named(void **state)
 
 static void mistakes_name_the_option_and_the_command(void **state)
 {
-    static const struct option options[] = {{"port", required_argument, NULL, 'p'}, {0}};
-    char name[] = "info", unknown[] = "--prot", short_one[] = "-x", port[] = "--port";
-    char *unknown_words[] = {name, unknown, NULL}, *short_words[] = {name, short_one, NULL};
-    char *missing[] = {name, port, NULL};
+    static const struct option options[] = {{"port", required_argument, NULL, 'p'},
+                                            {"check", no_argument, NULL, 'c'},
+                                            {"checked-by", required_argument, NULL, 'b'},
+                                            {0}};
+    static const struct {
+        char word[16];
+        const char *said;
+    } cases[] = {
+        {"--prot", "no such option '--prot'; did you mean '--port'?"},
+        {"--prot=7", "no such option '--prot=7'; did you mean '--port'?"},
+        {"--chek", "no such option '--chek'; did you mean '--check'?"},
+        {"--colour", "no such option '--colour'; see 'beamfit info --help'"},
+        {"--che", "option '--che' can mean several; write it out, see 'beamfit info --help'"},
+        {"--check=3", "option '--check' takes no value; see 'beamfit info --help'"},
+        {"-x", "no such option '-x'; see 'beamfit info --help'"},
+        {"--port", "option '--port' needs a value; see 'beamfit info --help'"},
+        {"--por", "option '--por' needs a value; see 'beamfit info --help'"},
+    };
     (void)state;
-    assert_int_equal(options_next(2, unknown_words, ":", options, &err), '?');
-    assert_string_equal(err.text, "no such option '--prot'; see 'beamfit info --help'");
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        char name[] = "info", word[16];
+        char *words[] = {name, word, NULL};
+        memcpy(word, cases[i].word, sizeof word);
+        optind = 0;
+        assert_int_equal(options_next(2, words, ":", options, &err), '?');
+        assert_string_equal(err.text, cases[i].said);
+        assert_int_equal(err.status, BF_USAGE);
+    }
+}
+
+/* --force is no business of the command: options_next() takes it, where the command has it. */
+static void force_is_taken_care_of(void **state)
+{
+    static const struct option with[] = {OPTIONS_FORCE, {"json", no_argument, NULL, 'j'}, {0}};
+    static const struct option without[] = {{"json", no_argument, NULL, 'j'}, {0}};
+    char name[] = "add", force[] = "--force", json[] = "--json";
+    char *words[] = {name, force, json, force, NULL};
+    (void)state;
+    assert_int_equal(options_next(4, words, ":", with, &err), 'j');
+    assert_int_equal(options_next(4, words, ":", with, &err), -1);
     optind = 0;
-    assert_int_equal(options_next(2, short_words, ":", options, &err), '?');
-    assert_string_equal(err.text, "no such option '-x'; see 'beamfit info --help'");
-    optind = 0;
-    assert_int_equal(options_next(2, missing, ":", options, &err), '?');
-    assert_string_equal(err.text, "option '--port' needs a value; see 'beamfit info --help'");
-    assert_int_equal(err.status, BF_USAGE);
+    assert_int_equal(options_next(4, words, ":", without, &err), '?');
+}
+
+static void a_choice_is_one_of_the_names(void **state)
+{
+    static const char *const names[] = {"held", "linear", "smooth"};
+    size_t chosen = 9;
+    (void)state;
+    assert_int_equal(options_choice("--between", "linear", names, 3, &chosen, &err), BF_OK);
+    assert_int_equal(chosen, 1);
+    assert_int_equal(options_choice("--between", "lnear", names, 3, &chosen, &err), BF_USAGE);
+    assert_string_equal(err.text, "--between 'lnear' is unknown; did you mean 'linear'?");
+    assert_int_equal(options_choice("--between", "what", names, 3, &chosen, &err), BF_USAGE);
+    assert_string_equal(err.text, "--between 'what' is unknown; give held, linear or smooth");
+}
+
+static void one_answer_on_standard_output(void **state)
+{
+    (void)state;
+    assert_int_equal(options_one_answer(true, "file", &err), BF_OK);
+    assert_int_equal(options_one_answer(true, NULL, &err), BF_OK);
+    assert_int_equal(options_one_answer(false, "-", &err), BF_OK);
+    assert_int_equal(options_one_answer(true, "-", &err), BF_USAGE);
+    assert_string_equal(err.text, "--json and -o - both want standard output; give a file to -o");
 }
 
 int main(void)
@@ -93,6 +144,9 @@ int main(void)
         cmocka_unit_test_setup(a_count_is_whole_and_within_its_ends, clear),
         cmocka_unit_test_setup(a_positive_number_is_above_zero_and_at_most_so_much, clear),
         cmocka_unit_test_setup(what_is_left_over_is_named, clear),
+        cmocka_unit_test_setup(force_is_taken_care_of, clear),
+        cmocka_unit_test_setup(a_choice_is_one_of_the_names, clear),
+        cmocka_unit_test_setup(one_answer_on_standard_output, clear),
         cmocka_unit_test_setup(mistakes_name_the_option_and_the_command, clear),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -61,7 +61,7 @@ static bool check_effect(struct predict_case *c, const struct beam_effect *effec
         return false;
     }
     struct summary s = check_case(c, false);
-    double goal = has_kinks(effect) ? fmax(linear_goal, 10.0 * s.worst.estimate) : linear_goal;
+    double goal = has_kinks(&c->model) ? fmax(linear_goal, 10.0 * s.worst.estimate) : linear_goal;
     bool good = s.worst.error < goal && s.worst.estimate < 1e-4;
     print_message("  %-22s %-34s %9.1e %9.1e%s\n", effect->id, s.label, s.worst.error, s.worst.estimate,
                   good ? "" : "  <-- wrong");

@@ -63,15 +63,21 @@ static void add_displacement(struct model *model)
         (struct model_output){.name = "tip_m", .kind = OUTPUT_DISPLACEMENT, .at_m = 0.44};
 }
 
-static double deviation(const struct predict_case *c, const struct truth_record *truth, size_t output)
+static double deviation_from(size_t first, const struct predict_case *c, const struct truth_record *truth,
+                             size_t output)
 {
     const double *x = truth_record_channel(truth, outputs[output]), *y = c->out.y + output * truth->n;
     double difference = 0.0, size = 0.0;
-    for (size_t k = SETTLED; k < truth->n; k++) {
+    for (size_t k = first; k < truth->n; k++) {
         difference += (x[k] - y[k]) * (x[k] - y[k]);
         size += x[k] * x[k];
     }
     return sqrt(difference / size);
+}
+
+static double deviation(const struct predict_case *c, const struct truth_record *truth, size_t output)
+{
+    return deviation_from(SETTLED, c, truth, output);
 }
 
 /* Effects as the model file and as the simulator spell them; lines end with '\n'. */
@@ -327,6 +333,70 @@ static void free_decay_behind_a_charge_amplifier(void **state)
     truth_record_free(&truth);
 }
 
+/* A free decay from 0.2 s on. */
+static struct truth_record decay(const char *line)
+{
+    struct truth_spec spec;
+    beam_of_fixture(&spec);
+    spec.n_outputs = 3, spec.n_signals = 1;
+    say(&spec, "signal hammer_N raised_cosine start_s=0.05 width_s=0.02 level=12");
+    say(&spec, "duration_s = 1.2");
+    say(&spec, "keep_from_s = 0.2");
+    say(&spec, line);
+    return run(&spec);
+}
+
+/* What the model at its true parameters leaves of every output, from the state nearest to the record. */
+static void decay_deviations(const struct truth_record *truth, const char *effects, double out[3])
+{
+    struct bf_error err;
+    struct predict_case c = {.record = measured(truth)};
+    double *weight = bf_alloc(3 * truth->n, sizeof *weight);
+    fixture_model(&c.model, effects);
+    record_add_meta(&c.record, "excitation", "free_decay");
+    if (case_open(&c, NULL, &err) != BF_OK)
+        fail_msg("%s", err.text);
+    for (size_t k = 0; k < 3 * truth->n; k++)
+        weight[k] = 1e3 / root_mean_square(truth_record_channel(truth, outputs[k / truth->n]), truth->n);
+    const struct predict_target target = {.weight = weight};
+    if (predictor_settle(c.predictor, c.theta, &target, &err) != BF_OK)
+        fail_msg("%s", err.text);
+    case_run(&c, NULL);
+    for (size_t i = 0; i < c.out.n_nuisance; i++)
+        for (size_t k = 0; k < c.out.n_rows; k++)
+            c.out.y[k] += c.out.amplitude[i] * c.out.nuisance[i * c.out.n_rows + k];
+    for (size_t o = 0; o < 3; o++)
+        out[o] = deviation_from(0, &c, truth, o);
+    free(weight);
+    case_close(&c);
+}
+
+static void compare_decay(const char *effect, const char *without, const char *line, double bound)
+{
+    struct truth_record truth = decay(line);
+    double with[3], other[3];
+    decay_deviations(&truth, effect, with);
+    decay_deviations(&truth, without, other);
+    for (size_t o = 0; o < 3; o++) {
+        print_message("  %-12s %.1e, with hardly any %.1e\n", outputs[o], with[o], other[o]);
+        assert_true(with[o] < bound);
+        assert_true(other[o] > 50.0 * bound);
+    }
+    truth_record_free(&truth);
+}
+
+/* Every sample counts: the motion before the record is not known, and still its first ones are predicted. */
+static void free_decay_under_a_law(void **state)
+{
+    (void)state;
+    compare_decay("  - {kind: quadratic_drag, coefficient_Ns2pm3: 2}\n",
+                  "  - {kind: quadratic_drag, coefficient_Ns2pm3: 1e-6}\n",
+                  "effect quadratic_drag coefficient_Ns2pm3=2", 3e-4);
+    compare_decay("  - {kind: cubic_stiffness, coefficient_Npm3: 3e6, at_m: 0.4}\n",
+                  "  - {kind: cubic_stiffness, coefficient_Npm3: 1, at_m: 0.4}\n",
+                  "effect cubic_stiffness coefficient_Npm3=3e6 at_m=0.4", 3e-4);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -347,6 +417,7 @@ int main(void)
         cmocka_unit_test(law_on_a_shifted_patch_under_a_wrong_clock),
         cmocka_unit_test(large_rotation),
         cmocka_unit_test(free_decay_behind_a_charge_amplifier),
+        cmocka_unit_test(free_decay_under_a_law),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

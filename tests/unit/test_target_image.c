@@ -171,6 +171,41 @@ static const char *refused(const char *effects, const struct target_options *o, 
     return err.text;
 }
 
+/* At 1 kHz a 168 MHz controller leaves 82 800 instructions, at 10 kHz 7200. */
+static void a_step_that_may_not_fit_is_refused(void **state)
+{
+    static const char two[] = "  - {kind: coulomb_friction}\n  - {kind: cubic_stiffness}\n";
+    static const char six[] = "  - {kind: coulomb_friction}\n  - {kind: microslip}\n  - {kind: stop_contact}\n"
+                              "  - {kind: cubic_stiffness, at_m: 0.1}\n  - {kind: cubic_stiffness, at_m: 0.3}\n"
+                              "  - {kind: cubic_stiffness, at_m: 0.44}\n";
+    static struct target_image image;
+    struct model model;
+    struct bf_error err;
+    (void)state;
+    struct target_options o = options_for(2e-3);
+    o.board.sample_Hz = 10000.0;
+    assert_contains(refused(two, &o, BF_NUMERIC), "leaves 7200");
+    o.board.core_MHz = 400.0;
+    fixture_model(&model, two);
+    assert_int_equal(target_image_make(&model, &o, &image, &err), BF_OK);
+    assert_true(image.step_bound <= image.step_budget && image.step_budget == 18800);
+    assert_in_range(image.law_evaluations, 4, 15); /* 16 would not fit */
+    struct target_controller board = {.stored = -1, .sample_Hz = 10000.0, .core_Hz = 400e6};
+    assert_int_equal(target_image_check(&image.file, &board), BEAM_IMAGE_FINE);
+    board.core_Hz = 168e6;
+    assert_int_equal(target_image_check(&image.file, &board), BEAM_IMAGE_TOO_SLOW);
+    target_image_free(&image);
+    model_free(&model);
+    o = options_for(2e-3);
+    fixture_model(&model, six);
+    assert_int_equal(target_image_make(&model, &o, &image, &err), BF_OK);
+    assert_true(image.law_evaluations < 16 && image.step_bound <= image.step_budget);
+    target_image_free(&image);
+    model_free(&model);
+    o.board.sample_Hz = 4000.0;
+    assert_contains(refused(six, &o, BF_NUMERIC), "--core-MHz");
+}
+
 static void effects_that_cannot_run(void **state)
 {
     struct target_options o = options_for(2e-3);
@@ -324,6 +359,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_controller_predicts_what_the_host_predicts),
         cmocka_unit_test(blocks_beside_the_space),
+        cmocka_unit_test(a_step_that_may_not_fit_is_refused),
         cmocka_unit_test(effects_that_cannot_run),
         cmocka_unit_test(what_is_not_said),
         cmocka_unit_test(the_noise_of_the_fit),

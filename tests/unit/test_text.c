@@ -89,12 +89,72 @@ static void columns_from_the_environment(void **state)
     assert_int_equal(text_columns(), 80);
 }
 
+/* What --help prints of this text in so many columns. */
+static char *helped(const char *text, size_t columns)
+{
+    char *out = NULL;
+    size_t size;
+    FILE *f = open_memstream(&out, &size);
+    assert_non_null(f);
+    text_print_help(f, text, columns);
+    assert_int_equal(fclose(f), 0);
+    return out;
+}
+
+static void help_fits_the_width(void **state)
+{
+    static const char text[] = "Usage: beamfit fit MODEL RECORD... [options]\n"
+                               "\n"
+                               "One paragraph in two\n"
+                               "lines.\n"
+                               "\n"
+                               "  -o FILE    what is written, whatever it\n"
+                               "             is\n"
+                               "  --a-term-that-stands-alone\n"
+                               "             and its words\n"
+                               "\n"
+                               "Example:\n"
+                               "  beamfit fit model.yaml \\\n"
+                               "          --check tap3.csv\n"
+                               "    key: kept as it is\n";
+    (void)state;
+    char *wide = helped(text, 60), *narrow = helped(text, 30);
+    assert_string_equal(wide, "Usage: beamfit fit MODEL RECORD... [options]\n"
+                              "\n"
+                              "One paragraph in two lines.\n"
+                              "\n"
+                              "  -o FILE    what is written, whatever it is\n"
+                              "  --a-term-that-stands-alone\n"
+                              "             and its words\n"
+                              "\n"
+                              "Example:\n"
+                              "  beamfit fit model.yaml --check tap3.csv\n"
+                              "    key: kept as it is\n");
+    assert_string_equal(narrow, "Usage: beamfit fit MODEL\n"
+                                "               RECORD...\n"
+                                "               [options]\n"
+                                "\n"
+                                "One paragraph in two lines.\n"
+                                "\n"
+                                "  -o FILE    what is written,\n"
+                                "             whatever it is\n"
+                                "  --a-term-that-stands-alone\n"
+                                "             and its words\n"
+                                "\n"
+                                "Example:\n"
+                                "  beamfit fit model.yaml \\\n"
+                                "      --check tap3.csv\n"
+                                "    key: kept as it is\n");
+    free(wide);
+    free(narrow);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(typing_errors_are_recognised),   cmocka_unit_test(something_else_is_not),
         cmocka_unit_test(wrapping_keeps_words_and_width), cmocka_unit_test(width_counts_characters),
-        cmocka_unit_test(columns_from_the_environment),
+        cmocka_unit_test(columns_from_the_environment),   cmocka_unit_test(help_fits_the_width),
     };
     return cmocka_run_group_tests_name("text", tests, NULL, NULL);
 }

@@ -40,6 +40,7 @@ struct import_channel {
     double *x;                   /* [n]; NaN where the file has no value */
     size_t axis;                 /* the channel that holds its times, IMPORT_NO_AXIS: none */
     double t0_s, dt_s;           /* the axis the file states; dt_s 0: none */
+    bool over_frequency;         /* that axis is one of frequencies, in Hz */
     struct number_digits digits; /* most digits printed in text, for times; {0, 0}: binary */
 };
 
@@ -82,14 +83,27 @@ struct import_pick {
     const char *to;   /* column; NULL: its own name */
 };
 struct import_scale {
-    const char *name; /* channel or column */
-    double factor;
-    const char *unit; /* after scaling; NULL: what the column's name says */
+    const char *name;        /* channel or column */
+    double factor;           /* or the number before the units of a sensitivity */
+    const char *unit;        /* after scaling; NULL: what the column's name says */
+    const char *sensitivity; /* "mV/g", "mm/s/V": the units; NULL: a factor */
 };
+
+/*
+ * "1/22.5", "9.81/0.1", "100mV/g" into factor and sensitivity (which points into text). One unit of a sensitivity is electric (V, A, C):
+ * the channel's; the other is the column's. BF_USAGE.
+ */
+enum bf_status import_scale_read(const char *text, struct import_scale *out, struct bf_error *err);
+
 struct import_choice {
-    const char *time;      /* channel of times; NULL: the file's own axis, or the channel that looks like time */
+    const char *time; /* channel of times; NULL: the file's own axis, or the channel that looks like time */
+    const char
+        *frequency; /* channel of frequencies (Hz): the columns are of frequency responses; NULL: as the file says */
     const char *time_unit; /* "s", "ms", "us", "min"; NULL: as the file says, else seconds */
     double rate_Hz;        /* > 0: overrides any time */
+    double averages;       /* > 0: behind the coherence of a frequency response */
+    double window_s;       /* > 0: time constant of an exponential window on it */
+    double resample_Hz;    /* > 0: times that are not uniform are brought to this rate */
     double from_s, to_s;   /* NaN: from the start, to the end; both ends included */
     size_t n_picks;
     const struct import_pick *picks; /* none: every channel */
@@ -103,5 +117,14 @@ struct import_choice {
 /* BF_USAGE: a choice that the file cannot satisfy; BF_BAD_FILE: the chosen data are no record. */
 enum bf_status import_record(const struct import_file *file, const struct import_choice *choice, struct record *out,
                              struct bf_error *err);
+
+/*
+ * Two files of one run: the second's columns at the times of the first, where both have some. trigger: a column of each that has the same
+ * edge after a quiet beginning; the second's times are moved so that the edges meet, and its trigger is left out. NULL: the times agree as
+ * they are. "1:NAME", "2:NAME" in the choice say of which file a channel is; from, to and the excitation are the first's. Between
+ * samples the second's channels are band-limited. BF_USAGE, BF_BAD_FILE.
+ */
+enum bf_status import_joined(const struct import_file files[2], const struct import_choice *choice,
+                             const char *const trigger[2], struct record *out, struct bf_error *err);
 
 #endif

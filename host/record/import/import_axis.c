@@ -5,6 +5,7 @@
 #include <string.h>
 #include "import_axis.h"
 #include "import_channel.h"
+#include "import_resample.h"
 #include "import_units.h"
 #include "record/record.h"
 
@@ -42,6 +43,10 @@ enum bf_status import_choose_time(const struct import_file *file, const struct i
 {
     size_t count, guess = guess_time(file, &count);
     *time = IMPORT_NO_AXIS;
+    if (choice->frequency != NULL) {
+        *time = import_find_channel(file, choice->frequency);
+        return *time != IMPORT_NO_AXIS ? BF_OK : import_fail_no_channel(file, "--frequency", choice->frequency, err);
+    }
     if (choice->time != NULL) {
         *time = import_find_channel(file, choice->time);
         return *time != IMPORT_NO_AXIS ? BF_OK : import_fail_no_channel(file, "--time", choice->time, err);
@@ -72,6 +77,20 @@ enum bf_status import_choose_time(const struct import_file *file, const struct i
     return BF_OK;
 }
 
+static enum bf_status fail_uneven(const struct import_file *file, const struct import_channel *c, double factor_to_s,
+                                  size_t bad, const char *why, struct bf_error *err)
+{
+    const double mean_Hz = (double)(c->n - 1) / (factor_to_s * (c->x[c->n - 1] - c->x[0]));
+    char rate[40] = "HZ";
+    if (mean_Hz > 0.0 && isfinite(mean_Hz))
+        snprintf(rate, sizeof rate, "%.6g", import_safe_rate(mean_Hz));
+    return bf_fail_at(
+        err, file->path, import_line_of(file, bad),
+        "channel '%.*s', sample %zu: %s; when the samples are uniform and only their times are wrong give "
+        "--rate HZ, when the times are right --resample %s",
+        IMPORT_SHOWN, c->name, bad + 1, why, rate);
+}
+
 static enum bf_status axis_of_channel(const struct import_file *file, const struct import_choice *choice, size_t time,
                                       struct import_axis *axis, struct bf_error *err)
 {
@@ -89,10 +108,7 @@ static enum bf_status axis_of_channel(const struct import_file *file, const stru
         return bf_fail(err, BF_USAGE, "--time-unit %.*s: not a unit of time; give s, ms, us or min", IMPORT_SHOWN,
                        choice->time_unit);
     if (!time_axis_fit(c->x, c->n, c->digits, &axis->t0_s, &axis->dt_s, &bad, why))
-        return bf_fail_at(
-            err, file->path, import_line_of(file, bad),
-            "channel '%.*s', sample %zu: %s; when the samples are uniform give --rate HZ, else resample them",
-            IMPORT_SHOWN, c->name, bad + 1, why);
+        return fail_uneven(file, c, unit.factor, bad, why, err);
     axis->t0_s *= unit.factor;
     axis->dt_s = unit.factor < 1 ? axis->dt_s / round(1 / unit.factor) : axis->dt_s * unit.factor;
     axis->n = c->n;
@@ -105,19 +121,42 @@ static enum bf_status axis_of_channel(const struct import_file *file, const stru
     return BF_OK;
 }
 
+static enum bf_status axis_of_frequencies(const struct import_file *file, size_t channel, struct import_axis *axis,
+                                          struct bf_error *err)
+{
+    const struct import_channel *c = &file->channels[channel];
+    size_t bad;
+    char why[256];
+    if (c->unusable != NULL || c->n < 2)
+        return bf_fail(err, BF_USAGE, "--frequency: channel '%.*s' of %s has no two lines; see --list", IMPORT_SHOWN,
+                       c->name, file->path);
+    if (!time_axis_fit(c->x, c->n, c->digits, &axis->t0_s, &axis->dt_s, &bad, why))
+        return bf_fail_at(err, file->path, import_line_of(file, bad),
+                          "channel '%.*s', line %zu: %s; a frequency response needs lines at one distance, in Hz",
+                          IMPORT_SHOWN, c->name, bad + 1, why);
+    axis->n = c->n;
+    axis->over_frequency = true;
+    snprintf(axis->from, sizeof axis->from, "channel '%.*s' in Hz", IMPORT_SHOWN, c->name);
+    return BF_OK;
+}
+
 enum bf_status import_make_axis(const struct import_file *file, const struct import_choice *choice, size_t time,
                                 size_t n_columns, const struct import_column columns[], struct import_axis *axis,
                                 struct bf_error *err)
 {
     const struct import_channel *first = &file->channels[columns[0].channel];
     axis->n = first->n;
-    if (choice->rate_Hz > 0) {
+    if (choice->frequency != NULL) {
+        if (axis_of_frequencies(file, time, axis, err) != BF_OK)
+            return err->status;
+    } else if (choice->rate_Hz > 0) {
         axis->dt_s = 1 / choice->rate_Hz;
         snprintf(axis->from, sizeof axis->from, "--rate %.9g Hz", choice->rate_Hz);
     } else if (time != IMPORT_NO_AXIS || first->axis != IMPORT_NO_AXIS) {
         if (axis_of_channel(file, choice, time != IMPORT_NO_AXIS ? time : first->axis, axis, err) != BF_OK)
             return err->status;
     } else if (first->dt_s > 0) {
+        axis->over_frequency = first->over_frequency;
         axis->t0_s = first->t0_s;
         axis->dt_s = first->dt_s;
         snprintf(axis->from, sizeof axis->from, "the file's start and step");

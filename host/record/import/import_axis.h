@@ -15,6 +15,7 @@ struct import_column {
 struct import_axis {
     size_t n;
     double t0_s, dt_s;
+    bool over_frequency; /* both are in Hz */
     char from[160];
 };
 

@@ -188,6 +188,8 @@ static void choose_dialect(struct table *t, const struct import_reading *how)
 
 static bool looks_like_unit(struct cell c)
 {
+    static const char *const no_factor[] = {"",    "-", "1",  "dB",
+                                            "deg", "°", "rad"}; /* units, though nothing is converted by them */
     char text[32];
     struct import_unit unit;
     size_t n = (size_t)(c.end - c.s);
@@ -197,7 +199,10 @@ static bool looks_like_unit(struct cell c)
         return false;
     memcpy(text, c.s, n);
     text[n] = '\0';
-    return n == 0 || strcmp(text, "-") == 0 || strcmp(text, "1") == 0 || import_unit(text, &unit);
+    for (size_t i = 0; i < sizeof no_factor / sizeof *no_factor; i++)
+        if (strcmp(text, no_factor[i]) == 0)
+            return true;
+    return import_unit(text, &unit);
 }
 
 /* Cells of a line of text; 0 when the dialect would give more than a table has. */

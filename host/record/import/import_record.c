@@ -6,6 +6,8 @@
 #include <string.h>
 #include "import_axis.h"
 #include "import_channel.h"
+#include "import_resample.h"
+#include "import_scale.h"
 #include "import_units.h"
 
 /* A record in the making. */
@@ -15,6 +17,8 @@ struct draft {
     size_t n_columns;
     struct import_column *columns;
     struct import_axis axis;
+    double **resampled; /* [n_columns][axis.n]; NULL: the file's own samples */
+    char said[400];     /* of resampling; "" */
     size_t first, last; /* samples kept, both included */
 };
 
@@ -46,7 +50,7 @@ static enum bf_status add_column(struct draft *draft, size_t channel, const char
 static bool same_group(const struct import_file *file, size_t a, size_t b)
 {
     const struct import_channel *x = &file->channels[a], *y = &file->channels[b];
-    if (x->n != y->n || x->dt_s != y->dt_s || x->t0_s != y->t0_s)
+    if (x->n != y->n || x->over_frequency != y->over_frequency || x->dt_s != y->dt_s || x->t0_s != y->t0_s)
         return false;
     if (x->axis == y->axis)
         return true;
@@ -68,6 +72,11 @@ static enum bf_status take_all(struct draft *draft, size_t time, struct bf_error
         if (import_looks_like_time(c, &factor)) {
             bf_warn("%s: channel '%.*s' is left out, it looks like another time axis (--channel takes it)", file->path,
                     IMPORT_SHOWN, c->name);
+            continue;
+        }
+        if (draft->n_columns > 0 && c->over_frequency != file->channels[draft->columns[0].channel].over_frequency) {
+            bf_warn("%s: channel '%.*s' is left out, it is over %s (--channel takes it)", file->path, IMPORT_SHOWN,
+                    c->name, c->over_frequency ? "frequency" : "time");
             continue;
         }
         if (draft->n_columns > 0 && !same_group(file, draft->columns[0].channel, i))
@@ -160,28 +169,27 @@ static enum bf_status fill_column(const struct draft *draft, const struct import
     const struct import_file *file = draft->file;
     const struct import_channel *c = &file->channels[column->channel];
     const struct import_scale *scale = scale_of(draft, column);
-    double factor = scale != NULL ? scale->factor : 1;
-    double *x = bf_alloc(out->n, sizeof *x);
+    double factor = 1;
+    const char *stated = c->unit;
     char key[128], text[256];
+    if (scale != NULL && import_scale_factor(scale, file, c, column->name, &factor, &stated, err) != BF_OK)
+        return err->status;
+    double *x = bf_alloc(out->n, sizeof *x);
+    const double *from = draft->resampled != NULL ? draft->resampled[column - draft->columns] : c->x;
     for (size_t k = 0; k < out->n; k++) {
-        x[k] = factor * c->x[draft->first + k];
+        x[k] = factor * from[draft->first + k];
         if (isfinite(x[k]))
             continue;
         free(x);
         return bf_fail_at(err, file->path, import_line_of(file, draft->first + k),
                           "channel '%.*s', sample %zu: %s; cut it off with --from or --to, or leave the channel out",
                           IMPORT_SHOWN, c->name, draft->first + k + 1,
-                          isnan(c->x[draft->first + k]) ? "no number" : "too large");
+                          isnan(from[draft->first + k]) ? "no number" : "too large");
     }
     record_add_column(out, column->name, x);
     free(x);
     if (scale == NULL)
         warn_of_unit(column, c);
-    struct import_unit unit;
-    const char *stated = scale == NULL                              ? c->unit
-                         : scale->unit != NULL                      ? scale->unit
-                         : import_unit_of_name(column->name, &unit) ? unit.suffix
-                                                                    : "";
     snprintf(key, sizeof key, "channel_%.*s", IMPORT_SHOWN, column->name);
     snprintf(text, sizeof text, "'%.*s'%s%.*s", IMPORT_SHOWN, c->name, c->about[0] != '\0' ? ", " : "", 120, c->about);
     record_add_meta(out, key, text);
@@ -193,6 +201,9 @@ static enum bf_status fill_column(const struct draft *draft, const struct import
         snprintf(key, sizeof key, "scale_%.*s", IMPORT_SHOWN, column->name);
         snprintf(text, sizeof text, "%.12g%s%.*s", factor, c->unit[0] != '\0' ? " applied to values in " : "",
                  IMPORT_SHOWN, c->unit);
+        if (scale->sensitivity != NULL)
+            snprintf(text + strlen(text), sizeof text - strlen(text), " (%.9g %.40s)", scale->factor,
+                     scale->sensitivity);
         record_add_meta(out, key, text);
     }
     return BF_OK;
@@ -216,6 +227,31 @@ static const char *key_of_foreign_meta(const struct record_meta *meta, const str
     return "source_excitation";
 }
 
+static void fill_response_meta(const struct import_choice *choice, struct record *out)
+{
+    char text[64];
+    if (choice->averages > 0) {
+        snprintf(text, sizeof text, "%.12g", choice->averages);
+        record_add_meta(out, RECORD_AVERAGES, text);
+    }
+    if (choice->window_s > 0) {
+        snprintf(text, sizeof text, "%.12g s", choice->window_s);
+        record_add_meta(out, RECORD_WINDOW, text);
+    }
+}
+
+/* Lines over frequency that are no responses cannot be read back. */
+static enum bf_status check_response(const struct import_file *file, const struct record *lines, struct bf_error *err)
+{
+    struct record period, named = *lines;
+    named.path = bf_strdup(file->path);
+    const enum bf_status status = record_from_response(&named, &period, err);
+    free(named.path);
+    if (status == BF_OK)
+        record_free(&period);
+    return status == BF_OK ? BF_OK : (err->status = BF_USAGE);
+}
+
 /* Provenance first, then what beamfit acts on, then what the file said of itself. */
 static void fill_meta(const struct draft *draft, struct record *out)
 {
@@ -226,7 +262,11 @@ static void fill_meta(const struct draft *draft, struct record *out)
     record_add_meta(out, "source_sha256", file->sha256);
     record_add_meta(out, "source_format", import_format_name(file->format));
     record_add_meta(out, "imported_by", choice->command != NULL ? choice->command : "beamfit import");
-    record_add_meta(out, "time_from", draft->axis.from);
+    record_add_meta(out, draft->axis.over_frequency ? "frequency_from" : "time_from", draft->axis.from);
+    if (draft->axis.over_frequency)
+        fill_response_meta(choice, out);
+    if (draft->said[0] != '\0')
+        record_add_meta(out, "resampled", draft->said);
     if (choice->free_decay)
         record_add_meta(out, "excitation", "free_decay");
     else if (choice->unknown_level)
@@ -254,6 +294,15 @@ static enum bf_status check_scales(const struct draft *draft, struct bf_error *e
     return BF_OK;
 }
 
+static enum bf_status make_axis(struct draft *draft, size_t time, struct bf_error *err)
+{
+    if (!(draft->choice->resample_Hz > 0))
+        return import_make_axis(draft->file, draft->choice, time, draft->n_columns, draft->columns, &draft->axis, err);
+    draft->resampled = bf_alloc(draft->n_columns, sizeof *draft->resampled);
+    return import_resample(draft->file, draft->choice, time, draft->n_columns, draft->columns, &draft->axis,
+                           draft->resampled, draft->said, err);
+}
+
 static enum bf_status make_record(struct draft *draft, struct record *out, struct bf_error *err)
 {
     size_t time;
@@ -261,18 +310,17 @@ static enum bf_status make_record(struct draft *draft, struct record *out, struc
         return err->status;
     if ((draft->choice->n_picks > 0 ? take_picks(draft, err) : take_all(draft, time, err)) != BF_OK)
         return err->status;
-    if (import_make_axis(draft->file, draft->choice, time, draft->n_columns, draft->columns, &draft->axis, err) !=
-            BF_OK ||
-        cut(draft, err) != BF_OK || check_scales(draft, err) != BF_OK)
+    if (make_axis(draft, time, err) != BF_OK || cut(draft, err) != BF_OK || check_scales(draft, err) != BF_OK)
         return err->status;
     out->n = draft->last - draft->first + 1;
+    out->over_frequency = draft->axis.over_frequency;
     out->dt_s = draft->axis.dt_s;
     out->t0_s = draft->axis.t0_s + (double)draft->first * draft->axis.dt_s;
     fill_meta(draft, out);
     for (size_t i = 0; i < draft->n_columns; i++)
         if (fill_column(draft, &draft->columns[i], out, err) != BF_OK)
             return err->status;
-    return BF_OK;
+    return out->over_frequency ? check_response(draft->file, out, err) : BF_OK;
 }
 
 enum bf_status import_record(const struct import_file *file, const struct import_choice *choice, struct record *out,
@@ -281,8 +329,12 @@ enum bf_status import_record(const struct import_file *file, const struct import
     struct draft draft = {.file = file, .choice = choice};
     memset(out, 0, sizeof *out);
     enum bf_status status = make_record(&draft, out, err);
-    for (size_t i = 0; i < draft.n_columns; i++)
+    for (size_t i = 0; i < draft.n_columns; i++) {
         free(draft.columns[i].name);
+        if (draft.resampled != NULL)
+            free(draft.resampled[i]);
+    }
+    free(draft.resampled);
     free(draft.columns);
     if (status != BF_OK)
         record_free(out);

@@ -198,6 +198,14 @@ static double time_factor(const struct uff_header *h)
     return strcmp(unit.SI, "s") == 0 ? unit.factor : 0;
 }
 
+/* A frequency response or a coherence over even frequencies. */
+static bool is_response(const struct uff_header *h)
+{
+    enum { FUNCTION_RESPONSE = 4, FUNCTION_COHERENCE = 6, KIND_FREQUENCY = 18 };
+    return (h->function == FUNCTION_RESPONSE || h->function == FUNCTION_COHERENCE) && h->even &&
+           (h->abscissa.kind == KIND_FREQUENCY || h->abscissa.kind == 0);
+}
+
 static void describe(struct import_channel *ch, const struct uff_header *h, const struct context *context)
 {
     const char *unit;
@@ -210,8 +218,9 @@ static void describe(struct import_channel *ch, const struct uff_header *h, cons
         import_set_text(&ch->about, h->title.s, (size_t)(h->title.end - h->title.s));
     if (time_factor(h) > 0)
         return;
-    ch->unusable = h->function == 4 ? "it is a frequency response, not a recording in time"
-                                    : "its abscissa is not time (a spectrum or the like)";
+    ch->over_frequency = is_response(h);
+    if (!ch->over_frequency)
+        ch->unusable = "its abscissa is neither time nor the even frequencies of a response or a coherence";
 }
 
 /* The columns become channels, which then own the numbers. */
@@ -243,8 +252,9 @@ static void add_channels(struct import_file *file, const struct uff_header *h, c
         ch->axis = axis;
         describe(ch, h, context);
         if (h->even && ch->unusable == NULL && h->dx > 0) {
-            ch->t0_s = h->x0 * factor;
-            ch->dt_s = time_axis_round_step(h->dx, 6) * factor; /* record 7 has E13.5 */
+            const double unit = ch->over_frequency ? 1.0 : factor;
+            ch->t0_s = h->x0 * unit;
+            ch->dt_s = time_axis_round_step(h->dx, 6) * unit; /* record 7 has E13.5 */
         }
     }
 }

@@ -35,6 +35,9 @@ uint64_t flash_operations(void);
 /* RCC with ready bits, and the identity words. */
 void clock_map(void *system, const char *unique_id);
 
+/* TIM2 as a free-running counter: prescaler, update, count, in the emulator's virtual time. */
+void timer_map(void *system);
+
 /* Instructions between addresses. */
 bool count_end(uint64_t address);
 void count_from(qemu_plugin_id_t id, uint64_t address);

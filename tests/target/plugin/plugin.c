@@ -74,6 +74,7 @@ static void mapped(qemu_plugin_id_t id, unsigned vcpu)
     adc_map(system);
     flash_map(system);
     clock_map(system, unique_id);
+    timer_map(system);
 }
 
 /* The stack lies at the bottom of the RAM, which was zero: how many of its bytes were ever written? */

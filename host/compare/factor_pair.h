@@ -1,0 +1,55 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/*
+ * factor_pair.h — one output as one input drives it: the factor between measured and predicted, found with the sign and the size of
+ * that factor left open. Private to compare/.
+ *
+ * The check has a model of its own: stiffness open within a factor, damping as the model frees it, mass per length (of what is no patch), places and
+ * gains held, laws left out. Each record's level is a linear unknown of any sign, so one fit tells them all.
+ */
+#ifndef BEAMFIT_FACTOR_PAIR_H
+#define BEAMFIT_FACTOR_PAIR_H
+
+#include "compare.h"
+
+enum { FACTOR_RECORDS = 2 }; /* of one pair, at most: the strongest tell enough */
+
+struct factor_pair {
+    size_t output, input; /* of the model; input SIZE_MAX: several drive at once */
+    size_t n_records, record[FACTOR_RECORDS];
+    double time_factor; /* of the records' time axes; 1: as they are */
+    double reference;   /* factor that another output has under the same input, whose gain is open; 0: none */
+    size_t against;     /* that output */
+    bool told;          /* the rest is known */
+    double found;       /* measured = found × predicted, the median over the records */
+    double factor; /* of the hypotheses: its sign, times 1, 9.80665, 10, 1000 or their inverse; 1: nothing to say */
+    double before, after; /* error of a fit without and with the factor */
+};
+
+/* Fills `told` and what follows it. BF_OK also where nothing can be told. Cost: one to four short fits. */
+enum bf_status factor_pair_judge(const struct model *model, const struct record records[],
+                                 const struct predict_options *options, struct factor_pair *pair, struct bf_error *err);
+
+/* A patch's gain that the model leaves open has no size to be wrong by. */
+bool factor_size_is_stated(const struct model *model, const struct factor_pair *pair);
+
+/* ---- factor_bands.c: does one factor hold for the whole spectrum? ---- */
+
+struct factor_bands {
+    bool turned; /* some band with a part in the signal has the other sign */
+    bool early;  /* the bands that agree are so narrow and high that a delay of a few samples could turn them */
+    bool even;   /* bands an octave apart have the same factor */
+};
+
+/* measured, fitted: [n]. */
+enum bf_status factor_bands_judge(const double measured[], const double fitted[], size_t n, struct factor_bands *out,
+                                  struct bf_error *err);
+
+/* Does u[n] drive more than an octave? A steady sine answers with either sign, as its frequency is below or above a mode. */
+enum bf_status factor_bands_wide(const double u[], size_t n, bool *wide, struct bf_error *err);
+
+/* ---- factor_words.c ---- */
+
+/* Fills text and line of a finding whose other members are there. */
+void factor_words(const struct model *model, struct channel_factor *finding);
+
+#endif

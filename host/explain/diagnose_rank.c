@@ -1,0 +1,106 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* What a hypothesis explains and leaves, and the order of the hypotheses: by what the facts say (facts.h). */
+#include "diagnose_state.h"
+#include "facts.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+/* All that is set by hand. */
+static const struct rank_limits {
+    double alpha;       /* family-wise error of adding an effect when nothing is missing */
+    double noise;       /* times the noise, its level's own error taken off: nothing is left that matters */
+    double one_channel; /* the same of the worst channel */
+    double nats;        /* two explanations closer than this are not told apart */
+} limits = {.alpha = 0.01, .noise = 1.05, .one_channel = 1.35, .nats = 3.0};
+
+/* ---- What a hypothesis explains, and what it leaves ---- */
+
+static bool at_noise(const struct hypothesis_errors *e, double doubt)
+{
+    return e->n_channels == 0 ||
+           (e->noise_ratio <= limits.noise + doubt && e->worst_ratio <= limits.one_channel + doubt);
+}
+
+/* Two standard errors of the level of the noise, over all fitted channels. */
+static double noise_doubt(const struct diagnosis *d)
+{
+    double square = 0.0;
+    for (size_t c = 0; d->noise != NULL && c < d->n_channels; c++)
+        square +=
+            d->noise[c].rms > 0.0 ? d->noise[c].rms_sd * d->noise[c].rms_sd / (d->noise[c].rms * d->noise[c].rms) : 0.0;
+    return d->noise != NULL && d->n_channels > 0 ? 2.0 * sqrt(square) / (double)d->n_channels : 0.0;
+}
+
+static double share_explained(const struct hypothesis_errors *before, const struct hypothesis_errors *after)
+{
+    if (before->n_channels == 0 || after->n_channels == 0)
+        return nan("");
+    return hypothesis_excess(before) > 0.0 ? 1.0 - hypothesis_excess(after) / hypothesis_excess(before) : 0.0;
+}
+
+static void measure_explained(struct diagnosis *d, struct hypothesis *h)
+{
+    const double doubt = noise_doubt(d);
+    h->explained = share_explained(&d->baseline.fitted, &h->fitted);
+    h->held_out_explained = share_explained(&d->baseline.check, &h->check);
+    h->explains = at_noise(&h->fitted, doubt) && at_noise(&h->check, 0.05 + doubt);
+}
+
+bool diagnose_is_complete(const struct diagnosis *d)
+{
+    const double doubt = noise_doubt(d);
+    return at_noise(&d->baseline.fitted, doubt) && at_noise(&d->baseline.check, 0.05 + doubt);
+}
+
+bool diagnose_more_wanted(const struct diagnosis *d)
+{
+    return d->n_hypotheses > 0 && !d->hypotheses[0].explains;
+}
+
+/* ---- Ranks ---- */
+
+static int by_score(const void *a, const void *b)
+{
+    const double x = ((const struct hypothesis *)a)->score, y = ((const struct hypothesis *)b)->score;
+    return (x < y) - (x > y);
+}
+
+static void take_scores(struct diagnosis *d)
+{
+    double *score = bf_alloc(d->n_hypotheses + 1, sizeof *score);
+    facts_scores(d, score);
+    for (size_t i = 0; i < d->n_hypotheses; i++)
+        d->hypotheses[i].score = score[i];
+    d->baseline.score = score[d->n_hypotheses];
+    free(score);
+}
+
+void diagnose_rank(struct diagnosis *d, size_t n_tried)
+{
+    double *p = bf_alloc(d->n_hypotheses + 1, sizeof *p);
+    take_scores(d);
+    if (d->n_hypotheses > 0)
+        qsort(d->hypotheses, d->n_hypotheses, sizeof *d->hypotheses, by_score);
+    for (size_t i = 0; i < d->n_hypotheses; i++) {
+        struct hypothesis *h = &d->hypotheses[i];
+        evidence_compare(&d->baseline.fitted.misfit, &h->fitted.misfit, h->n_added, 0, n_tried, &h->evidence);
+        measure_explained(d, h);
+        p[i] = fmin(h->evidence.p_value * (double)n_tried / (double)d->n_hypotheses, 1.0);
+    }
+    holm_adjust(p, d->n_hypotheses, p);
+    for (size_t i = 0; i < d->n_hypotheses; i++)
+        d->hypotheses[i].p_value = p[i];
+    free(p);
+}
+
+bool diagnose_significant(const struct diagnosis *d, const struct hypothesis *h)
+{
+    return h->p_value < limits.alpha && h->evidence.bic_gain > 0.0 && h->evidence.fall_share >= evidence_least_fall &&
+           h->score > d->baseline.score && !(h->check.noise_ratio > d->baseline.check.noise_ratio);
+}
+
+bool diagnose_as_good(const struct hypothesis *h, const struct hypothesis *best)
+{
+    return h->score >= best->score - limits.nats;
+}
