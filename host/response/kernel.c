@@ -74,7 +74,7 @@ struct response_kernel {
     double *X; /* [2][n_terms][2][m]: Re X, Im X of every term, then Re dX/dp, Im dX/dp of every term */
 };
 
-static void fill_band_limited(const struct response_grid *grid, double complex p, double X[], double dX[])
+VECTOR_CLONES static void fill_band_limited(const struct response_grid *grid, double complex p, double X[], double dX[])
 {
     size_t m = grid->m;
     for (size_t k = 0; k < m; k++) {
@@ -89,7 +89,7 @@ static void fill_band_limited(const struct response_grid *grid, double complex p
 }
 
 /* q_{k+1} = e q_k + g0 u_k + g1 u_{k+1}: X(z) = (g0 + g1 z)/(z − e), z = e^(s dt). */
-static void fill_held(const struct response_grid *grid, double complex p, double X[], double dX[])
+VECTOR_CLONES static void fill_held(const struct response_grid *grid, double complex p, double X[], double dX[])
 {
     size_t m = grid->m;
     struct pole_step step = pole_step(p, grid->dt_s);
@@ -98,14 +98,21 @@ static void fill_held(const struct response_grid *grid, double complex p, double
         step.d_g0 += step.d_g1;
         step.g1 = step.d_g1 = 0.0;
     }
-    for (size_t k = 0; k < m; k++) {
-        double complex z = cexp(grid->s[k] * grid->dt_s), d = 1.0 / (z - step.e);
-        double complex x = (step.g0 + step.g1 * z) * d;
-        double complex dx = (step.d_g0 + step.d_g1 * z + step.d_e * x) * d;
-        X[k] = creal(x);
-        X[m + k] = cimag(x);
-        dX[k] = creal(dx);
-        dX[m + k] = cimag(dx);
+    for (size_t k = 0; k < m; k++) { /* real arithmetic: a division of complex numbers is a call */
+        const double zr = creal(grid->z[k]), zi = cimag(grid->z[k]);
+        const double re = zr - creal(step.e), im = zi - cimag(step.e), size = re * re + im * im;
+        const double dr = re / size, di = -im / size; /* 1/(z − e) */
+        const double ar = creal(step.g0) + creal(step.g1) * zr - cimag(step.g1) * zi;
+        const double ai = cimag(step.g0) + creal(step.g1) * zi + cimag(step.g1) * zr;
+        const double xr = ar * dr - ai * di, xi = ar * di + ai * dr;
+        const double br = creal(step.d_g0) + creal(step.d_g1) * zr - cimag(step.d_g1) * zi + creal(step.d_e) * xr -
+                          cimag(step.d_e) * xi;
+        const double bi = cimag(step.d_g0) + creal(step.d_g1) * zi + cimag(step.d_g1) * zr + creal(step.d_e) * xi +
+                          cimag(step.d_e) * xr;
+        X[k] = xr;
+        X[m + k] = xi;
+        dX[k] = br * dr - bi * di;
+        dX[m + k] = br * di + bi * dr;
     }
 }
 

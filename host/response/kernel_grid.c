@@ -35,6 +35,10 @@ enum bf_status response_grid_new(size_t n, double dt_s, enum intersample intersa
     out->weight = bf_alloc(n + n_tail, sizeof *out->weight);
     for (size_t k = 0; k < out->m; k++)
         out->s[k] = CMPLX(sigma, 2.0 * acos(-1.0) * (double)k / ((double)n_fft * dt_s));
+    if (intersample != INTERSAMPLE_BAND_LIMITED)
+        out->z = bf_alloc(out->m, sizeof *out->z);
+    for (size_t k = 0; k < out->m && out->z != NULL; k++)
+        out->z[k] = cexp(out->s[k] * dt_s);
     for (size_t k = 0; k < n + n_tail; k++)
         out->weight[k] = exp(-sigma * dt_s * (double)k);
     return BF_OK;
@@ -66,6 +70,7 @@ enum bf_status response_grid_periodic(size_t n, double dt_s, double window_rate,
 void response_grid_free(struct response_grid *grid)
 {
     free(grid->s);
+    free(grid->z);
     free(grid->weight);
     *grid = (struct response_grid){0};
 }

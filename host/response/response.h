@@ -168,6 +168,7 @@ struct response_grid {
     bool
         periodic; /* the record is one period of a steady state: n_fft = n, no tail, the line is iω and what a window adds */
     double complex *s; /* [m] */
+    double complex *z; /* [m] e^(s dt), for held inputs; else NULL */
     double *weight;    /* [n + n_tail] e^(−σ t) */
 };
 
