@@ -144,16 +144,23 @@ void fine_add_functional(const struct fine_space *space, int derivative, double 
     }
 }
 
+/* One row: the upper diagonals from the row itself, the lower ones from the rows above. */
+static double multiply_row(const double band[], const double x[], size_t i, size_t above, size_t below)
+{
+    double sum = band[i * FINE_BAND] * x[i];
+    for (size_t d = 1; d <= below; d++)
+        sum += band[i * FINE_BAND + d] * x[i + d];
+    for (size_t d = 1; d <= above; d++)
+        sum += band[(i - d) * FINE_BAND + d] * x[i - d];
+    return sum;
+}
+
 void fine_multiply(const struct fine_space *space, const double band[], const double x[], double y[])
 {
-    size_t n = space->n;
-    memset(y, 0, n * sizeof *y);
+    const size_t n = space->n, most = FINE_BAND - 1;
     for (size_t i = 0; i < n; i++) {
-        const double *row = band + i * FINE_BAND;
-        y[i] += row[0] * x[i];
-        for (size_t d = 1; d < FINE_BAND && i + d < n; d++) {
-            y[i] += row[d] * x[i + d];
-            y[i + d] += row[d] * x[i];
-        }
+        const size_t above = i < most ? i : most, below = n - 1 - i < most ? n - 1 - i : most;
+        y[i] = above == most && below == most ? multiply_row(band, x, i, most, most)
+                                              : multiply_row(band, x, i, above, below);
     }
 }

@@ -93,6 +93,9 @@ void sparse_free(struct sparse_factor *f)
 
 /* ---- Modes ---- */
 
+/* Relative error of an eigenvalue at which the iteration ends: far below what a spline space leaves. */
+static const double ritz_error = 1e-11;
+
 /* ARPACK keeps state between reverse-communication calls in static storage: one eigenproblem at a time. */
 static pthread_mutex_t arpack_mutex = PTHREAD_MUTEX_INITIALIZER;
 
@@ -135,7 +138,7 @@ static enum bf_status lanczos_run(struct lanczos *l, struct sparse_factor *facto
 {
     enum bf_status status = BF_OK;
     while (status == BF_OK) {
-        dsaupd_c(&l->ido, "G", (a_int)l->n, "LM", (a_int)l->n_modes, 0.0, l->residual, l->n_lanczos, l->basis,
+        dsaupd_c(&l->ido, "G", (a_int)l->n, "LM", (a_int)l->n_modes, ritz_error, l->residual, l->n_lanczos, l->basis,
                  (a_int)l->n, l->iparam, l->ipntr, l->workd, l->workl, l->lworkl, &l->info);
         double *x = l->workd + l->ipntr[0] - 1, *y = l->workd + l->ipntr[1] - 1;
         if (l->ido == 2) {
@@ -176,7 +179,7 @@ enum bf_status sparse_modes(struct sparse_factor *factor, size_t n, size_t n_mod
     pthread_mutex_lock(&arpack_mutex);
     enum bf_status status = lanczos_run(&l, factor, multiply, context, err);
     if (status == BF_OK)
-        dseupd_c(true, "A", select, values, vectors, (a_int)n, shift, "G", (a_int)n, "LM", (a_int)n_modes, 0.0,
+        dseupd_c(true, "A", select, values, vectors, (a_int)n, shift, "G", (a_int)n, "LM", (a_int)n_modes, ritz_error,
                  l.residual, l.n_lanczos, l.basis, (a_int)n, l.iparam, l.ipntr, l.workd, l.workl, l.lworkl, &l.info);
     pthread_mutex_unlock(&arpack_mutex);
     if (status == BF_OK && (l.info != 0 || (size_t)l.iparam[4] < n_modes))
