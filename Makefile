@@ -45,9 +45,10 @@ FLOAT_OBJ = $(LIB_SRC:%.c=$(B)/float/%.o) $(B)/float/effects_table.o $(B)/float/
 TARGET_OBJ = $(LIB_SRC:%.c=$(B)/target/%.o) $(B)/target/effects_table.o $(B)/target/galerkin_tables.o
 CPLX_OBJ  = $(patsubst %.c,$(B)/complex/%.o,$(wildcard lib/effects/*.c)) $(B)/complex/effects_table.o
 HOST_OBJ  = $(HOST_SRC:%.c=$(B)/%.o) $(B)/host/commands_table.o $(B)/host/import_formats_table.o
+PAGES     = $(B)/man/done $(B)/completion/bash $(B)/completion/zsh
 TESTED    = $(B)/libhost.a $(B)/libtruth.a $(B)/libbeam.a $(B)/libbeamf.a $(B)/libbeamt.a $(B)/libbeamc.a
 
-all: $(B)/beamfit $(B)/beamfit.1 $(B)/libbeamf.a ## build: the program, its manual page and the libraries
+all: $(B)/beamfit $(PAGES) $(B)/libbeamf.a ## build: the program, its manual pages and the libraries
 
 # ---- Objects ----
 $(B)/gen/effects_table.c: tools/effects_table.sh $(wildcard lib/effects/*.c)
@@ -139,8 +140,19 @@ $(B)/board_host: $(BOARD_HOST_OBJ) $(B)/libfirmware.a $(B)/libbeamt.a
 $(B)/beamfit: $(B)/host/main.o $(B)/libhost.a $(B)/libbeam.a $(B)/libbeamt.a
 	$(call say,$@)$(CC) $(OPT) $(CFLAGS) $^ $(LIBS) -o $@
 
-$(B)/beamfit.1: $(B)/beamfit tools/man_page.sh
-	$(call say,$@)tools/man_page.sh $(B)/beamfit > $@.new && mv $@.new $@
+# ---- Manual pages and completion, from the tables of the commands ----
+$(B)/gen/manual $(B)/gen/completion: $(B)/gen/%: tools/%.c $(B)/libhost.a $(B)/libbeam.a $(B)/libbeamt.a
+	@mkdir -p $(@D)
+	$(call say,$@)$(CC) $(ALLFLAGS) $^ $(LIBS) -o $@
+$(B)/man/done: $(B)/gen/manual # beamfit.1 and beamfit-COMMAND.1
+	$(call say,$(@D))rm -rf $(@D) && mkdir -p $(@D) && $< > $(@D)/beamfit.1 && \
+	    for command in $$($< names); do $< $$command > $(@D)/beamfit-$$command.1 || exit 1; done && touch $@
+$(B)/completion/bash: $(B)/gen/completion tools/completion.bash
+	@mkdir -p $(@D)
+	$(call say,$@){ $< bash && cat tools/completion.bash; } > $@.new && mv $@.new $@
+$(B)/completion/zsh: $(B)/gen/completion
+	@mkdir -p $(@D)
+	$(call say,$@)$< zsh > $@.new && mv $@.new $@
 
 # ---- The independent truth simulator: sees neither lib/ nor host/ ----
 TRUTH_SRC  := $(wildcard tests/truth/*.c)
@@ -312,20 +324,26 @@ fuzz: ## test: hostile bytes for every reader, FUZZ_SECONDS=20 for each
 	+@FUZZ_SECONDS=$(FUZZ_SECONDS) JOBS=$(JOBS) tools/fuzz.sh $(B)/fuzz
 
 # ---- Installation ----
-install: all ## install: program, libraries, headers, pkg-config file and manual page under DESTDIR/PREFIX
+# Where Debian's shells look: zsh in vendor-completions for packages, in site-functions for what a person installs.
+BASH_COMPLETIONS = $(PREFIX)/share/bash-completion/completions
+ZSH_COMPLETIONS  = $(PREFIX)/share/zsh/$(if $(filter /usr,$(PREFIX)),vendor-completions,site-functions)
+install: all ## install: program, libraries, headers, pkg-config file, manual pages, completion under DESTDIR/PREFIX
 	install -d $(DESTDIR)$(PREFIX)/bin $(DESTDIR)$(PREFIX)/lib/pkgconfig $(DESTDIR)$(PREFIX)/include/beamfit \
-	    $(DESTDIR)$(PREFIX)/share/man/man1
+	    $(DESTDIR)$(PREFIX)/share/man/man1 $(DESTDIR)$(BASH_COMPLETIONS) $(DESTDIR)$(ZSH_COMPLETIONS)
 	install -m 755 $(B)/beamfit $(DESTDIR)$(PREFIX)/bin/
 	install -m 644 $(B)/libbeam.a $(B)/libbeamf.a $(DESTDIR)$(PREFIX)/lib/
 	install -m 644 lib/*.h $(DESTDIR)$(PREFIX)/include/beamfit/
 	sed -e 's|@PREFIX@|$(PREFIX)|; s|@VERSION@|$(VERSION)|' packaging/beamfit.pc.in \
 	    > $(DESTDIR)$(PREFIX)/lib/pkgconfig/beamfit.pc
-	install -m 644 $(B)/beamfit.1 $(DESTDIR)$(PREFIX)/share/man/man1/
+	install -m 644 $(B)/man/*.1 $(DESTDIR)$(PREFIX)/share/man/man1/
+	install -m 644 $(B)/completion/bash $(DESTDIR)$(BASH_COMPLETIONS)/beamfit
+	install -m 644 $(B)/completion/zsh $(DESTDIR)$(ZSH_COMPLETIONS)/_beamfit
 deb: all ## install: Debian packages beamfit and libbeam-dev, in build/
 	@tools/deb.sh $(B) $(VERSION)
 uninstall: ## install: remove what install put there
 	rm -f $(DESTDIR)$(PREFIX)/bin/beamfit $(DESTDIR)$(PREFIX)/lib/libbeam.a $(DESTDIR)$(PREFIX)/lib/libbeamf.a \
-	    $(DESTDIR)$(PREFIX)/lib/pkgconfig/beamfit.pc $(DESTDIR)$(PREFIX)/share/man/man1/beamfit.1
+	    $(DESTDIR)$(PREFIX)/lib/pkgconfig/beamfit.pc $(DESTDIR)$(PREFIX)/share/man/man1/beamfit.1 \
+	    $(DESTDIR)$(PREFIX)/share/man/man1/beamfit-*.1 $(DESTDIR)$(BASH_COMPLETIONS)/beamfit $(DESTDIR)$(ZSH_COMPLETIONS)/_beamfit
 	rm -rf $(DESTDIR)$(PREFIX)/include/beamfit
 
 clean: ## build: remove everything built

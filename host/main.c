@@ -87,7 +87,7 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     if (!command)
         return unknown(help ? argv[2] : name, err);
     if (help || asks_for_help(argc - 1, argv + 1)) {
-        text_print_help(stdout, command->help, text_columns());
+        options_print_help(stdout, command->help, command->options, command->closing, text_columns());
         return BF_OK;
     }
     optind = 1;

@@ -20,7 +20,7 @@ mkdir -p "$stage/libbeam-dev/usr"
 mv "$stage/beamfit/usr/lib" "$stage/beamfit/usr/include" "$stage/libbeam-dev/usr/"
 strip --strip-unneeded "$stage/beamfit/usr/bin/beamfit"
 strip --strip-debug "$stage"/libbeam-dev/usr/lib/*.a
-gzip -9n "$stage/beamfit/usr/share/man/man1/beamfit.1"
+gzip -9n "$stage"/beamfit/usr/share/man/man1/*.1
 for package in beamfit libbeam-dev; do
     mkdir -p "$stage/$package/DEBIAN" "$stage/$package/usr/share/doc/$package"
     case $package in beamfit) licence=host/LICENSE ;; *) licence=lib/LICENSE ;; esac

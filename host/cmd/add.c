@@ -7,29 +7,32 @@
 #include "ground/ground.h"
 #include "model/model.h"
 
-static const char help[] =
-    "Usage: beamfit add MODEL ID [--at X] [--channel NAME] [NAME=VALUE...] -o NEW\n"
-    "\n"
-    "Adds a physical effect to a model. Its parameters start small, at the values of the catalogue, and are free in "
-    "the\n"
-    "next fit, except places, which are held. Comments and order of the file are kept; standard errors and the "
-    "results\n"
-    "of the last fit are left out, because they do not describe the new model.\n"
-    "\n"
-    "  NAME=VALUE          a parameter's value in SI units, NAME as in the catalogue (`beamfit effects ID`)\n"
-    "  --at X              where on the beam, metres from the clamp (the same as at_m=X)\n"
-    "  --channel NAME      the input or output on which a measurement effect sits (default: as the catalogue says)\n"
-    "  --fix NAME          hold this parameter in fits (again for more)\n"
-    "  --free NAME         let fits change this parameter, e.g. a place (again for more)\n"
-    "  -o, --output NEW    the file to write; - is standard output\n"
-    "  --force             replace NEW even when `add` has not made it or somebody has changed it\n"
-    "  --json              {\"file\", \"effect\", \"parameters\": {NAME: {\"value\", \"unit\", \"fixed\"}}}\n"
-    "\n"
-    "Example:\n"
-    "  beamfit add fitted.yaml point_mass --at 0.44 mass_kg=0.0005 -o with_mass.yaml\n"
-    "\n"
-    "Exit status: 0 done; 2 usage, no such effect, or the model has it already; 3 bad model file or NEW not "
-    "writable.\n";
+static const char help[] = "Usage: beamfit add MODEL ID [--at X] [--channel NAME] [NAME=VALUE...] -o NEW\n"
+                           "\n"
+                           "Adds a physical effect to a model. Its parameters start small, at the values of the "
+                           "catalogue, and are free in the\n"
+                           "next fit, except places, which are held. Comments and order of the file are kept; standard "
+                           "errors and the results\n"
+                           "of the last fit are left out, because they do not describe the new model.\n";
+
+static const struct option_row options[] = {
+    {.name = "NAME=VALUE", .what = "a parameter's value in SI units, NAME as in the catalogue (`beamfit effects ID`)"},
+    {'a', 0, "at", "X", NULL, "where on the beam, metres from the clamp (the same as at_m=X)"},
+    {'c', 0, "channel", "NAME", NULL,
+     "the input or output on which a measurement effect sits (default: as the catalogue says)"},
+    {'x', 0, "fix", "NAME", NULL, "hold this parameter in fits (again for more)"},
+    {'f', 0, "free", "NAME", NULL, "let fits change this parameter, e.g. a place (again for more)"},
+    {'o', 'o', "output", "NEW", NULL, "the file to write; - is standard output"},
+    {OPTION_FORCE, 0, "force", NULL, NULL, "replace NEW even when `add` has not made it or somebody has changed it"},
+    {'j', 0, "json", NULL, NULL, "{\"file\", \"effect\", \"parameters\": {NAME: {\"value\", \"unit\", \"fixed\"}}}"},
+    {0},
+};
+
+static const char closing[] = "Example:\n"
+                              "  beamfit add fitted.yaml point_mass --at 0.44 mass_kg=0.0005 -o with_mass.yaml\n"
+                              "\n"
+                              "Exit status: 0 done; 2 usage, no such effect, or the model has it already; 3 bad model "
+                              "file or NEW not writable.\n";
 
 enum { MOST_SETTINGS = 16 };
 
@@ -86,14 +89,8 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
 
 static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
 {
-    static const struct option options[] = {
-        {"at", required_argument, NULL, 'a'},     {"channel", required_argument, NULL, 'c'},
-        {"fix", required_argument, NULL, 'x'},    {"free", required_argument, NULL, 'f'},
-        {"output", required_argument, NULL, 'o'}, OPTIONS_FORCE,
-        {"json", no_argument, NULL, 'j'},         {0},
-    };
     int code;
-    while ((code = options_next(argc, argv, ":o:", options, err)) != -1)
+    while ((code = options_next(argc, argv, options, err)) != -1)
         if (take_option(a, code, err) != BF_OK)
             return BF_USAGE;
     if (argc - optind < 2)
@@ -202,5 +199,7 @@ const struct command command_add = {
     .name = "add",
     .summary = "add an effect to a model",
     .help = help,
+    .options = options,
+    .closing = closing,
     .run = run,
 };

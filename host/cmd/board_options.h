@@ -7,15 +7,12 @@
 #include "ground/ground.h"
 #include "board/board.h"
 
-#define BOARD_OPTIONS_HELP                                                                                             \
-    "  --port PORT           serial port of the board, e.g. /dev/ttyUSB0; a pseudo terminal of an emulated board\n"    \
-    "  --baud RATE           bit/s (default 115200)\n"
-
-/* In a command's list of options. */
+/* In a command's table of options. */
 #define BOARD_OPTIONS                                                                                                  \
-    {"port", required_argument, NULL, 'p'},                                                                            \
+    {'p',    0,    "port",                                                                                             \
+     "PORT", NULL, "serial port of the board, e.g. /dev/ttyUSB0; a pseudo terminal of an emulated board"},             \
     {                                                                                                                  \
-        "baud", required_argument, NULL, 'b'                                                                           \
+        'b', 0, "baud", "RATE", NULL, "bit/s (default 115200)"                                                         \
     }
 
 enum { BOARD_MOST_PRESCALE = 255 };

@@ -12,9 +12,12 @@ struct command {
     int place; /* in the list of a bare `beamfit`: 10 for the first, 20 for the next, so that new ones fit between */
     const char *name;
     const char *summary; /* one line for `beamfit` and `beamfit help` */
-    const char *help;    /* whole text of --help: usage, what it does, options with units, an example, exit statuses */
+    /* --help and the manual page: usage and what it does; options with units; an example, exit statuses ("Example:", "Exit status: 0 done; ...") */
+    const char *help;
+    const struct option_row *options;
+    const char *closing;
     /*
-     * Parses the options of argv[1 … argc − 1] with getopt_long (optind is 1 again; argv[0] is the name), prints the answer on standard
+     * Parses the options of argv[1 … argc − 1] with options_next() (optind is 1 again; argv[0] is the name), prints the answer on standard
      * output and returns a status; main() prints err->text and exits with it. main() also answers --help.
      */
     enum bf_status (*run)(int argc, char **argv, struct bf_error *err);

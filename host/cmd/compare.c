@@ -24,24 +24,30 @@ static const char help[] =
     "white, whether it follows an input, and where the misfit is: by band and mode, in time, by size of the motion.\n"
     "'Attainable' is what the best linear model with as many modes leaves on the same records (docs/compare.md).\n"
     "Above all that: a channel that points the other way, is in g, or off by 10 or 1000, and the line of the model\n"
-    "file that says so.\n"
-    "\n"
-    "  --check RECORD...    records that were held out of the fit; they get a total of their own\n"
-    "  --plot DIR           pictures, PNG and PDF, with gnuplot's script and data beside them: the four panels\n"
-    "                       (measured, model, spectra of both, a short interval) and a page on the residual\n"
-    "  --force              replace pictures even when `compare` has not made them or somebody has changed them\n"
-    "  --max-nrmse X        a question: is the error (root mean square over all channels, held-out ones too) at most\n"
-    "                       X? X is a fraction, 0.05 = 5 %; the exit status is the answer\n"
-    "  --intersample HOW    what inputs do between samples: bl (band-limited, default), foh (linear), zoh (held)\n"
-    "  --json               {\"records\": [{\"file\", \"channels\": [{\"name\", \"nrmse\", \"noise_ratio\", \"bands\": "
-    "[...], ...}]}],\n"
-    "                       \"nrmse\", \"noise_ratio\", \"check_nrmse\", \"check_noise_ratio\", \"attainable\": "
-    "{\"nrmse\",\n"
-    "                       \"noise_ratio\", \"modes\", \"poles\"} (null: nothing to fit), \"channel_factors\":\n"
-    "                       [{\"channel\", \"or_channel\", \"factor\", \"line\", \"text\", ...}] (wrong signs, "
-    "units),\n"
-    "                       \"record_findings\": [{\"file\", \"column\", \"kind\", \"sample\", \"text\", ...}], ...}\n"
-    "\n"
+    "file that says so.\n";
+
+static const struct option_row options[] = {
+    RECORD_SETS_CHECK("records that were held out of the fit; they get a total of their own"),
+    {'p', 0, "plot", "DIR", NULL,
+     "pictures, PNG and PDF, with gnuplot's script and data beside them: the four panels (measured, model, "
+     "spectra of both, a short interval) and a page on the residual"},
+    {OPTION_FORCE, 0, "force", NULL, NULL,
+     "replace pictures even when `compare` has not made them or somebody has changed them"},
+    {'m', 0, "max-nrmse", "X", NULL,
+     "a question: is the error (root mean square over all channels, held-out ones too) at most X? X is a "
+     "fraction, 0.05 = 5 %; the exit status is the answer"},
+    OPTION_INTERSAMPLE('i'),
+    {'j', 0, "json", NULL, NULL,
+     "{\"records\": [{\"file\", \"channels\": [{\"name\", \"nrmse\", \"noise_ratio\", \"bands\": [...], ...}]}], "
+     "\"nrmse\", \"noise_ratio\", \"check_nrmse\", \"check_noise_ratio\", \"attainable\": {\"nrmse\", \"noise_ratio\", "
+     "\"modes\", \"poles\"} (null: nothing to fit), \"channel_factors\": [{\"channel\", \"or_channel\", \"factor\", "
+     "\"line\", \"text\", ...}] (wrong signs, units), \"record_findings\": [{\"file\", \"column\", \"kind\", "
+     "\"sample\", "
+     "\"text\", ...}], ...}"},
+    {0},
+};
+
+static const char closing[] =
     "Example:\n"
     "  beamfit compare fitted.yaml tap1.csv tap2.csv --check tap3.csv --plot pictures\n"
     "\n"
@@ -81,17 +87,8 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
 
 static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
 {
-    static const struct option options[] = {
-        RECORD_SETS_CHECK,
-        {"plot", required_argument, NULL, 'p'},
-        {"max-nrmse", required_argument, NULL, 'm'},
-        {"intersample", required_argument, NULL, 'i'},
-        OPTIONS_FORCE,
-        {"json", no_argument, NULL, 'j'},
-        {0},
-    };
     int code;
-    while ((code = record_sets_next(&a->sets, argc, argv, "-:", options, err)) != -1)
+    while ((code = record_sets_next(&a->sets, argc, argv, options, err)) != -1)
         if (take_option(a, code, err) != BF_OK)
             return BF_USAGE;
     if (a->sets.model == NULL || a->sets.fitted.n_names + a->sets.held_out.n_names == 0)
@@ -181,5 +178,7 @@ const struct command command_compare = {
     .name = "compare",
     .summary = "measured against model: errors, noise, where the misfit is, pictures",
     .help = help,
+    .options = options,
+    .closing = closing,
     .run = run,
 };

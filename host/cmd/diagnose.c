@@ -18,58 +18,47 @@ static const char help[] =
     "how much of the misfit it explains, and what remains. The model is fitted, then effects are added, one by one and "
     "in\n"
     "sets, and everything is fitted again. What stands out of the others is named with its probability.\n"
-    "Wrong signs and units are named and put right.\n"
-    "\n"
-    "  --check RECORD...     records that are held out: predicted, never fitted (all names up to the next option). "
-    "With\n"
-    "                        them the answer is far safer: give excitations unlike those fitted. Without them and "
-    "with\n"
-    "                        two or more records each record is left out in turn and predicted by a fit to the "
-    "others.\n"
-    "  --without ID,ID...    effects that are not considered\n"
-    "  --effects N           effects in one explanation, at most (1 to 3, default 3)\n"
-    "  -o, --output NEW      writes the model with the named effects at the values found; the fitted model when none "
-    "is "
-    "named\n"
-    "  --plot DIR            pictures: misfit before and after, ranking, frequency and damping against amplitude, the\n"
-    "                        missing force\n"
-    "  --force               replace outputs that are not its own\n"
-    "  --everything          fit every candidate, short-listed or not (slow; for comparison)\n"
-    "  --intersample HOW     what inputs do between samples: bl (band-limited, default), foh (linear), zoh (held)\n"
-    "  --splines N[,uniform]\n"
-    "                        elements of the spline space, 5 to 1000 (default 160), and\n"
-    "  --oversample N        steps a sample of nonlinear effects, 1 to 64 (default: the model's steps_per_sample, "
-    "else\n"
-    "                        8 for forces at a point and 4 over the span, and more where the best laws need them)\n"
-    "  --threads N           default: one a processor\n"
-    "  --json                the answer as JSON on standard output, and nothing else: {\"verdict\", \"effects\",\n"
-    "                        \"probability\" (that they are the cause), \"explained\" (share of the misfit's power "
-    "above the\n"
-    "                        noise, of held-out records where there are any), \"nrmse_before\", \"nrmse_after\",\n"
-    "                        \"noise_ratio_before\", \"noise_ratio_after\", \"check_nrmse_before\", "
-    "\"check_nrmse_after\",\n"
-    "                        \"check_kind\" (\"records\" held out, \"cross-validation\" or \"none\"), \"where\": "
-    "[{\"file\",\n"
-    "                        \"channel\", \"from_Hz\", \"to_Hz\", \"share\", \"amplitude\"}], \"remains\": "
-    "{\"noise_ratio\", \"nrmse\",\n"
-    "                        \"where\", \"text\"}, \"candidates\": [{\"effects\", \"channels\", \"probability\", "
-    "\"explained\",\n"
-    "                        \"held_out_explained\", \"p_value\", \"bic_gain\", \"nrmse_after\", "
-    "\"check_nrmse_after\",\n"
-    "                        \"parameters\", \"other_at_m\" (another place that does as well, or null)}], "
-    "\"decision\":\n"
-    "                        [{\"effects\": [ID...], \"probability\", \"features\", \"with\", \"without\"}] (one of "
-    "the effects\n"
-    "                        is there; the best explanation with one, and without),\n"
-    "                        \"rig\": {\"free\", \"channels\"} (places and gains, fitted although held),\n"
-    "                        \"numerics\": {\"change_over_noise\", \"file\", \"channel\", \"converged\", \"fine\"} "
-    "(twice as fine\n"
-    "                        a computation), \"attainable\": {\"nrmse\", \"noise_ratio\", \"modes\", \"poles\"} (what "
-    "the best\n"
-    "                        linear model with as many modes leaves; null: not known), \"next\": [COMMAND...], "
-    "\"text\",\n"
-    "                        \"channel_factors\", \"notes\", \"seconds\", ...}\n"
-    "\n"
+    "Wrong signs and units are named and put right.\n";
+
+static const struct option_row options[] = {
+    RECORD_SETS_CHECK(
+        "records that are held out: predicted, never fitted (all names up to the next option). With them the "
+        "answer is far safer: give excitations unlike those fitted. Without them and with two or more records "
+        "each record is left out in turn and predicted by a fit to the others."),
+    {'w', 0, "without", "ID,ID...", NULL, "effects that are not considered"},
+    {'e', 0, "effects", "N", "1|2|3", "effects in one explanation, at most (1 to 3, default 3)"},
+    {'o', 'o', "output", "NEW", NULL,
+     "writes the model with the named effects at the values found; the fitted model when none is named"},
+    {'p', 0, "plot", "DIR", NULL,
+     "pictures: misfit before and after, ranking, frequency and damping against amplitude, the missing "
+     "force"},
+    {OPTION_FORCE, 0, "force", NULL, NULL, "replace outputs that are not its own"},
+    {'a', 0, "everything", NULL, NULL, "fit every candidate, short-listed or not (slow; for comparison)"},
+    OPTION_INTERSAMPLE('i'),
+    {'s', 0, "splines", "N[,uniform]", NULL, "elements of the spline space, 5 to 1000 (default 160)"},
+    {'n', 0, "oversample", "N", NULL,
+     "steps a sample of nonlinear effects, 1 to 64 (default: the model's steps_per_sample, else 8 for "
+     "forces at a point and 4 over the span, and more where the best laws need them)"},
+    {'t', 0, "threads", "N", NULL, "default: one a processor"},
+    {'j', 0, "json", NULL, NULL,
+     "the answer as JSON on standard output, and nothing else: {\"verdict\", \"effects\", \"probability\" (that "
+     "they are the cause), \"explained\" (share of the misfit's power above the noise, of held-out records "
+     "where there are any), \"nrmse_before\", \"nrmse_after\", \"noise_ratio_before\", \"noise_ratio_after\", "
+     "\"check_nrmse_before\", \"check_nrmse_after\", \"check_kind\" (\"records\" held out, \"cross-validation\" or "
+     "\"none\"), \"where\": [{\"file\", \"channel\", \"from_Hz\", \"to_Hz\", \"share\", \"amplitude\"}], \"remains\": "
+     "{\"noise_ratio\", \"nrmse\", \"where\", \"text\"}, \"candidates\": [{\"effects\", \"channels\", \"probability\", "
+     "\"explained\", \"held_out_explained\", \"p_value\", \"bic_gain\", \"nrmse_after\", \"check_nrmse_after\", "
+     "\"parameters\", \"other_at_m\" (another place that does as well, or null)}], \"decision\": [{\"effects\": "
+     "[ID...], \"probability\", \"features\", \"with\", \"without\"}] (one of the effects is there; the best "
+     "explanation with one, and without), \"rig\": {\"free\", \"channels\"} (places and gains, fitted although "
+     "held), \"numerics\": {\"change_over_noise\", \"file\", \"channel\", \"converged\", \"fine\"} (twice as fine a "
+     "computation), \"attainable\": {\"nrmse\", \"noise_ratio\", \"modes\", \"poles\"} (what the best linear model "
+     "with as many modes leaves; null: not known), \"next\": [COMMAND...], \"text\", \"channel_factors\", "
+     "\"notes\", \"seconds\", ...}"},
+    {0},
+};
+
+static const char closing[] =
     "Verdicts: complete (nothing is missing that the records could show), missing (one explanation stands out), "
     "ambiguous\n"
     "(the cause is probably among the listed ones), unknown (something is missing and no effect stands out).\n"
@@ -149,23 +138,8 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
 
 static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
 {
-    static const struct option options[] = {
-        RECORD_SETS_CHECK,
-        {"without", required_argument, NULL, 'w'},
-        {"effects", required_argument, NULL, 'e'},
-        {"plot", required_argument, NULL, 'p'},
-        {"output", required_argument, NULL, 'o'},
-        {"everything", no_argument, NULL, 'a'},
-        {"intersample", required_argument, NULL, 'i'},
-        {"splines", required_argument, NULL, 's'},
-        {"oversample", required_argument, NULL, 'n'},
-        {"threads", required_argument, NULL, 't'},
-        OPTIONS_FORCE,
-        {"json", no_argument, NULL, 'j'},
-        {0},
-    };
     int code;
-    while ((code = record_sets_next(&a->sets, argc, argv, "-:o:", options, err)) != -1)
+    while ((code = record_sets_next(&a->sets, argc, argv, options, err)) != -1)
         if (take_option(a, code, err) != BF_OK)
             return BF_USAGE;
     if (a->sets.fitted.n_names < 1)
@@ -278,5 +252,7 @@ const struct command command_diagnose = {
     .name = "diagnose",
     .summary = "what physics the model lacks, where it shows, how sure that is",
     .help = help,
+    .options = options,
+    .closing = closing,
     .run = run,
 };

@@ -20,26 +20,36 @@ static const char help[] =
     "the records, with the sensors of MODEL alone and with one more (displacement, velocity or acceleration at a\n"
     "quarter, the middle and the end of the beam). An experiment is worth what is left of the difference of two "
     "rivals,\n"
-    "in units of the noise, after the wrong one has been fitted again; of several pairs the worst counts.\n"
-    "\n"
-    "  RIVAL                 an effect (tip_mass), on a channel as `diagnose` names it (sensor_lag@accel_mps2), "
-    "several\n"
-    "                        at once (tip_mass+sensor_lag@accel_mps2), or with a model that has them\n"
-    "                        (tip_mass=fitted_tip_mass.yaml), whose values are the start of the refit\n"
-    "  RECORD                the recordings so far; without any, effects have typical strengths (a warning says so)\n"
-    "  -o, --output DRIVE    write the drive signal of the best experiment: a record (CSV) with MODEL's inputs\n"
-    "  --force               replace DRIVE even when `discriminate` has not made it or somebody has changed it\n"
-    "  --only KIND,KIND...   of hit, soft_hit, release, chirp, multisine\n"
-    "  --no-sensors          no added sensor\n"
-    "  --duration S          length of an experiment, s (default: that of the first record, else 4)\n"
-    "  --largest-force N     largest force, N (default: of the records, else 5)\n"
-    "  --voltage V           largest drive, V (default: of the records, else 20)\n"
-    "  --rows N              rows of the table (default 12)\n"
-    "  --intersample HOW     what inputs do between samples: bl (band-limited, default), foh (linear), zoh (held)\n"
-    "  --threads N           default: one a processor\n"
-    "  --json                {\"experiments\": [{\"name\", \"separation\", \"pairs\": [{\"a\", \"b\", \"separation\",\n"
-    "                        \"wrong_choice\"}], ...}], \"best\", \"drive\", \"text\", \"seconds\", ...}\n"
-    "\n"
+    "in units of the noise, after the wrong one has been fitted again; of several pairs the worst counts.\n";
+
+static const struct option_row options[] = {
+    {.name = "RIVAL",
+     .what = "an effect (tip_mass), on a channel as `diagnose` names it (sensor_lag@accel_mps2), several at once "
+             "(tip_mass+sensor_lag@accel_mps2), or with a model that has them (tip_mass=fitted_tip_mass.yaml), "
+             "whose values are the start of the refit"},
+    {.name = "RECORD",
+     .what = "the recordings so far; without any, effects have typical strengths (a warning says so)"},
+    {'o', 'o', "output", "DRIVE", NULL,
+     "write the drive signal of the best experiment: a record (CSV) with MODEL's inputs"},
+    {OPTION_FORCE, 0, "force", NULL, NULL,
+     "replace DRIVE even when `discriminate` has not made it or somebody has changed it"},
+    {'k', 0, "only", "KIND,KIND...", "hit|soft_hit|release|chirp|multisine",
+     "of hit, soft_hit, release, chirp, multisine"},
+    {'s', 0, "no-sensors", NULL, NULL, "no added sensor"},
+    {'d', 0, "duration", "S", NULL, "length of an experiment, s (default: that of the first record, else 4)"},
+    {'f', 0, "largest-force", "N", NULL, "largest force, N (default: of the records, else 5)"},
+    {'v', 0, "voltage", "V", NULL, "largest drive, V (default: of the records, else 20)"},
+    {'r', 0, "rows", "N", NULL, "rows of the table (default 12)"},
+    OPTION_INTERSAMPLE('i'),
+    {'t', 0, "threads", "N", NULL, "default: one a processor"},
+    {'j', 0, "json", NULL, NULL,
+     "{\"experiments\": [{\"name\", \"separation\", \"pairs\": [{\"a\", \"b\", \"separation\", \"wrong_choice\"}], "
+     "...}], "
+     "\"best\", \"drive\", \"text\", \"seconds\", ...}"},
+    {0},
+};
+
+static const char closing[] =
     "Evidence (separation) is the expected 2 log of the likelihood ratio: above 10 is decisive. It adds up over "
     "repeated\n"
     "experiments. The best one stays within the largest level so far, and asks for a sensor only where that gains "
@@ -189,23 +199,9 @@ static bool is_rival(const char *word)
 
 static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
 {
-    static const struct option options[] = {
-        {"output", required_argument, NULL, 'o'},
-        {"only", required_argument, NULL, 'k'},
-        {"no-sensors", no_argument, NULL, 's'},
-        {"duration", required_argument, NULL, 'd'},
-        {"largest-force", required_argument, NULL, 'f'},
-        {"voltage", required_argument, NULL, 'v'},
-        {"rows", required_argument, NULL, 'r'},
-        {"threads", required_argument, NULL, 't'},
-        {"intersample", required_argument, NULL, 'i'},
-        OPTIONS_FORCE,
-        {"json", no_argument, NULL, 'j'},
-        {0},
-    };
     int code;
     a->rows = ROWS;
-    while ((code = options_next(argc, argv, ":o:", options, err)) != -1) {
+    while ((code = options_next(argc, argv, options, err)) != -1) {
         const enum bf_status status = take_option(a, code, err);
         if (status)
             return status;
@@ -282,5 +278,7 @@ const struct command command_discriminate = {
     .name = "discriminate",
     .summary = "which next experiment tells rival effects apart, and its drive signal",
     .help = help,
+    .options = options,
+    .closing = closing,
     .run = run,
 };

@@ -12,23 +12,27 @@
 #include "model/model.h"
 #include "show/show.h"
 
-static const char help[] =
-    "Usage: beamfit doctor [--json]\n"
-    "\n"
-    "Looks at what the program needs on this machine, and says what to do where something is missing. Nothing is "
-    "changed.\n"
-    "\n"
-    "  computation           the libraries that compute: the first mode of a plain cantilever against its closed form\n"
-    "  gnuplot               draws a picture as PNG and PDF (--plot, report)\n"
-    "  fonts                 DejaVu Sans, which the pictures are set in\n"
-    "  serial                may you read and write the serial ports that are plugged in? (info, record, monitor ...)\n"
-    "  directory             can files be written here, and pictures below TMPDIR?\n"
-    "  --json                {\"version\", \"ok\", \"checks\": [{\"name\", \"ok\", \"text\", \"remedy\"}]}\n"
-    "\n"
-    "Example:\n"
-    "  beamfit doctor\n"
-    "\n"
-    "Exit status: 0 all is there; 1 something is missing; 2 usage.\n";
+static const char help[] = "Usage: beamfit doctor [--json]\n"
+                           "\n"
+                           "Looks at what the program needs on this machine, and says what to do where something is "
+                           "missing. Nothing is changed.\n";
+
+static const struct option_row options[] = {
+    {.name = "computation",
+     .what = "the libraries that compute: the first mode of a plain cantilever against its closed form"},
+    {.name = "gnuplot", .what = "draws a picture as PNG and PDF (--plot, report)"},
+    {.name = "fonts", .what = "DejaVu Sans, which the pictures are set in"},
+    {.name = "serial",
+     .what = "may you read and write the serial ports that are plugged in? (info, record, monitor ...)"},
+    {.name = "directory", .what = "can files be written here, and pictures below TMPDIR?"},
+    {'j', 0, "json", NULL, NULL, "{\"version\", \"ok\", \"checks\": [{\"name\", \"ok\", \"text\", \"remedy\"}]}"},
+    {0},
+};
+
+static const char closing[] = "Example:\n"
+                              "  beamfit doctor\n"
+                              "\n"
+                              "Exit status: 0 all is there; 1 something is missing; 2 usage.\n";
 
 /* What was looked at: said for a person; remedy "" when all is well. */
 struct check {
@@ -214,7 +218,6 @@ static void print(const struct check checks[], size_t n)
 
 static enum bf_status run(int argc, char **argv, struct bf_error *err)
 {
-    static const struct option options[] = {{"json", no_argument, NULL, 'j'}, {0}};
     static void (*const look[])(struct check *) = {check_computation, check_gnuplot, check_fonts, check_serial,
                                                    check_directory};
     struct check checks[] = {
@@ -222,7 +225,7 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     enum { CHECKS = sizeof checks / sizeof *checks };
     size_t missing = 0;
     bool json = false;
-    for (int code; (code = options_next(argc, argv, ":", options, err)) != -1; json = true)
+    for (int code; (code = options_next(argc, argv, options, err)) != -1; json = true)
         if (code == '?')
             return BF_USAGE;
     if (options_only(argc, argv, err) != BF_OK)
@@ -243,5 +246,7 @@ const struct command command_doctor = {
     .name = "doctor",
     .summary = "what the program needs on this machine, and what to do where it is missing",
     .help = help,
+    .options = options,
+    .closing = closing,
     .run = run,
 };

@@ -15,25 +15,29 @@ static const char help[] =
     "all of it (length, CRC-32, identity, counter, signature, stability, a proof run) and only then switches to it,\n"
     "between two samples. It is read back, compared byte by byte, and stored for the next power-on. Whenever that is\n"
     "interrupted, by Ctrl-C, a cable or power, the board runs and keeps the model it had, or has the new one whole;\n"
-    "repeat the command.\n"
-    "\n"
-    "  IMAGE                 written by `beamfit export`. One without a signature is signed on the way, for this "
-    "board,\n"
-    "                        with the next counter; the file is not changed\n" BOARD_OPTIONS_HELP
-    "  --key FILE            the board's secret key: 64 hexadecimal digits, or 32 bytes, in a file of mode 0600\n"
-    "  --sign                sign it anew even if it is signed, e.g. to go back to an older model\n"
-    "  --no-store            run it only until power off\n"
-    "  --json                {\"file\", \"port\", \"device\", \"counter\", \"signed_here\", \"bytes\", "
-    "\"was_running\",\n"
-    "                        \"stored\", \"seconds\"}\n"
-    "\n"
-    "Example:\n"
-    "  beamfit export fitted.yaml -o fitted.img\n"
-    "  beamfit download fitted.img --port /dev/ttyUSB0 --key board.key\n"
-    "\n"
-    "Exit status: 0 done; 2 usage; 3 the image or the key file is bad; 5 no port, no answer, or the board refused the "
-    "key\n"
-    "or the image.\n";
+    "repeat the command.\n";
+
+static const struct option_row options[] = {
+    {.name = "IMAGE",
+     .what = "written by `beamfit export`. One without a signature is signed on the way, for this board, with the "
+             "next counter; the file is not changed"},
+    BOARD_OPTIONS,
+    {'k', 0, "key", "FILE", NULL, "the board's secret key: 64 hexadecimal digits, or 32 bytes, in a file of mode 0600"},
+    {'s', 0, "sign", NULL, NULL, "sign it anew even if it is signed, e.g. to go back to an older model"},
+    {'n', 0, "no-store", NULL, NULL, "run it only until power off"},
+    {'j', 0, "json", NULL, NULL,
+     "{\"file\", \"port\", \"device\", \"counter\", \"signed_here\", \"bytes\", \"was_running\", \"stored\", "
+     "\"seconds\"}"},
+    {0},
+};
+
+static const char closing[] = "Example:\n"
+                              "  beamfit export fitted.yaml -o fitted.img\n"
+                              "  beamfit download fitted.img --port /dev/ttyUSB0 --key board.key\n"
+                              "\n"
+                              "Exit status: 0 done; 2 usage; 3 the image or the key file is bad; 5 no port, no answer, "
+                              "or the board refused the key\n"
+                              "or the image.\n";
 
 struct arguments {
     struct board_options board;
@@ -43,16 +47,8 @@ struct arguments {
 
 static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
 {
-    static const struct option options[] = {
-        BOARD_OPTIONS,
-        {"key", required_argument, NULL, 'k'},
-        {"no-store", no_argument, NULL, 'n'},
-        {"sign", no_argument, NULL, 's'},
-        {"json", no_argument, NULL, 'j'},
-        {0},
-    };
     int code;
-    while ((code = options_next(argc, argv, ":", options, err)) != -1) {
+    while ((code = options_next(argc, argv, options, err)) != -1) {
         if (code == 'k')
             a->key = optarg;
         else if (code == 'n')
@@ -161,5 +157,7 @@ const struct command command_download = {
     .name = "download",
     .summary = "give the board a new model, while it runs",
     .help = help,
+    .options = options,
+    .closing = closing,
     .run = run,
 };

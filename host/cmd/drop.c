@@ -10,12 +10,16 @@ static const char help[] =
     "Usage: beamfit drop MODEL ID -o NEW\n"
     "\n"
     "Takes an effect out of a model (every use of it). Comments and order of the rest of the file are kept; standard\n"
-    "errors and the results of the last fit are left out, because they do not describe the new model.\n"
-    "\n"
-    "  -o, --output NEW    the file to write; - is standard output\n"
-    "  --force             replace NEW even when `drop` has not made it or somebody has changed it\n"
-    "  --json              {\"file\", \"effect\", \"effects\": [the ids that remain]}\n"
-    "\n"
+    "errors and the results of the last fit are left out, because they do not describe the new model.\n";
+
+static const struct option_row options[] = {
+    {'o', 'o', "output", "NEW", NULL, "the file to write; - is standard output"},
+    {OPTION_FORCE, 0, "force", NULL, NULL, "replace NEW even when `drop` has not made it or somebody has changed it"},
+    {'j', 0, "json", NULL, NULL, "{\"file\", \"effect\", \"effects\": [the ids that remain]}"},
+    {0},
+};
+
+static const char closing[] =
     "Example:\n"
     "  beamfit drop fitted.yaml mains_hum -o without_hum.yaml\n"
     "\n"
@@ -40,12 +44,10 @@ static enum bf_status answer(const char *output, const char *id, const struct mo
 
 static enum bf_status run(int argc, char **argv, struct bf_error *err)
 {
-    static const struct option options[] = {
-        {"output", required_argument, NULL, 'o'}, OPTIONS_FORCE, {"json", no_argument, NULL, 'j'}, {0}};
     const char *output = NULL;
     bool json = false;
     int code;
-    while ((code = options_next(argc, argv, ":o:", options, err)) != -1) {
+    while ((code = options_next(argc, argv, options, err)) != -1) {
         if (code == '?')
             return BF_USAGE;
         if (code == 'o')
@@ -77,5 +79,7 @@ const struct command command_drop = {
     .name = "drop",
     .summary = "take an effect out of a model",
     .help = help,
+    .options = options,
+    .closing = closing,
     .run = run,
 };

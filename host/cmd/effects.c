@@ -13,21 +13,23 @@ static const char help[] =
     "\n"
     "The catalogue of physical effects that a model may lack. Without ID: one line each, by family, with the\n"
     "parameters. With ID: what the effect adds to the equation of motion, how it shows in data, what it is confused\n"
-    "with and which experiment tells them apart, its parameters with ranges, and its cost on the target.\n"
-    "\n"
-    "  --json    {\"effects\": [{\"id\", \"family\", \"title\", \"form\", \"source\", \"looks_like\", "
-    "\"confused_with\",\n"
-    "            \"target_cost\", \"parameters\": [{\"name\", \"unit\", \"what\", \"neutral\", \"minimum\", "
-    "\"maximum\", \"start\",\n"
-    "            \"role\", \"position\", \"per_record\", \"held\"}]}]}; with ID that one alone. A position's "
-    "numbers\n"
-    "            are fractions of the length. null: infinite. Roles: place, strength, time, level, phase,\n"
-    "            frequency, share, loss\n"
-    "\n"
-    "Example:\n"
-    "  beamfit effects root_compliance\n"
-    "\n"
-    "Exit status: 0 done; 2 no such effect.\n";
+    "with and which experiment tells them apart, its parameters with ranges, and its cost on the target.\n";
+
+static const struct option_row options[] = {
+    {'j', 0, "json", NULL, NULL,
+     "{\"effects\": [{\"id\", \"family\", \"title\", \"form\", \"source\", \"looks_like\", \"confused_with\", "
+     "\"target_cost\", \"parameters\": [{\"name\", \"unit\", \"what\", \"neutral\", \"minimum\", \"maximum\", "
+     "\"start\", "
+     "\"role\", \"position\", \"per_record\", \"held\"}]}]}; with ID that one alone. A position's numbers are "
+     "fractions of the length. null: infinite. Roles: place, strength, time, level, phase, frequency, "
+     "share, loss"},
+    {0},
+};
+
+static const char closing[] = "Example:\n"
+                              "  beamfit effects root_compliance\n"
+                              "\n"
+                              "Exit status: 0 done; 2 no such effect.\n";
 
 static const struct {
     const char *key, *title;
@@ -170,10 +172,9 @@ static void print_effect(const struct beam_effect *effect)
 
 static enum bf_status run(int argc, char **argv, struct bf_error *err)
 {
-    static const struct option options[] = {{"json", no_argument, NULL, 'j'}, {0}};
     bool json = false;
     int code;
-    while ((code = options_next(argc, argv, ":", options, err)) != -1) {
+    while ((code = options_next(argc, argv, options, err)) != -1) {
         if (code == '?')
             return BF_USAGE;
         json = true;
@@ -197,5 +198,7 @@ const struct command command_effects = {
     .name = "effects",
     .summary = "the catalogue of physical effects; what each looks like in data, and what it is confused with",
     .help = help,
+    .options = options,
+    .closing = closing,
     .run = run,
 };

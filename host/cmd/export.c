@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -26,43 +27,7 @@ static const char help[] =
     "    clear_ratio: 2          # and off below 2 times\n"
     "    averaging_s: 1          # of the running mean and rms\n"
     "    quiet_ratio: 0.2        # sensor fault below 0.2 of the noise,\n"
-    "    offset_ratio: 1         # offset: residual's mean above the noise\n"
-    "\n"
-    "  -o, --output IMAGE      the image\n"
-    "  --key FILE              sign it with this key (64 hexadecimal digits or 32 bytes, mode 0600); needs --device "
-    "and\n"
-    "                          --counter. Without a key the image is unsigned and no controller takes it\n"
-    "  --device HEX            identity of the controller, 24 hexadecimal digits (beamfit info prints them)\n"
-    "  --counter N             1 to 4294967295, above the one stored in the controller (beamfit info)\n"
-    "  --hold zoh|foh          what the drive does between samples: held, as after a D/A (default), or linear\n"
-    "  --plain                 the ten-dimensional model alone. Without it two more blocks of the step answer for what "
-    "is\n"
-    "                          faster than the model's modes (62 instructions): a tenth of the error under a held "
-    "drive\n"
-    "  --without ID            leave this effect out of the image; again for more\n"
-    "  --a2l FILE              also write the A2L description for measurement and calibration tools\n"
-    "  --force                 replace a file even when `export` has not made it or somebody has changed it\n"
-    "  --sample-Hz HZ          overrides the model's board block, as do --core-MHz, --sensor, --sensor-per-code,\n"
-    "                          --sensor-zero-code, --drive, --drive-per-code, --drive-zero-code, --noise-rms,\n"
-    "                          --alarm-ratio, --clear-ratio, --averaging-s, --quiet-ratio, --offset-ratio\n"
-    "  --json                  {\"file\", \"bytes\", \"signed\", \"device\", \"counter\", \"board\", \"effects\": "
-    "[{\"effect\",\n"
-    "                          \"fate\", \"runs\"}], \"deployed\": {\"frequency_Hz\", \"relative_error\", ...}, ...}\n"
-    "\n"
-    "A bound of the step's instructions is computed from the plan, every law with all its evaluations, and must fit "
-    "the\n"
-    "interval at the board's rate and clock: laws get fewer than 16 evaluations where that helps (4 at least), else "
-    "there\n"
-    "is no image. The board computes the bound again, and refuses what does not fit.\n"
-    "\n"
-    "Effects of the structure are inside the matrices; laws, filters, maps and drives run in the step. Effects whose\n"
-    "time or phase begins with a recording (mains_hum, base_motion, thermal_drift) and large_rotation cannot run on a\n"
-    "controller: export says so.\n"
-    "\n"
-    "Example:\n"
-    "  beamfit export fitted.yaml -o fitted.bfi --key board.key --device 0123456789abcdef01234567 --counter 7\n"
-    "\n"
-    "Exit status: 0 done; 2 usage; 3 bad model or key file, or IMAGE not writable; 4 no step can be made.\n";
+    "    offset_ratio: 1         # offset: residual's mean above the noise\n";
 
 enum board_option {
     SAMPLE = 256,
@@ -80,6 +45,60 @@ enum board_option {
     QUIET,
     OFFSET
 };
+
+static const struct option_row options[] = {
+    {'o', 'o', "output", "IMAGE", NULL, "the image"},
+    {'k', 0, "key", "FILE", NULL,
+     "sign it with this key (64 hexadecimal digits or 32 bytes, mode 0600); needs --device and --counter. "
+     "Without a key the image is unsigned and no controller takes it"},
+    {'d', 0, "device", "HEX", NULL, "identity of the controller, 24 hexadecimal digits (beamfit info prints them)"},
+    {'c', 0, "counter", "N", NULL, "1 to 4294967295, above the one stored in the controller (beamfit info)"},
+    {'h', 0, "hold", "HOW", "zoh|foh",
+     "what the drive does between samples: held, as after a D/A (default), or linear"},
+    {'p', 0, "plain", NULL, NULL,
+     "the ten-dimensional model alone. Without it two more blocks of the step answer for what is faster "
+     "than the model's modes (62 instructions): a tenth of the error under a held drive"},
+    {'w', 0, "without", "ID", NULL, "leave this effect out of the image; again for more"},
+    {'a', 0, "a2l", "FILE", NULL, "also write the A2L description for measurement and calibration tools"},
+    {OPTION_FORCE, 0, "force", NULL, NULL,
+     "replace a file even when `export` has not made it or somebody has changed it"},
+    {'j', 0, "json", NULL, NULL,
+     "{\"file\", \"bytes\", \"signed\", \"device\", \"counter\", \"board\", \"effects\": [{\"effect\", \"fate\", "
+     "\"runs\"}], "
+     "\"deployed\": {\"frequency_Hz\", \"relative_error\", ...}, ...}"},
+    {.what = "Instead of what the model's board block says:"},
+    {SAMPLE, 0, "sample-Hz", "HZ", NULL, "samples a second"},
+    {CORE, 0, "core-MHz", "MHZ", NULL, "clock of the processor"},
+    {SENSOR, 0, "sensor", "OUTPUT", NULL, "the model's output on the A/D"},
+    {SENSOR_PER_CODE, 0, "sensor-per-code", "K", NULL, "its unit per code"},
+    {SENSOR_ZERO, 0, "sensor-zero-code", "CODE", NULL, "the code that is 0"},
+    {DRIVE, 0, "drive", "INPUT", NULL, "the model's input on the D/A"},
+    {DRIVE_PER_CODE, 0, "drive-per-code", "K", NULL, "its unit per code"},
+    {DRIVE_ZERO, 0, "drive-zero-code", "CODE", NULL, "the code that is 0"},
+    {NOISE, 0, "noise-rms", "X", NULL, "noise of the sensor, its unit"},
+    {ALARM, 0, "alarm-ratio", "R", NULL, "the alarm goes on above so many times the noise"},
+    {CLEAR, 0, "clear-ratio", "R", NULL, "and off below"},
+    {AVERAGING, 0, "averaging-s", "S", NULL, "time constant of mean and rms"},
+    {QUIET, 0, "quiet-ratio", "R", NULL, "sensor fault below so many times the noise"},
+    {OFFSET, 0, "offset-ratio", "R", NULL, "offset above so many times the noise"},
+    {0},
+};
+
+static const char closing[] =
+    "A bound of the step's instructions is computed from the plan, every law with all its evaluations, and must fit "
+    "the\n"
+    "interval at the board's rate and clock: laws get fewer than 16 evaluations where that helps (4 at least), else "
+    "there\n"
+    "is no image. The board computes the bound again, and refuses what does not fit.\n"
+    "\n"
+    "Effects of the structure are inside the matrices; laws, filters, maps and drives run in the step. Effects whose\n"
+    "time or phase begins with a recording (mains_hum, base_motion, thermal_drift) and large_rotation cannot run on a\n"
+    "controller: export says so.\n"
+    "\n"
+    "Example:\n"
+    "  beamfit export fitted.yaml -o fitted.bfi --key board.key --device 0123456789abcdef01234567 --counter 7\n"
+    "\n"
+    "Exit status: 0 done; 2 usage; 3 bad model or key file, or IMAGE not writable; 4 no step can be made.\n";
 
 struct arguments {
     const char *model, *output, *a2l;
@@ -99,11 +118,7 @@ static enum bf_status take_name(const char *option, char out[MODEL_NAME], struct
 
 static enum bf_status take_number(const char *option, bool positive, double *out, struct bf_error *err)
 {
-    if (options_number(option, optarg, out, err) != BF_OK)
-        return BF_USAGE;
-    if (positive && !(*out > 0.0))
-        return bf_fail(err, BF_USAGE, "%s %s: give a number above 0", option, optarg);
-    return BF_OK;
+    return positive ? options_positive(option, optarg, INFINITY, out, err) : options_number(option, optarg, out, err);
 }
 
 static enum bf_status take_board(struct target_options *t, int code, struct bf_error *err)
@@ -185,34 +200,9 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
 
 static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
 {
-    static const struct option options[] = {{"output", required_argument, NULL, 'o'},
-                                            {"key", required_argument, NULL, 'k'},
-                                            {"device", required_argument, NULL, 'd'},
-                                            {"counter", required_argument, NULL, 'c'},
-                                            {"hold", required_argument, NULL, 'h'},
-                                            {"without", required_argument, NULL, 'w'},
-                                            {"plain", no_argument, NULL, 'p'},
-                                            {"a2l", required_argument, NULL, 'a'},
-                                            OPTIONS_FORCE,
-                                            {"json", no_argument, NULL, 'j'},
-                                            {"sample-Hz", required_argument, NULL, SAMPLE},
-                                            {"core-MHz", required_argument, NULL, CORE},
-                                            {"sensor", required_argument, NULL, SENSOR},
-                                            {"sensor-per-code", required_argument, NULL, SENSOR_PER_CODE},
-                                            {"sensor-zero-code", required_argument, NULL, SENSOR_ZERO},
-                                            {"drive", required_argument, NULL, DRIVE},
-                                            {"drive-per-code", required_argument, NULL, DRIVE_PER_CODE},
-                                            {"drive-zero-code", required_argument, NULL, DRIVE_ZERO},
-                                            {"noise-rms", required_argument, NULL, NOISE},
-                                            {"alarm-ratio", required_argument, NULL, ALARM},
-                                            {"clear-ratio", required_argument, NULL, CLEAR},
-                                            {"averaging-s", required_argument, NULL, AVERAGING},
-                                            {"quiet-ratio", required_argument, NULL, QUIET},
-                                            {"offset-ratio", required_argument, NULL, OFFSET},
-                                            {0}};
     int code;
     a->target.hold = BEAM_HOLD_ZERO_ORDER;
-    while ((code = options_next(argc, argv, ":o:", options, err)) != -1)
+    while ((code = options_next(argc, argv, options, err)) != -1)
         if (take_option(a, code, err) != BF_OK)
             return BF_USAGE;
     if (argc - optind != 1 || a->output == NULL)
@@ -275,5 +265,7 @@ const struct command command_export = {
     .name = "export",
     .summary = "the image of a model for a controller",
     .help = help,
+    .options = options,
+    .closing = closing,
     .run = run,
 };

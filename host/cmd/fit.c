@@ -20,34 +20,37 @@ static const char help[] =
     "values), because the search begins with short windows of the records and widens them. A channel that points the\n"
     "other way, is in g, or off by 10 or 1000 is named first, with the line of MODEL to write; the fit is of MODEL as "
     "it\n"
-    "is.\n"
-    "\n"
-    "  -o, --output FITTED   the fitted model: MODEL with new values, standard errors and a 'fit:' block\n"
-    "  --check RECORD...     records that are held out: compared, never fitted (all names up to the next option)\n"
-    "  --start HOW           given: the values of MODEL (default); near: MODEL is nearly right, refine only;\n"
-    "                        search: always search for other minima too. With 'given' that search runs by itself\n"
-    "                        when the residual stays above 1.1 times the noise\n"
-    "  --global              the same as --start search\n"
-    "  --no-search           never search, even when the noise floor is missed\n"
-    "  --intersample HOW     what inputs do between samples: bl (band-limited, default), foh (linear), zoh (held)\n"
-    "  --splines N[,uniform]\n"
-    "                        elements of the spline space, 5 to 1000 (default 160, with double knots on the edges of\n"
-    "                        regions). ',uniform' spaces the knots evenly, whatever the edges: dimension N + 1 when "
-    "one\n"
-    "                        end is clamped; the seed paper's space is 9,uniform. To see what a coarse space does to\n"
-    "                        the estimates; it makes them wrong\n"
-    "  --force               replace FITTED even when it is MODEL, `fit` has not made it, or somebody has changed it\n"
-    "  --json                the answer as JSON on standard output, and nothing else: {\"records\": [{\"file\",\n"
-    "                        \"channels\": [{\"name\", \"nrmse\", \"noise_ratio\"}]}], \"nrmse\", \"noise_ratio\",\n"
-    "                        \"parameters\": {NAME: {\"value\", \"sd\", \"ci95\", \"identifiable\", ...}},\n"
-    "                        \"null_directions\", \"seconds\", \"evaluations\", \"converged\", \"fitted\" (false: "
-    "nothing was),\n"
-    "                        \"attainable\": {\"nrmse\", \"noise_ratio\", \"modes\", \"poles\"} (what the best linear "
-    "model with as\n"
-    "                        many modes leaves; null: not known), \"channel_factors\": [{\"channel\", \"or_channel\",\n"
-    "                        \"factor\", \"line\", \"text\", ...}] (wrong signs and units),\n"
-    "                        \"record_findings\": [{\"file\", \"column\", \"kind\", \"sample\", \"text\", ...}], ...}\n"
-    "\n"
+    "is.\n";
+
+static const struct option_row options[] = {
+    {'o', 'o', "output", "FITTED", NULL, "the fitted model: MODEL with new values, standard errors and a 'fit:' block"},
+    RECORD_SETS_CHECK("records that are held out: compared, never fitted (all names up to the next option)"),
+    {'s', 0, "start", "HOW", "given|near|search",
+     "given: the values of MODEL (default); near: MODEL is nearly right, refine only; search: always "
+     "search for other minima too. With 'given' that search runs by itself when the residual stays above "
+     "1.1 times the noise"},
+    {'g', 0, "global", NULL, NULL, "the same as --start search"},
+    {'n', 0, "no-search", NULL, NULL, "never search, even when the noise floor is missed"},
+    OPTION_INTERSAMPLE('i'),
+    {'N', 0, "splines", "N[,uniform]", NULL,
+     "elements of the spline space, 5 to 1000 (default 160, with double knots on the edges of regions). "
+     "',uniform' spaces the knots evenly, whatever the edges: dimension N + 1 when one end is clamped; the "
+     "seed paper's space is 9,uniform. To see what a coarse space does to the estimates; it makes them "
+     "wrong"},
+    {OPTION_FORCE, 0, "force", NULL, NULL,
+     "replace FITTED even when it is MODEL, `fit` has not made it, or somebody has changed it"},
+    {'j', 0, "json", NULL, NULL,
+     "the answer as JSON on standard output, and nothing else: {\"records\": [{\"file\", \"channels\": [{\"name\", "
+     "\"nrmse\", \"noise_ratio\"}]}], \"nrmse\", \"noise_ratio\", \"parameters\": {NAME: {\"value\", \"sd\", \"ci95\", "
+     "\"identifiable\", ...}}, \"null_directions\", \"seconds\", \"evaluations\", \"converged\", \"fitted\" (false: "
+     "nothing was), \"attainable\": {\"nrmse\", \"noise_ratio\", \"modes\", \"poles\"} (what the best linear model "
+     "with as many modes leaves; null: not known), \"channel_factors\": [{\"channel\", \"or_channel\", \"factor\", "
+     "\"line\", \"text\", ...}] (wrong signs and units), \"record_findings\": [{\"file\", \"column\", \"kind\", "
+     "\"sample\", \"text\", ...}], ...}"},
+    {0},
+};
+
+static const char closing[] =
     "Ctrl-C ends the search: the best values so far are reported and written, with converged: false.\n"
     "\n"
     "Example:\n"
@@ -55,8 +58,7 @@ static const char help[] =
     "\n"
     "Exit status: 0 done (see 'converged'); 1 nothing was fitted, because the records determine no free parameter (an\n"
     "input that is zero) or all ended at bounds: FITTED is not written; 2 usage; 3 bad model or record, or FITTED not "
-    "writable; 4 the model "
-    "cannot\n"
+    "writable; 4 the model cannot\n"
     "be evaluated at the start values.\n";
 
 struct arguments {
@@ -102,15 +104,8 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
 
 static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
 {
-    static const struct option options[] = {
-        {"output", required_argument, NULL, 'o'},  RECORD_SETS_CHECK,
-        {"start", required_argument, NULL, 's'},   {"global", no_argument, NULL, 'g'},
-        {"no-search", no_argument, NULL, 'n'},     {"intersample", required_argument, NULL, 'i'},
-        {"splines", required_argument, NULL, 'N'}, OPTIONS_FORCE,
-        {"json", no_argument, NULL, 'j'},          {0},
-    };
     int code;
-    while ((code = record_sets_next(&a->sets, argc, argv, "-:o:", options, err)) != -1)
+    while ((code = record_sets_next(&a->sets, argc, argv, options, err)) != -1)
         if (take_option(a, code, err) != BF_OK)
             return BF_USAGE;
     if (a->sets.fitted.n_names < 1)
@@ -233,5 +228,7 @@ const struct command command_fit = {
     .name = "fit",
     .summary = "estimate a model's parameters from recordings; values, standard errors, what cannot be identified",
     .help = help,
+    .options = options,
+    .closing = closing,
     .run = run,
 };

@@ -12,16 +12,19 @@ static const char help[] =
     "Puts models in the order in which they were made from each other (each file knows the SHA-256 of the file it was\n"
     "made from) and shows what each step brought: the effects gained and lost, and the errors its fit stated, on\n"
     "fitted records and on held-out ones. Nothing is computed again. A model whose parent is not given hangs on the\n"
-    "nearest ancestor that is.\n"
-    "\n"
-    "  --json       {\"models\": [{\"file\", \"sha256\", \"parent\" (a file or null), \"effects\", \"gained\", "
-    "\"lost\", \"fitted\",\n"
-    "               \"nrmse\", \"noise_ratio\", \"check_nrmse\", \"check_noise_ratio\", \"converged\"}]}, oldest "
-    "first;\n"
-    "               null: none\n"
-    "  --plot DIR   error against model, with the noise floor as a line, as DIR/history.png and .pdf\n"
-    "  --force      replace pictures even when `history` has not made them or somebody has changed them\n"
-    "\n"
+    "nearest ancestor that is.\n";
+
+static const struct option_row options[] = {
+    {'j', 0, "json", NULL, NULL,
+     "{\"models\": [{\"file\", \"sha256\", \"parent\" (a file or null), \"effects\", \"gained\", \"lost\", \"fitted\", "
+     "\"nrmse\", \"noise_ratio\", \"check_nrmse\", \"check_noise_ratio\", \"converged\"}]}, oldest first; null: none"},
+    {'p', 0, "plot", "DIR", NULL, "error against model, with the noise floor as a line, as DIR/history.png and .pdf"},
+    {OPTION_FORCE, 0, "force", NULL, NULL,
+     "replace pictures even when `history` has not made them or somebody has changed them"},
+    {0},
+};
+
+static const char closing[] =
     "Example:\n"
     "  beamfit history start.yaml fitted.yaml with_mass.yaml with_mass_fitted.yaml --plot pictures\n"
     "\n"
@@ -29,13 +32,11 @@ static const char help[] =
 
 static enum bf_status run(int argc, char **argv, struct bf_error *err)
 {
-    static const struct option options[] = {
-        OPTIONS_FORCE, {"json", no_argument, NULL, 'j'}, {"plot", required_argument, NULL, 'p'}, {0}};
     const char *directory = NULL;
     struct history h = {0};
     bool json = false;
     int code;
-    while ((code = options_next(argc, argv, ":", options, err)) != -1) {
+    while ((code = options_next(argc, argv, options, err)) != -1) {
         if (code == '?')
             return BF_USAGE;
         if (code == 'p')
@@ -63,5 +64,7 @@ const struct command command_history = {
     .name = "history",
     .summary = "the chain of models with their errors, as a table and a picture",
     .help = help,
+    .options = options,
+    .closing = closing,
     .run = run,
 };

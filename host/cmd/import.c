@@ -23,57 +23,6 @@ struct arguments {
     bool list;
 };
 
-enum option_code {
-    OPTION_LIST = 256,
-    OPTION_CHANNEL,
-    OPTION_TIME,
-    OPTION_TIME_UNIT,
-    OPTION_RATE,
-    OPTION_FREQUENCY,
-    OPTION_AVERAGES,
-    OPTION_WINDOW,
-    OPTION_SCALE,
-    OPTION_RESAMPLE,
-    OPTION_TRIGGER,
-    OPTION_GATE,
-    OPTION_FROM,
-    OPTION_TO,
-    OPTION_FREE_DECAY,
-    OPTION_FREE_FROM,
-    OPTION_UNKNOWN_LEVEL,
-    OPTION_DIGITS,
-    OPTION_FORMAT,
-    OPTION_SEPARATOR,
-    OPTION_DECIMAL,
-    OPTION_JSON
-};
-
-static const struct option options[] = {{"list", no_argument, NULL, OPTION_LIST},
-                                        {"channel", required_argument, NULL, OPTION_CHANNEL},
-                                        {"time", required_argument, NULL, OPTION_TIME},
-                                        {"time-unit", required_argument, NULL, OPTION_TIME_UNIT},
-                                        {"rate", required_argument, NULL, OPTION_RATE},
-                                        {"frequency", required_argument, NULL, OPTION_FREQUENCY},
-                                        {"averages", required_argument, NULL, OPTION_AVERAGES},
-                                        {"exponential-window", required_argument, NULL, OPTION_WINDOW},
-                                        {"scale", required_argument, NULL, OPTION_SCALE},
-                                        {"resample", required_argument, NULL, OPTION_RESAMPLE},
-                                        {"trigger", required_argument, NULL, OPTION_TRIGGER},
-                                        {"gate", required_argument, NULL, OPTION_GATE},
-                                        {"from", required_argument, NULL, OPTION_FROM},
-                                        {"to", required_argument, NULL, OPTION_TO},
-                                        {"free-decay", no_argument, NULL, OPTION_FREE_DECAY},
-                                        {"free-from", required_argument, NULL, OPTION_FREE_FROM},
-                                        {"unknown-level", no_argument, NULL, OPTION_UNKNOWN_LEVEL},
-                                        {"output", required_argument, NULL, 'o'},
-                                        {"digits", required_argument, NULL, OPTION_DIGITS},
-                                        {"format", required_argument, NULL, OPTION_FORMAT},
-                                        {"separator", required_argument, NULL, OPTION_SEPARATOR},
-                                        {"decimal", required_argument, NULL, OPTION_DECIMAL},
-                                        OPTIONS_FORCE,
-                                        {"json", no_argument, NULL, OPTION_JSON},
-                                        {NULL, 0, NULL, 0}};
-
 /* The text before the last `mark`, and after it (NULL: none); the parts belong to the arguments. */
 static void split_option(struct arguments *a, const char *text, char mark, const char **left, const char **right)
 {
@@ -161,7 +110,7 @@ static enum bf_status format_option(struct arguments *a, struct bf_error *err)
     if (a->reading.format != NULL)
         return BF_OK;
     import_format_list(sizeof known, known);
-    return bf_fail(err, BF_USAGE, "--format %s: give one of %s", optarg, known);
+    return bf_fail(err, BF_USAGE, "--format '%.60s' is unknown; give %s", optarg, known);
 }
 
 /* What says over which times or frequencies the columns are. */
@@ -175,9 +124,7 @@ static enum bf_status axis_option(struct arguments *a, int code, struct bf_error
         a->choice.time_unit = optarg;
         return BF_OK;
     case OPTION_RATE:
-        if (options_number("--rate", optarg, &a->choice.rate_Hz, err) == BF_OK && !(a->choice.rate_Hz > 0))
-            bf_fail(err, BF_USAGE, "--rate %s: a sampling rate is positive, in Hz", optarg);
-        return err->status;
+        return options_positive("--rate", optarg, HUGE_VAL, &a->choice.rate_Hz, err);
     case OPTION_FREQUENCY:
         a->choice.frequency = optarg;
         return BF_OK;
@@ -194,7 +141,7 @@ static enum bf_status axis_option(struct arguments *a, int code, struct bf_error
 
 static enum bf_status take_option(struct arguments *a, int code, struct bf_error *err)
 {
-    double x;
+    long digits;
     switch (code) {
     case OPTION_CHANNEL:
         return channel_option(a, err);
@@ -230,9 +177,8 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
     case OPTION_GATE:
         return gate_option(a, err);
     case OPTION_DIGITS:
-        if (options_number("--digits", optarg, &x, err) == BF_OK && !(x >= 1 && x <= 17))
-            bf_fail(err, BF_USAGE, "--digits %s: give 1 to 17", optarg);
-        a->job.digits = err->status == BF_OK ? (int)x : 0;
+        if (options_count("--digits", optarg, 1, 17, &digits, err) == BF_OK)
+            a->job.digits = (int)digits;
         return err->status;
     case OPTION_FORMAT:
         return format_option(a, err);
@@ -277,7 +223,7 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
     a->command = command_line(argc, argv);
     a->choice.command = a->command;
     err->status = BF_OK;
-    while ((code = options_next(argc, argv, ":o:", options, err)) != -1)
+    while ((code = options_next(argc, argv, import_options, err)) != -1)
         if (code == '?' || take_option(a, code, err) != BF_OK)
             return err->status;
     if (take_files(a, argc - optind, argv + optind, err) != BF_OK)
@@ -330,6 +276,8 @@ const struct command command_import = {
     .place = 120,
     .name = "import",
     .summary = "turn a foreign recording (UFF, MAT, LVM, WAV, CSV) into a record",
-    .help = import_help,
+    .help = import_about,
+    .options = import_options,
+    .closing = import_closing,
     .run = run,
 };

@@ -13,19 +13,25 @@ static const char help[] =
     "Says who is at the port: the board's identity and firmware, which model it runs and where from, what its store\n"
     "holds, and what went wrong since power-on, alarms and faults of the sensor included: those stay until somebody "
     "with the\n"
-    "key acknowledges them. Nothing is changed and no key is needed otherwise.\n"
-    "\n" BOARD_OPTIONS_HELP
-    "  --acknowledge         forget the alarms and faults shown here; needs --key FILE, the board's key\n"
-    "  --json                {\"port\", \"device\", \"firmware\", \"layout\", \"sample_Hz\", "
-    "\"running\", \"counter\",\n"
-    "                        \"stored\", \"model_sha256\", \"slots\": [2], \"boots\", \"missed\", \"overrun\",\n"
-    "                        \"frames_bad\", \"wrong_keys\", \"refused\", \"last_fault\", \"nvm_errors\",\n"
-    "                        \"worst_step_us\", \"core_MHz\", \"step_bound\", \"step_budget\", \"proof_us\",\n"
-    "                        \"latched\": [names], \"alarms\", \"sensor_faults\", \"first_s_ago\", \"last_s_ago\",\n"
-    "                        \"drive_stops\",\n"
-    "                        \"noise_rms\", \"alarm_ratio\", \"clear_ratio\", \"averaging_s\",\n"
-    "                        \"drive\": {\"amplitude\", \"from_Hz\", \"to_Hz\", \"period_s\", \"burst_s\"}}\n"
-    "\n"
+    "key acknowledges them. Nothing is changed and no key is needed otherwise.\n";
+
+static const struct option_row options[] = {
+    BOARD_OPTIONS,
+    {'a', 0, "acknowledge", NULL, NULL, "forget the alarms and faults shown here; needs --key FILE, the board's key"},
+    {'k', 0, "key", "FILE", NULL, "the board's secret key, for --acknowledge"},
+    {'j', 0, "json", NULL, NULL,
+     "{\"port\", \"device\", \"firmware\", \"layout\", \"sample_Hz\", \"running\", \"counter\", \"stored\", "
+     "\"model_sha256\", \"slots\": [2], \"boots\", \"missed\", \"overrun\", \"frames_bad\", \"wrong_keys\", "
+     "\"refused\", "
+     "\"last_fault\", \"nvm_errors\", \"worst_step_us\", \"core_MHz\", \"step_bound\", \"step_budget\", \"proof_us\", "
+     "\"latched\": [names], \"alarms\", \"sensor_faults\", \"first_s_ago\", \"last_s_ago\", \"drive_stops\", "
+     "\"noise_rms\", \"alarm_ratio\", \"clear_ratio\", \"averaging_s\", \"drive\": {\"amplitude\", \"from_Hz\", "
+     "\"to_Hz\", "
+     "\"period_s\", \"burst_s\"}}"},
+    {0},
+};
+
+static const char closing[] =
     "Example:\n"
     "  beamfit info --port /dev/ttyUSB0\n"
     "\n"
@@ -47,15 +53,8 @@ struct answer {
 
 static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
 {
-    static const struct option options[] = {
-        BOARD_OPTIONS,
-        {"json", no_argument, NULL, 'j'},
-        {"acknowledge", no_argument, NULL, 'a'},
-        {"key", required_argument, NULL, 'k'},
-        {0},
-    };
     int code;
-    while ((code = options_next(argc, argv, ":", options, err)) != -1) {
+    while ((code = options_next(argc, argv, options, err)) != -1) {
         if (code == 'j')
             a->json = true;
         else if (code == 'a')
@@ -270,5 +269,7 @@ const struct command command_info = {
     .name = "info",
     .summary = "who is at the port: board, firmware, running model, store",
     .help = help,
+    .options = options,
+    .closing = closing,
     .run = run,
 };

@@ -12,37 +12,7 @@ static const char help[] =
     "Usage: beamfit init [options] [-o MODEL]\n"
     "\n"
     "Writes a commented model to start from: stiffness and mass from a ruler and a handbook, damping and gains as\n"
-    "start values for the fit. Without options it is a 300 × 20 × 2 mm aluminium cantilever to be edited.\n"
-    "\n"
-    "  --length M              free length, m\n"
-    "  --width M, --thickness M\n"
-    "                          cross-section, m\n"
-    "  --material NAME         aluminium (default), steel, stainless, brass, copper, titanium, glass, acrylic, abs,\n"
-    "                          carbon, fibreglass, spruce\n"
-    "  --E PA, --density D     Young's modulus in Pa and density in kg/m³, instead of the handbook's\n"
-    "  --mass KG               of the free length of the bare beam, weighed: better than any density\n"
-    "  --support NAME          clamped-free (default), clamped-clamped, pinned-pinned, free-free\n"
-    "  --patch FROM TO         a piezo patch from FROM to TO, m from the clamp; again for more, alike\n"
-    "  --patch-thickness M     of one patch (default 0.00025)\n"
-    "  --patch-width M         (default: the beam's)\n"
-    "  --patch-E PA, --patch-density D      (default 63e9 Pa, 7750 kg/m³)\n"
-    "  --patch-sides N         2: a pair on both faces (default), 1: on one face\n"
-    "  --input NAME=KIND[@X]   KIND point_force (N, at X m) or patch_moment (V); again for more. Of several patches\n"
-    "                          the one over X is meant, without X the first\n"
-    "  --output NAME=KIND[@X]  KIND displacement, velocity, acceleration (at X m) or patch_strain (V), likewise.\n"
-    "                          NAME is the column of the record. Default: hammer_N, and piezo_V or accel_mps2\n"
-    "  -o FILE                 where to write the model (default: standard output)\n"
-    "  --force                 replace FILE even when `init` has not made it or somebody has changed it\n"
-    "  --json                  {\"file\", \"parameters\": {NAME: value}}\n"
-    "\n"
-    "Example (the seed paper's beam):\n"
-    "  beamfit init --length 0.4573 --width 0.0203 --thickness 0.0016 --E 73e9 --patch 0.02535 0.08905 \\\n"
-    "               --patch-thickness 0.000254 --input hammer_N=point_force@0.0254 \\\n"
-    "               --output piezo_V=patch_strain -o beam.yaml\n"
-    "\n"
-    "Exit status: 0 done; 2 usage, or FILE exists; 3 FILE not writable.\n";
-
-enum { MOST_CHANNELS = 16 };
+    "start values for the fit. Without options it is a 300 × 20 × 2 mm aluminium cantilever to be edited.\n";
 
 enum option_code {
     OPT_LENGTH = 256,
@@ -64,6 +34,47 @@ enum option_code {
     OPT_OUTPUT,
     OPT_JSON
 };
+
+static const struct option_row options[] = {
+    {OPT_LENGTH, 0, "length", "M", NULL, "free length, m"},
+    {OPT_WIDTH, 0, "width", "M", NULL, "width of the cross-section, m"},
+    {OPT_THICKNESS, 0, "thickness", "M", NULL, "its thickness, m"},
+    {OPT_MATERIAL, 0, "material", "NAME",
+     "aluminium|steel|stainless|brass|copper|titanium|glass|acrylic|abs|carbon|fibreglass|spruce",
+     "aluminium (default), steel, stainless, brass, copper, titanium, glass, acrylic, abs, carbon, "
+     "fibreglass, spruce"},
+    {OPT_E, 0, "E", "PA", NULL, "Young's modulus in Pa, instead of the handbook's"},
+    {OPT_DENSITY, 0, "density", "D", NULL, "density in kg/m³, instead of the handbook's"},
+    {OPT_MASS, 0, "mass", "KG", NULL, "of the free length of the bare beam, weighed: better than any density"},
+    {OPT_SUPPORT, 0, "support", "NAME", "clamped-free|clamped-clamped|pinned-pinned|free-free",
+     "clamped-free (default), clamped-clamped, pinned-pinned, free-free"},
+    {OPT_PATCH, 0, "patch", "FROM TO", NULL, "a piezo patch from FROM to TO, m from the clamp; again for more, alike"},
+    {OPT_PATCH_THICKNESS, 0, "patch-thickness", "M", NULL, "of one patch (default 0.00025)"},
+    {OPT_PATCH_WIDTH, 0, "patch-width", "M", NULL, "its width (default: the beam's)"},
+    {OPT_PATCH_E, 0, "patch-E", "PA", NULL, "its Young's modulus (default 63e9 Pa)"},
+    {OPT_PATCH_DENSITY, 0, "patch-density", "D", NULL, "its density (default 7750 kg/m³)"},
+    {OPT_PATCH_SIDES, 0, "patch-sides", "N", "1|2", "2: a pair on both faces (default), 1: on one face"},
+    {OPT_INPUT, 0, "input", "NAME=KIND[@X]", NULL,
+     "KIND point_force (N, at X m) or patch_moment (V); again for more. Of several patches the one over X "
+     "is meant, without X the first"},
+    {OPT_OUTPUT, 0, "output", "NAME=KIND[@X]", NULL,
+     "KIND displacement, velocity, acceleration (at X m) or patch_strain (V), likewise. NAME is the column "
+     "of the record. Default: hammer_N, and piezo_V or accel_mps2"},
+    {'o', 'o', NULL, "FILE", NULL, "where to write the model (default: standard output)"},
+    {OPTION_FORCE, 0, "force", NULL, NULL, "replace FILE even when `init` has not made it or somebody has changed it"},
+    {OPT_JSON, 0, "json", NULL, NULL, "{\"file\", \"parameters\": {NAME: value}}"},
+    {0},
+};
+
+static const char closing[] =
+    "Example (the seed paper's beam):\n"
+    "  beamfit init --length 0.4573 --width 0.0203 --thickness 0.0016 --E 73e9 --patch 0.02535 0.08905 \\\n"
+    "               --patch-thickness 0.000254 --input hammer_N=point_force@0.0254 \\\n"
+    "               --output piezo_V=patch_strain -o beam.yaml\n"
+    "\n"
+    "Exit status: 0 done; 2 usage, or FILE exists; 3 FILE not writable.\n";
+
+enum { MOST_CHANNELS = 16 };
 
 struct arguments {
     double number[OPT_LAST_NUMBER + 1 - OPT_LENGTH]; /* 0: not given */
@@ -183,37 +194,17 @@ static enum bf_status take_patch(struct arguments *a, int argc, char **argv, str
     return status == BF_OK ? options_number("--patch TO", to, &patch_m[1], err) : status;
 }
 
-static const struct option options[] = {
-    {"length", required_argument, NULL, OPT_LENGTH},
-    {"width", required_argument, NULL, OPT_WIDTH},
-    {"thickness", required_argument, NULL, OPT_THICKNESS},
-    {"E", required_argument, NULL, OPT_E},
-    {"density", required_argument, NULL, OPT_DENSITY},
-    {"mass", required_argument, NULL, OPT_MASS},
-    {"patch-thickness", required_argument, NULL, OPT_PATCH_THICKNESS},
-    {"patch-width", required_argument, NULL, OPT_PATCH_WIDTH},
-    {"patch-E", required_argument, NULL, OPT_PATCH_E},
-    {"patch-density", required_argument, NULL, OPT_PATCH_DENSITY},
-    {"material", required_argument, NULL, OPT_MATERIAL},
-    {"support", required_argument, NULL, OPT_SUPPORT},
-    {"patch", required_argument, NULL, OPT_PATCH},
-    {"patch-sides", required_argument, NULL, OPT_PATCH_SIDES},
-    {"input", required_argument, NULL, OPT_INPUT},
-    {"output", required_argument, NULL, OPT_OUTPUT},
-    OPTIONS_FORCE,
-    {"json", no_argument, NULL, OPT_JSON},
-    {0},
-};
-
 static enum bf_status take_option(struct arguments *a, int code, int argc, char **argv, struct bf_error *err)
 {
     if (code >= OPT_LENGTH && code <= OPT_LAST_NUMBER) {
-        double *x = &a->number[code - OPT_LENGTH];
-        const char *name = options[code - OPT_LENGTH].name;
-        if (options_number(name, optarg, x, err) == BF_OK && !(*x > 0.0))
-            return bf_fail(err, BF_USAGE, "--%s %.40s; it must be above 0", name, optarg);
-        return err->status;
+        const struct option_row *row = options;
+        char name[40];
+        while (row->code != code)
+            row++;
+        (void)snprintf(name, sizeof name, "--%s", row->name);
+        return options_positive(name, optarg, INFINITY, &a->number[code - OPT_LENGTH], err);
     }
+    long sides;
     switch (code) {
     case OPT_MATERIAL:
         return take_material(a, optarg, err);
@@ -222,10 +213,9 @@ static enum bf_status take_option(struct arguments *a, int code, int argc, char 
     case OPT_PATCH:
         return take_patch(a, argc, argv, err);
     case OPT_PATCH_SIDES:
-        a->beam.patch_sides = strcmp(optarg, "1") == 0 ? 1 : 2;
-        return strcmp(optarg, "1") == 0 || strcmp(optarg, "2") == 0
-                   ? BF_OK
-                   : bf_fail(err, BF_USAGE, "--patch-sides '%.40s'; give 1 or 2", optarg);
+        if (options_count("--patch-sides", optarg, 1, 2, &sides, err) == BF_OK)
+            a->beam.patch_sides = (int)sides;
+        return err->status;
     case OPT_INPUT:
         return take_input(a, optarg, err);
     case OPT_OUTPUT:
@@ -307,7 +297,7 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
     int code;
     a->beam.patch_sides = 2;
     a->output = "-";
-    while ((code = options_next(argc, argv, ":o:", options, err)) != -1)
+    while ((code = options_next(argc, argv, options, err)) != -1)
         if (code == '?' || take_option(a, code, argc, argv, err) != BF_OK)
             return BF_USAGE;
     if (optind < argc)
@@ -380,5 +370,7 @@ const struct command command_init = {
     .name = "init",
     .summary = "write a commented model to start from",
     .help = help,
+    .options = options,
+    .closing = closing,
     .run = run,
 };

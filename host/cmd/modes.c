@@ -16,19 +16,25 @@ static const char help[] =
     "Natural frequencies, damping ratios and shapes of a model, linear effects included, from a converged spline "
     "model;\n"
     "and the frequency errors of the 10-dimensional space that would go on the target (lowest modes and static\n"
-    "responses to inputs and outputs) and of the seed paper's 10 equidistant cubic splines.\n"
-    "\n"
-    "  -n, --count COUNT   modes to print (default 5, at most 24)\n"
-    "  --band HZ           modes up to this frequency must be right on the target (default: all it spans)\n"
-    "  --shapes FILE       mode shapes as CSV: x_m, then one column a mode, largest deflection 1\n"
-    "  --convergence       also the error of each mode against the number of elements, for equidistant knots and for\n"
-    "                      double knots on the region edges\n"
-    "  --plot DIR          shapes, and with --convergence the errors, as PNG and PDF in DIR\n"
-    "  --force             replace outputs even when `modes` has not made them or somebody has changed them\n"
-    "  --json              {\"modes\": [{\"frequency_Hz\", \"damping_ratio\", ...}], \"deployed\": {\"dimension\", "
-    "\"basis\",\n"
-    "                      \"relative_error\": [one for each mode in band]}}\n"
-    "\n"
+    "responses to inputs and outputs) and of the seed paper's 10 equidistant cubic splines.\n";
+
+static const struct option_row options[] = {
+    {'n', 'n', "count", "COUNT", NULL, "modes to print (default 5, at most 24)"},
+    {'b', 0, "band", "HZ", NULL, "modes up to this frequency must be right on the target (default: all it spans)"},
+    {'s', 0, "shapes", "FILE", NULL, "mode shapes as CSV: x_m, then one column a mode, largest deflection 1"},
+    {'c', 0, "convergence", NULL, NULL,
+     "also the error of each mode against the number of elements, for equidistant knots and for double "
+     "knots on the region edges"},
+    {'p', 0, "plot", "DIR", NULL, "shapes, and with --convergence the errors, as PNG and PDF in DIR"},
+    {OPTION_FORCE, 0, "force", NULL, NULL,
+     "replace outputs even when `modes` has not made them or somebody has changed them"},
+    {'j', 0, "json", NULL, NULL,
+     "{\"modes\": [{\"frequency_Hz\", \"damping_ratio\", ...}], \"deployed\": {\"dimension\", \"basis\", "
+     "\"relative_error\": [one for each mode in band]}}"},
+    {0},
+};
+
+static const char closing[] =
     "Example:\n"
     "  beamfit modes data/paper/b1tapih.yaml --convergence\n"
     "\n"
@@ -46,21 +52,14 @@ struct arguments {
 
 static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
 {
-    static const struct option options[] = {
-        {"count", required_argument, NULL, 'n'},  {"band", required_argument, NULL, 'b'},
-        {"shapes", required_argument, NULL, 's'}, {"convergence", no_argument, NULL, 'c'},
-        {"plot", required_argument, NULL, 'p'},   OPTIONS_FORCE,
-        {"json", no_argument, NULL, 'j'},         {NULL, 0, NULL, 0}};
     int code;
-    double number;
-    while ((code = options_next(argc, argv, ":n:", options, err)) != -1) {
+    long count;
+    while ((code = options_next(argc, argv, options, err)) != -1) {
         switch (code) {
         case 'n':
-            if (options_number("--count", optarg, &number, err) != BF_OK)
+            if (options_count("--count", optarg, 1, MOST_MODES, &count, err) != BF_OK)
                 return BF_USAGE;
-            if (!(number >= 1.0 && number <= MOST_MODES))
-                return bf_fail(err, BF_USAGE, "--count %s: between 1 and %d modes can be printed", optarg, MOST_MODES);
-            a->count = (size_t)number;
+            a->count = (size_t)count;
             break;
         case 'b':
             if (options_number("--band", optarg, &a->band_Hz, err) != BF_OK)
@@ -297,5 +296,7 @@ const struct command command_modes = {
     .name = "modes",
     .summary = "natural frequencies, damping, shapes; errors on the target",
     .help = help,
+    .options = options,
+    .closing = closing,
     .run = run,
 };

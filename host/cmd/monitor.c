@@ -22,27 +22,35 @@ static const char help[] =
     "its alarm above a ratio that the image states (`beamfit info`). A sensor that is stuck, at an end of its range, "
     "too\n"
     "quiet or has an offset is said apart from that. Without --chirp nothing is changed.\n"
-    "On a terminal a few lines are redrawn ten times a second; piped, one line is printed each second.\n"
-    "\n" BOARD_OPTIONS_HELP "  --seconds S           end after so long in the board's time (default: Ctrl-C ends it)\n"
-    "  --every S             time between printed lines, and what their rms values span (default 1)\n"
-    "  --window S            what strips and pictures show: the last S seconds (default 10)\n"
-    "  --prescale P          every P-th sample only (default: the least that the line carries)\n"
-    "  --chirp F0:F1:T:AMPL  drive meanwhile: from F0 to F1 Hz in T seconds, amplitude AMPL in the input's unit, again "
-    "and again;\n"
-    "                        needs --key FILE, the board's key. Else nothing is driven: a drive ends with its session\n"
-    "  --model MODEL         name of the sensor's channel (default piezo_V)\n"
-    "  --plot DIR            pictures at the end: live (signals, residual, ratio), live-panels (spectra)\n"
-    "  --force               replace pictures even when `monitor` has not made them or somebody has changed them\n"
-    "  --json                one JSON object a line: {\"time_s\", \"sequence\", \"measured_rms\", \"predicted_rms\",\n"
-    "                        \"residual_rms\", \"ratio\", \"alarm\", \"clipped\", \"sensor\" (\"\": in order), "
-    "\"counter\",\n"
-    "                        \"samples\", \"lost\", \"crc_failures\", \"bad_frames\"}\n"
-    "\n"
+    "On a terminal a few lines are redrawn ten times a second; piped, one line is printed each second.\n";
+
+static const struct option_row options[] = {
+    BOARD_OPTIONS,
+    {'s', 0, "seconds", "S", NULL, "end after so long in the board's time (default: Ctrl-C ends it)"},
+    {'e', 0, "every", "S", NULL, "time between printed lines, and what their rms values span (default 1)"},
+    {'w', 0, "window", "S", NULL, "what strips and pictures show: the last S seconds (default 10)"},
+    {'P', 0, "prescale", "P", NULL, "every P-th sample only (default: the least that the line carries)"},
+    {'c', 0, "chirp", "F0:F1:T:AMPL", NULL,
+     "drive meanwhile: from F0 to F1 Hz in T seconds, amplitude AMPL in the input's unit, again and again; "
+     "needs --key FILE, the board's key. Else nothing is driven: a drive ends with its session"},
+    {'k', 0, "key", "FILE", NULL, "the board's secret key, for --chirp"},
+    {'m', 0, "model", "MODEL", NULL, "name of the sensor's channel (default piezo_V)"},
+    {'d', 0, "plot", "DIR", NULL, "pictures at the end: live (signals, residual, ratio), live-panels (spectra)"},
+    {OPTION_FORCE, 0, "force", NULL, NULL,
+     "replace pictures even when `monitor` has not made them or somebody has changed them"},
+    {'j', 0, "json", NULL, NULL,
+     "one JSON object a line: {\"time_s\", \"sequence\", \"measured_rms\", \"predicted_rms\", \"residual_rms\", "
+     "\"ratio\", \"alarm\", \"clipped\", \"sensor\" (\"\": in order), \"counter\", \"samples\", \"lost\", "
+     "\"crc_failures\", "
+     "\"bad_frames\"}"},
+    {0},
+};
+
+static const char closing[] =
     "Example:\n"
     "  beamfit monitor --port /dev/ttyUSB0 --baud 921600 --seconds 60 --plot pictures\n"
     "\n"
-    "Exit status: 0 done; 2 usage; 3 MODEL bad, or DIR not writable; 5 no port, no answer, or "
-    "the\n"
+    "Exit status: 0 done; 2 usage; 3 MODEL bad, or DIR not writable; 5 no port, no answer, or the\n"
     "board fell silent.\n";
 
 struct arguments {
@@ -88,22 +96,8 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
 
 static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
 {
-    static const struct option options[] = {
-        BOARD_OPTIONS,
-        {"seconds", required_argument, NULL, 's'},
-        {"every", required_argument, NULL, 'e'},
-        {"window", required_argument, NULL, 'w'},
-        {"prescale", required_argument, NULL, 'P'},
-        {"model", required_argument, NULL, 'm'},
-        {"plot", required_argument, NULL, 'd'},
-        OPTIONS_FORCE,
-        {"chirp", required_argument, NULL, 'c'},
-        {"key", required_argument, NULL, 'k'},
-        {"json", no_argument, NULL, 'j'},
-        {0},
-    };
     int code;
-    while ((code = options_next(argc, argv, ":", options, err)) != -1)
+    while ((code = options_next(argc, argv, options, err)) != -1)
         if (take_option(a, code, err) != BF_OK)
             return BF_USAGE;
     if (options_only(argc, argv, err) != BF_OK)
@@ -208,5 +202,7 @@ const struct command command_monitor = {
     .name = "monitor",
     .summary = "watch the board's prediction against its measurement, live",
     .help = help,
+    .options = options,
+    .closing = closing,
     .run = run,
 };

@@ -22,43 +22,49 @@ static const char help[] =
     "drive above), status. INPUT is held between samples, as a D/A converter does: fit it with --intersample zoh.\n"
     "\n"
     "Every sample carries its number and a CRC-32. A sample that did not come is never made up: OUT.csv is then the\n"
-    "longest stretch without a hole, names every hole in a line '# gap: ...', and a warning says so.\n"
-    "\n" BOARD_OPTIONS_HELP "  -o, --output OUT.csv  the file to write\n"
-    "  --force               replace OUT.csv when it exists: a recording cannot be made again\n"
-    "  --seconds S           how long (default 10); --samples N: how many samples\n"
-    "  --chirp F0:F1:T:AMPL  drive: from F0 to F1 Hz in T seconds, amplitude AMPL in the input's unit, again and "
-    "again\n"
-    "  --every S             the chirp begins again only every S seconds; --once: never\n"
-    "  --key FILE            the board's key: without it nobody drives the beam or puts the model to rest\n"
-    "  --drive off|on|keep   off: no drive (default); on: the drive that is set, started anew; keep: nothing is "
-    "touched,\n"
-    "                        the record begins in motion, and no key is needed\n"
-    "  --settle S            how long the drive is off before (default 2)\n"
-    "  --prescale P          every P-th sample only. By default the least that the line carries: a sample takes 48 "
-    "bytes,\n"
-    "                        so 115200 bit/s carries 216 a second and 921600 bit/s 1728. A record with P > 1 says "
-    "nothing\n"
-    "                        about the motion between its samples; raise --baud rather\n"
-    "  --model MODEL         names of the columns INPUT and OUTPUT (default drive_V, piezo_V)\n"
-    "  --json                {\"file\", \"samples\", \"seconds\", \"sample_Hz\", \"prescale\", \"first_step\", "
-    "\"gaps\", \"lost\",\n"
-    "                        \"crc_failures\", \"bad_frames\", \"missed\", \"overrun\", \"noise_ratio\", \"alarms\", "
-    "\"clipped\",\n"
-    "                        \"sensor_faults\", \"sensor\" (\"\": in order; \"stuck\", \"at its end\", \"too quiet\", "
-    "\"offset\"),\n"
-    "                        \"device\", \"counter\", \"model_sha256\", \"ended\"}\n"
-    "\n"
-    "Ctrl-C ends the recording; what has come is written. The drive ends with the recording; should this program be "
-    "killed or\n"
+    "longest stretch without a hole, names every hole in a line '# gap: ...', and a warning says so.\n";
+
+static const struct option_row options[] = {
+    BOARD_OPTIONS,
+    {'o', 'o', "output", "OUT.csv", NULL, "the file to write"},
+    {OPTION_FORCE, 0, "force", NULL, NULL, "replace OUT.csv when it exists: a recording cannot be made again"},
+    {'s', 0, "seconds", "S", NULL, "how long, s (default 10)"},
+    {'n', 0, "samples", "N", NULL, "how many samples, instead of --seconds"},
+    {'c', 0, "chirp", "F0:F1:T:AMPL", NULL,
+     "drive: from F0 to F1 Hz in T seconds, amplitude AMPL in the input's unit, again and again"},
+    {'e', 0, "every", "S", NULL, "the chirp begins again only every S seconds"},
+    {'1', 0, "once", NULL, NULL, "the chirp is not begun again"},
+    {'k', 0, "key", "FILE", NULL, "the board's key: without it nobody drives the beam or puts the model to rest"},
+    {'d', 0, "drive", "HOW", "off|on|keep",
+     "off: no drive (default); on: the drive that is set, started anew; keep: nothing is touched, the "
+     "record begins in motion, and no key is needed"},
+    {'t', 0, "settle", "S", NULL, "how long the drive is off before (default 2)"},
+    {'P', 0, "prescale", "P", NULL,
+     "every P-th sample only. By default the least that the line carries: a sample takes 48 bytes, so "
+     "115200 bit/s carries 216 a second and 921600 bit/s 1728. A record with P > 1 says nothing about the "
+     "motion between its samples; raise --baud rather"},
+    {'m', 0, "model", "MODEL", NULL, "names of the columns INPUT and OUTPUT (default drive_V, piezo_V)"},
+    {'j', 0, "json", NULL, NULL,
+     "{\"file\", \"samples\", \"seconds\", \"sample_Hz\", \"prescale\", \"first_step\", \"gaps\", \"lost\", "
+     "\"crc_failures\", \"bad_frames\", \"missed\", \"overrun\", \"noise_ratio\", \"alarms\", \"clipped\", "
+     "\"sensor_faults\", \"sensor\" (\"\": in order; \"stuck\", \"at its end\", \"too quiet\", \"offset\"), "
+     "\"device\", "
+     "\"counter\", \"model_sha256\", \"ended\"}"},
+    {0},
+};
+
+static const char closing[] =
+    "Ctrl-C ends the recording; what has come is written. The drive ends with the recording; "
+    "should this program be killed or\n"
     "the cable be cut, the board stops it by itself within two seconds.\n"
     "\n"
     "Example:\n"
-    "  beamfit record --port /dev/ttyUSB0 --baud 921600 --key board.key --model fitted.yaml --chirp 5:200:8:2 "
-    "--seconds 16 -o run.csv\n"
+    "  beamfit record --port /dev/ttyUSB0 --baud 921600 --key board.key --model fitted.yaml "
+    "--chirp 5:200:8:2 --seconds 16 -o run.csv\n"
     "  beamfit fit fitted.yaml run.csv --intersample zoh -o better.yaml\n"
     "\n"
-    "Exit status: 0 done, also with gaps; 2 usage; 3 OUT.csv not writable, or MODEL bad; 5 no port, no answer, the "
-    "board\n"
+    "Exit status: 0 done, also with gaps; 2 usage; 3 OUT.csv not writable, or MODEL bad; 5 no "
+    "port, no answer, the board\n"
     "fell silent (what had come is written) or no two samples in a row arrived.\n";
 
 enum { MOST_SAMPLES = 2000000000, LONGEST_SETTLE_S = 3600 };
@@ -78,14 +84,13 @@ struct arguments {
 
 static enum bf_status take_drive(struct arguments *a, const char *text, struct bf_error *err)
 {
-    static const char *const names[] = {"off", "on", "keep"};
-    for (int i = 0; i < 3; i++)
-        if (strcmp(text, names[i]) == 0) {
-            a->drive = (enum drive_choice)i;
-            a->given_drive = true;
-            return BF_OK;
-        }
-    return bf_fail(err, BF_USAGE, "--drive '%.40s': give on, off or keep", text);
+    static const char *const names[] = {"off", "on", "keep"}; /* order of enum drive_choice */
+    size_t chosen;
+    if (options_choice("--drive", text, names, 3, &chosen, err) != BF_OK)
+        return BF_USAGE;
+    a->drive = (enum drive_choice)chosen;
+    a->given_drive = true;
+    return BF_OK;
 }
 
 static enum bf_status take_option(struct arguments *a, int code, struct bf_error *err)
@@ -133,26 +138,9 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
 
 static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
 {
-    static const struct option options[] = {
-        BOARD_OPTIONS,
-        {"output", required_argument, NULL, 'o'},
-        {"model", required_argument, NULL, 'm'},
-        {"key", required_argument, NULL, 'k'},
-        {"seconds", required_argument, NULL, 's'},
-        {"samples", required_argument, NULL, 'n'},
-        {"prescale", required_argument, NULL, 'P'},
-        {"chirp", required_argument, NULL, 'c'},
-        {"every", required_argument, NULL, 'e'},
-        {"once", no_argument, NULL, '1'},
-        {"drive", required_argument, NULL, 'd'},
-        {"settle", required_argument, NULL, 't'},
-        OPTIONS_FORCE,
-        {"json", no_argument, NULL, 'j'},
-        {0},
-    };
     int code;
     bool chirp = false;
-    while ((code = options_next(argc, argv, ":o:", options, err)) != -1) {
+    while ((code = options_next(argc, argv, options, err)) != -1) {
         if (take_option(a, code, err) != BF_OK)
             return BF_USAGE;
         chirp = chirp || code == 'c';
@@ -378,6 +366,8 @@ const struct command command_record = {
     .name = "record",
     .summary = "record the board's samples as the CSV that fit reads",
     .help = help,
+    .options = options,
+    .closing = closing,
     .run = run,
     .unrepeatable = true,
 };

@@ -53,16 +53,13 @@ static void add_name(struct record_sets *sets, const char *name)
         record_list_add(&sets->fitted, name);
 }
 
-int record_sets_next(struct record_sets *sets, int argc, char **argv, const char *short_options,
-                     const struct option *long_options, struct bf_error *err)
+int record_sets_next(struct record_sets *sets, int argc, char **argv, const struct option_row rows[],
+                     struct bf_error *err)
 {
-    enum { NAME = 1 }; /* getopt's code for a word that is no option */
     int code;
-    while ((code = options_next(argc, argv, short_options, long_options, err)) == NAME || code == 'c') {
-        if (code == NAME)
-            add_name(sets, optarg);
-        else
-            sets->checking = true;
+    while ((code = options_next_or_word(argc, argv, rows, err)) == OPTION_WORD || code == RECORD_SETS_CHECK_CODE) {
+        sets->checking = sets->checking || code == RECORD_SETS_CHECK_CODE;
+        add_name(sets, optarg);
     }
     for (; code == -1 && optind < argc; optind++) /* behind "--" */
         add_name(sets, argv[optind]);

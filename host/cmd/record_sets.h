@@ -29,17 +29,19 @@ struct record_sets {
     bool checking; /* names go to held_out */
 };
 
-#define RECORD_SETS_CHECK                                                                                              \
+/* In the command's table of options. The words after its value go with it. */
+enum { RECORD_SETS_CHECK_CODE = 'c' };
+#define RECORD_SETS_CHECK(what)                                                                                        \
     {                                                                                                                  \
-        "check", no_argument, NULL, 'c'                                                                                \
-    } /* in the command's list of options */
+        RECORD_SETS_CHECK_CODE, 0, "check", "RECORD...", NULL, what                                                    \
+    }
 
 /*
- * options_next() of a command that takes names between its options (short_options begin with "-:"): the names and --check
+ * options_next() of a command that takes names between its options: the names and --check
  * are taken care of, any other option is returned. Names after --check, up to the next option, are held out.
  */
-int record_sets_next(struct record_sets *sets, int argc, char **argv, const char *short_options,
-                     const struct option *long_options, struct bf_error *err);
+int record_sets_next(struct record_sets *sets, int argc, char **argv, const struct option_row rows[],
+                     struct bf_error *err);
 /* Fitted ones first. BF_USAGE: a record is fitted and held out, by its content. */
 enum bf_status record_sets_read(struct record_sets *sets, const struct model *model, struct bf_error *err);
 void record_sets_free(struct record_sets *sets);

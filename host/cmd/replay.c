@@ -13,15 +13,18 @@ static const char help[] =
     "sample come the drive's code and the controller's prediction. The image is stepped here, by the library that the\n"
     "controller runs, from the sample in which the model was put to rest (step 0); every prediction must be equal bit\n"
     "for bit. After a lost sample the state is not known until the model is at rest again; what lies between is not\n"
-    "compared, and counted. A recording with --prescale above 1 is lost samples all over and cannot be compared.\n"
-    "\n"
-    "  -i, --image IMAGE   the image that ran (beamfit upload reads it back)\n"
-    "  --json              {\"rows\", \"compared\", \"equal\", \"before_rest\", \"after_gap\", \"gaps\", \"rests\", "
-    "\"resets\",\n"
-    "                      \"other_image\", \"first_difference\": {\"what\", \"line\", \"sequence\", \"step\", "
-    "\"recorded\",\n"
-    "                      \"computed\"} or null}\n"
-    "\n"
+    "compared, and counted. A recording with --prescale above 1 is lost samples all over and cannot be compared.\n";
+
+static const struct option_row options[] = {
+    {'i', 'i', "image", "IMAGE", NULL, "the image that ran (beamfit upload reads it back)"},
+    {'j', 0, "json", NULL, NULL,
+     "{\"rows\", \"compared\", \"equal\", \"before_rest\", \"after_gap\", \"gaps\", \"rests\", \"resets\", "
+     "\"other_image\", "
+     "\"first_difference\": {\"what\", \"line\", \"sequence\", \"step\", \"recorded\", \"computed\"} or null}"},
+    {0},
+};
+
+static const char closing[] =
     "Example:\n"
     "  beamfit replay live.csv --image fitted.bfi\n"
     "\n"
@@ -103,12 +106,10 @@ static enum bf_status answer(const char *recording, const struct replay *r, bool
 
 static enum bf_status run(int argc, char **argv, struct bf_error *err)
 {
-    static const struct option options[] = {
-        {"image", required_argument, NULL, 'i'}, {"json", no_argument, NULL, 'j'}, {0}};
     const char *image = NULL;
     bool json = false;
     int code;
-    while ((code = options_next(argc, argv, ":i:", options, err)) != -1) {
+    while ((code = options_next(argc, argv, options, err)) != -1) {
         if (code == '?')
             return BF_USAGE;
         if (code == 'i')
@@ -138,5 +139,7 @@ const struct command command_replay = {
     .name = "replay",
     .summary = "did the controller compute what this machine computes?",
     .help = help,
+    .options = options,
+    .closing = closing,
     .run = run,
 };

@@ -18,32 +18,36 @@ static const char help[] =
     "natural frequencies and damping, the records, the error of each channel, the pictures of `beamfit compare "
     "--plot`\n"
     "with their numbers, and the chain of models of `beamfit history`. The model is taken as it is: nothing is fitted\n"
-    "(as in compare) and nothing is diagnosed (`beamfit diagnose` does).\n"
-    "\n"
-    "  -o, --output FILE    the page; written whole or not at all; - is standard output\n"
-    "  --force               replace FILE even when `report` has not made it or somebody has changed it\n"
-    "  --check RECORD...    records that were held out of the fit\n"
-    "  --title TEXT         heading of the page (default: the model's file)\n"
-    "  --pictures N         pictures of at most N channels (default 12), the furthest from their noise first; a "
-    "channel\n"
-    "                       takes about 0.8 MB. The others are listed. 0: no pictures, and gnuplot is not needed\n"
-    "  --ancestor MODEL     an ancestor of the model for the chain; may be given again. Those in the model's "
-    "directory\n"
-    "                       are found by themselves\n"
-    "  --intersample HOW    what inputs do between samples: bl (band-limited, default), foh (linear), zoh (held)\n"
-    "  --json               {\"file\", \"bytes\", \"pictures\" (a number), \"left_out\": [{\"file\", \"channel\"}], "
-    "\"models\" "
-    "(of the\n"
-    "                       chain), \"text\", \"nrmse\", \"noise_ratio\", \"check_nrmse\", \"check_noise_ratio\"}\n"
-    "\n"
+    "(as in compare) and nothing is diagnosed (`beamfit diagnose` does).\n";
+
+static const struct option_row options[] = {
+    {'o', 'o', "output", "FILE", NULL, "the page; written whole or not at all; - is standard output"},
+    {OPTION_FORCE, 0, "force", NULL, NULL,
+     "replace FILE even when `report` has not made it or somebody has changed it"},
+    RECORD_SETS_CHECK("records that were held out of the fit"),
+    {'t', 0, "title", "TEXT", NULL, "heading of the page (default: the model's file)"},
+    {'p', 0, "pictures", "N", NULL,
+     "pictures of at most N channels (default 12), the furthest from their noise first; a channel takes "
+     "about 0.8 MB. The others are listed. 0: no pictures, and gnuplot is not needed"},
+    {'a', 0, "ancestor", "MODEL", NULL,
+     "an ancestor of the model for the chain; may be given again. Those in the model's directory are found "
+     "by themselves"},
+    OPTION_INTERSAMPLE('i'),
+    {'j', 0, "json", NULL, NULL,
+     "{\"file\", \"bytes\", \"pictures\" (a number), \"left_out\": [{\"file\", \"channel\"}], \"models\" (of the "
+     "chain), "
+     "\"text\", \"nrmse\", \"noise_ratio\", \"check_nrmse\", \"check_noise_ratio\"}"},
+    {0},
+};
+
+static const char closing[] =
     "The environment variable SOURCE_DATE_EPOCH sets the date on the page. Pictures are drawn below TMPDIR and "
     "removed.\n"
     "\n"
     "Example:\n"
     "  beamfit report fitted.yaml tap1.csv tap2.csv --check tap3.csv --title 'Beam B1, run 4' -o report.html\n"
     "\n"
-    "Exit status: 0 done; 2 usage; 3 bad model or record, or FILE not writable; 4 the model "
-    "cannot\n"
+    "Exit status: 0 done; 2 usage; 3 bad model or record, or FILE not writable; 4 the model cannot\n"
     "be evaluated.\n";
 
 enum { USUAL_CHANNELS = 12, MOST_CHANNELS = 1000, FEWEST_MODES = 3, MOST_MODES = 10 };
@@ -83,19 +87,8 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
 
 static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
 {
-    static const struct option options[] = {
-        RECORD_SETS_CHECK,
-        {"output", required_argument, NULL, 'o'},
-        {"title", required_argument, NULL, 't'},
-        {"pictures", required_argument, NULL, 'p'},
-        {"ancestor", required_argument, NULL, 'a'},
-        {"intersample", required_argument, NULL, 'i'},
-        OPTIONS_FORCE,
-        {"json", no_argument, NULL, 'j'},
-        {0},
-    };
     int code;
-    while ((code = record_sets_next(&a->sets, argc, argv, "-:o:", options, err)) != -1)
+    while ((code = record_sets_next(&a->sets, argc, argv, options, err)) != -1)
         if (take_option(a, code, err) != BF_OK)
             return BF_USAGE;
     if (a->sets.model == NULL || a->sets.fitted.n_names + a->sets.held_out.n_names == 0)
@@ -254,5 +247,7 @@ const struct command command_report = {
     .name = "report",
     .summary = "one page with tables and pictures, to send or to print",
     .help = help,
+    .options = options,
+    .closing = closing,
     .run = run,
 };

@@ -12,16 +12,21 @@ static const char help[] =
     "in\n"
     "the image, its device and counter included. A controller refuses an image that is not signed with its key, is "
     "for\n"
-    "another device, or whose counter is not above the one it has stored. An image may be signed again.\n"
-    "\n"
-    "  --key FILE           64 hexadecimal digits or 32 bytes; mode 0600, your own. To make one:\n"
-    "                       (umask 077; head -c 32 /dev/urandom > board.key)\n"
-    "  --device HEX         identity of the controller, 24 hexadecimal digits (beamfit info prints them)\n"
-    "  --counter N          1 to 4294967295, above the stored one (beamfit info)\n"
-    "  -o, --output SIGNED  the signed image\n"
-    "  --force              replace SIGNED even when it is IMAGE itself, or no image\n"
-    "  --json               {\"file\", \"signed\", \"device\", \"counter\", ...}\n"
-    "\n"
+    "another device, or whose counter is not above the one it has stored. An image may be signed again.\n";
+
+static const struct option_row options[] = {
+    {'k', 0, "key", "FILE", NULL,
+     "64 hexadecimal digits or 32 bytes; mode 0600, your own. To make one: (umask 077; head -c 32 "
+     "/dev/urandom > board.key)"},
+    {'d', 0, "device", "HEX", NULL, "identity of the controller, 24 hexadecimal digits (beamfit info prints them)"},
+    {'c', 0, "counter", "N", NULL, "1 to 4294967295, above the stored one (beamfit info)"},
+    {'o', 'o', "output", "SIGNED", NULL, "the signed image"},
+    {OPTION_FORCE, 0, "force", NULL, NULL, "replace SIGNED even when it is IMAGE itself, or no image"},
+    {'j', 0, "json", NULL, NULL, "{\"file\", \"signed\", \"device\", \"counter\", ...}"},
+    {0},
+};
+
+static const char closing[] =
     "Example:\n"
     "  beamfit sign fitted.bfi --key board.key --device 0123456789abcdef01234567 --counter 8 -o signed.bfi\n"
     "\n"
@@ -36,16 +41,9 @@ struct arguments {
 
 static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
 {
-    static const struct option options[] = {{"output", required_argument, NULL, 'o'},
-                                            {"key", required_argument, NULL, 'k'},
-                                            {"device", required_argument, NULL, 'd'},
-                                            {"counter", required_argument, NULL, 'c'},
-                                            OPTIONS_FORCE,
-                                            {"json", no_argument, NULL, 'j'},
-                                            {0}};
     int code;
     enum bf_status status = BF_OK;
-    while (status == BF_OK && (code = options_next(argc, argv, ":o:", options, err)) != -1) {
+    while (status == BF_OK && (code = options_next(argc, argv, options, err)) != -1) {
         if (code == 'o')
             a->output = optarg;
         else if (code == 'k')
@@ -105,5 +103,7 @@ const struct command command_sign = {
     .name = "sign",
     .summary = "address an image to a controller and sign it",
     .help = help,
+    .options = options,
+    .closing = closing,
     .run = run,
 };

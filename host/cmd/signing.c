@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "signing.h"
 
-#include <errno.h>
 #include <stdlib.h>
 
 enum bf_status signing_take_device(struct signing *signing, const char *text, struct bf_error *err)
@@ -12,11 +11,9 @@ enum bf_status signing_take_device(struct signing *signing, const char *text, st
 
 enum bf_status signing_take_counter(struct signing *signing, const char *text, struct bf_error *err)
 {
-    char *end;
-    errno = 0;
-    const unsigned long long n = text[0] >= '0' && text[0] <= '9' ? strtoull(text, &end, 10) : 0;
-    if (n < 1 || n > UINT32_MAX || errno != 0 || *end != '\0')
-        return bf_fail(err, BF_USAGE, "--counter %.40s: give a whole number from 1 to 4294967295", text);
+    long n;
+    if (options_count("--counter", text, 1, UINT32_MAX, &n, err) != BF_OK)
+        return BF_USAGE;
     signing->has_counter = true;
     signing->counter = (uint32_t)n;
     return BF_OK;

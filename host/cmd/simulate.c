@@ -8,24 +8,32 @@
 #include "ground/ground.h"
 #include "response/response.h"
 
-static const char help[] =
-    "Usage: beamfit simulate MODEL --input RECORD -o OUT [options]\n"
-    "\n"
-    "Runs a model on the inputs of a record, from rest, and writes time, the inputs and every output of the model as "
-    "a\n"
-    "record. Outputs that RECORD also holds are not used.\n"
-    "\n"
-    "  -i, --input RECORD    the record whose columns named like the model's inputs drive the model; inputs that it\n"
-    "                        does not hold are zero\n"
-    "  -o, --output OUT      the record to write (CSV, SI units as in the model)\n"
-    "  --force               replace OUT even when `simulate` has not made it or somebody has changed it\n"
-    "  --intersample HOW     what inputs do between samples: bl (band-limited, default), foh (linear), zoh (held)\n"
-    "  --oversample N        steps a sample for nonlinear effects (default: the model's steps_per_sample, else\n"
-    "                        8 for forces at a point, 4 over the span)\n"
-    "  --digits N            significant digits (default 9, at most 17)\n"
-    "  --json                {\"file\", \"samples\", \"dt_s\", \"intersample\", \"outputs\": [{\"name\", \"rms\",\n"
-    "                        \"step_error\"}]}; step_error: relative change when nonlinear steps are halved\n"
-    "\n"
+static const char help[] = "Usage: beamfit simulate MODEL --input RECORD -o OUT [options]\n"
+                           "\n"
+                           "Runs a model on the inputs of a record, from rest, and writes time, the inputs and every "
+                           "output of the model as a\n"
+                           "record. Outputs that RECORD also holds are not used.\n";
+
+static const struct option_row options[] = {
+    {'i', 'i', "input", "RECORD", NULL,
+     "the record whose columns named like the model's inputs drive the model; inputs that it does not hold "
+     "are zero"},
+    {'o', 'o', "output", "OUT", NULL, "the record to write (CSV, SI units as in the model)"},
+    {OPTION_FORCE, 0, "force", NULL, NULL,
+     "replace OUT even when `simulate` has not made it or somebody has changed it"},
+    OPTION_INTERSAMPLE('h'),
+    {'n', 0, "oversample", "N", NULL,
+     "steps a sample for nonlinear effects (default: the model's steps_per_sample, else 8 for forces at a "
+     "point, 4 over the span)"},
+    {'d', 0, "digits", "N", NULL, "significant digits (default 9, at most 17)"},
+    {'j', 0, "json", NULL, NULL,
+     "{\"file\", \"samples\", \"dt_s\", \"intersample\", \"outputs\": [{\"name\", \"rms\", \"step_error\"}]}; "
+     "step_error: "
+     "relative change when nonlinear steps are halved"},
+    {0},
+};
+
+static const char closing[] =
     "Example:\n"
     "  beamfit simulate fitted.yaml --input tap1.csv -o predicted.csv\n"
     "\n"
@@ -40,17 +48,9 @@ struct arguments {
 
 static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
 {
-    static const struct option options[] = {{"input", required_argument, NULL, 'i'},
-                                            {"output", required_argument, NULL, 'o'},
-                                            {"intersample", required_argument, NULL, 'h'},
-                                            {"oversample", required_argument, NULL, 'n'},
-                                            {"digits", required_argument, NULL, 'd'},
-                                            OPTIONS_FORCE,
-                                            {"json", no_argument, NULL, 'j'},
-                                            {NULL, 0, NULL, 0}};
     int code;
     long count = 0;
-    while ((code = options_next(argc, argv, ":i:o:", options, err)) != -1) {
+    while ((code = options_next(argc, argv, options, err)) != -1) {
         enum bf_status status = BF_OK;
         switch (code) {
         case 'i':
@@ -258,5 +258,7 @@ const struct command command_simulate = {
     .name = "simulate",
     .summary = "run a model on the inputs of a record",
     .help = help,
+    .options = options,
+    .closing = closing,
     .run = run,
 };

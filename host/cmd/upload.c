@@ -11,16 +11,22 @@ static const char help[] =
     "\n"
     "Reads the model that the board runs into an image file, every byte compared by CRC-32. `beamfit verify` tells "
     "what\n"
-    "is in it; `beamfit download --sign` gives it to the board again later. No key is needed: a model is no secret.\n"
-    "\n" BOARD_OPTIONS_HELP "  -o, --output IMAGE    the file to write\n"
-    "  --force               replace IMAGE even when `upload` has not made it or somebody has changed it\n"
-    "  --staging             the spare page instead: what was written last, whole or not, or the model before\n"
-    "  --json                {\"file\", \"port\", \"device\", \"counter\", \"page\", \"signed\", \"bytes\"}\n"
-    "\n"
-    "Example:\n"
-    "  beamfit upload --port /dev/ttyUSB0 -o now.img\n"
-    "\n"
-    "Exit status: 0 done; 2 usage; 3 IMAGE not writable; 5 no port or no answer.\n";
+    "is in it; `beamfit download --sign` gives it to the board again later. No key is needed: a model is no secret.\n";
+
+static const struct option_row options[] = {
+    BOARD_OPTIONS,
+    {'o', 'o', "output", "IMAGE", NULL, "the file to write"},
+    {OPTION_FORCE, 0, "force", NULL, NULL,
+     "replace IMAGE even when `upload` has not made it or somebody has changed it"},
+    {'s', 0, "staging", NULL, NULL, "the spare page instead: what was written last, whole or not, or the model before"},
+    {'j', 0, "json", NULL, NULL, "{\"file\", \"port\", \"device\", \"counter\", \"page\", \"signed\", \"bytes\"}"},
+    {0},
+};
+
+static const char closing[] = "Example:\n"
+                              "  beamfit upload --port /dev/ttyUSB0 -o now.img\n"
+                              "\n"
+                              "Exit status: 0 done; 2 usage; 3 IMAGE not writable; 5 no port or no answer.\n";
 
 struct arguments {
     struct board_options board;
@@ -30,12 +36,8 @@ struct arguments {
 
 static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
 {
-    static const struct option options[] = {
-        BOARD_OPTIONS, {"output", required_argument, NULL, 'o'}, {"staging", no_argument, NULL, 's'},
-        OPTIONS_FORCE, {"json", no_argument, NULL, 'j'},         {0},
-    };
     int code;
-    while ((code = options_next(argc, argv, ":o:", options, err)) != -1) {
+    while ((code = options_next(argc, argv, options, err)) != -1) {
         if (code == 'o')
             a->output = optarg;
         else if (code == 's')
@@ -98,5 +100,7 @@ const struct command command_upload = {
     .name = "upload",
     .summary = "read the board's model into an image file",
     .help = help,
+    .options = options,
+    .closing = closing,
     .run = run,
 };

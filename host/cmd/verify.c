@@ -7,22 +7,28 @@
 #include "signing.h"
 
 static const char help[] =
-    "Usage: beamfit verify IMAGE [--key FILE] [--device HEX] [--stored N] [--sample-Hz HZ [--core-MHz MHZ]]\n          "
-    "            [--json]\n"
+    "Usage: beamfit verify IMAGE [--key FILE] [--device HEX] [--stored N] [--sample-Hz HZ [--core-MHz MHZ]]\n"
+    "                      [--json]\n"
     "\n"
     "Would a controller take this image? Every check that a controller makes, in its order and by its own code: "
     "magic,\n"
     "layout, length, CRC-32, device, counter, HMAC, setup, effects, the plan's finite and stable numbers, sample "
     "rate,\n"
-    "and the proof run bit for bit. What is not given is not compared. Prints what the image contains.\n"
-    "\n"
-    "  --key FILE       the controller's key (mode 0600): the HMAC must be right\n"
-    "  --device HEX     the image must be for this device\n"
-    "  --stored N       the image's counter must be above this one\n"
-    "  --sample-Hz HZ   the controller's sample rate\n"
-    "  --core-MHz MHZ   and its clock: does the step's bound fit its interval? (beamfit info prints both)\n"
-    "  --json           {\"fine\", \"fault\", \"reason\", \"code_checked\", \"device\", \"counter\", \"poles\", ...}\n"
-    "\n"
+    "and the proof run bit for bit. What is not given is not compared. Prints what the image contains.\n";
+
+static const struct option_row options[] = {
+    {'k', 0, "key", "FILE", NULL, "the controller's key (mode 0600): the HMAC must be right"},
+    {'d', 0, "device", "HEX", NULL, "the image must be for this device"},
+    {'s', 0, "stored", "N", NULL, "the image's counter must be above this one"},
+    {'r', 0, "sample-Hz", "HZ", NULL, "the controller's sample rate"},
+    {'m', 0, "core-MHz", "MHZ", NULL,
+     "and its clock: does the step's bound fit its interval? (beamfit info prints both)"},
+    {'j', 0, "json", NULL, NULL,
+     "{\"fine\", \"fault\", \"reason\", \"code_checked\", \"device\", \"counter\", \"poles\", ...}"},
+    {0},
+};
+
+static const char closing[] =
     "Example:\n"
     "  beamfit verify fitted.bfi --key board.key --device 0123456789abcdef01234567\n"
     "\n"
@@ -37,27 +43,19 @@ struct arguments {
 
 static enum bf_status take_stored(const char *text, struct arguments *a, struct bf_error *err)
 {
-    if (text[0] == '0' && text[1] == '\0') {
-        a->signing.has_counter = true;
-        return BF_OK;
-    }
-    if (signing_take_counter(&a->signing, text, err) == BF_OK)
-        return BF_OK;
-    return bf_fail(err, BF_USAGE, "--stored %.40s: give a whole number from 0 to 4294967295", text);
+    long n;
+    if (options_count("--stored", text, 0, UINT32_MAX, &n, err) != BF_OK)
+        return BF_USAGE;
+    a->signing.has_counter = true;
+    a->signing.counter = (uint32_t)n;
+    return BF_OK;
 }
 
 static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
 {
-    static const struct option options[] = {{"key", required_argument, NULL, 'k'},
-                                            {"device", required_argument, NULL, 'd'},
-                                            {"stored", required_argument, NULL, 's'},
-                                            {"sample-Hz", required_argument, NULL, 'r'},
-                                            {"core-MHz", required_argument, NULL, 'm'},
-                                            {"json", no_argument, NULL, 'j'},
-                                            {0}};
     int code;
     enum bf_status status = BF_OK;
-    while (status == BF_OK && (code = options_next(argc, argv, ":", options, err)) != -1) {
+    while (status == BF_OK && (code = options_next(argc, argv, options, err)) != -1) {
         if (code == 'k')
             a->signing.key_file = optarg;
         else if (code == 'd')
@@ -136,5 +134,7 @@ const struct command command_verify = {
     .name = "verify",
     .summary = "would a controller take this image?",
     .help = help,
+    .options = options,
+    .closing = closing,
     .run = run,
 };

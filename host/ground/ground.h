@@ -97,7 +97,7 @@ void text_print_padded(FILE *out, const char *text, size_t width);
 void text_print_wrapped(FILE *out, const char *text, size_t indent, size_t columns);
 
 /*
- * The help text of a command (struct command) in so many columns. In the text, lines from the left edge make paragraphs; "  TERM  words" is an
+ * The help text of a command in so many columns. In the text, lines from the left edge make paragraphs; "  TERM  words" is an
  * entry, which lines with a deeper indent continue; lines that begin with "beamfit" are commands and are continued behind a backslash; other
  * indented lines are printed as they are.
  */
@@ -185,20 +185,40 @@ void lines_close(struct lines *lines);
 /* A whole file in memory with its SHA-256; caller frees *data. One NUL byte follows the n bytes. */
 enum bf_status lines_read_all(const char *path, char **data, size_t *n, char sha256[65], struct bf_error *err);
 
-/* OPTIONS — what the commands' use of getopt_long has in common: one wording of mistakes. */
+/* OPTIONS — a table for each command: parsed, explained by --help and the manual page, completed by the shell; one wording of mistakes. */
 
-/* In the list of options of a command that writes files; options_next() takes care of it. */
-#define OPTIONS_FORCE                                                                                                  \
-    {                                                                                                                  \
-        "force", no_argument, NULL, 'f'                                                                                \
-    }
+enum { OPTION_WORD = 1, OPTION_FORCE = -2 };
 
 /*
- * getopt_long() without its own messages; short_options begin with ':'. −1 at the end of the options. A mistake ('?' or
- * ':' of getopt) fills err and returns '?': then return BF_USAGE. The message has the nearest option where one is near.
+ * One row of a table, which ends with {0}. A row with code 0 is no option: with a name it explains an argument, without one its words stand
+ * above the rows that follow.
  */
-int options_next(int argc, char **argv, const char *short_options, const struct option *long_options,
-                 struct bf_error *err);
+struct option_row {
+    int code;         /* what options_next() returns; OPTION_FORCE: --force, which it takes care of */
+    char letter;      /* of the short option; 0: none */
+    const char *name; /* of the long option, without dashes; NULL: only the letter */
+    const char
+        *value; /* what it takes, in capitals that also tell a shell what fits (tools/completion.c); NULL: nothing */
+    const char *of;   /* "bl|foh|zoh": all values that there are; NULL: any */
+    const char *what; /* in words, on one line */
+};
+
+/*
+ * The code of the next option of argv[1 … argc − 1], its value in optarg; −1 at the end of the options, optind is then at the first word that is none.
+ * A mistake fills err and returns '?': then return BF_USAGE. The message has the nearest option where one is near.
+ */
+int options_next(int argc, char **argv, const struct option_row rows[], struct bf_error *err);
+
+/* The same, and a word that is no option is returned as OPTION_WORD where it stands, in optarg. */
+int options_next_or_word(int argc, char **argv, const struct option_row rows[], struct bf_error *err);
+
+/* The help of a command: text_print_help() of what stands above its options, of the options, and of what stands below. */
+void options_print_help(FILE *out, const char *above, const struct option_row rows[], const char *below,
+                        size_t columns);
+
+/* "-o, --output FILE", as --help and the manual page show it; "" for words between rows. */
+enum { OPTION_TERM = 120 };
+void option_term(const struct option_row *row, char term[OPTION_TERM]);
 
 /* A finite number, else BF_USAGE with a message that names `what`. */
 enum bf_status options_number(const char *what, const char *text, double *out, struct bf_error *err);

@@ -4,7 +4,12 @@
 
 #include <string.h>
 
-enum { MARGIN = 2, DEEP = 8, WORDS = 4096 };
+enum {
+    MARGIN = 2,
+    DEEP = 8,
+    TERM = 21,
+    WORDS = 4096
+};                                                /* TERM: an option as wide as that has its explanation below it */
 enum kind { NOTHING, PARAGRAPH, ENTRY, COMMAND }; /* what the last line was part of */
 
 struct block {
@@ -188,4 +193,58 @@ void text_print_help(FILE *out, const char *text, size_t columns)
         text += n + (text[n] == '\n');
     }
     end_block(&b);
+}
+
+void option_term(const struct option_row *row, char term[OPTION_TERM])
+{
+    const bool option = row->code != 0;
+    char letter[8] = "";
+    if (row->letter != 0)
+        (void)snprintf(letter, sizeof letter, "-%c%s", row->letter, row->name != NULL ? ", " : "");
+    (void)snprintf(term, OPTION_TERM, "%s%s%s%s%s", letter, option && row->name != NULL ? "--" : "",
+                   row->name != NULL ? row->name : "", row->value != NULL ? " " : "",
+                   row->value != NULL ? row->value : "");
+}
+
+/* Where explanations begin: beyond the widest term that is not an exception. */
+static size_t explanations_column(const struct option_row rows[])
+{
+    size_t column = 0;
+    char term[OPTION_TERM];
+    for (const struct option_row *row = rows; row->what != NULL; row++) {
+        option_term(row, term);
+        const size_t width = text_width(term);
+        column = width <= TERM && width > column ? width : column;
+    }
+    return column + 2 * MARGIN;
+}
+
+static void write_rows(FILE *out, const struct option_row rows[])
+{
+    const size_t column = explanations_column(rows);
+    char term[OPTION_TERM];
+    for (const struct option_row *row = rows; row->what != NULL; row++) {
+        option_term(row, term);
+        if (term[0] == '\0')
+            (void)fprintf(out, "%s%s\n", row == rows ? "" : "\n", row->what);
+        else if (text_width(term) + 2 * MARGIN <= column)
+            (void)fprintf(out, "  %s%*s%s\n", term, (int)(column - MARGIN - text_width(term)), "", row->what);
+        else
+            (void)fprintf(out, "  %s\n%*s%s\n", term, (int)column, "", row->what);
+    }
+}
+
+void options_print_help(FILE *out, const char *above, const struct option_row rows[], const char *below, size_t columns)
+{
+    char *text = NULL;
+    size_t size;
+    FILE *whole = open_memstream(&text, &size);
+    if (whole == NULL)
+        return;
+    (void)fprintf(whole, "%s\n", above);
+    write_rows(whole, rows);
+    (void)fprintf(whole, "\n%s", below);
+    if (fclose(whole) == 0)
+        text_print_help(out, text, columns);
+    free(text);
 }

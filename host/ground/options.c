@@ -1,9 +1,48 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "ground.h"
 
+#include <ctype.h>
+#include <errno.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+enum { MOST_ROWS = 64, FIRST_ROW = 1000 };
+
+/* The table as getopt_long() wants it; val is the row's place from FIRST_ROW on. */
+struct getopt_tables {
+    struct option by_name[MOST_ROWS + 1];
+    char by_letter[2 * MOST_ROWS + 3];
+};
+
+static void make_tables(const struct option_row rows[], bool words, struct getopt_tables *out)
+{
+    size_t n = 0, at = 0;
+    *out = (struct getopt_tables){0};
+    at += (size_t)snprintf(out->by_letter, sizeof out->by_letter, words ? "-:" : ":");
+    for (size_t i = 0; i < MOST_ROWS && rows[i].what != NULL; i++) {
+        if (rows[i].code == 0)
+            continue;
+        if (rows[i].name != NULL)
+            out->by_name[n++] = (struct option){rows[i].name, rows[i].value != NULL ? required_argument : no_argument,
+                                                NULL, FIRST_ROW + (int)i};
+        if (rows[i].letter != 0) {
+            out->by_letter[at++] = rows[i].letter;
+            if (rows[i].value != NULL)
+                out->by_letter[at++] = ':';
+        }
+    }
+}
+
+static const struct option_row *row_of(int found, const struct option_row rows[])
+{
+    if (found >= FIRST_ROW)
+        return &rows[found - FIRST_ROW];
+    for (const struct option_row *row = rows; row->what != NULL; row++)
+        if (row->letter != 0 && row->letter == found)
+            return row;
+    return NULL;
+}
 
 /* How many options the word --WORD is a beginning of, when it is none itself. */
 static size_t count_beginnings(const char *word, size_t n, const struct option *long_options)
@@ -16,9 +55,9 @@ static size_t count_beginnings(const char *word, size_t n, const struct option *
 
 static const char *nearest(const char *word, const struct option *long_options)
 {
-    const char *names[64], *closest = NULL;
+    const char *names[MOST_ROWS], *closest = NULL;
     size_t n = 0;
-    for (const struct option *one = long_options; one->name != NULL && n < sizeof names / sizeof *names; one++)
+    for (const struct option *one = long_options; one->name != NULL; one++)
         names[n++] = one->name;
     char *copy = bf_strdup(word);
     copy[strcspn(copy, "=")] = '\0';
@@ -43,24 +82,34 @@ static void explain_long(const char *command, const char *text, bool known, cons
         (void)bf_fail(err, BF_USAGE, "no such option '%.60s'; see 'beamfit %s --help'", text, command);
 }
 
-int options_next(int argc, char **argv, const char *short_options, const struct option *long_options,
-                 struct bf_error *err)
+static int next(int argc, char **argv, const struct option_row rows[], bool words, struct bf_error *err)
 {
-    int at = -1, code;
+    struct getopt_tables tables;
+    const struct option_row *row = NULL;
+    int found;
+    make_tables(rows, words, &tables);
     opterr = 0;
-    while ((code = getopt_long(argc, argv, short_options, long_options, &at)) != -1 && at >= 0 &&
-           strcmp(long_options[at].name, "force") == 0 && long_options[at].has_arg == no_argument) {
+    while ((found = getopt_long(argc, argv, tables.by_letter, tables.by_name, NULL)) != -1 &&
+           (row = row_of(found, rows)) != NULL && row->code == OPTION_FORCE)
         outputs_force();
-        at = -1;
-    }
-    const char *text = code == -1 ? "" : argv[optind - 1];
-    if (code == ':')
+    const char *text = found == -1 ? "" : argv[optind - 1];
+    if (found == ':')
         (void)bf_fail(err, BF_USAGE, "option '%.60s' needs a value; see 'beamfit %s --help'", text, argv[0]);
-    else if (code == '?' && optopt > 0 && optopt < 128 && strncmp(text, "--", 2) != 0)
+    else if (found == '?' && optopt > 0 && optopt < 128 && strncmp(text, "--", 2) != 0)
         (void)bf_fail(err, BF_USAGE, "no such option '-%c'; see 'beamfit %s --help'", optopt, argv[0]);
-    else if (code == '?')
-        explain_long(argv[0], text, optopt != 0, long_options, err);
-    return code == ':' ? '?' : code;
+    else if (found == '?')
+        explain_long(argv[0], text, optopt != 0, tables.by_name, err);
+    return found == ':' ? '?' : row != NULL && found != -1 ? row->code : found;
+}
+
+int options_next(int argc, char **argv, const struct option_row rows[], struct bf_error *err)
+{
+    return next(argc, argv, rows, false, err);
+}
+
+int options_next_or_word(int argc, char **argv, const struct option_row rows[], struct bf_error *err)
+{
+    return next(argc, argv, rows, true, err);
 }
 
 enum bf_status options_number(const char *what, const char *text, double *out, struct bf_error *err)
@@ -83,8 +132,9 @@ enum bf_status options_positive(const char *what, const char *text, double most,
 enum bf_status options_count(const char *what, const char *text, long least, long most, long *out, struct bf_error *err)
 {
     char *end;
+    errno = 0;
     *out = strtol(text, &end, 10);
-    if (end == text || *end != '\0' || *out < least || *out > most)
+    if (end == text || isspace((unsigned char)text[0]) || errno != 0 || *end != '\0' || *out < least || *out > most)
         return bf_fail(err, BF_USAGE, "%s '%.60s': give a whole number from %ld to %ld", what, text, least, most);
     return BF_OK;
 }

@@ -17,6 +17,13 @@ enum intersample { INTERSAMPLE_BAND_LIMITED, INTERSAMPLE_ZERO_ORDER_HOLD, INTERS
 /* What --intersample of the commands can be: bl, foh, zoh. BF_USAGE for anything else. */
 enum bf_status intersample_from_text(const char *text, enum intersample *out, struct bf_error *err);
 
+/* In a command's table of options. */
+#define OPTION_INTERSAMPLE(code)                                                                                       \
+    {                                                                                                                  \
+        code, 0, "intersample", "HOW", "bl|foh|zoh",                                                                   \
+            "what inputs do between samples: bl (band-limited, default), foh (linear), zoh (held)"                     \
+    }
+
 /*
  * False when nothing in a record moves the model: every input that it holds is zero throughout, it is no free decay, and the model has
  * no effect that moves by itself. The prediction is silence then, whatever the parameters.

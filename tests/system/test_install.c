@@ -43,13 +43,15 @@ static void install_use_uninstall(void **state)
         skip();
     }
     write_text(rig->dir, "try.c", program_text);
-    shell(rig, "make -C \"$TOP\" B=\"$BUILD\" DESTDIR=$DIR/root PREFIX=/opt/beamfit install\n"
-               "$ROOT/bin/beamfit modes model.yaml --json\n"
-               "gcc try.c $(flags) -o try && ./try\n"
-               "gcc -DBEAM_FLOAT try.c $(flags | sed s/-lbeam/-lbeamf/) -o tryf && ./tryf\n"
-               "test -s $ROOT/share/man/man1/beamfit.1\n"
-               "make -C \"$TOP\" B=\"$BUILD\" DESTDIR=$DIR/root PREFIX=/opt/beamfit uninstall\n"
-               "test -z \"$(find root -type f)\"\n");
+    shell(rig,
+          "make -C \"$TOP\" B=\"$BUILD\" DESTDIR=$DIR/root PREFIX=/opt/beamfit install\n"
+          "$ROOT/bin/beamfit modes model.yaml --json\n"
+          "gcc try.c $(flags) -o try && ./try\n"
+          "gcc -DBEAM_FLOAT try.c $(flags | sed s/-lbeam/-lbeamf/) -o tryf && ./tryf\n"
+          "test -s $ROOT/share/man/man1/beamfit.1 && test -s $ROOT/share/man/man1/beamfit-fit.1\n"
+          "test -s $ROOT/share/bash-completion/completions/beamfit && test -s $ROOT/share/zsh/site-functions/_beamfit\n"
+          "make -C \"$TOP\" B=\"$BUILD\" DESTDIR=$DIR/root PREFIX=/opt/beamfit uninstall\n"
+          "test -z \"$(find root -type f)\"\n");
 }
 
 /* `make deb`: dpkg installs both into an empty root against this machine's list of packages, so that every dependency is one of Debian's. */
@@ -77,7 +79,9 @@ static void packages_install_and_go(void **state)
                "$ROOT/bin/beamfit modes model.yaml --json\n"
                "gcc try.c $(PKG_CONFIG_PATH=$ROOT/lib/pkgconfig PKG_CONFIG_SYSROOT_DIR=$DIR/root pkg-config --cflags "
                "--libs beamfit) -o try && ./try\n"
-               "gzip -t $ROOT/share/man/man1/beamfit.1.gz\n"
+               "gzip -t $ROOT/share/man/man1/beamfit.1.gz $ROOT/share/man/man1/beamfit-fit.1.gz\n"
+               "bash -n $ROOT/share/bash-completion/completions/beamfit\n"
+               "test -s $ROOT/share/zsh/vendor-completions/_beamfit\n"
                "package -r beamfit libbeam-dev\n"
                "test -z \"$(find root/usr -type f)\"\n");
 }

@@ -21,7 +21,7 @@ static int clear(void **state)
 
 static void a_count_is_whole_and_within_its_ends(void **state)
 {
-    static const char *const bad[] = {"", "1.5", "7x", "1", "65", "-3", "1e1", "99999999999999999999", "x"};
+    static const char *const bad[] = {"", " 7", "1.5", "7x", "1", "65", "-3", "1e1", "99999999999999999999", "x"};
     long n = 0;
     (void)state;
     assert_int_equal(options_count("--steps", "2", 2, 64, &n, &err), BF_OK);
@@ -55,26 +55,27 @@ static void a_positive_number_is_above_zero_and_at_most_so_much(void **state)
 
 static void what_is_left_over_is_named(void **state)
 {
-    static const struct option options[] = {{"json", no_argument, NULL, 'j'}, {0}};
+    static const struct option_row options[] = {{'j', 0, "json", NULL, NULL, "as JSON"}, {0}};
     char name[] = "info", json[] = "--json", word[] = "stray";
     char *good[] = {name, json, NULL}, *bad[] = {name, json, word, NULL};
     (void)state;
-    assert_int_equal(options_next(2, good, ":", options, &err), 'j');
-    assert_int_equal(options_next(2, good, ":", options, &err), -1);
+    assert_int_equal(options_next(2, good, options, &err), 'j');
+    assert_int_equal(options_next(2, good, options, &err), -1);
     assert_int_equal(options_only(2, good, &err), BF_OK);
     optind = 0;
-    assert_int_equal(options_next(3, bad, ":", options, &err), 'j');
-    assert_int_equal(options_next(3, bad, ":", options, &err), -1);
+    assert_int_equal(options_next(3, bad, options, &err), 'j');
+    assert_int_equal(options_next(3, bad, options, &err), -1);
     assert_int_equal(options_only(3, bad, &err), BF_USAGE);
     assert_string_equal(err.text, "'stray': info takes options only; see 'beamfit info --help'");
 }
 
 static void mistakes_name_the_option_and_the_command(void **state)
 {
-    static const struct option options[] = {{"port", required_argument, NULL, 'p'},
-                                            {"check", no_argument, NULL, 'c'},
-                                            {"checked-by", required_argument, NULL, 'b'},
-                                            {0}};
+    static const struct option_row options[] = {{'p', 'p', "port", "PORT", NULL, "a port"},
+                                                {.name = "MODEL", .what = "an argument"},
+                                                {'c', 0, "check", NULL, NULL, "checked"},
+                                                {'b', 0, "checked-by", "NAME", NULL, "by whom"},
+                                                {0}};
     static const struct {
         char word[16];
         const char *said;
@@ -95,7 +96,7 @@ static void mistakes_name_the_option_and_the_command(void **state)
         char *words[] = {name, word, NULL};
         memcpy(word, cases[i].word, sizeof word);
         optind = 0;
-        assert_int_equal(options_next(2, words, ":", options, &err), '?');
+        assert_int_equal(options_next(2, words, options, &err), '?');
         assert_string_equal(err.text, cases[i].said);
         assert_int_equal(err.status, BF_USAGE);
     }
@@ -104,15 +105,16 @@ static void mistakes_name_the_option_and_the_command(void **state)
 /* --force is no business of the command: options_next() takes it, where the command has it. */
 static void force_is_taken_care_of(void **state)
 {
-    static const struct option with[] = {OPTIONS_FORCE, {"json", no_argument, NULL, 'j'}, {0}};
-    static const struct option without[] = {{"json", no_argument, NULL, 'j'}, {0}};
+    static const struct option_row with[] = {
+        {OPTION_FORCE, 0, "force", NULL, NULL, "replace"}, {'j', 0, "json", NULL, NULL, "as JSON"}, {0}};
+    static const struct option_row *without = with + 1;
     char name[] = "add", force[] = "--force", json[] = "--json";
     char *words[] = {name, force, json, force, NULL};
     (void)state;
-    assert_int_equal(options_next(4, words, ":", with, &err), 'j');
-    assert_int_equal(options_next(4, words, ":", with, &err), -1);
+    assert_int_equal(options_next(4, words, with, &err), 'j');
+    assert_int_equal(options_next(4, words, with, &err), -1);
     optind = 0;
-    assert_int_equal(options_next(4, words, ":", without, &err), '?');
+    assert_int_equal(options_next(4, words, without, &err), '?');
 }
 
 static void a_choice_is_one_of_the_names(void **state)
