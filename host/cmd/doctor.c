@@ -19,7 +19,7 @@ static const char help[] =
     "changed.\n"
     "\n"
     "  computation           the libraries that compute: the first mode of a plain cantilever against its closed form\n"
-    "  gnuplot               draws a picture as PNG and PDF (--plot, report)\n"
+    "  gnuplot               draws a picture as PNG and PDF (--plot)\n"
     "  fonts                 DejaVu Sans, which the pictures are set in\n"
     "  serial                may you read and write the serial ports that are plugged in? (info, record, monitor ...)\n"
     "  directory             can files be written here, and pictures below TMPDIR?\n"
