@@ -44,7 +44,7 @@ LIB_OBJ   = $(LIB_SRC:%.c=$(B)/double/%.o) $(B)/double/effects_table.o $(B)/doub
 FLOAT_OBJ = $(LIB_SRC:%.c=$(B)/float/%.o) $(B)/float/effects_table.o $(B)/float/galerkin_tables.o
 TARGET_OBJ = $(LIB_SRC:%.c=$(B)/target/%.o) $(B)/target/effects_table.o $(B)/target/galerkin_tables.o
 CPLX_OBJ  = $(patsubst %.c,$(B)/complex/%.o,$(wildcard lib/effects/*.c)) $(B)/complex/effects_table.o
-HOST_OBJ  = $(HOST_SRC:%.c=$(B)/%.o) $(B)/host/commands_table.o $(B)/host/import_formats_table.o
+HOST_OBJ  = $(HOST_SRC:%.c=$(B)/%.o) $(B)/host/commands_table.o $(B)/host/import_formats_table.o $(B)/host/page_assets_table.o
 PAGES     = $(B)/man/done $(B)/completion/bash $(B)/completion/zsh
 TESTED    = $(B)/libhost.a $(B)/libtruth.a $(B)/libbeam.a $(B)/libbeamf.a $(B)/libbeamt.a $(B)/libbeamc.a
 
@@ -63,6 +63,15 @@ $(B)/gen/import_formats_table.c: FORCE
 	@mkdir -p $(@D)
 	@sh tools/table.sh import_format record/import/import_format.h $(wildcard host/record/import/*.c) > $@.new
 	@if cmp -s $@.new $@; then rm $@.new; else mv $@.new $@; fi
+# Scripts and styles of the page: its own, and the library of curves that Debian's libjs-dygraphs installs.
+DYGRAPHS ?= /usr/share/javascript/dygraphs
+PAGE_ASSETS := $(DYGRAPHS)/dygraph.min.css $(addprefix host/show/page/,page.css explore.css theme.css) \
+    $(DYGRAPHS)/dygraph.min.js $(sort $(wildcard host/show/page/*.js))
+$(B)/gen/page_assets_table.c: tools/embed.sh $(PAGE_ASSETS)
+	@mkdir -p $(@D)
+	$(call say,$@)sh tools/embed.sh show/page_assets.h $(PAGE_ASSETS) > $@.new && mv $@.new $@
+$(DYGRAPHS)/%:
+	@echo "$@ is missing: apt-get install libjs-dygraphs, or make deps" >&2; exit 1
 FORCE:
 # The generator runs here, whatever CC compiles for. Its default geometry is the paper's.
 HOSTCC ?= gcc

@@ -25,6 +25,7 @@ for package in beamfit libbeam-dev; do
     mkdir -p "$stage/$package/DEBIAN" "$stage/$package/usr/share/doc/$package"
     case $package in beamfit) licence=host/LICENSE ;; *) licence=lib/LICENSE ;; esac
     cat "$top/LICENSE" "$top/$licence" >"$stage/$package/usr/share/doc/$package/copyright"
+    [ "$package" = libbeam-dev ] || cat /usr/share/doc/libjs-dygraphs/copyright >>"$stage/$package/usr/share/doc/$package/copyright" # it is in the program
     gzip -9nc "$top/CHANGELOG.md" >"$stage/$package/usr/share/doc/$package/changelog.gz"
 done
 cp "$top/docs/tutorial.md" "$stage/beamfit/usr/share/doc/beamfit/"

@@ -20,7 +20,7 @@ static const char help[] = "Usage: beamfit doctor [--json]\n"
 static const struct option_row options[] = {
     {.name = "computation",
      .what = "the libraries that compute: the first mode of a plain cantilever against its closed form"},
-    {.name = "gnuplot", .what = "draws a picture as PNG and PDF (--plot, report)"},
+    {.name = "gnuplot", .what = "draws a picture as PNG and PDF (--plot)"},
     {.name = "fonts", .what = "DejaVu Sans, which the pictures are set in"},
     {.name = "serial",
      .what = "may you read and write the serial ports that are plugged in? (info, record, monitor ...)"},

@@ -5,20 +5,22 @@
 
 #include "ground/ground.h"
 #include "commands.h"
+#include "explanations.h"
 #include "record_sets.h"
 #include "show/show.h"
 
 static const char help[] =
     "Usage: beamfit report MODEL RECORD... [--check RECORD...] -o FILE.html [options]\n"
     "\n"
-    "Writes the state of a model as one page for a browser: to send to a colleague, or to print for the lab book. The\n"
-    "page is a single file with its pictures inside; it loads nothing from anywhere.\n"
+    "Writes the state of a model as one page for a browser: to explore, to send to a colleague, or to print for the "
+    "lab book. The\n"
+    "page is a single file with its curves inside; it loads nothing from anywhere.\n"
     "\n"
-    "It says how many times the noise the model leaves; then the beam, parameters with standard errors, effects,\n"
-    "natural frequencies and damping, the records, the error of each channel, the pictures of `beamfit compare "
-    "--plot`\n"
-    "with their numbers, and the chain of models of `beamfit history`. The model is taken as it is: nothing is fitted\n"
-    "(as in compare) and nothing is diagnosed (`beamfit diagnose` does).\n";
+    "It says how many times the noise the model leaves; then measured, predicted and residual of each channel as "
+    "curves to zoom into, over time and over frequency, of the model and of its ancestors, compared by a slider; the "
+    "error of each channel, the beam, parameters with standard errors, effects, natural frequencies and damping, the "
+    "records, and the chain of models of `beamfit history`. The model is taken as it is: nothing is fitted (as in "
+    "compare). With --diagnose the explanations of `beamfit diagnose` are there to compare as well.\n";
 
 static const struct option_row options[] = {
     {'o', 'o', "output", "FILE", NULL, "the page; written whole or not at all; - is standard output"},
@@ -27,28 +29,29 @@ static const struct option_row options[] = {
     RECORD_SETS_CHECK("records that were held out of the fit"),
     {'t', 0, "title", "TEXT", NULL, "heading of the page (default: the model's file)"},
     {'p', 0, "pictures", "N", NULL,
-     "pictures of at most N channels (default 12), the furthest from their noise first; a channel takes "
-     "about 0.8 MB. The others are listed. 0: no pictures, and gnuplot is not needed"},
+     "curves of at most N channels (default 12), the furthest from their noise first. The others are listed. 0: no "
+     "curves"},
+    {'d', 0, "diagnose", NULL, NULL,
+     "diagnose first, and show the best explanations beside the model; takes as long as `diagnose`"},
     {'a', 0, "ancestor", "MODEL", NULL,
      "an ancestor of the model for the chain; may be given again. Those in the model's directory are found "
      "by themselves"},
     OPTION_INTERSAMPLE('i'),
     {'j', 0, "json", NULL, NULL,
-     "{\"file\", \"bytes\", \"pictures\" (a number), \"left_out\": [{\"file\", \"channel\"}], \"models\" (of the "
-     "chain), "
-     "\"text\", \"nrmse\", \"noise_ratio\", \"check_nrmse\", \"check_noise_ratio\"}"},
+     "{\"file\", \"bytes\", \"pictures\" (channels with curves), \"left_out\": [{\"file\", \"channel\"}], "
+     "\"explanations\" (a number), \"models\" (of the chain), \"text\", \"nrmse\", \"noise_ratio\", "
+     "\"check_nrmse\", \"check_noise_ratio\"}"},
     {0},
 };
 
 static const char closing[] =
-    "The environment variable SOURCE_DATE_EPOCH sets the date on the page. Pictures are drawn below TMPDIR and "
-    "removed.\n"
+    "The environment variable SOURCE_DATE_EPOCH sets the date on the page.\n"
     "\n"
     "Example:\n"
     "  beamfit report fitted.yaml tap1.csv tap2.csv --check tap3.csv --title 'Beam B1, run 4' -o report.html\n"
     "\n"
-    "Exit status: 0 done; 2 usage; 3 bad model or record, or FILE not writable; 4 the model cannot\n"
-    "be evaluated.\n";
+    "Exit status: 0 done; 2 usage; 3 bad model or record, or FILE not writable; 4 the model cannot be evaluated, or "
+    "Ctrl-C.\n";
 
 enum { USUAL_CHANNELS = 12, MOST_CHANNELS = 1000, FEWEST_MODES = 3, MOST_MODES = 10 };
 
@@ -57,7 +60,7 @@ struct arguments {
     struct record_list ancestors; /* names only */
     const char *output, *title;
     long channels;
-    bool json;
+    bool json, diagnose;
     struct predict_options predict;
 };
 
@@ -77,6 +80,9 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
         return options_count("--pictures", optarg, 0, MOST_CHANNELS, &a->channels, err);
     case 'i':
         return intersample_from_text(optarg, &a->predict.intersample, err);
+    case 'd':
+        a->diagnose = true;
+        return BF_OK;
     case 'j':
         a->json = true;
         return BF_OK;
@@ -109,13 +115,15 @@ struct work {
     struct comparison comparison;
     struct modes modes;
     struct history history;
-    struct report_pictures pictures;
-    size_t bytes;
+    struct diagnosis diagnosis;
+    struct explanations explanations;
+    size_t bytes, n_pictures;
 };
 
 static void work_free(struct work *w)
 {
-    report_pictures_free(&w->pictures);
+    explanations_free(&w->explanations);
+    diagnose_free(&w->diagnosis);
     history_free(&w->history);
     modes_free(&w->modes);
     compare_free(&w->comparison);
@@ -128,6 +136,27 @@ static size_t modes_to_show(const struct comparison *all)
     return all->n_modes < FEWEST_MODES ? FEWEST_MODES : all->n_modes > MOST_MODES ? MOST_MODES : all->n_modes;
 }
 
+/* The model, its ancestors before it, and what a diagnosis found. */
+static enum bf_status explain(const struct arguments *a, struct work *w, struct bf_error *err)
+{
+    const struct record_list *all = &a->sets.fitted; /* the held-out ones are its last */
+    const size_t n_held_out = a->sets.held_out.n_names;
+    const struct diagnose_options how = {.predict = a->predict};
+    enum bf_status status = BF_OK;
+    explanations_begin(&w->explanations, all->records, all->n, n_held_out, &a->predict);
+    explanations_add_ancestors(&w->explanations, &w->history);
+    if (a->diagnose)
+        status = diagnose_run(&w->model, all->records, all->n - n_held_out, all->records + all->n - n_held_out,
+                              n_held_out, &how, &w->diagnosis, err);
+    if (status == BF_OK && w->diagnosis.interrupted)
+        status = bf_fail(err, BF_NUMERIC, "interrupted; no report was written");
+    if (status == BF_OK)
+        status = explanations_add(&w->explanations, text_base_name(a->sets.model), &w->model, err);
+    if (status == BF_OK && a->diagnose)
+        explanations_add_diagnosis(&w->explanations, &w->diagnosis);
+    return status;
+}
+
 static enum bf_status compute(const struct arguments *a, struct work *w, struct bf_error *err)
 {
     const struct record_list *all = &a->sets.fitted; /* the held-out ones are its last */
@@ -137,6 +166,8 @@ static enum bf_status compute(const struct arguments *a, struct work *w, struct 
         status = modes_compute(&w->model, modes_to_show(&w->comparison), 0.0, 2, &w->modes, err);
     if (status == BF_OK)
         status = history_of(a->sets.model, a->ancestors.names, a->ancestors.n_names, &w->history, err);
+    if (status == BF_OK)
+        status = explain(a, w, err);
     return status;
 }
 
@@ -148,9 +179,10 @@ static enum bf_status write_page(const struct arguments *a, const struct report 
     FILE *f = open_memstream(&text, &w->bytes);
     if (f == NULL)
         return bf_fail(err, BF_NUMERIC, "no memory for the page (%s)", strerror(errno));
-    enum bf_status status = report_write(report, &w->pictures, f, err);
+    enum bf_status status = BF_OK;
+    report_write(report, f);
     const bool whole = ferror(f) == 0;
-    if ((fclose(f) != 0 || !whole) && status == BF_OK)
+    if (fclose(f) != 0 || !whole)
         status = bf_fail(err, BF_NUMERIC, "no memory for the page; choose fewer pictures (--pictures N)");
     struct atomic_file out;
     if (status == BF_OK && strcmp(a->output, "-") == 0) {
@@ -165,17 +197,27 @@ static enum bf_status write_page(const struct arguments *a, const struct report 
     return status;
 }
 
-static void put_left_out(struct json *root, const struct work *w)
+static void put_left_out(struct json *root, const struct arguments *a, const struct comparison *all)
 {
-    const struct comparison *all = &w->comparison;
+    bool *drawn = bf_alloc(all->n_channels, sizeof *drawn);
+    (void)curves_choose(all, (size_t)a->channels, drawn);
     struct json *list = json_put(root, "left_out", json_new_array());
     for (size_t i = 0; i < all->n_channels; i++) {
-        if (w->pictures.drawn[i])
+        if (drawn[i])
             continue;
         struct json *one = json_push(list, json_new_object());
         json_put_text(one, "file", all->records[all->channels[i].record].path);
         json_put_text(one, "channel", all->channels[i].name);
     }
+    free(drawn);
+}
+
+static size_t count_pictures(const struct arguments *a, const struct comparison *all)
+{
+    bool *drawn = bf_alloc(all->n_channels, sizeof *drawn);
+    const size_t n = curves_choose(all, (size_t)a->channels, drawn);
+    free(drawn);
+    return n;
 }
 
 static enum bf_status answer(const struct arguments *a, const struct report *report, const struct work *w,
@@ -185,15 +227,16 @@ static enum bf_status answer(const struct arguments *a, const struct report *rep
     report_verdict(report, verdict);
     if (!a->json) {
         if (strcmp(a->output, "-") != 0)
-            (void)fprintf(stdout, "%s: %.*f MB, %zu picture%s\n%s\n", a->output, w->bytes < 1000000 ? 3 : 1,
-                          1e-6 * (double)w->bytes, w->pictures.n, w->pictures.n == 1 ? "" : "s", verdict);
+            (void)fprintf(stdout, "%s: %.*f MB, curves of %zu channel%s\n%s\n", a->output, w->bytes < 1000000 ? 3 : 1,
+                          1e-6 * (double)w->bytes, w->n_pictures, w->n_pictures == 1 ? "" : "s", verdict);
         return BF_OK;
     }
     struct json *root = json_new_object();
     json_put_text(root, "file", a->output);
     json_put_number(root, "bytes", (double)w->bytes);
-    json_put_number(root, "pictures", (double)w->pictures.n);
-    put_left_out(root, w);
+    json_put_number(root, "pictures", (double)w->n_pictures);
+    put_left_out(root, a, &w->comparison);
+    json_put_number(root, "explanations", (double)w->explanations.n);
     json_put_number(root, "models", (double)w->history.n);
     json_put_text(root, "text", verdict);
     json_put_number(root, "nrmse", w->comparison.nrmse);
@@ -217,21 +260,17 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
         status = record_list_read(all, &w.model, err);
     if (status == BF_OK)
         status = atomic_check(a.output, err);
-    if (status == BF_OK && a.channels > 0 && !plot_can_draw(NULL)) {
-        bf_warn("gnuplot is not installed, so the page will have no pictures: apt-get install gnuplot-nox");
-        a.channels = 0;
-    }
+    progress_catch_interrupts();
     if (status == BF_OK)
         status = compute(&a, &w, err);
+    if (status == BF_OK)
+        w.n_pictures = count_pictures(&a, &w.comparison);
     const struct report report = {.title = a.title,
                                   .model = &w.model,
                                   .comparison = &w.comparison,
                                   .modes = &w.modes,
                                   .history = &w.history,
-                                  .most_channels = (size_t)a.channels};
-    progress_catch_interrupts();
-    if (status == BF_OK)
-        status = report_draw(&report, &w.pictures, err);
+                                  .curves = explanations_curves(&w.explanations, (size_t)a.channels)};
     if (status == BF_OK)
         status = write_page(&a, &report, &w, err);
     if (status == BF_OK)
@@ -245,7 +284,7 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
 const struct command command_report = {
     .place = 110,
     .name = "report",
-    .summary = "one page with tables and pictures, to send or to print",
+    .summary = "one page with tables and curves, to explore, send or print",
     .help = help,
     .options = options,
     .closing = closing,

@@ -33,8 +33,7 @@ static void name_title(const struct comparison *all, const struct comparison_cha
         (void)snprintf(title + n, size - n, ", %.3g times the noise", c->noise_ratio);
 }
 
-/* Up to where panel (c) goes: twice the frequency below which all but 0.01 % of the power is; 0 when that is everything. */
-static double worth_showing_Hz(const struct comparison_channel *c)
+double compare_worth_showing_Hz(const struct comparison_channel *c)
 {
     double *amplitude = bf_alloc(c->n / 2 + 1, sizeof *amplitude), total = 0.0, sum = 0.0, top_Hz = 0.0;
     const double nyquist_Hz = 0.5 / c->dt_s;
@@ -102,7 +101,7 @@ enum bf_status compare_plot_channel(const struct comparison *all, size_t channel
                                        .n = c->n,
                                        .t0_s = c->t0_s,
                                        .dt_s = c->dt_s,
-                                       .to_Hz = worth_showing_Hz(c),
+                                       .to_Hz = compare_worth_showing_Hz(c),
                                        .measured = c->measured,
                                        .model = c->predicted,
                                        .noise_psd = c->noise.psd,

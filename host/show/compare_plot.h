@@ -17,4 +17,7 @@ enum bf_status compare_plot_bode(const struct comparison *all, const struct comp
 enum bf_status compare_plot_channel(const struct comparison *comparison, size_t channel, const char *directory,
                                     const char *stem, struct bf_error *err);
 
+/* Up to where its spectrum is worth showing: twice the frequency below which all but 0.01 % of its power is; 0 when that is everything. */
+double compare_worth_showing_Hz(const struct comparison_channel *channel);
+
 #endif

@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
- * html.h — pieces of a page that stands alone: text that cannot become markup, numbers, pictures inside the file.
+ * html.h — pieces of a page that stands alone: text that cannot become markup, numbers, tables, data for its scripts.
  * Nothing here loads anything from elsewhere. No write is checked here: whoever closes the file checks it. Private to show/.
  */
 #ifndef BEAMFIT_HTML_H
 #define BEAMFIT_HTML_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdio.h>
 #include "ground/ground.h"
@@ -24,9 +25,17 @@ void html_name(FILE *out, const char *name);
 /* RFC 4648, with padding, without line breaks. */
 void html_base64(FILE *out, const void *bytes, size_t n);
 
-/* From <!doctype> to <body>, with the style for screen and paper; and the end. program: "beamfit 0.1.0". */
-void html_begin(FILE *out, const char *title, const char *program);
+/*
+ * From <!doctype> to <body>, with the style for screen and paper; and the end. program: "beamfit 0.1.0". scripts: the only ones that may run
+ * (page_assets.h), NULL at the end; they are written by the caller. live: the page may ask the server that it came from.
+ */
+void html_begin(FILE *out, const char *title, const char *program, const char *const scripts[], bool live);
 void html_end(FILE *out);
+/* The Content-Security-Policy of such a page. */
+void html_policy(FILE *out, const char *const scripts[], bool live);
+
+/* The tree as <script type="application/json" id=ID>, freed; nothing in it can end the element. */
+void html_data(FILE *out, const char *id, struct json *tree);
 
 /*
  * <table id=ID> with a row of headings, one for each column, split at '|' (a heading that begins with '>' stands over
@@ -45,11 +54,5 @@ void html_cell(FILE *out, const char *format, ...) __attribute__((format(printf,
 void html_number(FILE *out, double x, double factor, const char *format);
 /* The same in a cell. */
 void html_number_cell(FILE *out, double x, double factor, const char *format);
-
-/*
- * <img> of a PNG file, embedded. alt: what a reader sees who does not see the picture. BF_BAD_FILE when the file cannot
- * be read or is no PNG; then nothing was written.
- */
-enum bf_status html_png(FILE *out, const char *path, const char *alt, struct bf_error *err);
 
 #endif

@@ -116,4 +116,7 @@ enum bf_status plot_force(const struct plot_force *force, struct bf_error *err);
 /* "piezo_V" -> "piezo (V)", "accel_mps2" -> "accel (m/s²)". suffix is put behind the unit: "²/Hz"; out: [size]. */
 void plot_quantity(const char *name, const char *suffix, char *out, size_t size);
 
+/* The start of the `length` (1 to n) samples of z[n] with the most energy. */
+size_t plot_most_motion(const double z[], size_t n, size_t length);
+
 #endif

@@ -8,8 +8,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* Start of the `length` samples with the most energy. */
-static size_t most_motion(const double *z, size_t n, size_t length)
+size_t plot_most_motion(const double z[], size_t n, size_t length)
 {
     size_t best = 0;
     double sum = 0.0, largest = -1.0;
@@ -36,12 +35,12 @@ static void choose_detail(const struct plot_panels *q, size_t *from, size_t *to)
             return;
     }
     size_t length = q->n / 12 > 16 ? q->n / 12 : q->n, crossings = 1;
-    size_t start = most_motion(q->measured, q->n, length);
+    size_t start = plot_most_motion(q->measured, q->n, length);
     for (size_t i = start + 1; i < start + length; i++)
         crossings += (q->measured[i] < 0.0) != (q->measured[i - 1] < 0.0);
     if (crossings > 25 && length > 40) {
         length = length * 25 / crossings > 40 ? length * 25 / crossings : 40;
-        start = most_motion(q->measured, q->n, length);
+        start = plot_most_motion(q->measured, q->n, length);
     }
     *from = start;
     *to = start + length < q->n ? start + length : q->n;

@@ -63,24 +63,24 @@ static void write_legend(struct page *page)
         "holds for this model and these records; it knows nothing of what the model lacks.");
 }
 
-enum bf_status report_write(const struct report *r, const struct report_pictures *pictures, FILE *out,
-                            struct bf_error *err)
+void report_write(const struct report *r, FILE *out)
 {
-    struct page page = {.out = out, .report = r, .pictures = pictures};
+    struct page page = {.out = out, .report = r};
     char title[512];
     (void)snprintf(title, sizeof title, "Model of a beam: %.400s", text_base_name(r->model->path));
-    html_begin(out, r->title != NULL ? r->title : title, "beamfit " BEAMFIT_VERSION);
+    html_begin(out, r->title != NULL ? r->title : title, "beamfit " BEAMFIT_VERSION, report_scripts, false);
     write_title(&page, r->title != NULL ? r->title : title);
+    report_explore(&page);
+    report_errors(&page);
+    write_legend(&page);
     report_beam(&page);
     report_parameters(&page);
     report_modes(&page);
     report_records(&page);
-    report_errors(&page);
-    write_legend(&page);
-    if (report_figures(&page, err) != BF_OK || report_chain(&page, err) != BF_OK)
-        return err->status;
-    (void)fputs("<footer>Made by beamfit " BEAMFIT_VERSION ". Everything on this page is inside this file.</footer>\n",
+    report_chain(&page);
+    (void)fputs("<footer>Made by beamfit " BEAMFIT_VERSION
+                ". Everything on this page is inside this file; the curves are drawn by dygraphs "
+                "(MIT licence).</footer>\n",
                 out);
     html_end(out);
-    return BF_OK;
 }

@@ -5,7 +5,6 @@
 
 #include <math.h>
 #include <stdarg.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* ---- Numbers with units ---- */
@@ -46,7 +45,7 @@ void report_error_cells(FILE *out, double nrmse, double noise_ratio)
     html_number_cell(out, noise_ratio, 1.0, noise_ratio < 999.95 ? "%#.4g ×" : "%.4g ×");
 }
 
-/* ---- Text and figures ---- */
+/* ---- Text ---- */
 
 void page_text(struct page *page, const char *text)
 {
@@ -76,18 +75,4 @@ void page_note(struct page *page, const char *format, ...)
     (void)fputs("<p class=\"note\">", page->out);
     page_text(page, text);
     (void)fputs("</p>\n", page->out);
-}
-
-enum bf_status page_figure(struct page *page, const char *file, const char *caption, struct bf_error *err)
-{
-    const size_t size = strlen(page->pictures->directory) + strlen(file) + 2;
-    char *path = bf_alloc(size, 1);
-    (void)snprintf(path, size, "%s/%s", page->pictures->directory, file);
-    (void)fputs("<figure>", page->out);
-    const enum bf_status status = html_png(page->out, path, caption, err);
-    (void)fprintf(page->out, "\n<figcaption><b>Figure %zu.</b> ", ++page->n_figures);
-    html_text(page->out, caption);
-    (void)fputs("</figcaption></figure>\n", page->out);
-    free(path);
-    return status;
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* report_page.h — pieces that every part of the page is written with: headings, notes, figures, cells. Private to show/. */
+/* report_page.h — pieces that every part of the page is written with: headings, notes, cells. Private to show/. */
 #ifndef BEAMFIT_REPORT_PAGE_H
 #define BEAMFIT_REPORT_PAGE_H
 
@@ -9,8 +9,6 @@
 struct page {
     FILE *out;
     const struct report *report;
-    const struct report_pictures *pictures;
-    size_t n_figures; /* so far */
 };
 
 /* Text in which `this` is a command. */
@@ -18,11 +16,6 @@ void page_text(struct page *page, const char *text);
 /* <h2>; <p class=note>text</p>. */
 void page_heading(struct page *page, const char *heading);
 void page_note(struct page *page, const char *format, ...) __attribute__((format(printf, 2, 3)));
-/*
- * A figure of a file in the pictures' directory, numbered; the caption is also what stands for the picture. BF_BAD_FILE when
- * the file cannot be read or is no PNG.
- */
-enum bf_status page_figure(struct page *page, const char *file, const char *caption, struct bf_error *err);
 
 /* Two cells: an error in per cent and times the noise; NAN: a dash. */
 void report_error_cells(FILE *out, double nrmse, double noise_ratio);

@@ -14,8 +14,9 @@ void report_sketch(struct page *page);
 void report_modes(struct page *page);
 void report_records(struct page *page);
 void report_errors(struct page *page);
-/* report_figures.c: BF_BAD_FILE when a picture cannot be read */
-enum bf_status report_figures(struct page *page, struct bf_error *err);
-enum bf_status report_chain(struct page *page, struct bf_error *err);
+/* report_explore.c */
+extern const char *const report_scripts[]; /* those of the page, NULL at the end */
+void report_explore(struct page *page);
+void report_chain(struct page *page);
 
 #endif

@@ -143,11 +143,11 @@ static void draw_items(struct page *page, const struct items *items, double y_be
 
 static void draw_wall(FILE *out, double x, double y, int outward)
 {
-    (void)fprintf(out,
-                  "<line x1=\"%.1f\" y1=\"%.1f\" x2=\"%.1f\" y2=\"%.1f\" stroke=\"#1b1f23\" stroke-width=\"2\"/>\n", x,
-                  y - 22.0, x, y + 22.0);
+    (void)fprintf(
+        out, "<line x1=\"%.1f\" y1=\"%.1f\" x2=\"%.1f\" y2=\"%.1f\" stroke=\"currentColor\" stroke-width=\"2\"/>\n", x,
+        y - 22.0, x, y + 22.0);
     for (int k = 0; k < 6; k++)
-        (void)fprintf(out, "<line x1=\"%.1f\" y1=\"%.1f\" x2=\"%.1f\" y2=\"%.1f\" stroke=\"#1b1f23\"/>\n", x,
+        (void)fprintf(out, "<line x1=\"%.1f\" y1=\"%.1f\" x2=\"%.1f\" y2=\"%.1f\" stroke=\"currentColor\"/>\n", x,
                       y - 22.0 + 8.0 * k, x + 9.0 * outward, y - 14.0 + 8.0 * k);
 }
 
@@ -160,7 +160,7 @@ static void draw_supports(struct page *page, double y)
         draw_wall(page->out, RIGHT, y, 1);
     if (support == SUPPORT_PINNED_PINNED)
         for (int end = 0; end < 2; end++)
-            (void)fprintf(page->out, "<path d=\"M%d %.1fl-8 14h16z\" fill=\"none\" stroke=\"#1b1f23\"/>\n",
+            (void)fprintf(page->out, "<path d=\"M%d %.1fl-8 14h16z\" fill=\"none\" stroke=\"currentColor\"/>\n",
                           end ? RIGHT : LEFT, y + HALF);
 }
 
@@ -171,17 +171,18 @@ static void draw_beam(struct page *page, double y)
     double from_m, to_m;
     for (size_t i = 0; i < m->n_regions; i++)
         (void)fprintf(page->out,
-                      "<rect x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%d\" fill=\"%s\" stroke=\"#1b1f23\" "
+                      "<rect x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%d\" fill=\"%s\" stroke=\"currentColor\" "
                       "stroke-width=\"0.8\"/>\n",
                       place(m, m->regions[i].from_m), y - HALF,
                       place(m, m->regions[i].to_m) - place(m, m->regions[i].from_m), 2 * HALF, fills[i % 2]);
     if (!model_patch(m, &from_m, &to_m))
         return;
     for (int side = 0; side < 2; side++)
-        (void)fprintf(page->out,
-                      "<rect x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"4\" fill=\"#e69f00\" stroke=\"#1b1f23\" "
-                      "stroke-width=\"0.8\"/>\n",
-                      place(m, from_m), side ? y + HALF : y - HALF - 4.0, place(m, to_m) - place(m, from_m));
+        (void)fprintf(
+            page->out,
+            "<rect x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"4\" fill=\"#e69f00\" stroke=\"currentColor\" "
+            "stroke-width=\"0.8\"/>\n",
+            place(m, from_m), side ? y + HALF : y - HALF - 4.0, place(m, to_m) - place(m, from_m));
 }
 
 void report_sketch(struct page *page)
@@ -203,7 +204,7 @@ void report_sketch(struct page *page)
                   "<text x=\"%d\" y=\"%.0f\" text-anchor=\"middle\">x = 0</text>\n<text x=\"%d\" y=\"%.0f\" "
                   "text-anchor=\"middle\">%.4g m</text>\n</svg>\n",
                   LEFT, height - 6.0, RIGHT, height - 6.0, m->length_m);
-    (void)fprintf(page->out, "<figcaption><b>Figure %zu.</b> ", ++page->n_figures);
+    (void)fputs("<figcaption>", page->out);
     html_text(page->out,
               "The beam from the side; lengths along it to scale, thickness not. Arrows: inputs. Dots: outputs, and "
               "effects that have a place. Orange: the patch.");

@@ -10,7 +10,7 @@
  *   discriminate_print(), discriminate_json()                    of an experiment's design
  *   attainable_print(), attainable_json()                        of the attainable floor
  *   channel_factors_print(), channel_factors_json()              of wrong signs and units
- *   report_draw(), report_write(), report_pictures_free()        a page of a comparison, its modes and its history
+ *   report_write(), curves_json()                                a page of a comparison, its modes and its history; its curves
  * Functions *_print() write to `out` and do not check the writes. Functions *_json() return a tree that the caller gives to
  * json_print_and_free(); their keys stand in the --help of the command of that name.
  */
@@ -129,10 +129,35 @@ enum bf_status plot_live(const struct plot_live *live, struct bf_error *err);
 
 /*
  * REPORT — the state of a model as one page (HTML) that needs nothing beside it: what `compare`, `modes` and `history`
- * found, as tables and pictures. Nothing is computed here but what fits on a line: which of the numbers to say first.
+ * found, as tables and curves to explore. Nothing is computed here but what fits on a line: which of the numbers to say first.
  */
 
 enum { REPORT_TEXT = 1024 };
+
+/* A model whose predictions the page's curves can show: an ancestor, an explanation of a diagnosis, the model itself. */
+struct explanation {
+    const char *name;                    /* for a person, "tip_mass at 0.457 m" */
+    const struct comparison *comparison; /* of the same records, in the same order; channels are found by their names */
+    double probability, explained;       /* as a diagnosis has them; NAN: not from one */
+};
+
+/* What curves are shown of. */
+struct curves {
+    size_t n;
+    const struct explanation *explanations; /* [n] */
+    size_t before,
+        after; /* what is compared at first; `after` decides which channels there are, and what is said of them */
+    size_t most_channels; /* of at most so many channels, the furthest from their noise first */
+};
+
+/*
+ * Measured, predicted, residual over time and over frequency, thinned to what an eye can see and stay below 3 MB for five records, as the script of the
+ * page reads it (host/show/page/curves.js). Cost: about 10 ms a channel and explanation.
+ */
+struct json *curves_json(const struct curves *curves);
+
+/* Those of which there are curves; returns how many. chosen: [n_channels] */
+size_t curves_choose(const struct comparison *comparison, size_t most, bool chosen[]);
 
 /* What the page is made of. Everything is the caller's. */
 struct report {
@@ -141,31 +166,14 @@ struct report {
     const struct comparison *comparison; /* of that model */
     const struct modes *modes;           /* of that model */
     const struct history *history;       /* of history_of() */
-    size_t most_channels;                /* pictures of at most so many channels, the furthest from their noise first */
+    struct curves curves;                /* n 0: of that model alone */
 };
-
-/* What was drawn. Starts empty ({0}); free with report_pictures_free(), which also removes the files. */
-struct report_pictures {
-    char *directory;   /* of its own, temporary */
-    bool *drawn;       /* [n_channels] panels and residual of this channel are there */
-    size_t n_channels; /* channels that were drawn */
-    bool history;      /* the picture of the chain of models is there */
-    size_t n;          /* pictures in all */
-};
-
-/*
- * Draws into a new directory below TMPDIR (BF_BAD_FILE when none can be made), with a progress bar. Ctrl-C between two
- * pictures is BF_NUMERIC; else errors as in PLOT. About 0.7 s a channel.
- */
-enum bf_status report_draw(const struct report *report, struct report_pictures *out, struct bf_error *err);
-void report_pictures_free(struct report_pictures *pictures);
 
 /* One or two sentences, plain text, in which `this` is a command: how many times the noise is left, and what to do next. */
 void report_verdict(const struct report *report, char text[REPORT_TEXT]);
 
-/* The page. BF_BAD_FILE when a picture cannot be read; writes to `out` are not checked here. */
-enum bf_status report_write(const struct report *report, const struct report_pictures *pictures, FILE *out,
-                            struct bf_error *err);
+/* The page; writes to `out` are not checked here. */
+void report_write(const struct report *report, FILE *out);
 
 /* ATTAINABLE — the floor of free linear models, beside the answers of compare, fit and diagnose. */
 

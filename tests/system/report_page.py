@@ -2,33 +2,36 @@
 """report_page.py PAGE [--compare JSON] [--modes JSON] [--fit JSON] [--figures N] [--title TEXT] [--hostile]
 
 Reads a page of `beamfit report` as a browser would, and says what is wrong with it; exit status 1 then. The page must be
-well nested, load nothing, hold whole PNG pictures, and state the numbers that the other commands state.
+well nested, load nothing, run no script but those that its own policy names by their SHA-256, hold the curves of N channels
+as the records have them, and state the numbers that the other commands state.
 --hostile: names in it may look like addresses and markup; only what is really markup is judged.
 """
 
 import argparse
+import array
 import base64
+import csv
+import hashlib
 import html.parser
 import json
+import os
 import re
-import struct
 import sys
-import zlib
 
 VOID = {"meta", "img", "wbr", "br", "hr", "line", "rect", "circle", "path"}
 ALLOWED = VOID | set("html head title style body header footer h1 h2 h3 p div table thead tbody tr th td data figure "
-                     "figcaption b code span sup ul li svg text".split())
+                     "figcaption b code span sup ul li svg text script noscript".split())
 ATTRIBUTES = set("lang charset content name http-equiv class id value colspan style width height alt src viewbox role "
-                 "aria-label font-size font-family x y x1 y1 x2 y2 cx cy r d fill stroke stroke-width text-anchor".split())
+                 "aria-label font-size font-family x y x1 y1 x2 y2 cx cy r d fill stroke stroke-width text-anchor type".split())
 
 
 class Page(html.parser.HTMLParser):
     def __init__(self):
         super().__init__(convert_charrefs=True)
-        self.faults, self.stack, self.pictures, self.tables = [], [], [], {}
-        self.title = self.heading = ""
+        self.faults, self.stack, self.tables = [], [], {}
+        self.title = self.heading = self.policy = ""
         self.captions = self.svgs = 0
-        self.table = self.row = self.cell = None
+        self.table = self.row = self.cell = self.script = self.curves = None
 
     def fault(self, text):
         self.faults.append(f"line {self.getpos()[0]}: {text}")
@@ -40,10 +43,14 @@ class Page(html.parser.HTMLParser):
             if name not in ATTRIBUTES or (name == "style" and "url" in value):
                 self.fault(f"<{tag} {name}=...> does not belong here")
             if name == "src":
-                self.picture(value)
+                self.fault(f"src={value[:40]} is not inside the page")
         attributes = dict(attributes)
         if tag not in VOID:
             self.stack.append(tag)
+        if attributes.get("http-equiv") == "Content-Security-Policy":
+            self.policy = attributes["content"]
+        if tag == "script":
+            self.script = attributes.get("type", "")
         self.captions += tag == "figcaption"
         self.svgs += tag == "svg"
         if tag == "table":
@@ -73,6 +80,8 @@ class Page(html.parser.HTMLParser):
             self.table = None
 
     def handle_data(self, data):
+        if self.stack[-1:] == ["script"]:
+            self.take_script(data)
         if self.cell is not None:
             self.cell["text"] += data
         if self.stack[-1:] == ["title"]:
@@ -80,40 +89,53 @@ class Page(html.parser.HTMLParser):
         if self.stack[-1:] == ["h1"]:
             self.heading += data
 
-    def picture(self, source):
-        head = "data:image/png;base64,"
-        if not source.startswith(head):
-            self.fault(f"src={source[:40]} is not inside the page")
-            return
-        try:
-            self.pictures.append(decode_png(base64.b64decode(source[len(head):], validate=True)))
-        except ValueError as error:
-            self.fault(f"a picture: {error}")
+    def take_script(self, text):
+        digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
+        if self.script == "application/json":
+            self.curves = json.loads(text)
+        elif f"'sha256-{digest}'" not in self.policy:
+            self.fault(f"a script that the page's policy does not know: {text[:40]!r}")
 
 
-def decode_png(data):
-    """(width, height) of a PNG whose every chunk and pixel row is there; ValueError otherwise."""
-    if data[:8] != b"\x89PNG\r\n\x1a\n":
-        raise ValueError("no PNG signature")
-    at, pixels, size = 8, b"", None
-    while at < len(data):
-        length, kind = struct.unpack(">I4s", data[at:at + 8])
-        body, check = data[at + 8:at + 8 + length], data[at + 8 + length:at + 12 + length]
-        if len(check) != 4 or zlib.crc32(kind + body) != struct.unpack(">I", check)[0]:
-            raise ValueError(f"chunk {kind} is damaged")
-        if kind == b"IHDR":
-            size = struct.unpack(">IIBBBBB", body)
-        elif kind == b"IDAT":
-            pixels += body
-        at += 12 + length
-    if kind != b"IEND" or size is None:
-        raise ValueError("it does not end")
-    width, height, depth, colour = size[:4]
-    channels = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}[colour]
-    rows = zlib.decompress(pixels)
-    if len(rows) != height * (1 + (width * channels * depth + 7) // 8) or len(set(rows)) < 3:
-        raise ValueError("its pixels are not all there, or it is blank")
-    return width, height
+def points(curve):
+    """Numbers of a curve, None where there is none."""
+    numbers = array.array("h", base64.b64decode(curve["data"], validate=True))
+    if sys.byteorder == "big":
+        numbers.byteswap()
+    return [None if n == -32768 else n * curve["scale"] for n in numbers]
+
+
+def samples(grid):
+    return [segment["first"] + i * segment["step"] for segment in grid for i in range(segment["n"])]
+
+
+def column(path, name):
+    with open(path, encoding="utf-8") as stream:
+        rows = list(csv.reader(line for line in stream if not line.startswith("#")))
+    at = [cell.strip() for cell in rows[0]].index(name)
+    return [float(row[at]) for row in rows[1:]]
+
+
+def check_curves(curves, folder):
+    """Every curve has its points; the measured ones are the record's samples, and measured - model is the residual."""
+    for channel in curves["channels"]:
+        time, name = channel["time"], f"{channel['record']} {channel['name']}"
+        where, measured = samples(time["grid"]), points(time["measured"])
+        path = os.path.join(folder, channel["record"])
+        true = column(path, channel["name"]) if os.path.exists(path) else None
+        for kind, model, residual in zip(range(99), time["model"], time["residual"]):
+            y, r = points(model), points(residual)
+            off = max((abs(z - a - b) for z, a, b in zip(measured, y, r) if a is not None and b is not None), default=0)
+            if not len(y) == len(r) == len(where) == len(measured):
+                yield f"{name}: curves of {len(y)}, {len(r)}, {len(measured)} points over {len(where)}"
+            elif off > time["measured"]["scale"] + model["scale"] + residual["scale"]:
+                yield f"{name}: measured - model differs from residual {kind} by {off}"
+        if true and any(abs(true[k] - z) > time["measured"]["scale"] for k, z in zip(where, measured)):
+            yield f"{name}: measured is not what the record holds"
+        frequency = channel["frequency"]
+        lists = [frequency["measured"], frequency["phase"]] + frequency["model"] + frequency["residual"]
+        if any(len(points(curve)) != len(samples(frequency["grid"])) for curve in lists):
+            yield f"{name}: curves over frequency of different lengths"
 
 
 def base_name(path):
@@ -193,19 +215,24 @@ def main():
     faults = page.faults
     if page.stack:
         faults.append(f"never closed: {page.stack}")
-    if not asked.hostile and re.search(r"https?:|//[a-z]|javascript:|@import|url\(", re.sub(r"base64,[^\"]*", "", text)):
+    if not asked.hostile and re.search(r"https?:|//[a-z]|javascript:|@import|url\(", re.sub(r"<script.*?</script>", "", text, flags=re.S)):
         faults.append("it holds an address")
+    if len(re.findall("<script", text, re.I)) != len(re.findall("</script", text, re.I)) or "default-src 'none'" not in page.policy:
+        faults.append("its scripts could be more than its own")
     if asked.title is not None and (page.title, page.heading) != (asked.title, asked.title):
         faults.append(f"title {page.title!r}, heading {page.heading!r}")
-    if asked.figures is not None and len(page.pictures) != asked.figures:
-        faults.append(f"{len(page.pictures)} pictures, wanted {asked.figures}")
-    if page.captions != len(page.pictures) + page.svgs:
-        faults.append(f"{page.captions} captions for {len(page.pictures)} pictures and {page.svgs} sketches")
+    drawn = page.curves["channels"] if page.curves else []
+    if asked.figures is not None and len(drawn) != asked.figures:
+        faults.append(f"curves of {len(drawn)} channels, wanted {asked.figures}")
+    if page.captions != page.svgs:
+        faults.append(f"{page.captions} captions for {page.svgs} sketches")
+    if page.curves:
+        faults.extend(check_curves(page.curves, os.path.dirname(asked.page)))
     for name, check in (("compare", check_errors), ("modes", check_modes), ("fit", check_parameters)):
         if getattr(asked, name):
             with open(getattr(asked, name), encoding="utf-8") as stream:
                 faults.extend(check(page, json.load(stream)))
-    print("\n".join(faults) if faults else f"{len(page.pictures)} pictures, {len(page.tables)} tables")
+    print("\n".join(faults) if faults else f"curves of {len(drawn)} channels, {len(page.tables)} tables")
     return 1 if faults else 0
 
 

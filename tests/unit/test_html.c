@@ -6,6 +6,7 @@
 #include <cmocka.h>
 #include <math.h>
 #include "show/html.h"
+#include "show/page_assets.h"
 #include "test_files.h"
 
 /* What was written to `f` of open_memstream(). */
@@ -163,13 +164,16 @@ static void a_page_loads_nothing(void **state)
     (void)state;
     struct sink s;
     sink_open(&s);
-    html_begin(s.f, "</title><script>", "p\"q");
+    static const char *const scripts[] = {"start.js", NULL};
+    html_begin(s.f, "</title><script>", "p\"q", scripts, false);
     html_end(s.f);
     assert_int_equal(fclose(s.f), 0);
     assert_int_equal(strncmp(s.text, "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n", 62), 0);
     assert_contains(s.text, "<title>&lt;/title&gt;&lt;script&gt;</title>");
     assert_contains(s.text, "content=\"p&quot;q\"");
     assert_contains(s.text, "default-src 'none'");
+    assert_contains(s.text, "script-src 'sha256-");
+    assert_null(strstr(s.text, "connect-src"));
     assert_contains(s.text, "@media print");
     assert_null(strstr(s.text, "http:"));
     assert_null(strstr(s.text, "url("));
@@ -178,56 +182,46 @@ static void a_page_loads_nothing(void **state)
     free(s.text);
 }
 
-static void pictures(void **state)
+/* Data cannot end its element, whatever a name in it is. */
+static void data_stays_data(void **state)
 {
     (void)state;
-    static const char png[] = "\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\x07\x08\0\0\x05\x46rest";
-    struct bf_error err;
     struct sink s;
-    char *path = temporary_file("a.png", png, sizeof png - 1);
+    struct json *tree = json_new_object();
+    json_put_text(tree, "name", "</script><script>alert(1)</script>");
     sink_open(&s);
-    assert_int_equal(html_png(s.f, path, "a \"b\"", &err), BF_OK);
-    sink_is(&s, "<img width=\"1800\" height=\"1350\" alt=\"a &quot;b&quot;\" "
-                "src=\"data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAABwgAAAVGcmVzdA==\">");
-    (void)unlink(path);
-    sink_open(&s);
-    assert_int_equal(html_png(s.f, path, "", &err), BF_BAD_FILE);
-    assert_contains(err.text, "a.png");
-    sink_is(&s, "");
-    free(path);
-    path = temporary_file("b.png", "GIF89a, and then some more than 24 bytes", 40);
-    sink_open(&s);
-    assert_int_equal(html_png(s.f, path, "", &err), BF_BAD_FILE);
-    assert_contains(err.text, "PNG");
-    sink_is(&s, "");
-    (void)unlink(path);
-    free(path);
-    path = temporary_file("c.png", png, 20); /* cut */
-    sink_open(&s);
-    assert_int_equal(html_png(s.f, path, "", &err), BF_BAD_FILE);
-    sink_is(&s, "");
-    (void)unlink(path);
-    free(path);
+    html_data(s.f, "id", tree);
+    assert_int_equal(fclose(s.f), 0);
+    assert_contains(s.text, "<script type=\"application/json\" id=\"id\">{");
+    assert_contains(s.text, "\\u003c/script>\\u003cscript>alert(1)\\u003c/script>");
+    assert_int_equal(strlen(strstr(s.text, "</script>")), strlen("</script>\n"));
+    free(s.text);
 }
 
-/* More than one buffer of reading. */
-static void a_large_picture_is_whole(void **state)
+/* SHA-256 of each script as Content Security Policy 3 wants it. */
+static void a_policy_names_scripts(void **state)
 {
     (void)state;
-    enum { LARGE = 200001 };
-    static char bytes[LARGE];
-    struct bf_error err;
+    static const char *const scripts[] = {"curves.js", "start.js", NULL};
     struct sink s;
-    static const char head[] = "\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\0\1\0\0\0\1";
-    memcpy(bytes, head, sizeof head);
-    char *path = temporary_file("large.png", bytes, LARGE);
     sink_open(&s);
-    assert_int_equal(html_png(s.f, path, "", &err), BF_OK);
+    page_policy(s.f, scripts);
     assert_int_equal(fclose(s.f), 0);
-    assert_int_equal(strlen(strstr(s.text, "base64,")) - 7 - 2, LARGE / 3 * 4);
+    assert_int_equal(strlen(s.text), strlen("script-src") + 2 * (strlen(" 'sha256-'") + 44));
     free(s.text);
-    (void)unlink(path);
-    free(path);
+}
+
+static void scripts_are_written_whole(void **state)
+{
+    (void)state;
+    static const char *const scripts[] = {"curves.js", "start.js", NULL};
+    struct sink s;
+    sink_open(&s);
+    page_scripts(s.f, scripts);
+    assert_int_equal(fclose(s.f), 0);
+    assert_int_equal(strncmp(s.text, "<script>/* SPDX", 15), 0);
+    assert_contains(s.text, "Explore.show(");
+    free(s.text);
 }
 
 int main(void)
@@ -241,8 +235,9 @@ int main(void)
         cmocka_unit_test(numbers_as_a_person_writes_them),
         cmocka_unit_test(tables),
         cmocka_unit_test(a_page_loads_nothing),
-        cmocka_unit_test(pictures),
-        cmocka_unit_test(a_large_picture_is_whole),
+        cmocka_unit_test(data_stays_data),
+        cmocka_unit_test(a_policy_names_scripts),
+        cmocka_unit_test(scripts_are_written_whole),
     };
     return cmocka_run_group_tests_name("html", tests, NULL, NULL);
 }
