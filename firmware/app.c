@@ -116,16 +116,15 @@ static __attribute__((noinline)) uint32_t sample(struct app *app, uint16_t senso
     board_drive(app->drive_code); /* first, so that it comes at the same time after each tick */
     const uint32_t tick_us = board_time_us();
     const struct beam_image *image = pages_active(&app->pages);
-    struct beam_live live;
+    struct beam_live *live = &app->latest;
     const uint32_t missed = atomic_load(&app->missed);
     app->sampler.sequence +=
         missed - app->missed_before; /* so that the sequence is the time, and what is missing is seen */
     app->missed_before = missed;
-    sampler_step(&app->sampler, image, sensor_code, app->drive_code, app->facts->sensor_code_max, &live);
-    live.status |= status_of_image(app, image);
-    latch(app, &live);
-    daq_sample(&app->daq, &live, tick_us);
-    app->latest = live;
+    sampler_step(&app->sampler, image, sensor_code, app->drive_code, app->facts->sensor_code_max, live);
+    live->status |= status_of_image(app, image);
+    latch(app, live);
+    daq_sample(&app->daq, live, tick_us);
     atomic_fetch_add(&app->published, 1);
     change(app);
     app->drive_code = drive_next(&app->drive);
