@@ -2,6 +2,7 @@
 /* Boot, sample interrupt, background loop. */
 #include "app.h"
 #include "built_in.h"
+#include "resets.h"
 
 #ifdef __arm__
 _Static_assert(sizeof(struct app) <= 14000, "RAM: 16 kB with both stacks");
@@ -49,6 +50,7 @@ static void choose_image(struct app *app)
 void app_init(struct app *app, const struct board_facts *facts)
 {
     *app = (struct app){.facts = facts};
+    resets_count(facts);
     pages_init(&app->pages, facts);
     store_open(&app->store, facts);
     choose_image(app);
@@ -210,9 +212,20 @@ static bool receive(struct app *app)
     return true;
 }
 
+/* Both contexts have to go on for the board's watchdog to hear of it. */
+static void show_life(struct app *app)
+{
+    const uint32_t published = atomic_load(&app->published);
+    if (published == app->seen)
+        return;
+    app->seen = published;
+    board_alive();
+}
+
 bool app_poll(struct app *app)
 {
     struct app_line *line = &app->line;
+    show_life(app);
     const bool sending = send(app), received = receive(app);
     const bool notice_is_free = line->notice == 0 && (line->frame.bytes != line->notice_frame || !sending);
     if (notice_is_free)
