@@ -28,6 +28,9 @@
 
 #include <stdint.h>
 #include "beam_effect.h"
+#include "beam_language.h"
+
+BEAM_C_BEGIN
 
 /* ---- Sizes; those with #ifndef may be set by -D, alike for every file of a program ---- */
 
@@ -390,5 +393,7 @@ void beam_start(const struct beam_model *model, const struct beam_work *work, co
  * Cost: docs/library.md. SOLVE, STATE, EFFECT_RANGE; y is written in every case.
  */
 enum beam_status beam_step(const struct beam_plan *plan, struct beam_state *state, const beam_real u[], beam_real y[]);
+
+BEAM_C_END
 
 #endif /* BEAM_H */

@@ -15,6 +15,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 #include "beam.h"
+#include "beam_language.h"
+
+BEAM_C_BEGIN
 
 enum {
     BEAM_IMAGE_MAGIC = 0x494D4642, /* "BFMI" in the order of the bytes */
@@ -81,10 +84,10 @@ enum {
     BEAM_IMAGE_PLAN_BYTES = 2 * BEAM_IMAGE_COUNTS + 4 * BEAM_IMAGE_NUMBERS,
     BEAM_IMAGE_BYTES = BEAM_IMAGE_FRONT_BYTES + BEAM_IMAGE_PLAN_BYTES + BEAM_IMAGE_CODE_BYTES
 };
-_Static_assert(sizeof(struct beam_image_header) == 64, "header");
-_Static_assert(sizeof(struct beam_image_setup) == 80, "setup");
-_Static_assert(sizeof(struct beam_image_use) == 24, "use");
-_Static_assert(sizeof(struct beam_image_front) == 336, "front");
+BEAM_ASSERT(sizeof(struct beam_image_header) == 64, "header");
+BEAM_ASSERT(sizeof(struct beam_image_setup) == 80, "setup");
+BEAM_ASSERT(sizeof(struct beam_image_use) == 24, "use");
+BEAM_ASSERT(sizeof(struct beam_image_front) == 336, "front");
 
 /* Why an image is refused, in the order of the checks (the bound is looked at before the proof run); the controller reports the number. */
 enum beam_image_fault {
@@ -173,9 +176,9 @@ struct beam_image {
     uint8_t code[BEAM_IMAGE_CODE_BYTES];
     struct beam_plan plan; /* n and x are the image's counts and numbers; use[].effect is set by beam_image_check() */
 };
-_Static_assert((int)BEAM_PLAN_COUNTS == (int)BEAM_IMAGE_COUNTS, "counts");
-_Static_assert((int)BEAM_PLAN_NUMBERS == (int)BEAM_IMAGE_NUMBERS, "numbers");
-_Static_assert(sizeof(beam_count) == 2 && sizeof(beam_real) == 4, "words");
+BEAM_ASSERT((int)BEAM_PLAN_COUNTS == (int)BEAM_IMAGE_COUNTS, "counts");
+BEAM_ASSERT((int)BEAM_PLAN_NUMBERS == (int)BEAM_IMAGE_NUMBERS, "numbers");
+BEAM_ASSERT(sizeof(beam_count) == 2 && sizeof(beam_real) == 4, "words");
 
 #define beam_image_read         BEAM_NAME(image_read)
 #define beam_image_write        BEAM_NAME(image_write)
@@ -216,4 +219,7 @@ struct beam_image_proof {
 enum beam_image_fault beam_image_prove(const struct beam_image *image, uint32_t steps, struct beam_image_proof *proof);
 
 #endif /* BEAM_TARGET */
+
+BEAM_C_END
+
 #endif /* BEAM_IMAGE_H */

@@ -15,6 +15,9 @@
 #define BEAM_IMAGE_FILE_H
 
 #include "beam_image.h"
+#include "beam_language.h"
+
+BEAM_C_BEGIN
 
 enum { /* sizes of a controller (BEAM_TARGET) that the image's arrays have, asserted in beam_image_file.c */
        BEAM_IMAGE_OUTPUTS = 1,
@@ -56,9 +59,9 @@ struct beam_image_file {
     struct beam_image_numbers numbers;
     uint8_t code[BEAM_IMAGE_CODE_BYTES];
 };
-_Static_assert(sizeof(struct beam_image_counts) == 2 * BEAM_IMAGE_COUNTS, "counts");
-_Static_assert(sizeof(struct beam_image_numbers) == 4 * BEAM_IMAGE_NUMBERS, "numbers");
-_Static_assert(sizeof(struct beam_image_file) == BEAM_IMAGE_BYTES, "file");
+BEAM_ASSERT(sizeof(struct beam_image_counts) == 2 * BEAM_IMAGE_COUNTS, "counts");
+BEAM_ASSERT(sizeof(struct beam_image_numbers) == 4 * BEAM_IMAGE_NUMBERS, "numbers");
+BEAM_ASSERT(sizeof(struct beam_image_file) == BEAM_IMAGE_BYTES, "file");
 
 #define beam_image_pack BEAM_NAME(image_pack)
 
@@ -93,5 +96,7 @@ enum beam_image_fault beam_image_run_seal(struct beam_image_run *run, struct bea
 /* Only after a check without fault. Input in the input's unit; returns what beam_step() says, output in *y. */
 void beam_image_run_rest(struct beam_image_run *run);
 enum beam_status beam_image_run_step(struct beam_image_run *run, float u, float *y);
+
+BEAM_C_END
 
 #endif

@@ -12,6 +12,7 @@
 #define BEAM_WIRE_H
 
 #include <stdint.h>
+#include "beam_language.h"
 
 enum {
     BEAM_WIRE_MAX_PACKET = 248, /* MAX_CTO = MAX_DTO */
@@ -116,7 +117,7 @@ struct beam_live {
     uint32_t status; /* BEAM_LIVE_… below */
     uint32_t crc32;  /* of the bytes before it */
 };
-_Static_assert(sizeof(struct beam_live) == 40, "live");
+BEAM_ASSERT(sizeof(struct beam_live) == 40, "live");
 
 enum {
     BEAM_LIVE_ALARM = 1u << 0, /* the ratio was above alarm_ratio for averaging_s/4, and not below clear_ratio since */
@@ -178,7 +179,7 @@ struct beam_info {
     uint32_t reset;       /* enum beam_reset of this start */
     uint32_t resets[BEAM_RESETS]; /* starts for each reason since power was applied, this one included */
 };
-_Static_assert(sizeof(struct beam_info) == 180, "info");
+BEAM_ASSERT(sizeof(struct beam_info) == 180, "info");
 
 /*
  * The drive: a linear or repeated chirp, made on the controller so that host and controller know it exactly.
@@ -196,7 +197,7 @@ struct beam_drive {
     uint32_t flags;       /* BEAM_DRIVE_REST */
     uint32_t generation;
 };
-_Static_assert(sizeof(struct beam_drive) == 28, "drive");
+BEAM_ASSERT(sizeof(struct beam_drive) == 28, "drive");
 enum { BEAM_DRIVE_REST = 1u << 0 };
 enum { BEAM_DRIVE_DEAD_MAN_MS = 2000 };
 
