@@ -48,7 +48,7 @@ HOST_OBJ  = $(HOST_SRC:%.c=$(B)/%.o) $(B)/host/commands_table.o $(B)/host/import
 PAGES     = $(B)/man/done $(B)/completion/bash $(B)/completion/zsh
 TESTED    = $(B)/libhost.a $(B)/libtruth.a $(B)/libbeam.a $(B)/libbeamf.a $(B)/libbeamt.a $(B)/libbeamc.a
 
-all: $(B)/beamfit $(PAGES) $(B)/libbeamf.a ## build: the program, its manual pages and the libraries
+all: $(B)/beamfit $(PAGES) $(B)/libbeamf.a $(B)/libbeamt.a ## build: the program, its manual pages and the libraries
 
 # ---- Objects ----
 $(B)/gen/effects_table.c: tools/effects_table.sh $(wildcard lib/effects/*.c)
@@ -336,24 +336,34 @@ fuzz: ## test: hostile bytes for every reader, FUZZ_SECONDS=20 for each
 # Where Debian's shells look: zsh in vendor-completions for packages, in site-functions for what a person installs.
 BASH_COMPLETIONS = $(PREFIX)/share/bash-completion/completions
 ZSH_COMPLETIONS  = $(PREFIX)/share/zsh/$(if $(filter /usr,$(PREFIX)),vendor-completions,site-functions)
-install: all ## install: program, libraries, headers, pkg-config file, manual pages, completion under DESTDIR/PREFIX
+# Public headers; and the sources, to be compiled for a controller (packaging/lib).
+PUBLIC_H := $(addprefix lib/beam,.h _effect.h _image.h _image_file.h _language.h _math.h _real.h _wire.h)
+SHARED    = $(DESTDIR)$(PREFIX)/share/beamfit
+PC        = sed -e 's|@PREFIX@|$(PREFIX)|; s|@VERSION@|$(VERSION)|; s|@NAME@|$(1)|; s|@LIB@|$(2)|; s|@DEFINES@|$(3)|; s|@WHAT@|$(4)|' \
+    packaging/beamfit.pc.in > $(DESTDIR)$(PREFIX)/lib/pkgconfig/$(1).pc
+install: all $(B)/gen/effects_table.c $(B)/gen/galerkin_tables.c ## install: program, libraries, headers, pkg-config files, sources for a controller, manual pages, completion under DESTDIR/PREFIX
 	install -d $(DESTDIR)$(PREFIX)/bin $(DESTDIR)$(PREFIX)/lib/pkgconfig $(DESTDIR)$(PREFIX)/include/beamfit \
-	    $(DESTDIR)$(PREFIX)/share/man/man1 $(DESTDIR)$(BASH_COMPLETIONS) $(DESTDIR)$(ZSH_COMPLETIONS)
+	    $(DESTDIR)$(PREFIX)/share/man/man1 $(SHARED)/lib/effects $(SHARED)/examples/cortex_m4 \
+	    $(DESTDIR)$(BASH_COMPLETIONS) $(DESTDIR)$(ZSH_COMPLETIONS)
 	install -m 755 $(B)/beamfit $(DESTDIR)$(PREFIX)/bin/
-	install -m 644 $(B)/libbeam.a $(B)/libbeamf.a $(DESTDIR)$(PREFIX)/lib/
-	install -m 644 lib/*.h $(DESTDIR)$(PREFIX)/include/beamfit/
-	sed -e 's|@PREFIX@|$(PREFIX)|; s|@VERSION@|$(VERSION)|' packaging/beamfit.pc.in \
-	    > $(DESTDIR)$(PREFIX)/lib/pkgconfig/beamfit.pc
+	install -m 644 $(B)/libbeam.a $(B)/libbeamf.a $(B)/libbeamt.a $(DESTDIR)$(PREFIX)/lib/
+	install -m 644 $(PUBLIC_H) $(DESTDIR)$(PREFIX)/include/beamfit/
+	$(call PC,beamfit,-lbeam,,double precision)
+	$(call PC,beamfit-float,-lbeamf, -DBEAM_FLOAT,single precision)
+	$(call PC,beamfit-target,-lbeamt, -DBEAM_FLOAT -DBEAM_TARGET,as a controller computes it)
+	install -m 644 lib/*.c lib/*.h lib/LICENSE packaging/lib/* $(B)/gen/effects_table.c $(B)/gen/galerkin_tables.c $(SHARED)/lib/
+	install -m 644 lib/effects/*.c $(SHARED)/lib/effects/
+	install -m 644 firmware/examples/cortex_m4/* $(SHARED)/examples/cortex_m4/
 	install -m 644 $(B)/man/*.1 $(DESTDIR)$(PREFIX)/share/man/man1/
 	install -m 644 $(B)/completion/bash $(DESTDIR)$(BASH_COMPLETIONS)/beamfit
 	install -m 644 $(B)/completion/zsh $(DESTDIR)$(ZSH_COMPLETIONS)/_beamfit
 deb: all ## install: Debian packages beamfit and libbeam-dev, in build/
 	@tools/deb.sh $(B) $(VERSION)
 uninstall: ## install: remove what install put there
-	rm -f $(DESTDIR)$(PREFIX)/bin/beamfit $(DESTDIR)$(PREFIX)/lib/libbeam.a $(DESTDIR)$(PREFIX)/lib/libbeamf.a \
-	    $(DESTDIR)$(PREFIX)/lib/pkgconfig/beamfit.pc $(DESTDIR)$(PREFIX)/share/man/man1/beamfit.1 \
+	rm -f $(DESTDIR)$(PREFIX)/bin/beamfit $(addprefix $(DESTDIR)$(PREFIX)/lib/,libbeam.a libbeamf.a libbeamt.a) \
+	    $(addprefix $(DESTDIR)$(PREFIX)/lib/pkgconfig/,beamfit.pc beamfit-float.pc beamfit-target.pc) $(DESTDIR)$(PREFIX)/share/man/man1/beamfit.1 \
 	    $(DESTDIR)$(PREFIX)/share/man/man1/beamfit-*.1 $(DESTDIR)$(BASH_COMPLETIONS)/beamfit $(DESTDIR)$(ZSH_COMPLETIONS)/_beamfit
-	rm -rf $(DESTDIR)$(PREFIX)/include/beamfit
+	rm -rf $(DESTDIR)$(PREFIX)/include/beamfit $(SHARED)
 
 clean: ## build: remove everything built
 	rm -rf build

@@ -2,6 +2,7 @@
 /* Boot, sample interrupt, background loop. */
 #include "app.h"
 #include "built_in.h"
+#include "resets.h"
 
 #ifdef __arm__
 _Static_assert(sizeof(struct app) <= 14000, "RAM: 16 kB with both stacks");
@@ -49,6 +50,7 @@ static void choose_image(struct app *app)
 void app_init(struct app *app, const struct board_facts *facts)
 {
     *app = (struct app){.facts = facts};
+    resets_count(facts);
     pages_init(&app->pages, facts);
     store_open(&app->store, facts);
     choose_image(app);
@@ -116,16 +118,15 @@ static __attribute__((noinline)) uint32_t sample(struct app *app, uint16_t senso
     board_drive(app->drive_code); /* first, so that it comes at the same time after each tick */
     const uint32_t tick_us = board_time_us();
     const struct beam_image *image = pages_active(&app->pages);
-    struct beam_live live;
+    struct beam_live *live = &app->latest;
     const uint32_t missed = atomic_load(&app->missed);
     app->sampler.sequence +=
         missed - app->missed_before; /* so that the sequence is the time, and what is missing is seen */
     app->missed_before = missed;
-    sampler_step(&app->sampler, image, sensor_code, app->drive_code, app->facts->sensor_code_max, &live);
-    live.status |= status_of_image(app, image);
-    latch(app, &live);
-    daq_sample(&app->daq, &live, tick_us);
-    app->latest = live;
+    sampler_step(&app->sampler, image, sensor_code, app->drive_code, app->facts->sensor_code_max, live);
+    live->status |= status_of_image(app, image);
+    latch(app, live);
+    daq_sample(&app->daq, live, tick_us);
     atomic_fetch_add(&app->published, 1);
     change(app);
     app->drive_code = drive_next(&app->drive);
@@ -211,9 +212,20 @@ static bool receive(struct app *app)
     return true;
 }
 
+/* Both contexts have to go on for the board's watchdog to hear of it. */
+static void show_life(struct app *app)
+{
+    const uint32_t published = atomic_load(&app->published);
+    if (published == app->seen)
+        return;
+    app->seen = published;
+    board_alive();
+}
+
 bool app_poll(struct app *app)
 {
     struct app_line *line = &app->line;
+    show_life(app);
     const bool sending = send(app), received = receive(app);
     const bool notice_is_free = line->notice == 0 && (line->frame.bytes != line->notice_frame || !sending);
     if (notice_is_free)

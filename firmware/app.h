@@ -57,6 +57,7 @@ struct app {
     uint16_t drive_code;        /* for the next tick */
     struct beam_live latest;    /* without its CRC */
     _Atomic uint32_t published; /* samples that were written to latest */
+    uint32_t seen;              /* of them by the background when it last showed life */
     _Atomic uint8_t running;    /* enum beam_boot_choice */
     _Atomic uint32_t missed, worst_us;
     uint32_t missed_before; /* of `missed`, what the sequence has counted; the interrupt's */

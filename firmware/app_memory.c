@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* The memory map of beam_wire.h. */
 #include "app.h"
+#include "resets.h"
 #include <string.h>
 
 static const char event_name[] = "sample";
@@ -57,7 +58,9 @@ static void fill_info(const struct app *app, struct beam_info *out)
         .latch_first = atomic_load(&app->latch.first),
         .latch_last = atomic_load(&app->latch.last),
         .drive_stops = app->drive_stops,
+        .reset = app->facts->reset,
     };
+    resets_read(app->facts, out->resets);
     memcpy(out->device, app->facts->device, sizeof out->device);
     memcpy(out->model_sha256, header->model_sha256, sizeof out->model_sha256);
 }

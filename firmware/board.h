@@ -11,6 +11,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+#include "beam_wire.h"
 
 /* Facts of the board, constant while it runs. */
 struct board_facts {
@@ -21,13 +22,22 @@ struct board_facts {
     uint16_t sensor_code_max; /* 4095 */
     uint16_t drive_code_zero; /* 2048 */
     uint32_t nvm_slot_bytes;  /* capacity of one slot, a multiple of 4 */
+    uint8_t reset;            /* enum beam_reset: why it started */
+    uint32_t *kept;           /* BOARD_KEPT_WORDS that a reset leaves as they were; NULL: the board has none */
 };
+enum { BOARD_KEPT_WORDS = 5 };
 
 /* Clocks, converter, port, memory; not yet sampling. Background, once. Returns NULL when the board is broken. */
 const struct board_facts *board_init(void);
 
-/* From now on app_sample() is called once a tick, with the finished conversion. Background, once. */
+/* From now on app_sample() is called once a tick, with the finished conversion, and the watchdog watches. Background, once. */
 void board_start(void);
+
+/*
+ * The application is alive: samples and the background loop go on. A board whose watchdog hears nothing for about 4 s, which
+ * is longer than an erase of its flash stalls it, starts again and says BEAM_RESET_WATCHDOG. Background.
+ */
+void board_alive(void);
 
 /* Drive code to the D/A, taking effect at once. Sample interrupt. */
 void board_drive(uint16_t code);

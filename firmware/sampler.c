@@ -93,9 +93,10 @@ void sampler_step(struct sampler *s, const struct beam_image *image, uint16_t se
                   uint16_t sensor_code_max, struct beam_live *out)
 {
     const struct beam_image_setup *setup = &image->front.setup;
+    const int latency = image->plan.n.latency;
     const uint32_t newest = s->taken++ % SAMPLER_PAST;
     s->past[newest] = sensor_code;
-    const uint16_t code = s->past[(newest - (uint32_t)image->plan.n.latency) % SAMPLER_PAST]; /* same sample as y */
+    const uint16_t code = s->past[(newest - (uint32_t)latency) % SAMPLER_PAST]; /* same sample as y */
 
     const float input = beam_image_drive_value(setup, drive_code);
     const float u[BEAM_INPUTS] = {input};

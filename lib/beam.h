@@ -28,6 +28,9 @@
 
 #include <stdint.h>
 #include "beam_effect.h"
+#include "beam_language.h"
+
+BEAM_C_BEGIN
 
 /* ---- Sizes; those with #ifndef may be set by -D, alike for every file of a program ---- */
 
@@ -35,9 +38,11 @@
 #ifdef BEAM_TARGET
 #define BEAM_INPUTS  1
 #define BEAM_OUTPUTS 1
+#define BEAM_BASE    0 /* no motion of the clamp: an image carries none */
 #define BEAM_TAPS    64
 #define BEAM_HISTORY 64
 #else
+#define BEAM_BASE    1
 #define BEAM_INPUTS  2 /* commanded inputs; the motion of the clamp is a further, inner one */
 #define BEAM_OUTPUTS 4
 #endif
@@ -65,7 +70,7 @@ enum {
     BEAM_MEMORY_STATES = 12,                       /* their ranks together */
     BEAM_BLOCKS = BEAM_N + BEAM_MEMORY_STATES / 2, /* 2 × 2 blocks of the step */
     BEAM_STATES = 2 * BEAM_BLOCKS,
-    BEAM_ALL_INPUTS = BEAM_INPUTS + 1,
+    BEAM_ALL_INPUTS = BEAM_INPUTS + BEAM_BASE,
     BEAM_ROWS = BEAM_OUTPUTS + 2 * BEAM_PORTS, /* outputs, then displacement and rate of each port */
     BEAM_HALF_WIDTH = 24                       /* largest L of the band-limited hold */
 };
@@ -257,17 +262,20 @@ struct beam_work {
     beam_real a[BEAM_STATES][BEAM_STATES], b[BEAM_STATES][BEAM_STATES], c[BEAM_STATES][BEAM_STATES];
 };
 
+/* Of anything in a plan, and places in its pools: two bytes, because a controller keeps two plans. */
+typedef int16_t beam_count;
+
 /* A ring of remembered samples inside the pool. */
 struct beam_ring {
-    int offset, length;
+    beam_count offset, length;
 };
 
 /* One measurement-chain effect on one output. */
 struct beam_link {
-    int use;         /* index into the plan's use[] */
-    int tap, n_taps; /* a filter's taps in the pool; n_taps 0: a map or signal */
-    int wait;        /* samples that a long delay waits beyond the taps */
-    int latency;     /* samples by which the link's output is late, from the input sample */
+    beam_count use;         /* index into the plan's use[] */
+    beam_count tap, n_taps; /* a filter's taps in the pool; n_taps 0: a map or signal */
+    beam_count wait;        /* samples that a long delay waits beyond the taps */
+    beam_count latency;     /* samples by which the link's output is late, from the input sample */
     struct beam_ring ring;
 };
 
@@ -286,24 +294,24 @@ struct beam_plan_numbers {
     beam_real taps[BEAM_TAPS]; /* direct response, [row][input][tap], newest sample first */
 };
 
-/* ... and every member of counts is an int. */
+/* ... and every member of counts is a beam_count. */
 struct beam_plan_counts {
-    int n_blocks, n_inputs, n_outputs, n_ports, n_uses;
-    int base_use;     /* effect that moves the clamp, or −1; it is then input n_inputs */
-    int drive_input;  /* first patch_moment input, for maps; −1: none */
-    int n_taps;       /* of an input: 2L − 1 */
-    int beam_latency; /* L − 1 */
-    int latency;      /* of every y: y belongs to the sample `latency` steps before u */
-    int law_evaluations;
-    int port_use[BEAM_PORTS], port_coordinate[BEAM_PORTS];
+    beam_count n_blocks, n_inputs, n_outputs, n_ports, n_uses;
+    beam_count base_use;     /* effect that moves the clamp, or −1; it is then input n_inputs */
+    beam_count drive_input;  /* first patch_moment input, for maps; −1: none */
+    beam_count n_taps;       /* of an input: 2L − 1 */
+    beam_count beam_latency; /* L − 1 */
+    beam_count latency;      /* of every y: y belongs to the sample `latency` steps before u */
+    beam_count law_evaluations;
+    beam_count port_use[BEAM_PORTS], port_coordinate[BEAM_PORTS];
     struct beam_ring input_ring[BEAM_ALL_INPUTS], command_ring, output_ring[BEAM_OUTPUTS];
-    int n_links[BEAM_OUTPUTS];
+    beam_count n_links[BEAM_OUTPUTS];
     struct beam_link link[BEAM_OUTPUTS][BEAM_CHAIN];
 };
 
 enum {
     BEAM_PLAN_NUMBERS = sizeof(struct beam_plan_numbers) / sizeof(beam_real),
-    BEAM_PLAN_COUNTS = sizeof(struct beam_plan_counts) / sizeof(int)
+    BEAM_PLAN_COUNTS = sizeof(struct beam_plan_counts) / sizeof(beam_count)
 };
 
 struct beam_plan {
@@ -362,7 +370,7 @@ struct beam_state {
     beam_real drive_z[BEAM_INPUTS][BEAM_USES][BEAM_DRIVE_STATES];
     beam_real u_last[BEAM_ALL_INPUTS];
     beam_real link_x[BEAM_OUTPUTS][BEAM_CHAIN];
-    int input_at[BEAM_ALL_INPUTS], command_at, output_at[BEAM_OUTPUTS], link_at[BEAM_OUTPUTS][BEAM_CHAIN];
+    beam_count input_at[BEAM_ALL_INPUTS], command_at, output_at[BEAM_OUTPUTS], link_at[BEAM_OUTPUTS][BEAM_CHAIN];
     beam_real history[BEAM_HISTORY];
 };
 
@@ -385,5 +393,7 @@ void beam_start(const struct beam_model *model, const struct beam_work *work, co
  * Cost: docs/library.md. SOLVE, STATE, EFFECT_RANGE; y is written in every case.
  */
 enum beam_status beam_step(const struct beam_plan *plan, struct beam_state *state, const beam_real u[], beam_real y[]);
+
+BEAM_C_END
 
 #endif /* BEAM_H */

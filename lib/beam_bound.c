@@ -83,12 +83,13 @@ uint32_t beam_step_bound(const struct beam_plan *plan)
     const struct beam_plan_counts *n = &plan->n;
     const uint32_t pairs = ((uint32_t)n->n_blocks + 1) / 2, outputs = (uint32_t)n->n_outputs;
     const uint32_t inputs = (uint32_t)n->n_inputs + (n->base_use >= 0), ports = (uint32_t)n->n_ports;
-    const uint32_t rows = outputs + 2 * ports;
+    const int n_taps = n->n_taps;
+    const uint32_t rows = outputs + 2 * ports, taps = (uint32_t)n_taps;
     if (n->n_uses == 0 && n->n_taps == 1 && n->n_inputs == 1 && n->n_outputs == 1)
         return LINEAR_FIXED + pairs * LINEAR_PAIR;
     const uint32_t columns = (inputs > 0 ? inputs - 1 : 0) + ports;
     const uint32_t turned = pairs * TURN_PAIR + columns * (COLUMN_FIXED + pairs * COLUMN_PAIR);
-    const uint32_t read = rows * (ROW_FIXED + pairs * ROW_PAIR + inputs * (uint32_t)n->n_taps * TAP);
+    const uint32_t read = rows * (ROW_FIXED + pairs * ROW_PAIR + inputs * taps * TAP);
     if (n->n_uses == 0 && n->n_taps == 1)
         return MANY_FIXED + turned + read;
     return GENERAL_FIXED + inputs * INPUT + turned + read + drives(plan) + chains(plan) + laws(plan);

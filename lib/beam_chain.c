@@ -61,10 +61,10 @@ static enum beam_status make_filter(const struct beam_filter *filter, const stru
     const int fractional = beam_less(BEAM_K(0.0), fraction);
     const int plain = !fractional && !beam_less(BEAM_K(0.0), beam_fabs(section.residue));
     const int ahead = plain ? 0 : width - 1 + fractional; /* samples needed after the one wanted */
-    link->n_taps = plain ? 1 : ahead + width;
-    link->wait = whole > ahead ? whole - ahead : 0;
-    link->latency += whole > ahead ? 0 : ahead - whole;
-    link->tap = *taps_used;
+    link->n_taps = (beam_count)(plain ? 1 : ahead + width);
+    link->wait = (beam_count)(whole > ahead ? whole - ahead : 0);
+    link->latency = (beam_count)(link->latency + (whole > ahead ? 0 : ahead - whole));
+    link->tap = (beam_count)*taps_used;
     *taps_used += link->n_taps;
     if (*taps_used > BEAM_TAPS)
         return BEAM_ERROR_CAPACITY;
@@ -97,8 +97,8 @@ static enum beam_status make_chain(const struct beam_kernel *kernel, int o, int 
             return BEAM_ERROR_CAPACITY;
         const int c = plan->n.n_links[o]++;
         struct beam_link *link = &plan->n.link[o][c];
-        link->use = u;
-        link->latency = *latency;
+        link->use = (beam_count)u;
+        link->latency = (beam_count)*latency;
         if (effect->filter) {
             struct beam_filter_output filter = {.value = {.b1 = BEAM_K(0.0)}};
             if (effect->filter(use->p, &filter) != 0)
@@ -126,7 +126,7 @@ enum beam_status beam_plan_chains(const struct beam_model *model, const struct b
         if (status != BEAM_OK)
             return status;
         if (latency[o] > plan->n.latency)
-            plan->n.latency = latency[o];
+            plan->n.latency = (beam_count)latency[o];
     }
     for (int o = 0; o < model->n_outputs && status == BEAM_OK; o++)
         status = beam_plan_reserve(plan->n.latency - latency[o] + 1, history_used, &plan->n.output_ring[o]);
@@ -155,7 +155,7 @@ static enum beam_status step_link(const struct beam_plan *plan, struct beam_stat
     const struct beam_use *use = &plan->use[link->use];
     struct beam_sample_output out = {.y = BEAM_K(0.0)};
     if (link->n_taps > 0) {
-        int *at = &state->link_at[o][c];
+        beam_count *at = &state->link_at[o][c];
         beam_ring_push(&link->ring, state->history, at, *value);
         state->link_x[o][c] +=
             plan->x.link_phi[o][c] * state->link_x[o][c] +
@@ -171,7 +171,7 @@ static enum beam_status step_link(const struct beam_plan *plan, struct beam_stat
         *value = out.y;
     }
     if (use->effect->signal) {
-        const int32_t sample = (int32_t)(state->k - (uint32_t)link->latency);
+        const int32_t latency = link->latency, sample = (int32_t)(state->k - (uint32_t)latency);
         if (use->effect->signal(use->p, (beam_real)sample * plan->x.dt_s, *value, &out) != 0)
             return BEAM_ERROR_EFFECT_RANGE;
         *value = out.y;

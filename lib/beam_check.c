@@ -115,7 +115,7 @@ static int counts_outside(const struct beam_plan *plan)
     const struct beam_plan_counts *n = &plan->n;
     if (count_outside(n->n_blocks, 1, BEAM_BLOCKS) || count_outside(n->n_inputs, 0, BEAM_INPUTS) ||
         count_outside(n->n_outputs, 0, BEAM_OUTPUTS) || count_outside(n->n_ports, 0, BEAM_PORTS) ||
-        count_outside(n->n_uses, 0, BEAM_USES) || count_outside(n->base_use, -1, n->n_uses - 1) ||
+        count_outside(n->n_uses, 0, BEAM_USES) || count_outside(n->base_use, -1, BEAM_BASE ? n->n_uses - 1 : -1) ||
         count_outside(n->drive_input, -1, n->n_inputs - 1) || count_outside(n->law_evaluations, 1, 1000) ||
         count_outside(n->beam_latency, 0, BEAM_HALF_WIDTH - 1) || n->n_taps != 2 * n->beam_latency + 1 ||
         count_outside(n->latency, n->beam_latency, BEAM_HISTORY - 1))

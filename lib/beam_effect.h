@@ -32,6 +32,9 @@
 #define BEAM_EFFECT_H
 
 #include "beam_real.h"
+#include "beam_language.h"
+
+BEAM_C_BEGIN
 
 /* Text for people, of which a controller has no use and no room: NULL there. An effect's id is always kept. */
 #ifdef BEAM_TARGET
@@ -205,7 +208,7 @@ struct beam_law_input {
 #ifdef BEAM_TARGET
 #define BEAM_FOR_FITS union
 #else
-#define BEAM_FOR_FITS struct
+#define BEAM_FOR_FITS BEAM_NAMELESS struct
 #endif
 
 /*
@@ -344,5 +347,7 @@ struct beam_effect {
 #define beam_effects_count BEAM_NAME(effects_count)
 extern const struct beam_effect *const beam_effects[];
 extern const int beam_effects_count;
+
+BEAM_C_END
 
 #endif /* BEAM_EFFECT_H */

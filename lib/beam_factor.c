@@ -44,10 +44,12 @@ static unsigned use_channels(const struct beam_model *model, const struct beam_u
 
 enum beam_status beam_plan_reserve(int length, int *used, struct beam_ring *out)
 {
-    out->offset = *used;
-    out->length = length;
+    if (length < 1 || length > BEAM_HISTORY - *used)
+        return BEAM_ERROR_CAPACITY;
+    out->offset = (beam_count)*used;
+    out->length = (beam_count)length;
     *used += length;
-    return length >= 1 && *used <= BEAM_HISTORY ? BEAM_OK : BEAM_ERROR_CAPACITY;
+    return BEAM_OK;
 }
 
 static void make_pole_step(const struct beam_poles *poles, int k, const struct beam_kernel *kernel, beam_real dt_s,
@@ -199,29 +201,31 @@ static enum beam_status make_counts(const struct beam_model *model, const struct
 {
     struct beam_plan_counts *n = &plan->n;
     enum beam_status status = BEAM_OK;
-    n->n_blocks = poles->n_complex + (poles->n_real + 1) / 2;
-    n->n_inputs = model->n_inputs;
-    n->n_outputs = model->n_outputs;
-    n->n_ports = model->n_ports;
-    n->n_uses = model->n_uses;
-    n->base_use = n->drive_input = -1;
-    n->beam_latency = kernel->half_width - 1;
-    n->n_taps = 2 * kernel->half_width - 1;
-    n->law_evaluations = options->law_evaluations == 0 ? 16 : options->law_evaluations;
-    if (n->law_evaluations < 1 || n->law_evaluations > 1000)
+    if (options->law_evaluations < 0 || options->law_evaluations > 1000)
         return BEAM_ERROR_ARGUMENT;
+    n->n_blocks = (beam_count)(poles->n_complex + (poles->n_real + 1) / 2);
+    n->n_inputs = (beam_count)model->n_inputs;
+    n->n_outputs = (beam_count)model->n_outputs;
+    n->n_ports = (beam_count)model->n_ports;
+    n->n_uses = (beam_count)model->n_uses;
+    n->base_use = n->drive_input = -1;
+    n->beam_latency = (beam_count)(kernel->half_width - 1);
+    n->n_taps = (beam_count)(2 * kernel->half_width - 1);
+    n->law_evaluations = (beam_count)(options->law_evaluations == 0 ? 16 : options->law_evaluations);
     for (int u = 0; u < model->n_uses; u++) {
         plan->use[u] = model->use[u];
         plan->use[u].channels = use_channels(model, &model->use[u]);
         if (model->use[u].effect->base && n->base_use < 0)
-            n->base_use = u;
+            n->base_use = (beam_count)u;
     }
+    if (n->base_use >= 0 && !BEAM_BASE)
+        return BEAM_ERROR_CAPACITY;
     for (int i = model->n_inputs - 1; i >= 0; i--)
         if (model->input[i].kind == BEAM_INPUT_PATCH_MOMENT)
-            n->drive_input = i;
+            n->drive_input = (beam_count)i;
     for (int p = 0; p < model->n_ports; p++) {
-        n->port_use[p] = model->port[p].use;
-        n->port_coordinate[p] = model->port[p].coordinate;
+        n->port_use[p] = (beam_count)model->port[p].use;
+        n->port_coordinate[p] = (beam_count)model->port[p].coordinate;
         plan->x.weight[p] = model->port[p].weight;
     }
     const int inputs = n->n_inputs + (n->base_use >= 0);

@@ -87,39 +87,62 @@ const struct beam_effect *beam_image_effect(uint32_t key)
 
 #ifdef BEAM_TARGET
 
+#include <stddef.h>
 #include <string.h>
 
-/* ---- The page: four pieces of memory that are one row of bytes ---- */
+/* ---- The page: pieces of memory that are one row of bytes ---- */
 
-enum { PIECES = 4 };
+enum {
+    SETUP,
+    USES, /* of each its effect, then channels and parameters */
+    COUNTS = USES + 2 * BEAM_USES,
+    NUMBERS,
+    CODE,
+    PIECES,
+    HEADER = PIECES /* comes first, and is no part of the sum */
+};
+_Static_assert(offsetof(struct beam_use, p) == offsetof(struct beam_use, channels) + sizeof(unsigned), "in one piece");
+_Static_assert(sizeof(struct beam_image_use) == 8 + sizeof((struct beam_use *)0)->p, "bytes of a use");
 
 struct piece {
     uint8_t *bytes;
     uint32_t n;
 };
 
-static void pieces_of(struct beam_image *image, struct piece out[PIECES])
+static struct piece piece_of(struct beam_image *image, int which)
 {
-    out[0] = (struct piece){(uint8_t *)&image->front, BEAM_IMAGE_FRONT_BYTES};
-    out[1] = (struct piece){(uint8_t *)&image->plan.n, 4 * BEAM_IMAGE_COUNTS};
-    out[2] = (struct piece){(uint8_t *)&image->plan.x, 4 * BEAM_IMAGE_NUMBERS};
-    out[3] = (struct piece){image->code, BEAM_IMAGE_CODE_BYTES};
+    struct beam_use *use = &image->plan.use[(which - USES) / 2 % BEAM_USES];
+    switch (which) {
+    case HEADER:
+        return (struct piece){(uint8_t *)&image->front.header, sizeof image->front.header};
+    case SETUP:
+        return (struct piece){(uint8_t *)&image->front.setup, sizeof image->front.setup};
+    case COUNTS:
+        return (struct piece){(uint8_t *)&image->plan.n, 2 * BEAM_IMAGE_COUNTS};
+    case NUMBERS:
+        return (struct piece){(uint8_t *)&image->plan.x, 4 * BEAM_IMAGE_NUMBERS};
+    case CODE:
+        return (struct piece){image->code, BEAM_IMAGE_CODE_BYTES};
+    default:
+        if ((which - USES) % 2 == 0)
+            return (struct piece){(uint8_t *)&image->effect[(which - USES) / 2], sizeof *image->effect};
+        return (struct piece){(uint8_t *)&use->channels, sizeof use->channels + sizeof use->p};
+    }
 }
 
 /* Between the page and a row of bytes, of which one is left as it is. */
 static bool copy(struct beam_image *image, uint32_t offset, uint32_t n, uint8_t bytes[], bool into_page)
 {
-    struct piece pieces[PIECES];
+    struct piece piece = piece_of(image, HEADER);
     uint32_t begin = 0, done = 0;
     if (offset > BEAM_IMAGE_BYTES || n > BEAM_IMAGE_BYTES - offset)
         return false;
-    pieces_of(image, pieces);
-    for (int p = 0; p < PIECES && done < n; begin += pieces[p].n, p++) {
+    for (int p = 0; p <= PIECES && done < n; begin += piece.n, piece = piece_of(image, p++)) {
         const uint32_t at = offset + done;
-        if (at >= begin + pieces[p].n)
+        if (at >= begin + piece.n)
             continue;
-        const uint32_t left = begin + pieces[p].n - at, count = n - done < left ? n - done : left;
-        uint8_t *inside = pieces[p].bytes + (at - begin), *outside = bytes + done;
+        const uint32_t left = begin + piece.n - at, count = n - done < left ? n - done : left;
+        uint8_t *inside = piece.bytes + (at - begin), *outside = bytes + done;
         memcpy(into_page ? inside : outside, into_page ? outside : inside, count);
         done += count;
     }
@@ -140,10 +163,12 @@ bool beam_image_write(struct beam_image *image, uint32_t offset, uint32_t n, con
 
 uint32_t beam_image_crc(const struct beam_image *image)
 {
-    const uint32_t body = BEAM_IMAGE_FRONT_BYTES - (uint32_t)sizeof image->front.header;
-    uint32_t crc = beam_crc32(0, body, (const uint8_t *)&image->front.setup);
-    crc = beam_crc32(crc, 4 * BEAM_IMAGE_COUNTS, (const uint8_t *)&image->plan.n);
-    return beam_crc32(crc, 4 * BEAM_IMAGE_NUMBERS, (const uint8_t *)&image->plan.x);
+    uint32_t crc = 0;
+    for (int p = 0; p < CODE; p++) {
+        const struct piece piece = piece_of((struct beam_image *)image, p);
+        crc = beam_crc32(crc, piece.n, piece.bytes);
+    }
+    return crc;
 }
 
 enum beam_image_fault beam_image_header_check(const struct beam_image *image,
@@ -182,24 +207,19 @@ static bool numbers_are_sound(const struct beam_image *image)
             return false;
     for (int u = 0; u < BEAM_USES; u++)
         for (int i = 0; i < BEAM_EFFECT_PARAMETERS; i++)
-            if (!beam_image_number(image->front.use[u].p[i]))
+            if (!beam_image_number(image->plan.use[u].p[i]))
                 return false;
     return true;
 }
 
 static enum beam_image_fault resolve_effects(struct beam_image *image)
 {
-    memset(image->plan.use, 0, sizeof image->plan.use);
     if (image->plan.n.n_uses < 0 || image->plan.n.n_uses > BEAM_USES)
         return BEAM_IMAGE_BAD_PLAN;
     for (int i = 0; i < image->plan.n.n_uses; i++) {
-        const struct beam_image_use *from = &image->front.use[i];
-        struct beam_use *to = &image->plan.use[i];
-        to->effect = beam_image_effect(from->effect);
-        if (!to->effect)
+        image->plan.use[i].effect = beam_image_effect(image->effect[i]);
+        if (!image->plan.use[i].effect)
             return BEAM_IMAGE_UNKNOWN_EFFECT;
-        to->channels = from->channels;
-        memcpy(to->p, from->p, sizeof to->p);
     }
     return BEAM_IMAGE_FINE;
 }

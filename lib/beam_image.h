@@ -2,11 +2,11 @@
 /*
  * beam_image.h — a target image: what travels from a fitted model to a controller, and what the controller keeps.
  *
- *     header 64 B | setup | uses | counts | numbers | HMAC-SHA256 32 B            everything little-endian, 4-byte words
+ *     header 64 B | setup | uses | counts | numbers | HMAC-SHA256 32 B            everything little-endian
  *
  * The bytes are the members of struct beam_image_front, then of beam_plan_counts, then of beam_plan_numbers in the
  * controller's sizes (BEAM_TARGET), then the code. So a page of the controller holds an image without decoding it:
- * the plan a step runs on is the memory the image was written to. Only `use` is resolved, beside it.
+ * the plan a step runs on is the memory the image was written to. Only an effect's name is resolved, beside it.
  * Host and controller compile this file alike; the sizes below do not depend on the build and are asserted against it.
  */
 #ifndef BEAM_IMAGE_H
@@ -15,16 +15,19 @@
 #include <stdbool.h>
 #include <stdint.h>
 #include "beam.h"
+#include "beam_language.h"
+
+BEAM_C_BEGIN
 
 enum {
     BEAM_IMAGE_MAGIC = 0x494D4642, /* "BFMI" in the order of the bytes */
-    BEAM_IMAGE_LAYOUT = 2,         /* raised with every change of the bytes' meaning */
+    BEAM_IMAGE_LAYOUT = 3,         /* raised with every change of the bytes' meaning */
     BEAM_IMAGE_DEVICE_BYTES = 12,
     BEAM_IMAGE_CODE_BYTES = 32, /* HMAC-SHA256 */
     BEAM_IMAGE_KEY_BYTES = 32,
-    BEAM_IMAGE_PROOFS = 4, /* outputs of the proof run that must come out bit for bit */
-    BEAM_IMAGE_COUNTS = 64,
-    BEAM_IMAGE_NUMBERS = 1146
+    BEAM_IMAGE_PROOFS = 4,    /* outputs of the proof run that must come out bit for bit */
+    BEAM_IMAGE_COUNTS = 62,   /* of two bytes */
+    BEAM_IMAGE_NUMBERS = 1114 /* of four */
 };
 
 struct beam_image_header {
@@ -78,13 +81,13 @@ struct beam_image_front {
 
 enum {
     BEAM_IMAGE_FRONT_BYTES = sizeof(struct beam_image_front),
-    BEAM_IMAGE_PLAN_BYTES = 4 * (BEAM_IMAGE_COUNTS + BEAM_IMAGE_NUMBERS),
+    BEAM_IMAGE_PLAN_BYTES = 2 * BEAM_IMAGE_COUNTS + 4 * BEAM_IMAGE_NUMBERS,
     BEAM_IMAGE_BYTES = BEAM_IMAGE_FRONT_BYTES + BEAM_IMAGE_PLAN_BYTES + BEAM_IMAGE_CODE_BYTES
 };
-_Static_assert(sizeof(struct beam_image_header) == 64, "header");
-_Static_assert(sizeof(struct beam_image_setup) == 80, "setup");
-_Static_assert(sizeof(struct beam_image_use) == 24, "use");
-_Static_assert(sizeof(struct beam_image_front) == 336, "front");
+BEAM_ASSERT(sizeof(struct beam_image_header) == 64, "header");
+BEAM_ASSERT(sizeof(struct beam_image_setup) == 80, "setup");
+BEAM_ASSERT(sizeof(struct beam_image_use) == 24, "use");
+BEAM_ASSERT(sizeof(struct beam_image_front) == 336, "front");
 
 /* Why an image is refused, in the order of the checks (the bound is looked at before the proof run); the controller reports the number. */
 enum beam_image_fault {
@@ -163,15 +166,19 @@ const struct beam_effect *beam_image_effect(uint32_t key);
 
 #ifdef BEAM_TARGET
 
-/* A page: the image's memory and the plan that runs in it. */
+/* A page: the image's memory and the plan that runs in it. The uses' bytes are in `effect` and in plan.use. */
 struct beam_image {
-    struct beam_image_front front;
+    struct {
+        struct beam_image_header header;
+        struct beam_image_setup setup;
+    } front;
+    uint32_t effect[BEAM_USES]; /* beam_image_effect_key() of each use */
     uint8_t code[BEAM_IMAGE_CODE_BYTES];
-    struct beam_plan plan; /* n and x are the image's counts and numbers; use is resolved by beam_image_check() */
+    struct beam_plan plan; /* n and x are the image's counts and numbers; use[].effect is set by beam_image_check() */
 };
-_Static_assert((int)BEAM_PLAN_COUNTS == (int)BEAM_IMAGE_COUNTS, "counts");
-_Static_assert((int)BEAM_PLAN_NUMBERS == (int)BEAM_IMAGE_NUMBERS, "numbers");
-_Static_assert(sizeof(int) == 4 && sizeof(beam_real) == 4, "words");
+BEAM_ASSERT((int)BEAM_PLAN_COUNTS == (int)BEAM_IMAGE_COUNTS, "counts");
+BEAM_ASSERT((int)BEAM_PLAN_NUMBERS == (int)BEAM_IMAGE_NUMBERS, "numbers");
+BEAM_ASSERT(sizeof(beam_count) == 2 && sizeof(beam_real) == 4, "words");
 
 #define beam_image_read         BEAM_NAME(image_read)
 #define beam_image_write        BEAM_NAME(image_write)
@@ -212,4 +219,7 @@ struct beam_image_proof {
 enum beam_image_fault beam_image_prove(const struct beam_image *image, uint32_t steps, struct beam_image_proof *proof);
 
 #endif /* BEAM_TARGET */
+
+BEAM_C_END
+
 #endif /* BEAM_IMAGE_H */

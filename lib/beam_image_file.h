@@ -15,10 +15,13 @@
 #define BEAM_IMAGE_FILE_H
 
 #include "beam_image.h"
+#include "beam_language.h"
+
+BEAM_C_BEGIN
 
 enum { /* sizes of a controller (BEAM_TARGET) that the image's arrays have, asserted in beam_image_file.c */
        BEAM_IMAGE_OUTPUTS = 1,
-       BEAM_IMAGE_INPUTS = 2, /* the drive, and the motion of the clamp */
+       BEAM_IMAGE_INPUTS = 1,
        BEAM_IMAGE_PORTS = 8,
        BEAM_IMAGE_ROWS = BEAM_IMAGE_OUTPUTS + 2 * BEAM_IMAGE_PORTS,
        BEAM_IMAGE_TAPS = 64,
@@ -27,11 +30,11 @@ enum { /* sizes of a controller (BEAM_TARGET) that the image's arrays have, asse
 
 /* struct beam_plan_counts of a controller. */
 struct beam_image_counts {
-    int32_t n_blocks, n_inputs, n_outputs, n_ports, n_uses;
-    int32_t base_use, drive_input, n_taps, beam_latency, latency, law_evaluations;
-    int32_t port_use[BEAM_IMAGE_PORTS], port_coordinate[BEAM_IMAGE_PORTS];
+    beam_count n_blocks, n_inputs, n_outputs, n_ports, n_uses;
+    beam_count base_use, drive_input, n_taps, beam_latency, latency, law_evaluations;
+    beam_count port_use[BEAM_IMAGE_PORTS], port_coordinate[BEAM_IMAGE_PORTS];
     struct beam_ring input_ring[BEAM_IMAGE_INPUTS], command_ring, output_ring[BEAM_IMAGE_OUTPUTS];
-    int32_t n_links[BEAM_IMAGE_OUTPUTS];
+    beam_count n_links[BEAM_IMAGE_OUTPUTS];
     struct beam_link link[BEAM_IMAGE_OUTPUTS][BEAM_CHAIN];
 };
 
@@ -56,9 +59,9 @@ struct beam_image_file {
     struct beam_image_numbers numbers;
     uint8_t code[BEAM_IMAGE_CODE_BYTES];
 };
-_Static_assert(sizeof(struct beam_image_counts) == 4 * BEAM_IMAGE_COUNTS, "counts");
-_Static_assert(sizeof(struct beam_image_numbers) == 4 * BEAM_IMAGE_NUMBERS, "numbers");
-_Static_assert(sizeof(struct beam_image_file) == BEAM_IMAGE_BYTES, "file");
+BEAM_ASSERT(sizeof(struct beam_image_counts) == 2 * BEAM_IMAGE_COUNTS, "counts");
+BEAM_ASSERT(sizeof(struct beam_image_numbers) == 4 * BEAM_IMAGE_NUMBERS, "numbers");
+BEAM_ASSERT(sizeof(struct beam_image_file) == BEAM_IMAGE_BYTES, "file");
 
 #define beam_image_pack BEAM_NAME(image_pack)
 
@@ -93,5 +96,7 @@ enum beam_image_fault beam_image_run_seal(struct beam_image_run *run, struct bea
 /* Only after a check without fault. Input in the input's unit; returns what beam_step() says, output in *y. */
 void beam_image_run_rest(struct beam_image_run *run);
 enum beam_status beam_image_run_step(struct beam_image_run *run, float u, float *y);
+
+BEAM_C_END
 
 #endif

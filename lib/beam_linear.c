@@ -75,7 +75,7 @@ enum beam_status beam_linear_step(const struct beam_plan *plan, struct beam_stat
     const beam_real *taps = plan->x.taps;
     beam_real sum = BEAM_K(0.0);
     beam_turn_blocks(plan, state->u_last[0], state->x);
-    for (int i = 1; i < inputs; i++)
+    for (int i = 1; i < inputs && i < BEAM_ALL_INPUTS; i++)
         beam_add_column(n_blocks, plan->x.gamma[i], state->u_last[i], state->x);
     for (int o = 0; o < outputs; o++) {
         beam_real value = beam_row_times(n_blocks, plan->x.row[o], state->x);

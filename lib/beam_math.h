@@ -9,6 +9,10 @@
 #ifndef BEAM_MATH_H
 #define BEAM_MATH_H
 
+#include "beam_language.h"
+
+BEAM_C_BEGIN
+
 #define beam_math_exp  BEAM_NAME(math_exp)
 #define beam_math_log  BEAM_NAME(math_log)
 #define beam_math_tanh BEAM_NAME(math_tanh)
@@ -20,5 +24,7 @@ float beam_math_log(float x); /* −infinite at 0, NaN below */
 float beam_math_tanh(float x);
 float beam_math_sin(float x); /* rad; NaN of an infinity */
 float beam_math_cos(float x);
+
+BEAM_C_END
 
 #endif /* BEAM_MATH_H */

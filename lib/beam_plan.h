@@ -42,9 +42,10 @@ enum beam_status beam_general_step(const struct beam_plan *plan, struct beam_sta
                                    beam_real y[]);
 
 /* Rings: `at` is the place of the newest sample; age 0 is the newest. */
-static inline void beam_ring_push(const struct beam_ring *ring, beam_real history[BEAM_HISTORY], int *at, beam_real x)
+static inline void beam_ring_push(const struct beam_ring *ring, beam_real history[BEAM_HISTORY], beam_count *at,
+                                  beam_real x)
 {
-    *at = *at + 1 < ring->length ? *at + 1 : 0;
+    *at = (beam_count)(*at + 1 < ring->length ? *at + 1 : 0);
     history[ring->offset + *at] = x;
 }
 
@@ -62,9 +63,9 @@ beam_real beam_ring_filter(const struct beam_ring *ring, const beam_real history
 struct beam_law_system {
     int n_ports, evaluations;
     const struct beam_use *use;
-    const int *port_use, *port_coordinate;     /* [n_ports] */
-    const beam_real *weight;                   /* [n_ports] */
-    const beam_real (*compliance)[BEAM_PORTS]; /* [2 n_ports]: row 2p of w_p, 2p + 1 of v_p, per port force */
+    const beam_count *port_use, *port_coordinate; /* [n_ports] */
+    const beam_real *weight;                      /* [n_ports] */
+    const beam_real (*compliance)[BEAM_PORTS];    /* [2 n_ports]: row 2p of w_p, 2p + 1 of v_p, per port force */
     beam_real t_s, dt_s;
 };
 

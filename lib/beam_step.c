@@ -79,7 +79,7 @@ static enum beam_status take_inputs(const struct beam_plan *plan, struct beam_st
             now[i] = out.u;
         }
     }
-    if (n->base_use >= 0) {
+    if (BEAM_BASE && n->base_use >= 0) {
         struct beam_sample_output out = {.y = BEAM_K(0.0)};
         const struct beam_use *base = &plan->use[n->base_use];
         if (base->effect->base(base->p, (beam_real)state->k * plan->x.dt_s, &out) != 0)
@@ -122,7 +122,7 @@ static void advance_state(const struct beam_plan *plan, struct beam_state *state
         }
     }
     beam_turn_blocks(plan, entering[0], state->x);
-    for (int i = 1; i < inputs; i++)
+    for (int i = 1; i < inputs && i < BEAM_ALL_INPUTS; i++)
         beam_add_column(n->n_blocks, plan->x.gamma[i], entering[i], state->x);
     for (int p = 0; p < n->n_ports; p++)
         beam_add_column(n->n_blocks, plan->x.gamma_port[p], -state->force[p], state->x);
@@ -132,7 +132,7 @@ static enum beam_status apply_laws(const struct beam_plan *plan, struct beam_sta
                                    const beam_real now[BEAM_ALL_INPUTS], int inputs, beam_real row[BEAM_OUTPUTS])
 {
     const struct beam_plan_counts *n = &plan->n;
-    const int32_t sample = (int32_t)(state->k - (uint32_t)n->beam_latency);
+    const int32_t latency = n->beam_latency, sample = (int32_t)(state->k - (uint32_t)latency);
     const struct beam_law_system system = {n->n_ports,
                                            n->law_evaluations,
                                            plan->use,
@@ -166,7 +166,7 @@ enum beam_status beam_general_step(const struct beam_plan *plan, struct beam_sta
         row[o] = predict_row(plan, state, now, inputs, o);
     if (n->n_ports > 0)
         law_status = apply_laws(plan, state, now, inputs, row);
-    if (n->base_use >= 0)
+    if (BEAM_BASE && n->base_use >= 0)
         for (int o = 0; o < n->n_outputs; o++)
             row[o] +=
                 plan->x.base_gain[o] * (n->n_taps == 1 ? now[n->n_inputs]

@@ -12,6 +12,7 @@
 #define BEAM_WIRE_H
 
 #include <stdint.h>
+#include "beam_language.h"
 
 enum {
     BEAM_WIRE_MAX_PACKET = 248, /* MAX_CTO = MAX_DTO */
@@ -116,7 +117,7 @@ struct beam_live {
     uint32_t status; /* BEAM_LIVE_… below */
     uint32_t crc32;  /* of the bytes before it */
 };
-_Static_assert(sizeof(struct beam_live) == 40, "live");
+BEAM_ASSERT(sizeof(struct beam_live) == 40, "live");
 
 enum {
     BEAM_LIVE_ALARM = 1u << 0, /* the ratio was above alarm_ratio for averaging_s/4, and not below clear_ratio since */
@@ -138,6 +139,9 @@ enum {
     BEAM_LIVE_COUNTER = 24 /* bits 24..31: active image's counter, lowest byte: which model this sample saw */
 };
 
+/* Why a board started: power, its reset pin, a fault of the processor, its watchdog. */
+enum beam_reset { BEAM_RESET_POWER, BEAM_RESET_PIN, BEAM_RESET_FAULT, BEAM_RESET_WATCHDOG, BEAM_RESETS };
+
 enum beam_boot_choice { BEAM_BOOT_BUILT_IN, BEAM_BOOT_SLOT_0, BEAM_BOOT_SLOT_1, BEAM_BOOT_DOWNLOADED };
 
 struct beam_info {
@@ -156,7 +160,7 @@ struct beam_info {
     uint32_t refused;       /* images refused since power-on */
     uint32_t last_fault;    /* enum beam_image_fault of the last refusal */
     uint32_t slot_state[2]; /* 0 empty, 1 valid, 2 spoilt */
-    uint32_t boots;         /* power-ons counted in the store */
+    uint32_t boots;         /* starts counted in the store, whatever their reason */
     uint32_t nvm_errors;    /* failed erases and programmings since power-on */
     uint32_t worst_step_us; /* longest sample interrupt */
     uint8_t model_sha256[32];
@@ -172,8 +176,10 @@ struct beam_info {
     uint32_t latch_first; /* sequence of the first of them; 0 with latched 0 */
     uint32_t latch_last;  /* of the last one that came */
     uint32_t drive_stops; /* drives that were stopped because their session ended or fell silent, since power-on */
+    uint32_t reset;       /* enum beam_reset of this start */
+    uint32_t resets[BEAM_RESETS]; /* starts for each reason since power was applied, this one included */
 };
-_Static_assert(sizeof(struct beam_info) == 160, "info");
+BEAM_ASSERT(sizeof(struct beam_info) == 180, "info");
 
 /*
  * The drive: a linear or repeated chirp, made on the controller so that host and controller know it exactly.
@@ -191,7 +197,7 @@ struct beam_drive {
     uint32_t flags;       /* BEAM_DRIVE_REST */
     uint32_t generation;
 };
-_Static_assert(sizeof(struct beam_drive) == 28, "drive");
+BEAM_ASSERT(sizeof(struct beam_drive) == 28, "drive");
 enum { BEAM_DRIVE_REST = 1u << 0 };
 enum { BEAM_DRIVE_DEAD_MAN_MS = 2000 };
 

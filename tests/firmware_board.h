@@ -33,6 +33,8 @@ struct rig_board {
     uint16_t drive;
     bool alarm; /* the pin */
     unsigned alarm_changes;
+    unsigned lives; /* calls of board_alive() */
+    uint32_t kept[BOARD_KEPT_WORDS];
 };
 
 static struct rig_board board;
@@ -69,7 +71,8 @@ static inline void board_reset(void)
                                        .core_Hz = 168000000,
                                        .sensor_code_max = 4095,
                                        .drive_code_zero = 2048,
-                                       .nvm_slot_bytes = RIG_SLOT_BYTES};
+                                       .nvm_slot_bytes = RIG_SLOT_BYTES,
+                                       .kept = board.kept};
     board.line_room = SIZE_MAX;
     board.drive = 2048;
 }
@@ -83,6 +86,11 @@ void board_alarm(bool on)
 {
     board.alarm = on;
     board.alarm_changes++;
+}
+
+void board_alive(void)
+{
+    board.lives++;
 }
 
 size_t board_receive(size_t n, uint8_t out[])

@@ -40,8 +40,8 @@ enum beam_status beam_newmark_factor(const struct beam_model *model, beam_real d
         out->use[u] = model->use[u];
     for (int p = 0; p < model->n_ports; p++) {
         out->weight[p] = model->port[p].weight;
-        out->port_use[p] = model->port[p].use;
-        out->port_coordinate[p] = model->port[p].coordinate;
+        out->port_use[p] = (beam_count)model->port[p].use;
+        out->port_coordinate[p] = (beam_count)model->port[p].coordinate;
         beam_lower_solve(BEAM_N, BEAM_N, out->S[0], out->port_response[p]);
         beam_lower_transposed_solve(BEAM_N, BEAM_N, out->S[0], out->port_response[p]);
         for (int q = 0; q < model->n_ports; q++)

@@ -15,7 +15,7 @@ struct beam_newmark {
     beam_real port_response[BEAM_PORTS][BEAM_N];      /* S⁻¹ g */
     beam_real compliance[2 * BEAM_PORTS][BEAM_PORTS]; /* Δt²/4 GᵀS⁻¹G and Δt/2 GᵀS⁻¹G, rows interleaved */
     beam_real weight[BEAM_PORTS];
-    int port_use[BEAM_PORTS], port_coordinate[BEAM_PORTS];
+    beam_count port_use[BEAM_PORTS], port_coordinate[BEAM_PORTS];
     enum beam_output_kind kind[BEAM_OUTPUTS];
     struct beam_use use[BEAM_USES];
 };

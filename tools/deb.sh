@@ -16,8 +16,9 @@ umask 022
 make -s --no-print-directory -C "$top" B="$build" DESTDIR="$stage/beamfit" PREFIX=/usr install >/dev/null
 
 # What a program of one's own needs is a package of its own.
-mkdir -p "$stage/libbeam-dev/usr"
+mkdir -p "$stage/libbeam-dev/usr/share"
 mv "$stage/beamfit/usr/lib" "$stage/beamfit/usr/include" "$stage/libbeam-dev/usr/"
+mv "$stage/beamfit/usr/share/beamfit" "$stage/libbeam-dev/usr/share/"
 strip --strip-unneeded "$stage/beamfit/usr/bin/beamfit"
 strip --strip-debug "$stage"/libbeam-dev/usr/lib/*.a
 gzip -9n "$stage"/beamfit/usr/share/man/man1/*.1
@@ -54,6 +55,7 @@ Description: model of a vibrating beam, fitted to recordings
 END
 control libbeam-dev libdevel "Recommends: pkg-config" <<'END'
 Description: step of a beam model for programs and microcontrollers
- Static libraries (double and float) and headers of the ten-dimensional model
- that beamfit fits: no allocation, bounded time.
+ Static libraries (double, float, a controller's sizes) and headers of the
+ ten-dimensional model that beamfit fits: no allocation, bounded time. Its
+ sources with a makefile, CMake and an example, to compile for a controller.
 END

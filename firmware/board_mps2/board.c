@@ -39,6 +39,11 @@ struct record {
 void board_tick_isr(void);
 
 static struct board_facts facts;
+static struct {
+    uint32_t magic, reason;
+} last __attribute__((section(".noinit")));
+#define LAST_MAGIC 0x5453414Cu /* "LAST": what restart() wrote, and not what memory holds at power-on */
+static uint32_t kept[BOARD_KEPT_WORDS] __attribute__((section(".noinit")));
 static uint32_t tick_us; /* when the last tick was due */
 static volatile bool sampling;
 static uint32_t next;
@@ -50,6 +55,9 @@ const struct board_facts *board_init(void)
     for (int i = 0; i < 12; i++)
         facts.device[i] = PROVISION->device[i];
     facts.key = (const uint8_t *)PROVISION->key;
+    facts.reset = (uint8_t)(last.magic == LAST_MAGIC && last.reason < BEAM_RESETS ? last.reason : BEAM_RESET_POWER);
+    facts.kept = kept;
+    last.magic = 0;
     facts.sample_mHz = BOARD_SAMPLE_HZ * 1000u;
     facts.core_Hz = CORE_HZ;
     facts.sensor_code_max = CODE_MAX;
@@ -68,8 +76,25 @@ const struct board_facts *board_init(void)
 
 void board_start(void)
 {
+    WATCHDOG_LOAD = 4u * CORE_HZ;
+    WATCHDOG_CONTROL = 3;
     tick_us = board_time_us();
     sampling = true;
+}
+
+void board_alive(void)
+{
+    WATCHDOG_CLEAR = 1; /* also loads it again */
+}
+
+void restart(enum beam_reset reason)
+{
+    last.reason = reason;
+    last.magic = LAST_MAGIC;
+    __asm__ volatile("dsb");
+    SCB_AIRCR = 0x05FA0004u;
+    for (;;) { /* the reset comes at once */
+    }
 }
 
 void board_tick_isr(void)

@@ -25,8 +25,16 @@ struct cmsdk_uart {
 #define FPU_FPDSCR     (*(volatile uint32_t *)0xE000EF3Cu)
 #define ICSR_PENDSTSET (1u << 26)
 
+#define WATCHDOG_LOAD (*(volatile uint32_t *)0x40008000u)
+#define WATCHDOG_CONTROL                                                                                               \
+    (*(volatile uint32_t *)0x40008008u) /* 1: at 0 a non-maskable interrupt, 2: the second time a reset */
+#define WATCHDOG_CLEAR (*(volatile uint32_t *)0x4000800Cu)
+
 enum { IRQ_UART0_RX = 0, NVM_SLOT_BYTES = 8 * 1024 };
 
 void port_init(void);
+
+/* Starts again for this reason, which the next start finds. */
+_Noreturn void restart(enum beam_reset reason);
 
 #endif

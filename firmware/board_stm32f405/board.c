@@ -11,6 +11,7 @@ enum { KEY_BYTES = 32 };
 #define WAKEFUL_MAGIC 0x5EEDu
 
 static struct board_facts facts;
+static uint32_t kept[BOARD_KEPT_WORDS] __attribute__((section(".noinit")));
 
 static bool has_key(void)
 {
@@ -19,6 +20,20 @@ static bool has_key(void)
     for (int i = 0; i < KEY_BYTES; i++)
         all &= key[i];
     return all != 0xFF; /* an erased sector would be a key that everyone knows */
+}
+
+/* What the controller noted of this start; then it notes the next one. Every internal reset pulls the pin as well. */
+static uint8_t reason(void)
+{
+    const uint32_t flags = RCC->CSR;
+    RCC->CSR = flags | CSR_RMVF;
+    if (flags & CSR_PORRSTF)
+        return BEAM_RESET_POWER;
+    if (flags & (CSR_IWDGRSTF | CSR_WWDGRSTF))
+        return BEAM_RESET_WATCHDOG;
+    if (flags & (CSR_SFTRSTF | CSR_LPWRRSTF))
+        return BEAM_RESET_FAULT;
+    return flags & CSR_PINRSTF ? BEAM_RESET_PIN : BEAM_RESET_POWER;
 }
 
 const struct board_facts *board_init(void)
@@ -38,6 +53,8 @@ const struct board_facts *board_init(void)
             facts.device[4 * i + byte] = (uint8_t)(word >> 8 * byte);
     }
     facts.key = KEY;
+    facts.reset = reason();
+    facts.kept = kept;
     facts.sample_mHz = BOARD_SAMPLE_HZ * 1000u;
     facts.core_Hz = CORE_HZ;
     facts.sensor_code_max = 4095;

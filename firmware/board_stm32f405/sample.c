@@ -9,7 +9,7 @@
 #include "parts.h"
 
 enum { TICK_CYCLES = CORE_HZ / BOARD_SAMPLE_HZ, TICK_US = 1000000 / BOARD_SAMPLE_HZ };
-enum { PRIORITY_ADC = 0x20, SENSOR_CHANNEL = 1 };
+enum { PRIORITY_ADC = 0x20, SENSOR_CHANNEL = 1, IWDG_TICKS = 4095, IWDG_TRIES = 100000 };
 
 void board_tick_isr(void);
 void board_sample_isr(void);
@@ -46,8 +46,20 @@ void sample_init(void)
 
 void board_start(void)
 {
+    IWDG->KR = IWDG_BEGIN;
+    IWDG->KR = IWDG_UNLOCK;
+    IWDG->PR = IWDG_DIV32; /* 1 ms of the 32 kHz oscillator, which is 17 to 47 kHz: 2.8 to 7.7 s */
+    IWDG->RLR = IWDG_TICKS;
+    for (int tries = IWDG_TRIES; tries > 0 && IWDG->SR != 0; tries--) { /* some of its own ticks until they hold */
+    }
+    IWDG->KR = IWDG_RELOAD;
     tick_us = board_time_us();
     phase = WAITING;
+}
+
+void board_alive(void)
+{
+    IWDG->KR = IWDG_RELOAD;
 }
 
 void board_tick_isr(void)

@@ -8,7 +8,7 @@
 
 struct rcc {
     volatile uint32_t CR, PLLCFGR, CFGR, CIR, unused0[8];
-    volatile uint32_t AHB1ENR, unused1[3], APB1ENR, APB2ENR;
+    volatile uint32_t AHB1ENR, unused1[3], APB1ENR, APB2ENR, unused2[11], CSR;
 };
 struct flash {
     volatile uint32_t ACR, KEYR, OPTKEYR, SR, CR;
@@ -28,10 +28,15 @@ struct usart {
 struct timer {
     volatile uint32_t CR1, CR2, SMCR, DIER, SR, EGR, CCMR1, CCMR2, CCER, CNT, PSC, ARR;
 };
+struct iwdg {
+    volatile uint32_t KR, PR, RLR, SR;
+};
 struct systick {
     volatile uint32_t CSR, RVR, CVR;
 };
-_Static_assert(offsetof(struct rcc, AHB1ENR) == 0x30 && offsetof(struct rcc, APB2ENR) == 0x44, "RCC");
+_Static_assert(offsetof(struct rcc, AHB1ENR) == 0x30 && offsetof(struct rcc, APB2ENR) == 0x44 &&
+                   offsetof(struct rcc, CSR) == 0x74,
+               "RCC");
 _Static_assert(offsetof(struct adc, SQR1) == 0x2C && offsetof(struct adc, DR) == 0x4C, "ADC");
 _Static_assert(offsetof(struct timer, CNT) == 0x24 && offsetof(struct timer, ARR) == 0x2C, "TIM2");
 _Static_assert(offsetof(struct gpio, AFR) == 0x20, "GPIO");
@@ -43,6 +48,7 @@ _Static_assert(offsetof(struct gpio, AFR) == 0x20, "GPIO");
 #define ADC_CCR (*(volatile uint32_t *)0x40012304u)
 #define DAC     ((struct dac *)0x40007400u)
 #define TIM2    ((struct timer *)0x40000000u)
+#define IWDG    ((struct iwdg *)0x40003000u)
 #define USART1  ((struct usart *)0x40011000u)
 #define SYSTICK ((struct systick *)0xE000E010u)
 
@@ -72,7 +78,20 @@ enum { /* RCC_CR, RCC_CFGR, clock enables */
        APB1ENR_TIM2 = 1 << 0,
        APB1ENR_DAC = 1 << 29,
        APB2ENR_USART1 = 1 << 4,
-       APB2ENR_ADC1 = 1 << 8
+       APB2ENR_ADC1 = 1 << 8,
+       CSR_RMVF = 1 << 24, /* why the controller started: forgotten, pin, power, software, the two watchdogs */
+       CSR_PINRSTF = 1 << 26,
+       CSR_PORRSTF = 1 << 27,
+       CSR_SFTRSTF = 1 << 28,
+       CSR_IWDGRSTF = 1 << 29,
+       CSR_WWDGRSTF = 1 << 30
+};
+#define CSR_LPWRRSTF 0x80000000u
+enum { /* IWDG */
+       IWDG_BEGIN = 0xCCCC,
+       IWDG_UNLOCK = 0x5555,
+       IWDG_RELOAD = 0xAAAA,
+       IWDG_DIV32 = 3
 };
 enum { /* FLASH */
        ACR_5WS = 5,

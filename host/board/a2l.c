@@ -66,7 +66,7 @@ static const struct member info[] = {
     INFO(refused, U32, 1, "images refused since power-on"),
     INFO(last_fault, U32, 1, "why the last image was refused"),
     INFO(slot_state, U32, 2, "0 empty, 1 valid, 2 spoilt"),
-    INFO(boots, U32, 1, "power-ons counted in the store"),
+    INFO(boots, U32, 1, "starts counted in the store"),
     INFO(nvm_errors, U32, 1, "failed erases and programmings since power-on"),
     INFO(worst_step_us, U32, 1, "longest sample interrupt in microseconds"),
     INFO(model_sha256, U8, 32, "of the model file the active image was made from"),
@@ -81,6 +81,8 @@ static const struct member info[] = {
     INFO(latch_first, U32, 1, "sequence of the first of them"),
     INFO(latch_last, U32, 1, "sequence of the last of them"),
     INFO(drive_stops, U32, 1, "drives stopped because their session ended or fell silent"),
+    INFO(reset, U32, 1, "why it started: 0 power, 1 pin, 2 fault, 3 watchdog"),
+    INFO(resets, U32, BEAM_RESETS, "starts for each of these reasons since power was applied"),
 };
 static const struct member drive[] = {
     DRIVE(amplitude, F32, "cm_code", "of the chirp, in codes of the D/A"),

@@ -38,7 +38,7 @@ static enum bf_status learn(struct capture *c, const struct board_options *optio
 {
     const struct beam_info *info = &c->link.info;
     const uint32_t at = BEAM_WIRE_IMAGE + offsetof(struct beam_image_file, counts.latency);
-    int32_t latency;
+    beam_count latency;
     unsigned every;
     if (board_prescale(options, &c->link, prescale, &every, err) != BF_OK ||
         link_read_setup(&c->link, &c->setup, err) != BF_OK ||

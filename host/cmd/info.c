@@ -25,6 +25,7 @@ static const struct option_row options[] = {
      "\"refused\", "
      "\"last_fault\", \"nvm_errors\", \"worst_step_us\", \"core_MHz\", \"step_bound\", \"step_budget\", \"proof_us\", "
      "\"latched\": [names], \"alarms\", \"sensor_faults\", \"first_s_ago\", \"last_s_ago\", \"drive_stops\", "
+     "\"reset\", \"resets\": {\"power\", \"pin\", \"fault\", \"watchdog\"}, "
      "\"noise_rms\", \"alarm_ratio\", \"clear_ratio\", \"averaging_s\", \"drive\": {\"amplitude\", \"from_Hz\", "
      "\"to_Hz\", "
      "\"period_s\", \"burst_s\"}}"},
@@ -109,6 +110,8 @@ static double ago_s(const struct beam_info *info, uint32_t sequence)
     return (double)(info->sequence - sequence) / sample_Hz(info);
 }
 
+static const char *const reset_name[BEAM_RESETS] = {"power", "pin", "fault", "watchdog"};
+
 enum { LATCH_NAMES = 5 };
 static const struct {
     uint32_t bit;
@@ -141,6 +144,27 @@ static void print_latch(const struct beam_info *info)
         (void)printf("; %u alarms, %u faults of the sensor, the first %.4g s ago, the last %.4g s ago\n",
                      (unsigned)info->alarms, (unsigned)info->faults, ago_s(info, info->latch_first),
                      ago_s(info, info->latch_last));
+}
+
+static const char *reset_of(const struct beam_info *info)
+{
+    return info->reset < BEAM_RESETS ? reset_name[info->reset] : "unknown";
+}
+
+static void print_json_resets(struct json *root, const struct beam_info *info)
+{
+    json_put_text(root, "reset", reset_of(info));
+    struct json *counts = json_put(root, "resets", json_new_object());
+    for (int i = 0; i < BEAM_RESETS; i++)
+        json_put_number(counts, reset_name[i], (double)info->resets[i]);
+}
+
+static void print_resets(const struct beam_info *info)
+{
+    (void)printf("Started   by %s, %u times since it was made; since power was applied %u by its pin, %u by a fault, "
+                 "%u by its watchdog\n",
+                 reset_of(info), (unsigned)info->boots, (unsigned)info->resets[BEAM_RESET_PIN],
+                 (unsigned)info->resets[BEAM_RESET_FAULT], (unsigned)info->resets[BEAM_RESET_WATCHDOG]);
 }
 
 static enum bf_status print_json(const struct answer *a, struct bf_error *err)
@@ -187,6 +211,7 @@ static enum bf_status print_json(const struct answer *a, struct bf_error *err)
     json_put_number(root, "clear_ratio", (double)a->setup.clear_ratio);
     json_put_number(root, "averaging_s", (double)a->setup.averaging_s);
     print_json_latch(root, info);
+    print_json_resets(root, info);
     print_json_drive(root, a);
     return json_print_and_free(root, stdout, err);
 }
@@ -225,10 +250,11 @@ static void print_text(const struct answer *a)
         (double)a->setup.alarm_ratio, (double)a->setup.noise_rms, (double)a->setup.averaging_s,
         (double)a->setup.clear_ratio);
     print_latch(info);
+    print_resets(info);
     print_drive(a);
-    (void)printf("Store     slot 0 %s, slot 1 %s, greatest counter %u; %u power-ons; %u failed writes\n",
+    (void)printf("Store     slot 0 %s, slot 1 %s, greatest counter %u; %u failed writes\n",
                  link_slot_name(info->slot_state[0]), link_slot_name(info->slot_state[1]), (unsigned)info->stored,
-                 (unsigned)info->boots, (unsigned)info->nvm_errors);
+                 (unsigned)info->nvm_errors);
     (void)printf("Line      %u bad frames, %u samples found no room\n", (unsigned)info->frames_bad,
                  (unsigned)info->overrun);
     (void)printf("Refused   %u images, %u keys\n", (unsigned)info->refused, (unsigned)info->wrong_keys);

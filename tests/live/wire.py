@@ -57,6 +57,11 @@ class Info(NamedTuple):
     latch_first: int
     latch_last: int
     drive_stops: int
+    reset: int
+    reset_power: int
+    reset_pin: int
+    reset_fault: int
+    reset_watchdog: int
 
 
 class Live(NamedTuple):
@@ -72,7 +77,7 @@ class Live(NamedTuple):
     crc32: int
 
 
-INFO_FORMAT, LIVE_FORMAT = "<3I12s15I32s11I", "<2I5f3I"
+INFO_FORMAT, LIVE_FORMAT = "<3I12s15I32s16I", "<2I5f3I"
 INFO_BYTES, LIVE_BYTES = struct.calcsize(INFO_FORMAT), struct.calcsize(LIVE_FORMAT)
 
 

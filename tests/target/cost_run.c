@@ -140,21 +140,21 @@ static const struct beam_effect drive_effect = {.id = "through", .drive = throug
 static void begin_plan(int n_blocks, int ports, int width, int evaluations)
 {
     memset(&plan, 0, sizeof plan);
-    plan.n = (struct beam_plan_counts){.n_blocks = n_blocks,
+    plan.n = (struct beam_plan_counts){.n_blocks = (beam_count)n_blocks,
                                        .n_inputs = 1,
                                        .n_outputs = 1,
-                                       .n_ports = ports,
+                                       .n_ports = (beam_count)ports,
                                        .base_use = -1,
                                        .n_taps = 1,
-                                       .law_evaluations = evaluations};
+                                       .law_evaluations = (beam_count)evaluations};
     plan.n.input_ring[0] = (struct beam_ring){0, 2};
     plan.n.command_ring = plan.n.output_ring[0] = (struct beam_ring){2, 1};
     plan.x.dt_s = 1e-3F;
     for (int p = 0; p < ports; p++) {
-        plan.n.port_use[p] = p / width;
-        plan.n.port_coordinate[p] = p % width;
+        plan.n.port_use[p] = (beam_count)(p / width);
+        plan.n.port_coordinate[p] = (beam_count)(p % width);
         plan.use[p / width] = (struct beam_use){.effect = &law_effect};
-        plan.n.n_uses = p / width + 1;
+        plan.n.n_uses = (beam_count)(p / width + 1);
         plan.x.weight[p] = 1.0F;
         plan.x.compliance[1 + 2 * p][p] = plan.x.compliance[2 + 2 * p][p] = 1.0F;
     }
@@ -162,12 +162,12 @@ static void begin_plan(int n_blocks, int ports, int width, int evaluations)
 
 static void add_use(const struct beam_effect *effect, int n_taps)
 {
-    const int u = plan.n.n_uses++;
+    const beam_count u = plan.n.n_uses++, taps = (beam_count)n_taps;
     plan.use[u] = (struct beam_use){.effect = effect, .channels = 1, .p = {1e-3F}};
     if (effect->drive)
         return;
     struct beam_link *link = &plan.n.link[0][plan.n.n_links[0]++];
-    *link = (struct beam_link){.use = u, .n_taps = n_taps, .ring = {4, n_taps + 2}};
+    *link = (struct beam_link){.use = u, .n_taps = taps, .ring = {4, (beam_count)(n_taps + 2)}};
 }
 
 static void count_steps(const char *name)

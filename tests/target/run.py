@@ -288,6 +288,32 @@ def test_stall(build):
               f"{gaps[0]}; the image is stored")
 
 
+def test_resets(build):
+    """A converter that dies, a pointer that is spoilt: the STM32 starts again by its watchdog, by a fault, and says so."""
+    if not emulator.has_plugin_board(build):
+        return
+    app = board.symbols(in_build(build, "firmware_stm32f405.elf"))["app"][0]
+    for reason, plugin in (("watchdog", ["dead=3000"]), ("fault", [f"poke={app:#x}", "poke_at=3000"])):
+        with tempfile.TemporaryDirectory() as folder:
+            live = os.path.join(folder, "live.bin")
+            target = board.Board(build, folder, [*plugin, f"live={live}", f"live_at={board.live_address(build)}"], plant="data/live/mass.txt")
+            try:
+                first = target.info()
+                deadline = time.monotonic() + 60
+                while (info := target.info())["reset"] == "power" and time.monotonic() < deadline:
+                    time.sleep(0.2)
+            finally:
+                target.end()
+            wanted = {"power": 1, "pin": 0, "fault": 0, "watchdog": 0}
+            check(first["reset"] == "power" and first["resets"] == wanted, f"{first}")
+            check(info["reset"] == reason and info["resets"] == {**wanted, reason: 1} and info["boots"] == first["boots"] + 1, f"{info}")
+            with open(live, "rb") as file:
+                sequence = [row[0] for row in struct.iter_unpack("<I36x", file.read())]
+            begins = sum(b < a for a, b in zip(sequence, sequence[1:]))
+            check(begins == 1 and 0 < sequence[-1] < len(sequence), f"it does not sample again: {begins}, {sequence[-5:]}")
+        print(f"  {reason}: started again by itself, {info['resets']}, {info['boots']} starts in the store; it samples again")
+
+
 def test_stack(build):
     """Bytes of stack that the STM32's firmware really writes while it takes and runs a model with laws."""
     if not emulator.has_plugin_board(build):

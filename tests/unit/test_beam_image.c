@@ -67,9 +67,7 @@ static int make_good(void **state)
 {
     (void)state;
     make_plan(&good.plan);
-    good.front.use[0].effect = crc_of("cubic_stiffness");
-    good.front.use[0].channels = good.plan.use[0].channels;
-    memcpy(good.front.use[0].p, good.plan.use[0].p, sizeof good.front.use[0].p);
+    good.effect[0] = crc_of("cubic_stiffness");
     good.front.setup = (struct beam_image_setup){.sensor_V_per_code = 1e-3F,
                                                  .sensor_zero_code = 2048.0F,
                                                  .drive_V_per_code = 0.02F,
@@ -135,8 +133,11 @@ static void a_page_is_one_row_of_bytes(void **state)
     (void)state;
     assert_true(beam_image_read(&good, 0, BEAM_IMAGE_BYTES, whole));
     assert_memory_equal(whole, "BFMI", 4);
-    assert_memory_equal(whole + 336, &good.plan.n, 4 * BEAM_IMAGE_COUNTS);
-    assert_memory_equal(whole + 336 + 4 * BEAM_IMAGE_COUNTS, &good.plan.x, 4 * BEAM_IMAGE_NUMBERS);
+    assert_memory_equal(whole + 144, good.effect, 4);
+    assert_memory_equal(whole + 148, &good.plan.use[0].channels, 4);
+    assert_memory_equal(whole + 152, good.plan.use[0].p, 16);
+    assert_memory_equal(whole + 336, &good.plan.n, 2 * BEAM_IMAGE_COUNTS);
+    assert_memory_equal(whole + 336 + 2 * BEAM_IMAGE_COUNTS, &good.plan.x, 4 * BEAM_IMAGE_NUMBERS);
     assert_memory_equal(whole + BEAM_IMAGE_BYTES - 32, good.code, 32);
     assert_int_equal(beam_crc32(0, BEAM_IMAGE_BYTES - 64 - 32, whole + 64), good.front.header.crc32);
     for (int trial = 0; trial < 20000; trial++) {
@@ -288,9 +289,9 @@ static void absurd_numbers(void **state)
         }
         for (int u = 0; u < BEAM_USES; u++)
             for (int p = 0; p < BEAM_EFFECT_PARAMETERS; p++) {
-                page.front.use[u].p[p] = bad[j];
+                page.plan.use[u].p[p] = bad[j];
                 assert_int_equal(check(), BEAM_IMAGE_BAD_PLAN);
-                page.front.use[u].p[p] = good.front.use[u].p[p];
+                page.plan.use[u].p[p] = good.plan.use[u].p[p];
             }
     }
     assert_int_equal(check(), BEAM_IMAGE_FINE);
@@ -347,20 +348,20 @@ static void another_arithmetic_is_refused(void **state)
 static void effects_that_are_not_there(void **state)
 {
     (void)state;
-    page.front.use[0].effect ^= 1;
+    page.effect[0] ^= 1;
     assert_int_equal(check(), BEAM_IMAGE_UNKNOWN_EFFECT);
-    page.front.use[0].effect = crc_of("tip_mass"); /* known, but it has no law for the plan's port */
+    page.effect[0] = crc_of("tip_mass"); /* known, but it has no law for the plan's port */
     assert_int_equal(check(), BEAM_IMAGE_BAD_PLAN);
-    page.front.use[0].effect = good.front.use[0].effect;
+    page.effect[0] = good.effect[0];
     page.plan.n.n_uses = 2; /* the second is nobody */
     assert_int_equal(check(), BEAM_IMAGE_UNKNOWN_EFFECT);
-    const int counts[] = {-1, BEAM_USES + 1, INT32_MAX, INT32_MIN};
+    const beam_count counts[] = {-1, BEAM_USES + 1, INT16_MAX, INT16_MIN};
     for (int i = 0; i < 4; i++) {
         page.plan.n.n_uses = counts[i];
         assert_int_equal(check(), BEAM_IMAGE_BAD_PLAN);
     }
     page.plan.n.n_uses = 1;
-    page.front.use[0].p[1] = nanf("");
+    page.plan.use[0].p[1] = nanf("");
     assert_int_equal(check(), BEAM_IMAGE_BAD_PLAN);
 }
 
@@ -394,9 +395,9 @@ static void plans_that_may_not_run(void **state)
 
 static void hostile_counts(void **state)
 {
-    static const int values[] = {-1, 0, 1, 2, 17, 63, 64, 65, 1000, INT32_MAX, INT32_MIN};
+    static const beam_count values[] = {-1, 0, 1, 2, 17, 63, 64, 65, 1000, INT16_MAX, INT16_MIN};
     (void)state;
-    int *counts = (int *)&page.plan.n;
+    beam_count *counts = (beam_count *)&page.plan.n;
     for (int i = 0; i < BEAM_IMAGE_COUNTS; i++)
         for (size_t v = 0; v < sizeof values / sizeof *values; v++) {
             counts[i] = values[v];
@@ -404,7 +405,7 @@ static void hostile_counts(void **state)
                 proof.progress = 0;
                 (void)beam_image_prove(&page, 20, &proof);
             }
-            counts[i] = ((const int *)&good.plan.n)[i];
+            counts[i] = ((const beam_count *)&good.plan.n)[i];
         }
 }
 

@@ -201,6 +201,55 @@ static void test_latch(void **state)
     assert_int_equal(info.latched + info.alarms + info.latch_first + info.latch_last, 0);
 }
 
+/* The watchdog hears of the board only while samples and the background loop both go on. */
+static void test_signs_of_life(void **state)
+{
+    (void)state;
+    rig_run(100);
+    const unsigned before = board.lives;
+    rig_run(50);
+    assert_int_equal(board.lives - before, 50);
+    rig_turns(1000); /* the converter is dead */
+    assert_int_equal(board.lives - before, 50);
+    for (int k = 0; k < 50; k++) /* the background loop hangs */
+        rig_tick();
+    assert_int_equal(board.lives - before, 50);
+}
+
+/* Starts for each reason; memory that a power-on filled with anything counts as none. */
+static void test_starts_are_counted(void **state)
+{
+    static const uint8_t reasons[] = {BEAM_RESET_FAULT, BEAM_RESET_WATCHDOG, BEAM_RESET_PIN, BEAM_RESET_FAULT};
+    uint32_t wanted[BEAM_RESETS] = {1, 0, 0, 0};
+    (void)state;
+    for (uint32_t garbage = 0; garbage < 64; garbage++) {
+        for (uint32_t i = 0; i < BOARD_KEPT_WORDS; i++)
+            board.kept[i] = garbage < 2 ? 0u - garbage : (garbage * 2654435761u) >> i;
+        board.facts.reset =
+            BEAM_RESET_WATCHDOG; /* the supply sagged, and the reason of power is lost: no count is believed */
+        rig_boot();
+        assert_int_equal(rig_connect(), 0);
+        assert_int_equal(rig_info().resets[BEAM_RESET_WATCHDOG], 1);
+        assert_int_equal(rig_info().resets[BEAM_RESET_FAULT], 0);
+    }
+    board.facts.reset = BEAM_RESET_POWER;
+    rig_boot();
+    for (size_t i = 0; i < sizeof reasons; i++) {
+        board.facts.reset = reasons[i];
+        wanted[reasons[i]]++;
+        rig_boot();
+        assert_int_equal(rig_connect(), 0);
+        const struct beam_info info = rig_info();
+        assert_int_equal(info.reset, reasons[i]);
+        assert_memory_equal(info.resets, wanted, sizeof wanted);
+    }
+    board.facts.kept = NULL; /* a board that keeps nothing */
+    rig_boot();
+    assert_int_equal(rig_connect(), 0);
+    assert_int_equal(rig_info().resets[BEAM_RESET_FAULT], 1);
+    assert_int_equal(rig_info().resets[BEAM_RESET_PIN], 0);
+}
+
 /* The pin and the event follow what is on; a host that comes late is told. */
 static void test_pin_and_event(void **state)
 {
@@ -236,6 +285,8 @@ int main(void)
         cmocka_unit_test_setup(test_dead_man, set_up),
         cmocka_unit_test_setup(test_nobody_silences_the_alarm_without_the_key, set_up),
         cmocka_unit_test_setup(test_latch, set_up),
+        cmocka_unit_test_setup(test_signs_of_life, set_up),
+        cmocka_unit_test_setup(test_starts_are_counted, set_up),
         cmocka_unit_test_setup(test_pin_and_event, set_up),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

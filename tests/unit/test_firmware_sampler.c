@@ -47,9 +47,9 @@ static void test_same_sample(void **state)
         if (latency > 0) { /* the output waits in its ring; a use keeps the step from its short cut */
             image.plan.n.n_uses = 1;
             image.plan.use[0] = (struct beam_use){.effect = beam_effect_find("sensor_offset")};
-            image.plan.n.latency = latency;
-            image.plan.n.command_ring = (struct beam_ring){0, latency + 1};
-            image.plan.n.output_ring[0] = (struct beam_ring){10, latency + 1};
+            image.plan.n.latency = (beam_count)latency;
+            image.plan.n.command_ring = (struct beam_ring){0, (beam_count)(latency + 1)};
+            image.plan.n.output_ring[0] = (struct beam_ring){10, (beam_count)(latency + 1)};
             assert_int_equal(beam_plan_check(&image.plan), BEAM_OK);
         }
         beam_reset(&plain.plan, &twin);

@@ -56,7 +56,7 @@ static void hostile_counts_are_described(void **state)
     static struct target_image image;
     (void)state;
     make("", &image);
-    const int32_t hostile[] = {INT32_MIN, -1, 0, BEAM_BLOCKS + 1, INT32_MAX};
+    const beam_count hostile[] = {INT16_MIN, -1, 0, BEAM_BLOCKS + 1, INT16_MAX};
     for (size_t i = 0; i < sizeof hostile / sizeof hostile[0]; i++) {
         char *text = NULL;
         size_t size;
@@ -139,7 +139,7 @@ static void files_of_another_size(void **state)
         char *path = temporary_file("some.bfi", bytes, (size_t)size);
         assert_int_equal(target_image_read(path, &file, &err), i == 0 ? BF_OK : BF_BAD_FILE);
         if (i != 0)
-            assert_contains(err.text, i < 0 ? "fewer than 5208" : "more than 5208");
+            assert_contains(err.text, i < 0 ? "fewer than 4948" : "more than 4948");
         unlink(path);
         free(path);
     }

@@ -32,7 +32,7 @@ enum {
 static struct adc_options options;
 static struct memory_region adc_region, dac_region;
 static struct timer conversion;
-static bool has_timer;
+static bool has_timer, awaited;
 static void *line;
 static uint32_t sr, cr1, cr2, adc_register[256], dac_register[16];
 static uint16_t data, sampled;
@@ -92,6 +92,9 @@ static void copy_live(void)
 static void converted(void *unused)
 {
     (void)unused;
+    if (!awaited) /* a reset came between */
+        return;
+    awaited = false;
     data = sampled;
     if (sr & EOC)
         sr |= OVR;
@@ -100,16 +103,28 @@ static void converted(void *unused)
     update_line();
 }
 
+static void poke(void)
+{
+    uint32_t ones = UINT32_MAX;
+    if (options.poke_at == 0 || conversions != options.poke_at)
+        return;
+    qemu.memory(options.poke, &ones, sizeof ones, true);
+    options.poke_at = 0;
+}
+
 static void start_conversion(void)
 {
     copy_live();
+    poke();
+    if (options.dead > 0 && conversions >= options.dead)
+        return;
     if (options.stop > 0 && conversions >= options.stop)
         board_end(0, "stopped as told");
     sampled = sample();
     sr |= STRT;
     if (!has_timer)
         qemu.timer_init(&conversion, NULL, VIRTUAL_CLOCK, NANOSECONDS, 0, converted, NULL);
-    has_timer = true;
+    has_timer = awaited = true;
     qemu.timer_at(&conversion, qemu.now_ns(VIRTUAL_CLOCK) + CONVERSION_NS);
 }
 
@@ -206,6 +221,15 @@ void adc_map(void *system)
     qemu.map(system, ADC_BASE, &adc_region, 10);
     qemu.region_io(&dac_region, NULL, &dac_ops, NULL, "dac", sizeof dac_register);
     qemu.map(system, DAC_BASE, &dac_region, 10);
+}
+
+void adc_reset(void)
+{
+    sr = cr1 = cr2 = 0;
+    awaited = false;
+    dac_register[DHR12R1 / 4] = MID_SCALE;
+    if (conversions >= options.dead)
+        options.dead = 0;
 }
 
 uint64_t adc_conversions(void)

@@ -16,8 +16,11 @@ struct adc_options {
     uint64_t stop;    /* conversions after which the emulation ends, status 0; 0: never */
     const char *live; /* file that takes `live_bytes` from address `live_at` before every conversion but the first */
     uint64_t live_at, live_bytes;
+    uint64_t dead;          /* conversion that does not finish, nor any after it until a reset; 0: none */
+    uint64_t poke, poke_at; /* a word of ones is written to this address before the conversion poke_at, once */
 };
 bool adc_open(const struct adc_options *options);
+void adc_reset(void);
 void adc_map(void *system);
 uint64_t adc_conversions(void);
 void adc_close(void);
@@ -30,13 +33,20 @@ struct flash_options {
 };
 bool flash_open(const struct flash_options *options);
 void flash_map(void *system);
+void flash_reset(void);
 uint64_t flash_operations(void);
 
-/* RCC with ready bits, and the identity words. */
+/* RCC with ready bits and the reason of the last reset, and the identity words. */
 void clock_map(void *system, const char *unique_id);
+void clock_reset(bool by_watchdog);
 
 /* TIM2 as a free-running counter: prescaler, update, count, in the emulator's virtual time. */
 void timer_map(void *system);
+void timer_reset(void);
+
+/* IWDG on 32 kHz, in virtual time. */
+void watchdog_map(void *system);
+bool watchdog_reset(void); /* was it the watchdog's reset? */
 
 /* Instructions between addresses. */
 bool count_end(uint64_t address);

@@ -190,6 +190,12 @@ void flash_map(void *system)
     qemu.map(system, BASE, &registers, 10);
 }
 
+void flash_reset(void)
+{
+    cr = CR_LOCK;
+    sr = acr = first_key = 0;
+}
+
 uint64_t flash_operations(void)
 {
     return operations;

@@ -3,7 +3,7 @@
  * A TCG plugin for QEMU 7.2's netduinoplus2: maps the devices that the emulator lacks over its stubs, and counts
  * instructions between two addresses.
  *     -plugin stm32f405.so,rec=F|plant=F,stop=N,live=F,live_at=A,live_bytes=N,flash=F,cut=N,seed=N,erase_ns=N,uid=24 hex,
- *             stack=N,begin=A,end=A[,end=A…]
+ *             stack=N,dead=N,poke=A,poke_at=N,begin=A,end=A[,end=A…]
  */
 #include <dlfcn.h>
 #include <stdio.h>
@@ -46,6 +46,8 @@ bool qemu_find(const qemu_info_t *info, struct qemu *out)
                   {"timer_mod_ns", &out->timer_at},
                   {"qemu_clock_get_ns", &out->now_ns},
                   {"cpu_physical_memory_rw", &out->memory},
+                  {"qemu_register_reset", &out->at_reset},
+                  {"qemu_system_reset_request", &out->reset},
                   {"qmp_query_version", &query}};
     for (size_t i = 0; i < sizeof wanted / sizeof *wanted; i++) {
         void *const found = dlsym(RTLD_DEFAULT, wanted[i].name);
@@ -65,6 +67,15 @@ bool qemu_find(const qemu_info_t *info, struct qemu *out)
     return true;
 }
 
+static void devices_reset(void *unused)
+{
+    (void)unused;
+    clock_reset(watchdog_reset());
+    adc_reset();
+    flash_reset();
+    timer_reset();
+}
+
 static void mapped(qemu_plugin_id_t id, unsigned vcpu)
 {
     (void)id;
@@ -75,6 +86,8 @@ static void mapped(qemu_plugin_id_t id, unsigned vcpu)
     flash_map(system);
     clock_map(system, unique_id);
     timer_map(system);
+    watchdog_map(system);
+    qemu.at_reset(devices_reset, NULL);
 }
 
 /* The stack lies at the bottom of the RAM, which was zero: how many of its bytes were ever written? */
@@ -130,7 +143,8 @@ int qemu_plugin_install(qemu_plugin_id_t id, const qemu_info_t *info, int argc, 
                  {"live_at", NULL, &adc.live_at},     {"live_bytes", NULL, &adc.live_bytes},
                  {"cut", NULL, &flash.cut},           {"seed", NULL, &flash.seed},
                  {"erase_ns", NULL, &flash.erase_ns}, {"begin", NULL, &begin_at},
-                 {"stack", NULL, &stack_bytes}};
+                 {"stack", NULL, &stack_bytes},       {"dead", NULL, &adc.dead},
+                 {"poke", NULL, &adc.poke},           {"poke_at", NULL, &adc.poke_at}};
     const size_t n_known = sizeof known / sizeof *known;
     for (int i = 0; i < argc; i++) {
         const char *value = strchr(argv[i], '=');

@@ -64,7 +64,7 @@ struct memory_ops { /* MemoryRegionOps */
         bool unaligned;
     } impl;
 };
-enum { LITTLE_ENDIAN_DEVICE = 2, VIRTUAL_CLOCK = 1, NANOSECONDS = 1 };
+enum { LITTLE_ENDIAN_DEVICE = 2, VIRTUAL_CLOCK = 1, NANOSECONDS = 1, GUEST_RESET = 7 };
 
 /* Room for the emulator's own structs, larger than they are in 7.2. */
 struct memory_region {
@@ -90,6 +90,8 @@ struct qemu {
     void (*timer_at)(struct timer *, int64_t ns);
     int64_t (*now_ns)(int clock);
     void (*memory)(hwaddr at, void *buffer, hwaddr n, bool write);
+    void (*at_reset)(void (*reset)(void *user), void *user);
+    void (*reset)(int cause);
 };
 
 /* All of them; false, and said on standard error, when this is not the QEMU they belong to. */

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* TIM2, 32 bits, up, on 84 MHz: QEMU's own has another clock and no prescaler that works. */
+#include <string.h>
 #include "board.h"
 
 enum { BASE = 0x40000000, CR1 = 0x00, EGR = 0x14, CNT = 0x24, PSC = 0x28, CEN = 1, UG = 1, MHZ = 84 };
@@ -36,6 +37,14 @@ static void timer_write(void *device, hwaddr at, uint64_t value, unsigned size)
         since = since >= 0 ? qemu.now_ns(VIRTUAL_CLOCK) : -1;
         prescaler = at == EGR ? registers[PSC / 4] & 0xFFFFu : prescaler;
     }
+}
+
+void timer_reset(void)
+{
+    memset(registers, 0, sizeof registers);
+    prescaler = 0;
+    held = 0;
+    since = -1;
 }
 
 void timer_map(void *system)
