@@ -142,6 +142,8 @@ static inline double natural_scale(const struct predict_case *c, size_t i, const
     if (ref->role == ROLE_EFFECT && c->model.effects[ref->owner].effect->parameters[ref->slot].role == BEAM_ROLE_PLACE)
         return 0.09; /* m: a tenth of it stays inside one element */
     size = size > 0.0 ? size : 1.0;
+    if (ref->role == ROLE_LENGTH || ref->role == ROLE_PATCH_FROM || ref->role == ROLE_PATCH_TO)
+        return 0.02 * size; /* a high mode turns far within a per cent of the length */
     return fmin(fmax(scale, size), 9.0 * size);
 }
 

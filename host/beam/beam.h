@@ -101,7 +101,7 @@ void reduced_output(const struct reduced *reduced, const struct model_output *ou
 void reduced_load(const struct reduced *reduced, const struct model *model, size_t material, double L[]);
 
 /*
- * The same vectors on a beam whose region edges have moved: the knots of every region are stretched along with it and all
+ * The same vectors on a beam whose region edges, the free end among them, have moved: the knots of every region are stretched along with it and all
  * blocks projected anew, so that everything is a smooth function of the edges. `from_model` is the model of `from`.
  */
 enum bf_status reduced_move(const struct reduced *from, const struct model *from_model, const struct model *to_model,
@@ -124,6 +124,7 @@ struct parameter_map {
     size_t *residual;                   /* [n_residuals] */
     size_t *input_place, *input_gain;   /* [n_inputs]; SIZE_MAX where the model holds them */
     size_t *output_place, *output_gain; /* [n_outputs] */
+    size_t move[MODEL_MOVES];           /* of the geometry: the length, the edges of the patch; SIZE_MAX likewise */
     size_t *effect; /* [n_records][n_effects][BEAM_EFFECT_PARAMETERS]; record 0 for shared parameters;
                          SIZE_MAX where the effect has no such parameter */
     size_t n_effects;
@@ -161,11 +162,11 @@ struct system {
     size_t n_all;        /* 2 n_pairs + reals; rows of Z in this order: pairs, reals, conjugates of the pairs */
     double complex *p;   /* [n_poles] */
     double complex *phi; /* [n × n_poles] */
-    /* The whole space may move by one number d (the patch's shift); set before system_evaluate(), NULL: it does not. */
-    double *const *block_by_shift;      /* [n_blocks][n × n] dB/dd of every block, not owned */
-    const double *shift_by;             /* [map->n] dd/d parameter, not owned */
-    struct pole_derivative *derivative; /* [map->n]; members NULL where not asked */
-    struct block_use *use;              /* [reduced->n_blocks] as of the last evaluation */
+    /* The whole space may move by the numbers d of enum model_move, each parameter by one of them; set before system_evaluate(), not owned. */
+    double *const *block_by_move[MODEL_MOVES]; /* [n_blocks][n × n] dB/dd of every block; NULL: it does not move */
+    const double *move_by;                     /* [map->n][MODEL_MOVES] dd/d parameter */
+    struct pole_derivative *derivative;        /* [map->n]; members NULL where not asked */
+    struct block_use *use;                     /* [reduced->n_blocks] as of the last evaluation */
 };
 
 /* model, reduced and map must outlive the system. BF_NUMERIC: the reduced space is empty. Free with system_free(). */

@@ -12,6 +12,60 @@ static size_t *nowhere(size_t n)
     return list;
 }
 
+/* Parameter i stands for this. */
+static void enter(struct parameter_map *map, const struct parameter_ref *ref, size_t i)
+{
+    switch (ref->role) {
+    case ROLE_EI:
+        map->EI[ref->owner] = i;
+        break;
+    case ROLE_RHO:
+        map->rho[ref->owner] = i;
+        break;
+    case ROLE_CDI:
+        map->cDI[ref->owner] = i;
+        break;
+    case ROLE_GAMMA:
+        map->gamma = i;
+        break;
+    case ROLE_KS:
+        map->Ks = i;
+        break;
+    case ROLE_KB:
+        map->KB = i;
+        break;
+    case ROLE_RESIDUAL:
+        map->residual[ref->owner] = i;
+        break;
+    case ROLE_INPUT_PLACE:
+        map->input_place[ref->owner] = i;
+        break;
+    case ROLE_INPUT_GAIN:
+        map->input_gain[ref->owner] = i;
+        break;
+    case ROLE_OUTPUT_PLACE:
+        map->output_place[ref->owner] = i;
+        break;
+    case ROLE_OUTPUT_GAIN:
+        map->output_gain[ref->owner] = i;
+        break;
+    case ROLE_LENGTH:
+        map->move[MOVE_LENGTH] = i;
+        break;
+    case ROLE_PATCH_FROM:
+        map->move[MOVE_FROM] = i;
+        break;
+    case ROLE_PATCH_TO:
+        map->move[MOVE_TO] = i;
+        break;
+    case ROLE_EFFECT:
+        for (size_t r = 0; r < map->n_records; r++)
+            if (ref->record < 0 || (size_t)ref->record == r)
+                map->effect[(r * map->n_effects + ref->owner) * BEAM_EFFECT_PARAMETERS + (size_t)ref->slot] = i;
+        break;
+    }
+}
+
 struct parameter_map parameter_map_new(const struct model *model, const struct parameter_ref refs[], size_t n,
                                        size_t n_records)
 {
@@ -25,49 +79,10 @@ struct parameter_map parameter_map_new(const struct model *model, const struct p
     map.effect = nowhere(slots);
     map.input_place = nowhere(model->n_inputs), map.input_gain = nowhere(model->n_inputs);
     map.output_place = nowhere(model->n_outputs), map.output_gain = nowhere(model->n_outputs);
-    for (size_t i = 0; i < n; i++) {
-        switch (refs[i].role) {
-        case ROLE_EI:
-            map.EI[refs[i].owner] = i;
-            break;
-        case ROLE_RHO:
-            map.rho[refs[i].owner] = i;
-            break;
-        case ROLE_CDI:
-            map.cDI[refs[i].owner] = i;
-            break;
-        case ROLE_GAMMA:
-            map.gamma = i;
-            break;
-        case ROLE_KS:
-            map.Ks = i;
-            break;
-        case ROLE_KB:
-            map.KB = i;
-            break;
-        case ROLE_RESIDUAL:
-            map.residual[refs[i].owner] = i;
-            break;
-        case ROLE_INPUT_PLACE:
-            map.input_place[refs[i].owner] = i;
-            break;
-        case ROLE_INPUT_GAIN:
-            map.input_gain[refs[i].owner] = i;
-            break;
-        case ROLE_OUTPUT_PLACE:
-            map.output_place[refs[i].owner] = i;
-            break;
-        case ROLE_OUTPUT_GAIN:
-            map.output_gain[refs[i].owner] = i;
-            break;
-        case ROLE_EFFECT:
-            for (size_t r = 0; r < records; r++)
-                if (refs[i].record < 0 || (size_t)refs[i].record == r)
-                    map.effect[(r * model->n_effects + refs[i].owner) * BEAM_EFFECT_PARAMETERS + (size_t)refs[i].slot] =
-                        i;
-            break;
-        }
-    }
+    for (int g = 0; g < MODEL_MOVES; g++)
+        map.move[g] = SIZE_MAX;
+    for (size_t i = 0; i < n; i++)
+        enter(&map, &refs[i], i);
     return map;
 }
 

@@ -65,10 +65,16 @@ static void add_change(const struct system *s, const struct block_use *use, cons
     }
 }
 
-/* dd/d parameter of a space that moves by d; 0: it does not. */
-static double shift_by(const struct system *s, size_t parameter)
+/* dd/d parameter of a space that moves by d, and the blocks' derivatives by d; 0: it does not. */
+static double move_by(const struct system *s, size_t parameter, double *const **block_by)
 {
-    return s->block_by_shift != NULL ? s->shift_by[parameter] : 0.0;
+    for (int g = 0; g < MODEL_MOVES; g++) {
+        *block_by = s->block_by_move[g];
+        const double by = *block_by != NULL ? s->move_by[parameter * MODEL_MOVES + (size_t)g] : 0.0;
+        if (by < 0.0 || by > 0.0)
+            return by;
+    }
+    return 0.0;
 }
 
 /* A moved place: δA = a(s) dB/d(at). */
@@ -84,6 +90,8 @@ static void add_move(const struct system *s, const struct block_use *use, const 
 static void modal_damping_change(const struct system *s, size_t parameter, double out[])
 {
     size_t n = s->n;
+    double *const *block_by;
+    const double by = move_by(s, parameter, &block_by);
     double *dK = bf_alloc(4 * n * n, sizeof *dK), *dM = dK + n * n, *work = dM + n * n, *X = work + n * n;
     for (size_t b = 0; b < s->reduced->n_blocks; b++) {
         const struct block_use *use = &s->use[b];
@@ -99,10 +107,9 @@ static void modal_damping_change(const struct system *s, size_t parameter, doubl
             dK[e] += use->value[OF_STIFFNESS] * use->B_at[e];
             dM[e] += use->value[OF_MASS] * use->B_at[e];
         }
-        double shift = shift_by(s, parameter);
-        for (size_t e = 0; (shift < 0.0 || shift > 0.0) && s->block_by_shift[b] != NULL && e < n * n; e++) {
-            dK[e] += shift * use->value[OF_STIFFNESS] * s->block_by_shift[b][e];
-            dM[e] += shift * use->value[OF_MASS] * s->block_by_shift[b][e];
+        for (size_t e = 0; (by < 0.0 || by > 0.0) && block_by[b] != NULL && e < n * n; e++) {
+            dK[e] += by * use->value[OF_STIFFNESS] * block_by[b][e];
+            dM[e] += by * use->value[OF_MASS] * block_by[b][e];
         }
     }
     system_to_modal(s, dK, work, X);
@@ -140,7 +147,9 @@ static void finish_derivative(const struct system *s, const struct pole_change *
 
 static bool depends_on(const struct system *s, size_t parameter)
 {
-    if (shift_by(s, parameter) < 0.0 || shift_by(s, parameter) > 0.0)
+    double *const *block_by;
+    const double by = move_by(s, parameter, &block_by);
+    if (by < 0.0 || by > 0.0)
         return true;
     for (size_t b = 0; b < s->reduced->n_blocks; b++) {
         const struct block_use *use = &s->use[b];
@@ -168,15 +177,16 @@ static void add_block_changes(const struct system *s, size_t parameter, size_t b
 static void add_shift(const struct system *s, size_t parameter, double work[], double complex Q[],
                       struct pole_change *change)
 {
-    double by = shift_by(s, parameter);
+    double *const *block_by;
+    const double by = move_by(s, parameter, &block_by);
     for (size_t b = 0; (by < 0.0 || by > 0.0) && b < s->reduced->n_blocks; b++) {
-        if (s->block_by_shift[b] == NULL)
+        if (block_by[b] == NULL)
             continue;
         double scaled[COEFFICIENTS];
         const double *value = s->use[b].value;
         for (int c = 0; c < COEFFICIENTS; c++)
             scaled[c] = c == OF_RELAXATION ? 0.0 : by * value[c];
-        pole_products(s, s->block_by_shift[b], work, Q);
+        pole_products(s, block_by[b], work, Q);
         add_change(s, &s->use[b], scaled, Q, change);
     }
 }

@@ -147,7 +147,9 @@ enum bf_status reduced_move(const struct reduced *from, const struct model *from
     *out = (struct reduced){.space = from->space, .n = from->n, .n_modes = from->n_modes, .uniform = from->uniform};
     double *knots = out->space.spline.knots = bf_alloc(old->n_knots, sizeof *knots);
     for (size_t k = 0; k < old->n_knots; k++)
-        knots[k] = from->uniform ? old->knots[k] : stretched(from_model, to_model, old->knots[k]);
+        knots[k] = from->uniform ? old->knots[k] * (to_model->length_m / from_model->length_m)
+                                 : stretched(from_model, to_model, old->knots[k]);
+    out->space.length_m = to_model->length_m;
     out->V = bf_alloc(from->space.n * from->n, sizeof *out->V);
     memcpy(out->V, from->V, from->space.n * from->n * sizeof *out->V);
     out->frequency_rad = bf_alloc(from->n_modes, sizeof *out->frequency_rad);

@@ -228,7 +228,7 @@ static enum bf_status shift_patch(struct deployment *d, struct target_image *ima
     struct model fixed;
     enum bf_status status = model_copy(&d->model, &fixed, err);
     if (status == BF_OK)
-        status = model_shift_patch(&fixed, shift_m, &d->model, err);
+        status = model_move(&fixed, (const double[MODEL_MOVES]){[MOVE_SHIFT] = shift_m}, &d->model, err);
     model_free(&fixed);
     return status;
 }

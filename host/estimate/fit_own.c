@@ -50,6 +50,7 @@ static void prepare(const struct model *model, const struct parameter_ref refs[]
     for (size_t i = 0; i < trial->n_materials; i++)
         trial->materials[i].EI.fixed = trial->materials[i].rho.fixed = trial->materials[i].cDI.fixed = true;
     trial->gamma.fixed = trial->Ks.fixed = trial->KB.fixed = true;
+    trial->own.length.fixed = trial->own.from.fixed = trial->own.to.fixed = true;
     for (size_t i = 0; i < trial->n_inputs; i++)
         trial->inputs[i].own.at.fixed = trial->inputs[i].own.gain.fixed = true;
     for (size_t i = 0; i < trial->n_outputs; i++)

@@ -64,6 +64,12 @@ struct channel_parameters {
     bool lists_at, lists_gain; /* among model_parameters(): the file writes {value: …} */
 };
 
+/* The free length and the edges of the patch as parameters; their values stand in length_m and in the regions too, which are the ones to read. */
+struct geometry_parameters {
+    struct parameter length, from, to; /* "length_m", "patch_from_m", "patch_to_m" */
+    bool lists_length, lists_from, lists_to;
+};
+
 struct model_input {
     char name[MODEL_NAME]; /* column of the record */
     enum input_kind kind;
@@ -153,6 +159,7 @@ struct model {
     char *path;      /* as read; NULL when made in memory */
     char sha256[65]; /* of the file */
     double length_m;
+    struct geometry_parameters own;
     enum model_support support;
     size_t n_regions; /* in order of x, covering [0, length] without gap or overlap */
     struct region *regions;
@@ -222,6 +229,19 @@ size_t model_plain_material(const struct model *model); /* 'beam', or the first 
 double model_weight(const struct model *model, const struct material *material, enum beam_weight weight);
 struct beam_place model_place(const struct model *model);
 
+/*
+ * GEOMETRY — the beam with its patch elsewhere, of another length. Metres that are added to what the model says: a shift of the whole patch, the
+ * free length, each edge of the patch. Point channels that are held at the free end stay there; all other places keep their distance from the clamp.
+ */
+enum model_move { MOVE_SHIFT, MOVE_LENGTH, MOVE_FROM, MOVE_TO, MODEL_MOVES };
+
+/*
+ * Patch regions and patch channels of `fixed` moved; *out is a copy of it whose places are overwritten. BF_BAD_FILE: a patch is to move, and there
+ * is none. BF_NUMERIC: a region would vanish, the patch would leave the beam, or a point channel would.
+ */
+enum bf_status model_move(const struct model *fixed, const double by_m[MODEL_MOVES], struct model *out,
+                          struct bf_error *err);
+
 /* EFFECTS — of the catalogue, in a model. */
 
 const struct beam_effect *effect_by_id(const char *id); /* NULL when unknown */
@@ -242,7 +262,7 @@ enum bf_status model_drop_effect(struct model *model, const char *id, struct bf_
 bool model_has_law(const struct model *model);
 
 /*
- * PARAMETERS — as one vector: materials (EI, rho, cDI of each, in order), gamma, Ks, KB, residuals, each effect's.
+ * PARAMETERS — as one vector: materials (EI, rho, cDI of each, in order), gamma, Ks, KB, residuals, channels', the beam's geometry, each effect's.
  * A per-record parameter appears once per record name. Order is stable for a given model and list of records.
  */
 enum parameter_role {
@@ -257,6 +277,9 @@ enum parameter_role {
     ROLE_INPUT_GAIN,
     ROLE_OUTPUT_PLACE,
     ROLE_OUTPUT_GAIN,
+    ROLE_LENGTH, /* likewise */
+    ROLE_PATCH_FROM,
+    ROLE_PATCH_TO,
     ROLE_EFFECT
 };
 struct parameter_ref {

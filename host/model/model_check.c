@@ -118,6 +118,26 @@ static enum bf_status check_place(struct check *c, struct model_where where, con
     return fault(c, where, "%s is %g m, outside the beam (0 … %g m); %s", what, x_m, length, advice);
 }
 
+/* An effect that is held at the end of a beam whose length is a parameter would be off it at once. */
+static enum bf_status check_ends(struct check *c)
+{
+    const struct model *m = c->model;
+    if (!m->own.lists_length)
+        return BF_OK;
+    const enum bf_status status =
+        check_range(c, &m->own.length, (struct model_where){"beam", "length_m", 0, NULL}, false);
+    for (size_t e = 0; e < m->n_effects && !status; e++)
+        for (int j = 0; j < m->effects[e].effect->n_parameters; j++) {
+            const struct beam_parameter_info *info = &m->effects[e].effect->parameters[j];
+            if (info->role == BEAM_ROLE_PLACE && !(m->effects[e].parameters[j].value < m->length_m))
+                return fault(c, (struct model_where){"effects", NULL, e, info->name},
+                             "%s sits at the free end of a beam whose length_m is a parameter; put it 1 mm before it, "
+                             "or write tip_mass for a mass there",
+                             m->effects[e].effect->id);
+        }
+    return status;
+}
+
 static enum bf_status check_patch(struct check *c, struct model_where where, double from_m, double to_m)
 {
     enum bf_status status = check_place(c, where, "the patch's beginning", from_m);
@@ -281,6 +301,8 @@ enum bf_status model_check_where(const struct model *model, struct model_where *
         status = check_channels(&c);
     if (status == BF_OK)
         status = check_gains(&c);
+    if (status == BF_OK)
+        status = check_ends(&c);
     if (status == BF_OK)
         status = check_effects(&c);
     return status;

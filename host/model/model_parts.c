@@ -229,9 +229,14 @@ struct beam_place model_place(const struct model *model)
 
 void model_forget_fit(struct model *model)
 {
-    struct parameter *shared[] = {&model->gamma, &model->Ks, &model->KB};
+    struct parameter *shared[] = {&model->gamma,      &model->Ks,       &model->KB,
+                                  &model->own.length, &model->own.from, &model->own.to};
     for (size_t i = 0; i < sizeof shared / sizeof *shared; i++)
         shared[i]->sd = 0.0;
+    for (size_t i = 0; i < model->n_inputs; i++)
+        model->inputs[i].own.at.sd = model->inputs[i].own.gain.sd = 0.0;
+    for (size_t i = 0; i < model->n_outputs; i++)
+        model->outputs[i].own.at.sd = model->outputs[i].own.gain.sd = 0.0;
     for (size_t i = 0; i < model->n_residuals; i++)
         model->residuals[i].compliance.sd = 0.0;
     for (size_t i = 0; i < model->n_materials; i++)

@@ -76,6 +76,19 @@ enum bf_status yaml_place(const struct yaml_reader *r, const struct yaml_node *n
 enum bf_status yaml_interval(const struct yaml_reader *r, const struct yaml_node *node, const char *what,
                              double *from_m, double *to_m);
 
+/* The same of numbers that were read. */
+enum bf_status yaml_check_interval(const struct yaml_reader *r, const struct yaml_node *node, const char *what,
+                                   double from_m, double to_m);
+
+/*
+ * model_yaml_geometry.c: a number, which is held, or the mapping of a parameter, with `prior_m` or `sd` as the ruler's standard deviation in metres. out
+ * arrives with name and bounds.
+ */
+enum bf_status yaml_length(const struct yaml_reader *r, const struct yaml_node *node, struct parameter *out,
+                           bool *listed);
+enum bf_status yaml_read_length(const struct yaml_reader *r, const struct yaml_node *node);
+enum bf_status yaml_read_patch(const struct yaml_reader *r, const struct yaml_node *node, double *from_m, double *to_m);
+
 /* What the sensor of an output weighs, `mass_kg` of its node; left alone where that is absent. */
 enum bf_status yaml_sensor_mass(const struct yaml_reader *r, const struct yaml_node *node, double *mass_kg);
 

@@ -13,48 +13,15 @@ enum { MOST_CHANNELS = 64, MOST_EFFECTS = 32, MOST_RECORDS = 10000, MOST_ANCESTO
 
 /* ---- Inputs and outputs ---- */
 
-/* The standard deviation of a place that was measured, in metres: `prior_m`, or `sd` where no fit has been. Kept relative. */
-static enum bf_status read_prior_m(const struct yaml_reader *r, const struct yaml_node *node, struct parameter *at)
-{
-    const struct yaml_node *own = yaml_get(node, "prior_m", NULL), *sd = yaml_get(node, "sd", NULL);
-    const struct yaml_node *stated = own ? own : sd; /* beside `prior` an sd is what the last fit found */
-    double prior_m = 0.0;
-    if (!stated || (!own && yaml_get(node, "prior", NULL)))
-        return BF_OK;
-    const enum bf_status status = yaml_number(r, stated, own ? "prior_m" : "sd", &prior_m);
-    if (status == BF_OK && !(prior_m > 0.0 && isfinite(prior_m)))
-        return yaml_fail(r, stated, "the standard deviation of a place is %g; write metres above 0, e.g. 0.002",
-                         prior_m);
-    const struct yaml_node *centre = yaml_get(node, "prior_value", NULL);
-    at->prior_value = at->value;
-    if (status == BF_OK && centre && yaml_number(r, centre, "prior_value", &at->prior_value) != BF_OK)
-        return BF_BAD_FILE;
-    if (status == BF_OK && !(at->prior_value > 0.0))
-        return yaml_fail(r, stated, "a place at %g m with a standard deviation; write at least 1e-6 m, or hold it",
-                         at->prior_value);
-    at->prior = prior_m / at->prior_value;
-    at->sd = own ? at->sd : 0.0;
-    return status;
-}
-
 /* A number holds the place; {value: …} frees it, with `prior_m`, the standard deviation of the ruler, or without. */
 static enum bf_status read_at(const struct yaml_reader *r, const struct yaml_node *node, const char *kind,
                               struct channel_parameters *own, double *at_m)
 {
-    static const char *const known[] = {"value", "prior", "prior_m", "prior_value", "fixed", "min", "max", "sd"};
     const struct yaml_node *at = yaml_get(node, "at_m", NULL);
     model_channel_init(own, r->model->length_m);
     if (!at)
         return yaml_fail(r, node, "a %s has no at_m; add its distance from the clamp in metres", kind);
-    own->lists_at = at->kind == YAML_MAPPING;
-    own->at.fixed = !own->lists_at;
-    enum bf_status status = BF_OK;
-    if (at->kind == YAML_MAPPING)
-        status = yaml_known_keys(r, at, "at_m", known, sizeof known / sizeof *known);
-    if (status == BF_OK)
-        status = yaml_place(r, at, &own->at);
-    if (status == BF_OK && at->kind == YAML_MAPPING)
-        status = read_prior_m(r, at, &own->at);
+    const enum bf_status status = yaml_length(r, at, &own->at, &own->lists_at);
     *at_m = own->at.value;
     return status;
 }

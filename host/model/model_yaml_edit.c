@@ -18,10 +18,12 @@ struct editor {
 
 /* ---- Parameters ---- */
 
-/* The parameter `name` of mapping `owner`; per_record: "" or the text of that key. */
-static void edit_parameter(struct editor *e, const struct yaml_node *owner, const struct parameter *old,
-                           const struct parameter *new, const struct parameter *absent, const char *old_per_record,
-                           const char *per_record)
+/*
+ * The parameter `name` of mapping `owner`, or, without an owner, the mapping `node` itself; per_record: "" or the text of that key.
+ */
+static void edit_node(struct editor *e, const struct yaml_node *owner, const struct yaml_node *node,
+                      const struct parameter *old, const struct parameter *new, const struct parameter *absent,
+                      const char *old_per_record, const char *per_record)
 {
     struct yaml_parameter_text before, after;
     yaml_parameter_keys(old, absent, &before);
@@ -33,7 +35,6 @@ static void edit_parameter(struct editor *e, const struct yaml_node *owner, cons
     }
     if (!differs)
         return;
-    const struct yaml_node *node = yaml_get(owner, new->name, NULL);
     if (node && node->kind == YAML_MAPPING) {
         for (int i = 0; i < YAML_PARAMETER_KEYS; i++) {
             const char *text = after.text[i];
@@ -59,8 +60,31 @@ static void edit_parameter(struct editor *e, const struct yaml_node *owner, cons
         yaml_text_add(&whole, per_record);
     }
     yaml_text_add(&whole, node && bare ? "" : "}");
-    splice_set_pair(&e->splicer, owner, new->name, whole.s);
+    if (owner)
+        splice_set_pair(&e->splicer, owner, new->name, whole.s);
     free(whole.s);
+}
+
+static void edit_parameter(struct editor *e, const struct yaml_node *owner, const struct parameter *old,
+                           const struct parameter *new, const struct parameter *absent, const char *old_per_record,
+                           const char *per_record)
+{
+    edit_node(e, owner, yaml_get(owner, new->name, NULL), old, new, absent, old_per_record, per_record);
+}
+
+/* The length and the edges of the patch where they are parameters. */
+static void edit_beam(struct editor *e)
+{
+    const struct geometry_parameters *old = &e->old->own, *new = &e->new->own;
+    const struct yaml_node *beam = yaml_get(e->root, "beam", NULL), *patch = yaml_get(beam, "patch_m", NULL);
+    struct parameter absent;
+    model_parameter_init(&absent, "", "m", false);
+    if (old->lists_length && new->lists_length)
+        edit_parameter(e, beam, &old->length, &new->length, &absent, "", "");
+    if (old->lists_from && new->lists_from)
+        edit_node(e, NULL, patch->value[0], &old->from, &new->from, &absent, "", "");
+    if (old->lists_to && new->lists_to)
+        edit_node(e, NULL, patch->value[1], &old->to, &new->to, &absent, "", "");
 }
 
 static void edit_shared(struct editor *e, const struct yaml_node *owner, const struct parameter *old,
@@ -104,16 +128,29 @@ static void edit_own(struct editor *e, const struct yaml_node *channel, const st
         edit_parameter(e, channel, &old->gain, &new->gain, &absent, "", "");
 }
 
+/* A channel that is held at the free end, which has moved. */
+static void edit_held(struct editor *e, const struct yaml_node *channel, const struct channel_parameters *own,
+                      double old_m, double new_m)
+{
+    char before[DECIMAL_TEXT], after[DECIMAL_TEXT];
+    decimal_print(before, old_m);
+    decimal_print(after, new_m);
+    if (!own->lists_at && strcmp(before, after) != 0)
+        splice_set_pair(&e->splicer, channel, "at_m", after);
+}
+
 static void edit_channels(struct editor *e)
 {
     const struct yaml_node *inputs = yaml_get(e->root, "inputs", NULL), *outputs = yaml_get(e->root, "outputs", NULL);
     for (size_t i = 0; i < e->new->n_inputs &&i < e->old->n_inputs; i++) {
         const struct yaml_node *channel = yaml_get(inputs, e->new->inputs[i].name, NULL);
         edit_own(e, channel, &e->old->inputs[i].own, &e->new->inputs[i].own);
+        edit_held(e, channel, &e->new->inputs[i].own, e->old->inputs[i].at_m, e->new->inputs[i].at_m);
     }
     for (size_t i = 0; i < e->new->n_outputs &&i < e->old->n_outputs; i++) {
         const struct yaml_node *channel = yaml_get(outputs, e->new->outputs[i].name, NULL);
         edit_own(e, channel, &e->old->outputs[i].own, &e->new->outputs[i].own);
+        edit_held(e, channel, &e->new->outputs[i].own, e->old->outputs[i].at_m, e->new->outputs[i].at_m);
     }
 }
 
@@ -302,6 +339,7 @@ char *model_edit_text(const char *text, size_t n, const struct model *model)
     struct editor e = {.splicer = {.text = text, .n_text = n}, .root = root, .old = &old, .new = model};
     char *result = NULL;
     if (model_from_yaml("", root, &old, &err) == BF_OK) {
+        edit_beam(&e);
         edit_parameters(&e);
         edit_channels(&e);
         edit_effects(&e);

@@ -197,13 +197,40 @@ static void print_interval(struct yaml_text *text, double from_m, double to_m)
     yaml_text_add(text, "]");
 }
 
+/* The value alone, or "{value: …, …}" of a length that is a parameter. */
+static void print_length(struct yaml_text *text, const struct parameter *p, bool listed, double value)
+{
+    struct parameter absent;
+    struct yaml_parameter_text keys;
+    if (!listed) {
+        yaml_text_number(text, value);
+        return;
+    }
+    model_parameter_init(&absent, p->name, p->unit, false);
+    yaml_parameter_keys(p, &absent, &keys);
+    yaml_text_addf(text, "{value: %s", keys.text[0]);
+    for (int i = 1; i < YAML_PARAMETER_KEYS; i++)
+        if (keys.text[i][0])
+            yaml_text_addf(text, ", %s: %s", keys.key[i], keys.text[i]);
+    yaml_text_add(text, "}");
+}
+
 static void print_beam(struct yaml_text *text, const struct model *m)
 {
     yaml_text_add(text, "beam:\n  length_m: ");
-    yaml_text_number(text, m->length_m);
+    print_length(text, &m->own.length, m->own.lists_length, m->length_m);
     yaml_text_addf(text, "\n  support: %s\n", model_support_name(m->support));
     if (m->n_regions == 1 && strcmp(m->regions[0].name, "beam") == 0)
         return;
+    double from_m = 0.0, to_m = 0.0;
+    if ((m->own.lists_from || m->own.lists_to) && model_patch(m, &from_m, &to_m)) {
+        yaml_text_add(text, "  patch_m: [");
+        print_length(text, &m->own.from, m->own.lists_from, from_m);
+        yaml_text_add(text, ", ");
+        print_length(text, &m->own.to, m->own.lists_to, to_m);
+        yaml_text_add(text, "]\n");
+        return;
+    }
     yaml_text_add(text, "  regions:\n");
     for (size_t i = 0; i < m->n_regions; i++) {
         yaml_text_addf(text, "    - {name: %s, from_m: ", m->regions[i].name);

@@ -99,7 +99,7 @@ static enum bf_status read_regions(const struct yaml_reader *r, const struct yam
         return yaml_fail(r, patch, "patch_m and regions together; write the patch as one of the regions");
     if (patch) {
         double from_m = 0.0, to_m = 0.0;
-        status = yaml_interval(r, patch, "patch_m", &from_m, &to_m);
+        status = yaml_read_patch(r, patch, &from_m, &to_m);
         if (status != BF_OK)
             return status;
         add_region(r->model, "patch", from_m, to_m);
@@ -143,7 +143,7 @@ static enum bf_status read_beam(const struct yaml_reader *r, const struct yaml_n
     const struct yaml_node *length = yaml_get(beam, "length_m", NULL), *support = yaml_get(beam, "support", NULL);
     if (!length)
         return yaml_fail(r, beam, "beam has no length_m; add the free length in metres");
-    if ((status = yaml_number(r, length, "length_m", &r->model->length_m)) != BF_OK)
+    if ((status = yaml_read_length(r, length)) != BF_OK)
         return status;
     if (!(r->model->length_m > 0.0 && isfinite(r->model->length_m)))
         return yaml_fail(r, length, "length_m is %g; the free length in metres must be above 0", r->model->length_m);

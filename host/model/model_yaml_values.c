@@ -169,18 +169,21 @@ enum bf_status yaml_interval(const struct yaml_reader *r, const struct yaml_node
     enum bf_status status = yaml_number(r, node->value[0], what, from_m);
     if (status == BF_OK)
         status = yaml_number(r, node->value[1], what, to_m);
-    if (status != BF_OK)
-        return status;
-    if (!(*to_m > *from_m))
-        return yaml_fail(r, node, "%s from %g to %g m is empty; give [smaller, larger]", what, *from_m, *to_m);
-    double length = r->model->length_m;
-    if (*from_m < 0.0 || *to_m > length) {
-        char advice[PLACE_ADVICE];
-        model_place_advice(*to_m, length, advice);
-        return yaml_fail(r, node, "%s from %g to %g m lies outside the beam (0 … %g m); %s", what, *from_m, *to_m,
-                         length, advice);
-    }
-    return BF_OK;
+    return status == BF_OK ? yaml_check_interval(r, node, what, *from_m, *to_m) : status;
+}
+
+enum bf_status yaml_check_interval(const struct yaml_reader *r, const struct yaml_node *node, const char *what,
+                                   double from_m, double to_m)
+{
+    const double length = r->model->length_m;
+    char advice[PLACE_ADVICE];
+    if (!(to_m > from_m))
+        return yaml_fail(r, node, "%s from %g to %g m is empty; give [smaller, larger]", what, from_m, to_m);
+    if (from_m >= 0.0 && to_m <= length)
+        return BF_OK;
+    model_place_advice(to_m, length, advice);
+    return yaml_fail(r, node, "%s from %g to %g m lies outside the beam (0 … %g m); %s", what, from_m, to_m, length,
+                     advice);
 }
 
 enum bf_status yaml_sensor_mass(const struct yaml_reader *r, const struct yaml_node *node, double *mass_kg)

@@ -93,7 +93,7 @@ static size_t add_channel(const char *name, const struct channel_parameters *own
 size_t model_parameters(const struct model *model, const char *const record_names[], size_t n_records,
                         struct parameter_ref **out)
 {
-    size_t most = 3 * model->n_materials + 3 + model->n_residuals + 2 * (model->n_inputs + model->n_outputs) +
+    size_t most = 3 * model->n_materials + 6 + model->n_residuals + 2 * (model->n_inputs + model->n_outputs) +
                   model->n_effects * BEAM_EFFECT_PARAMETERS * (n_records + 1);
     struct parameter_ref *refs = bf_alloc(most, sizeof *refs);
     size_t n = 0;
@@ -113,6 +113,12 @@ size_t model_parameters(const struct model *model, const char *const record_name
     for (size_t i = 0; i < model->n_outputs; i++)
         n += add_channel(model->outputs[i].name, &model->outputs[i].own, model->outputs[i].at_m, ROLE_OUTPUT_PLACE, i,
                          refs + n);
+    if (model->own.lists_length)
+        add_shared(&refs[n++], ROLE_LENGTH, 0, &model->own.length);
+    if (model->own.lists_from)
+        add_shared(&refs[n++], ROLE_PATCH_FROM, 0, &model->own.from);
+    if (model->own.lists_to)
+        add_shared(&refs[n++], ROLE_PATCH_TO, 0, &model->own.to);
     for (size_t i = 0; i < model->n_effects; i++)
         n += add_effect(model, i, record_names, n_records, refs + n);
     *out = refs;
@@ -144,6 +150,12 @@ static struct parameter *target_of(struct model *model, const struct parameter_r
         return &model->outputs[ref->owner].own.at;
     case ROLE_OUTPUT_GAIN:
         return &model->outputs[ref->owner].own.gain;
+    case ROLE_LENGTH:
+        return &model->own.length;
+    case ROLE_PATCH_FROM:
+        return &model->own.from;
+    case ROLE_PATCH_TO:
+        return &model->own.to;
     case ROLE_EFFECT:
         break;
     }
@@ -166,6 +178,26 @@ static void set_per_record(struct model_effect *effect, int slot, const char *re
     effect->per_record[i].sd = sd;
 }
 
+/* The regions follow the length and the edges that are parameters; where that is no beam they stay, and no prediction is made. */
+static void set_geometry(struct model *model)
+{
+    struct bf_error err;
+    struct model before;
+    double by_m[MODEL_MOVES] = {0}, from_m, to_m;
+    const struct geometry_parameters *own = &model->own;
+    if (!own->lists_length && !own->lists_from && !own->lists_to)
+        return;
+    (void)model_copy(model, &before, &err);
+    if (own->lists_length)
+        by_m[MOVE_LENGTH] = own->length.value - model->length_m;
+    if (model_patch(model, &from_m, &to_m)) {
+        by_m[MOVE_FROM] = own->lists_from ? own->from.value - from_m : 0.0;
+        by_m[MOVE_TO] = own->lists_to ? own->to.value - to_m : 0.0;
+    }
+    (void)model_move(&before, by_m, model, &err);
+    model_free(&before);
+}
+
 void model_set_parameters(struct model *model, const struct parameter_ref refs[], size_t n, const double value[],
                           const double sd[], const char *const record_names[])
 {
@@ -185,4 +217,5 @@ void model_set_parameters(struct model *model, const struct parameter_ref refs[]
         if (sd)
             p->sd = sd[i];
     }
+    set_geometry(model);
 }

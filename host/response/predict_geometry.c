@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
  * Shifts of places and of the clock. The clock: a grid of interval (1 + e)·dt is the same grid with s divided by 1 + e. A
- * point force: its functional at a + d, in each record of its own. The patch: predict_patch.c.
+ * point force: its functional at a + d, in each record of its own. The patch and the length: predict_moved.c.
  */
 #include "predictor.h"
 
@@ -20,7 +20,7 @@ void geometry_new(struct predictor *p)
     *g = (struct geometry){.clock = 1.0};
     for (size_t i = 0; i < p->map.n; i++)
         theta[i] = p->refs[i].value;
-    g->patch_by = bf_alloc(p->map.n, sizeof *g->patch_by);
+    g->move_by = bf_alloc(p->map.n * MODEL_MOVES, sizeof *g->move_by);
     g->clock_by = bf_alloc(p->map.n, sizeof *g->clock_by);
     for (size_t e = 0; e < p->model.n_effects; e++) {
         struct beam_geometry at;
@@ -28,10 +28,16 @@ void geometry_new(struct predictor *p)
             continue;
         for (int s = 0; s < p->model.effects[e].effect->n_parameters; s++) {
             size_t j = parameter_map_slot(&p->map, 0, e, s);
-            g->patch_by[j] = at.by_parameter[0][s];
+            g->move_by[j * MODEL_MOVES + MOVE_SHIFT] = at.by_parameter[0][s];
             g->clock_by[j] = at.by_parameter[2][s];
-            g->patch_moves = g->patch_moves || not_zero(at.by_parameter[0][s]);
+            g->moves = g->moves || not_zero(at.by_parameter[0][s]);
         }
+    }
+    for (int m = 0; m < MODEL_MOVES; m++) {
+        if (p->map.move[m] == SIZE_MAX)
+            continue;
+        g->move_by[p->map.move[m] * MODEL_MOVES + (size_t)m] = 1.0;
+        g->moves = true;
     }
     free(theta);
     (void)model_copy(&p->model, &g->fixed, &err);
@@ -39,8 +45,8 @@ void geometry_new(struct predictor *p)
 
 void geometry_free(struct predictor *p)
 {
-    patch_free(&p->geometry);
-    free(p->geometry.patch_by);
+    moved_space_free(&p->geometry);
+    free(p->geometry.move_by);
     free(p->geometry.clock_by);
     model_free(&p->geometry.fixed);
     p->geometry = (struct geometry){0};
@@ -92,7 +98,7 @@ static void source_changes(const struct run *run, const struct source *source, s
     struct bf_error err;
     reduced_point(&p->reduced, 1, at_m, slope);
     for (size_t c = 0; c < f->n_changes; c++)
-        if (!not_zero(p->geometry.patch_by[f->changes[c].parameter]))
+        if (!moves_space(p, f->changes[c].parameter))
             memset(f->changes[c].g, 0, n * sizeof(double));
     if (p->map.input_place[source->input] != SIZE_MAX) {
         memcpy(functional_change(f, n, p->map.input_place[source->input]), slope, n * sizeof *slope);
@@ -143,7 +149,7 @@ static void add_point_masses(const struct run *run)
     for (size_t e = 0; e < p->model.n_effects; e++) {
         struct beam_term term;
         for (int t = 0; t < p->model.effects[e].effect->n_terms; t++) {
-            if (!point_mass(p, e, t, run->theta, &term))
+            if (!point_mass(p, &p->model, e, t, run->theta, &term))
                 continue;
             reduced_place(&p->reduced, &term.place, &p->model, g, g_at);
             add_scaled(n, -term.value.mass, g, p->base_load->g);
@@ -189,7 +195,7 @@ static void place_load(const struct run *run)
         return;
     memset(p->base_load->g, 0, n * sizeof(double));
     for (size_t c = 0; c < p->base_load->n_changes; c++)
-        if (!not_zero(p->geometry.patch_by[p->base_load->changes[c].parameter]))
+        if (!moves_space(p, p->base_load->changes[c].parameter))
             memset(p->base_load->changes[c].g, 0, n * sizeof(double));
     for (size_t m = 0; m < p->model.n_materials; m++) {
         double *dg = functional_change(p->base_load, n, p->map.rho[m]);
@@ -212,7 +218,7 @@ enum bf_status geometry_rebase(struct predictor *p, struct bf_error *err)
     p->outputs = functionals_new(p->model.n_outputs, p->reduced.n);
     p->base_load = shakes ? functionals_new(1, p->reduced.n) : NULL;
     functionals_place(&p->model, &p->reduced, p->inputs, p->outputs);
-    return p->geometry.patch_moves ? patch_rebase(p, err) : BF_OK;
+    return p->geometry.moves ? moved_rebase(p, err) : BF_OK;
 }
 
 /* ---- The clock ---- */
@@ -248,8 +254,8 @@ static enum bf_status set_clock(const struct run *run, struct bf_error *err)
 enum bf_status geometry_evaluate(const struct run *run, struct bf_error *err)
 {
     enum bf_status status = set_clock(run, err);
-    if (status == BF_OK && run->p->geometry.patch_moves)
-        status = patch_evaluate(run, err);
+    if (status == BF_OK && run->p->geometry.moves)
+        status = moved_evaluate(run, err);
     if (status == BF_OK)
         status = place_channels(run, err);
     if (status == BF_OK)

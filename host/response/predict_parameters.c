@@ -101,11 +101,12 @@ enum bf_status geometry_input_shift(const struct predictor *p, size_t record, si
     return status;
 }
 
-bool point_mass(const struct predictor *p, size_t e, int t, const double theta[], struct beam_term *out)
+bool point_mass(const struct predictor *p, const struct model *model, size_t e, int t, const double theta[],
+                struct beam_term *out)
 {
     const struct beam_effect *effect = p->model.effects[e].effect;
     struct beam_term terms[BEAM_EFFECT_TERMS];
-    struct beam_place place = model_place(&p->model);
+    struct beam_place place = model_place(model);
     double parameters[BEAM_EFFECT_PARAMETERS];
     memset(terms, 0, sizeof terms);
     parameter_map_effect(&p->map, 0, e, theta, parameters);

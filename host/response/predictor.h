@@ -40,17 +40,17 @@ struct record_plan {
     size_t first_channel, n_channels;
 };
 
-/* Shifts of places and of the clock at the parameters of the current run. */
+/* Moves of the beam's geometry, and of the clock, at the parameters of the current run. */
 struct geometry {
-    double patch_shift_m;
-    double clock;        /* the sample interval is this times what the records say */
-    double *patch_by;    /* [n_parameters] d patch_shift_m */
-    double *clock_by;    /* [n_parameters] d clock */
-    bool patch_moves;    /* some effect shifts the patch */
-    struct model fixed;  /* the model with its patch where the file has it */
-    struct reduced base; /* when the patch moves: the space at the base; predictor->reduced follows the shift */
-    double base_shift_m;
-    double **block_by_shift; /* [n_blocks][n × n] derivative of every block by the patch's shift */
+    double by_m[MODEL_MOVES]; /* from `fixed` */
+    double clock;             /* the sample interval is this times what the records say */
+    double *move_by;          /* [n_parameters][MODEL_MOVES] d by_m */
+    double *clock_by;         /* [n_parameters] d clock */
+    bool moves;               /* some effect shifts the patch, or a length is a parameter */
+    struct model fixed;       /* the model as the file has it */
+    struct reduced base;      /* when it moves: the space at the base; predictor->reduced follows */
+    double base_m[MODEL_MOVES];
+    double **block_by[MODEL_MOVES]; /* [n_blocks][n × n] derivative of every block; NULL where none was wanted */
 };
 
 /* An input at its place in one record, or in all that do not shift it. */
@@ -70,7 +70,7 @@ struct state_modes {
 };
 
 struct predictor {
-    struct model model; /* own copy: parameters of the base, its patch where the current run has it */
+    struct model model; /* own copy: parameters of the base, its geometry as the current run has it */
     const struct record *records;
     size_t n_records;
     struct predict_options options;
@@ -163,21 +163,24 @@ double input_place(const struct predictor *p, size_t input, const double theta[]
 /* What effect e shifts at theta; zero for an effect without geometry. */
 enum bf_status read_geometry(const struct predictor *p, size_t record, size_t e, const double theta[],
                              struct beam_geometry *out, struct bf_error *err);
-/* Term t of effect e at theta; false: there is none, or it does not act at a point. */
-bool point_mass(const struct predictor *p, size_t e, int t, const double theta[], struct beam_term *out);
+/* Term t of effect e at theta on this beam; false: there is none, or it does not act at a point. */
+bool point_mass(const struct predictor *p, const struct model *model, size_t e, int t, const double theta[],
+                struct beam_term *out);
 /* Shift of an input in a record. */
 enum bf_status geometry_input_shift(const struct predictor *p, size_t record, size_t input, const double theta[],
                                     double *shift_m, struct bf_error *err);
 
-/* predict_patch.c: the model with its patch where the file has it; to be freed. */
+/* predict_moved.c: the model with its geometry as the file has it; to be freed. */
 void geometry_original(const struct predictor *p, struct model *out);
-/* The patch of p->model at its shift; called before the space of a base is made. */
+/* The geometry of p->model at theta; called before the space of a base is made. */
 enum bf_status geometry_place(struct predictor *p, const double theta[], struct bf_error *err);
-/* Only where an effect shifts the patch: the space of a new base. */
-enum bf_status patch_rebase(struct predictor *p, struct bf_error *err);
-void patch_free(struct geometry *geometry);
-/* Model, space and functionals at the run's shift; with derivatives where the run wants them. */
-enum bf_status patch_evaluate(const struct run *run, struct bf_error *err);
+/* Only where the geometry moves: the space of a new base. */
+enum bf_status moved_rebase(struct predictor *p, struct bf_error *err);
+void moved_space_free(struct geometry *geometry);
+/* Model, space and functionals at the run's geometry; with derivatives where the run wants them. */
+enum bf_status moved_evaluate(const struct run *run, struct bf_error *err);
+/* The parameter moves the whole space. */
+bool moves_space(const struct predictor *p, size_t parameter);
 
 /* predict_geometry.c: shifts of places and of the clock. */
 void geometry_new(struct predictor *p);

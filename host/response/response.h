@@ -151,12 +151,6 @@ bool effect_is_linear(const struct beam_effect *effect);
 bool effect_map_is_linear(const struct beam_effect *effect); /* of an effect with a map */
 
 /*
- * Patch regions and patch channels of `fixed` moved by shift_m; *out is a copy of it whose places are overwritten.
- * BF_BAD_FILE without a patch, BF_NUMERIC when a region would vanish.
- */
-enum bf_status model_shift_patch(const struct model *fixed, double shift_m, struct model *out, struct bf_error *err);
-
-/*
  * KERNEL — transfer functions H(s) = s^ν Σ_k α_k β_k/(s − p_k) on a line s = σ + iω of the Laplace plane.
  *
  * A record of n samples is a signal on [0, n·dt); with σ > 0 its transform decays over the zero-padded length, so the

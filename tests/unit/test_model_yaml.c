@@ -74,7 +74,7 @@ static void the_manual_s_examples_read(void **state)
         model_free(&m);
         block = end + 1;
     }
-    assert_int_equal(n, 2);
+    assert_int_equal(n, 3);
     free(text);
 }
 

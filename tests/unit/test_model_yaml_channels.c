@@ -88,7 +88,7 @@ static void wrong_places_and_gains(void **state)
         {"{kind: velocity, at_m: {value: 0.5}}", "outside the beam"},
         {"{kind: velocity, at_m: {value: 0.4, prior_m: -1}}", "the standard deviation of a place is -1"},
         {"{kind: velocity, at_m: {value: 0.4, prior: 0}}", "prior is 0"},
-        {"{kind: velocity, at_m: {value: 0, prior_m: 0.001}}", "a place at 0 m with a standard deviation"},
+        {"{kind: velocity, at_m: {value: 0, prior_m: 0.001}}", "at_m is 0 m with a standard deviation"},
         {"{kind: velocity, at_m: {prior_m: 0.001}}", "at_m has no value"},
         {"{kind: velocity, at_m: {value: 0.4, sigma: 0.001}}", "unknown key"},
         {"{kind: velocity, at_m: 0.4, gain: 0}", "gain is 0"},
