@@ -9,6 +9,7 @@
 
 #include "cmd/commands.h"
 #include "ground/ground.h"
+#include "show/show.h"
 
 static const struct command *find(const char *name)
 {
@@ -63,10 +64,10 @@ static enum bf_status unknown(const char *name, struct bf_error *err)
                    closest ? "; did you mean '" : "", closest ? closest : "", closest ? "'?" : "");
 }
 
-static bool asks_for_help(int argc, char **argv)
+static bool asks_for(const char *word, const char *or_word, int argc, char **argv)
 {
     for (int i = 1; i < argc && strcmp(argv[i], "--") != 0; i++)
-        if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0)
+        if (strcmp(argv[i], word) == 0 || strcmp(argv[i], or_word) == 0)
             return true;
     return false;
 }
@@ -86,7 +87,9 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     const struct command *command = find(help ? argv[2] : name);
     if (!command)
         return unknown(help ? argv[2] : name, err);
-    if (help || asks_for_help(argc - 1, argv + 1)) {
+    if (!help && asks_for("--json-schema", "--json-schema", argc - 1, argv + 1))
+        return answer_print_schema(command->name, command->answer, stdout, err);
+    if (help || asks_for("--help", "-h", argc - 1, argv + 1)) {
         options_print_help(stdout, command->help, command->options, command->closing, text_columns());
         return BF_OK;
     }

@@ -204,6 +204,23 @@ static void put_examples(const char *text, const char *end)
     }
 }
 
+/* Names of the JSON answer with what they are: "modes[].frequency_Hz". */
+static void put_answer(const struct answer_field fields[], const char *within)
+{
+    for (const struct answer_field *f = fields; f->name != NULL; f++) {
+        char name[200];
+        const bool list = f->kind == ANSWER_LIST, map = f->kind == ANSWER_MAP;
+        (void)snprintf(name, sizeof name, "%s%s", within, f->name);
+        (void)printf(".It Li \\&%s\n", name);
+        if (answer_unit(f)[0] != '\0')
+            (void)printf("(%s) ", answer_unit(f));
+        put_sentences(f->what, strlen(f->what));
+        (void)snprintf(name, sizeof name, "%s%s%s", within, f->name, list ? "[]." : map ? ".NAME." : ".");
+        if (f->fields != NULL)
+            put_answer(f->fields, name);
+    }
+}
+
 /* ---- Pages ---- */
 
 static void put_head(const char *title)
@@ -238,6 +255,11 @@ static void put_command(const struct command *command)
     put_paragraphs(command->closing, first, false);
     if (statuses != NULL)
         put_statuses(statuses + strlen("Exit status: "));
+    (void)puts(".Sh JSON\nNames in the answer with\n.Fl \\-json ;\n.Fl \\-json-schema\n"
+               "prints them as a JSON Schema.\nEvery answer also has the lists\n.Li warnings\nand\n.Li next\n"
+               "(commands to go on with).\n.Bl -tag -width Ds");
+    put_answer(command->answer, "");
+    (void)puts(".El");
     if (examples != NULL)
         put_examples(examples, statuses != NULL && statuses > examples ? statuses : end);
     (void)puts(".Sh SEE ALSO\n.Xr beamfit 1");

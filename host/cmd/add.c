@@ -7,6 +7,20 @@
 #include "ground/ground.h"
 #include "model/model.h"
 
+static const struct answer_field parameter_fields[] = {
+    ANSWER_ROW(NUMBER, "value", "in SI units"),
+    ANSWER_ROW(TEXT, "unit", "of the value"),
+    ANSWER_ROW(BOOL, "fixed", "held in fits"),
+    {0},
+};
+
+static const struct answer_field fields[] = {
+    ANSWER_ROW(TEXT, "file", "the file that was written"),
+    ANSWER_ROW(TEXT, "effect", "its id"),
+    ANSWER_ROW_OF(MAP, "parameters", "of the effect, as the file has them", parameter_fields),
+    {0},
+};
+
 static const char help[] = "Usage: beamfit add MODEL ID [--at X] [--channel NAME] [NAME=VALUE...] -o NEW\n"
                            "\n"
                            "Adds a physical effect to a model. Its parameters start small, at the values of the "
@@ -24,7 +38,7 @@ static const struct option_row options[] = {
     {'f', 0, "free", "NAME", NULL, "let fits change this parameter, e.g. a place (again for more)"},
     {'o', 'o', "output", "NEW", NULL, "the file to write; - is standard output"},
     {OPTION_FORCE, 0, "force", NULL, NULL, "replace NEW even when `add` has not made it or somebody has changed it"},
-    {'j', 0, "json", NULL, NULL, "{\"file\", \"effect\", \"parameters\": {NAME: {\"value\", \"unit\", \"fixed\"}}}"},
+    OPTIONS_ANSWER('j'),
     {0},
 };
 
@@ -169,7 +183,8 @@ static enum bf_status answer(const struct arguments *a, const struct model_effec
         json_put_text(one, "unit", effect->parameters[i].unit);
         json_put_bool(one, "fixed", effect->parameters[i].fixed);
     }
-    return json_print_and_free(root, stdout, err);
+    answer_next(root, "beamfit", "fit", a->output, "RECORD...", "-o", "FITTED", NULL);
+    return answer_print_and_free(root, fields, err);
 }
 
 static enum bf_status run(int argc, char **argv, struct bf_error *err)
@@ -201,5 +216,6 @@ const struct command command_add = {
     .help = help,
     .options = options,
     .closing = closing,
+    .answer = fields,
     .run = run,
 };

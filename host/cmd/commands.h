@@ -7,6 +7,7 @@
 #define BEAMFIT_COMMANDS_H
 
 #include "ground/ground.h"
+#include "show/show.h"
 
 struct command {
     int place; /* in the list of a bare `beamfit`: 10 for the first, 20 for the next, so that new ones fit between */
@@ -16,6 +17,7 @@ struct command {
     const char *help;
     const struct option_row *options;
     const char *closing;
+    const struct answer_field *answer; /* of --json; --json-schema prints it */
     /*
      * Parses the options of argv[1 … argc − 1] with options_next() (optind is 1 again; argv[0] is the name), prints the answer on standard
      * output and returns a status; main() prints err->text and exits with it. main() also answers --help.

@@ -37,13 +37,7 @@ static const struct option_row options[] = {
      "a question: is the error (root mean square over all channels, held-out ones too) at most X? X is a "
      "fraction, 0.05 = 5 %; the exit status is the answer"},
     OPTION_INTERSAMPLE('i'),
-    {'j', 0, "json", NULL, NULL,
-     "{\"records\": [{\"file\", \"channels\": [{\"name\", \"nrmse\", \"noise_ratio\", \"bands\": [...], ...}]}], "
-     "\"nrmse\", \"noise_ratio\", \"check_nrmse\", \"check_noise_ratio\", \"attainable\": {\"nrmse\", \"noise_ratio\", "
-     "\"modes\", \"poles\"} (null: nothing to fit), \"channel_factors\": [{\"channel\", \"or_channel\", \"factor\", "
-     "\"line\", \"text\", ...}] (wrong signs, units), \"record_findings\": [{\"file\", \"column\", \"kind\", "
-     "\"sample\", "
-     "\"text\", ...}], ...}"},
+    OPTIONS_ANSWER('j'),
     {0},
 };
 
@@ -116,7 +110,7 @@ static enum bf_status print(const struct arguments *a, const struct comparison *
         struct json *root = compare_json(all);
         channel_factors_json(root, all->model, factors);
         record_findings_json(root, all->records, findings, all->n_records);
-        return json_print_and_free(root, stdout, err);
+        return answer_print_and_free(root, compare_fields, err);
     }
     record_findings_print(stdout, all->records, findings, all->n_records);
     channel_factors_print(stdout, factors);
@@ -180,5 +174,6 @@ const struct command command_compare = {
     .help = help,
     .options = options,
     .closing = closing,
+    .answer = compare_fields,
     .run = run,
 };

@@ -40,21 +40,7 @@ static const struct option_row options[] = {
      "steps a sample of nonlinear effects, 1 to 64 (default: the model's steps_per_sample, else 8 for "
      "forces at a point and 4 over the span, and more where the best laws need them)"},
     {'t', 0, "threads", "N", NULL, "default: one a processor"},
-    {'j', 0, "json", NULL, NULL,
-     "the answer as JSON on standard output, and nothing else: {\"verdict\", \"effects\", \"probability\" (that "
-     "they are the cause), \"explained\" (share of the misfit's power above the noise, of held-out records "
-     "where there are any), \"nrmse_before\", \"nrmse_after\", \"noise_ratio_before\", \"noise_ratio_after\", "
-     "\"check_nrmse_before\", \"check_nrmse_after\", \"check_kind\" (\"records\" held out, \"cross-validation\" or "
-     "\"none\"), \"where\": [{\"file\", \"channel\", \"from_Hz\", \"to_Hz\", \"share\", \"amplitude\"}], \"remains\": "
-     "{\"noise_ratio\", \"nrmse\", \"where\", \"text\"}, \"candidates\": [{\"effects\", \"channels\", \"probability\", "
-     "\"explained\", \"held_out_explained\", \"p_value\", \"bic_gain\", \"nrmse_after\", \"check_nrmse_after\", "
-     "\"parameters\", \"other_at_m\" (another place that does as well, or null)}], \"decision\": [{\"effects\": "
-     "[ID...], \"probability\", \"features\", \"with\", \"without\"}] (one of the effects is there; the best "
-     "explanation with one, and without), \"rig\": {\"free\", \"channels\"} (places and gains, fitted although "
-     "held), \"numerics\": {\"change_over_noise\", \"file\", \"channel\", \"converged\", \"fine\"} (twice as fine a "
-     "computation), \"attainable\": {\"nrmse\", \"noise_ratio\", \"modes\", \"poles\"} (what the best linear model "
-     "with as many modes leaves; null: not known), \"next\": [COMMAND...], \"text\", \"channel_factors\", "
-     "\"notes\", \"seconds\", ...}"},
+    OPTIONS_ANSWER('j'),
     {0},
 };
 
@@ -182,7 +168,7 @@ static enum bf_status print(const struct arguments *a, const struct model *model
         for (size_t i = 0; i < held_out.n; i++)
             json_push_text(notes, held_out.notes[i]);
         channel_factors_json(root, model, factors);
-        status = json_print_and_free(root, stdout, err);
+        status = answer_print_and_free(root, diagnose_fields, err);
     } else {
         channel_factors_print(stdout, factors);
         if (factors->n > 0)
@@ -254,5 +240,6 @@ const struct command command_diagnose = {
     .help = help,
     .options = options,
     .closing = closing,
+    .answer = diagnose_fields,
     .run = run,
 };

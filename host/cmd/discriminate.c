@@ -42,10 +42,7 @@ static const struct option_row options[] = {
     {'r', 0, "rows", "N", NULL, "rows of the table (default 12)"},
     OPTION_INTERSAMPLE('i'),
     {'t', 0, "threads", "N", NULL, "default: one a processor"},
-    {'j', 0, "json", NULL, NULL,
-     "{\"experiments\": [{\"name\", \"separation\", \"pairs\": [{\"a\", \"b\", \"separation\", \"wrong_choice\"}], "
-     "...}], "
-     "\"best\", \"drive\", \"text\", \"seconds\", ...}"},
+    OPTIONS_ANSWER('j'),
     {0},
 };
 
@@ -243,7 +240,7 @@ static enum bf_status answer(const struct arguments *a, const struct model *mode
     if (!status && a->output != NULL)
         status = record_write(a->output, &d.signal, 0, err);
     if (!status && a->json)
-        status = json_print_and_free(discriminate_json(&d, a->output), stdout, err);
+        status = answer_print_and_free(discriminate_json(&d, a->output), discriminate_fields, err);
     else if (!status && !(a->output != NULL && strcmp(a->output, "-") == 0)) {
         discriminate_print(stdout, &d, (size_t)a->rows);
         if (a->output != NULL)
@@ -280,5 +277,6 @@ const struct command command_discriminate = {
     .help = help,
     .options = options,
     .closing = closing,
+    .answer = discriminate_fields,
     .run = run,
 };

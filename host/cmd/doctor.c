@@ -12,6 +12,21 @@
 #include "model/model.h"
 #include "show/show.h"
 
+static const struct answer_field check_fields[] = {
+    ANSWER_ROW(TEXT, "name", "what was looked at"),
+    ANSWER_ROW(BOOL, "ok", "nothing is to be done"),
+    ANSWER_ROW(TEXT, "text", "what was found"),
+    ANSWER_ROW(TEXT, "remedy", "what to do; empty: nothing"),
+    {0},
+};
+
+static const struct answer_field fields[] = {
+    ANSWER_ROW(TEXT, "version", "of the program"),
+    ANSWER_ROW(BOOL, "ok", "all is there"),
+    ANSWER_ROW_OF(LIST, "checks", "one each", check_fields),
+    {0},
+};
+
 static const char help[] = "Usage: beamfit doctor [--json]\n"
                            "\n"
                            "Looks at what the program needs on this machine, and says what to do where something is "
@@ -25,7 +40,7 @@ static const struct option_row options[] = {
     {.name = "serial",
      .what = "may you read and write the serial ports that are plugged in? (info, record, monitor ...)"},
     {.name = "directory", .what = "can files be written here, and pictures below TMPDIR?"},
-    {'j', 0, "json", NULL, NULL, "{\"version\", \"ok\", \"checks\": [{\"name\", \"ok\", \"text\", \"remedy\"}]}"},
+    OPTIONS_ANSWER('j'),
     {0},
 };
 
@@ -200,7 +215,7 @@ static enum bf_status print_json(const struct check checks[], size_t n, bool fin
         json_put_text(one, "text", checks[i].said);
         json_put_text(one, "remedy", checks[i].remedy);
     }
-    return json_print_and_free(root, stdout, err);
+    return answer_print_and_free(root, fields, err);
 }
 
 static void print(const struct check checks[], size_t n)
@@ -248,5 +263,6 @@ const struct command command_doctor = {
     .help = help,
     .options = options,
     .closing = closing,
+    .answer = fields,
     .run = run,
 };

@@ -7,6 +7,19 @@
 #include "ground/ground.h"
 #include "board/board.h"
 
+static const struct answer_field fields[] = {
+    ANSWER_ROW(TEXT, "file", "the image that was given to the board"),
+    ANSWER_ROW(TEXT, "port", "of the board"),
+    ANSWER_ROW(TEXT, "device", "identity of the board, 24 hexadecimal digits"),
+    ANSWER_ROW(COUNT, "counter", "of the image on the board"),
+    ANSWER_ROW(BOOL, "signed_here", "this command has signed it"),
+    ANSWER_ROW(COUNT, "bytes", "of the image"),
+    ANSWER_ROW(BOOL, "was_running", "the board ran it already"),
+    ANSWER_ROW(BOOL, "stored", "it is there after the next power-on, too"),
+    {ANSWER_NUMBER, "seconds", "the transfer took", NULL, 0, "s"},
+    {0},
+};
+
 static const char help[] =
     "Usage: beamfit download IMAGE --port PORT --key FILE [--no-store] [--sign] [--json]\n"
     "\n"
@@ -25,9 +38,7 @@ static const struct option_row options[] = {
     {'k', 0, "key", "FILE", NULL, "the board's secret key: 64 hexadecimal digits, or 32 bytes, in a file of mode 0600"},
     {'s', 0, "sign", NULL, NULL, "sign it anew even if it is signed, e.g. to go back to an older model"},
     {'n', 0, "no-store", NULL, NULL, "run it only until power off"},
-    {'j', 0, "json", NULL, NULL,
-     "{\"file\", \"port\", \"device\", \"counter\", \"signed_here\", \"bytes\", \"was_running\", \"stored\", "
-     "\"seconds\"}"},
+    OPTIONS_ANSWER('j'),
     {0},
 };
 
@@ -104,7 +115,8 @@ static enum bf_status print(const struct arguments *a, const struct link *link, 
     json_put_bool(root, "was_running", done->was_running);
     json_put_bool(root, "stored", stored);
     json_put_number(root, "seconds", done->seconds);
-    return json_print_and_free(root, stdout, err);
+    answer_next(root, "beamfit", "monitor", "--port", a->board.port, NULL);
+    return answer_print_and_free(root, fields, err);
 }
 
 static enum bf_status download(const struct arguments *a, struct link *link, const struct device_key *key,
@@ -159,5 +171,6 @@ const struct command command_download = {
     .help = help,
     .options = options,
     .closing = closing,
+    .answer = fields,
     .run = run,
 };

@@ -6,6 +6,13 @@
 #include "ground/ground.h"
 #include "model/model.h"
 
+static const struct answer_field fields[] = {
+    ANSWER_ROW(TEXT, "file", "the file that was written"),
+    ANSWER_ROW(TEXT, "effect", "the id that was taken out"),
+    ANSWER_ROW(TEXTS, "effects", "ids that remain"),
+    {0},
+};
+
 static const char help[] =
     "Usage: beamfit drop MODEL ID -o NEW\n"
     "\n"
@@ -15,7 +22,7 @@ static const char help[] =
 static const struct option_row options[] = {
     {'o', 'o', "output", "NEW", NULL, "the file to write; - is standard output"},
     {OPTION_FORCE, 0, "force", NULL, NULL, "replace NEW even when `drop` has not made it or somebody has changed it"},
-    {'j', 0, "json", NULL, NULL, "{\"file\", \"effect\", \"effects\": [the ids that remain]}"},
+    OPTIONS_ANSWER('j'),
     {0},
 };
 
@@ -39,7 +46,8 @@ static enum bf_status answer(const char *output, const char *id, const struct mo
     struct json *left = json_put(root, "effects", json_new_array());
     for (size_t i = 0; i < model->n_effects; i++)
         json_push_text(left, model->effects[i].effect->id);
-    return json_print_and_free(root, stdout, err);
+    answer_next(root, "beamfit", "fit", output, "RECORD...", "-o", "FITTED", NULL);
+    return answer_print_and_free(root, fields, err);
 }
 
 static enum bf_status run(int argc, char **argv, struct bf_error *err)
@@ -81,5 +89,6 @@ const struct command command_drop = {
     .help = help,
     .options = options,
     .closing = closing,
+    .answer = fields,
     .run = run,
 };

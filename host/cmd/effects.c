@@ -8,6 +8,46 @@
 #include "ground/ground.h"
 #include "model/model.h"
 
+static const struct answer_field parameter_fields[] = {
+    ANSWER_ROW(TEXT, "name", "in model files"),
+    ANSWER_ROW(TEXT, "unit", "of its numbers; of a position: of the length"),
+    ANSWER_ROW(TEXT, "what", "it is"),
+    ANSWER_ROW(NUMBER, "neutral", "the effect is absent there"),
+    ANSWER_ROW(NUMBER, "minimum", "null: none"),
+    ANSWER_ROW(NUMBER, "maximum", "null: none"),
+    ANSWER_ROW(NUMBER, "start", "of a fit"),
+    ANSWER_ROW(TEXT, "role", "place, strength, time, level, phase, frequency, share or loss"),
+    ANSWER_ROW(BOOL, "position", "its numbers are fractions of the length"),
+    ANSWER_ROW(BOOL, "per_record", "each record has a value of its own"),
+    ANSWER_ROW(BOOL, "held", "in fits, unless freed"),
+    {0},
+};
+
+#define EFFECT_FIELDS(flags)                                                                                           \
+    {ANSWER_TEXT, "id", "in model files", NULL, flags, NULL},                                                          \
+        {ANSWER_TEXT, "family", "structure, damping, nonlinear, measurement or environment", NULL, flags, NULL},       \
+        {ANSWER_TEXT, "title", "in words", NULL, flags, NULL},                                                         \
+        {ANSWER_TEXT, "form", "what it adds to the equation of motion", NULL, flags, NULL},                            \
+        {ANSWER_TEXT, "source", "in the literature", NULL, flags, NULL},                                               \
+        {ANSWER_TEXT, "looks_like", "in data", NULL, flags, NULL},                                                     \
+        {ANSWER_TEXT, "confused_with", "and the experiment that tells them apart", NULL, flags, NULL},                 \
+        {ANSWER_TEXT, "target_cost", "on a controller", NULL, flags, NULL},                                            \
+    {                                                                                                                  \
+        ANSWER_LIST, "parameters", "one each", parameter_fields, flags, NULL                                           \
+    }
+
+static const struct answer_field effect_fields[] = {
+    EFFECT_FIELDS(0),
+    {0},
+};
+
+static const struct answer_field fields[] = {
+    EFFECT_FIELDS(ANSWER_MAYBE),
+    {ANSWER_LIST, "effects", "the catalogue; with ID that effect alone stands in its place", effect_fields,
+     ANSWER_MAYBE, NULL},
+    {0},
+};
+
 static const char help[] =
     "Usage: beamfit effects [ID] [--json]\n"
     "\n"
@@ -16,13 +56,7 @@ static const char help[] =
     "with and which experiment tells them apart, its parameters with ranges, and its cost on the target.\n";
 
 static const struct option_row options[] = {
-    {'j', 0, "json", NULL, NULL,
-     "{\"effects\": [{\"id\", \"family\", \"title\", \"form\", \"source\", \"looks_like\", \"confused_with\", "
-     "\"target_cost\", \"parameters\": [{\"name\", \"unit\", \"what\", \"neutral\", \"minimum\", \"maximum\", "
-     "\"start\", "
-     "\"role\", \"position\", \"per_record\", \"held\"}]}]}; with ID that one alone. A position's numbers are "
-     "fractions of the length. null: infinite. Roles: place, strength, time, level, phase, frequency, "
-     "share, loss"},
+    OPTIONS_ANSWER('j'),
     {0},
 };
 
@@ -94,7 +128,7 @@ static enum bf_status print_json(const struct beam_effect *one, struct bf_error 
                 if ((int)beam_effects[i]->family == family)
                     put_effect(json_push(list, json_new_object()), beam_effects[i]);
     }
-    return json_print_and_free(root, stdout, err);
+    return answer_print_and_free(root, fields, err);
 }
 
 static void print_table(void)
@@ -200,5 +234,6 @@ const struct command command_effects = {
     .help = help,
     .options = options,
     .closing = closing,
+    .answer = fields,
     .run = run,
 };

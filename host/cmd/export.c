@@ -5,6 +5,7 @@
 
 #include "board/board.h"
 #include "commands.h"
+#include "image_fields.h"
 #include "ground/ground.h"
 #include "signing.h"
 
@@ -62,10 +63,7 @@ static const struct option_row options[] = {
     {'a', 0, "a2l", "FILE", NULL, "also write the A2L description for measurement and calibration tools"},
     {OPTION_FORCE, 0, "force", NULL, NULL,
      "replace a file even when `export` has not made it or somebody has changed it"},
-    {'j', 0, "json", NULL, NULL,
-     "{\"file\", \"bytes\", \"signed\", \"device\", \"counter\", \"board\", \"effects\": [{\"effect\", \"fate\", "
-     "\"runs\"}], "
-     "\"deployed\": {\"frequency_Hz\", \"relative_error\", ...}, ...}"},
+    OPTIONS_ANSWER('j'),
     {.what = "Instead of what the model's board block says:"},
     {SAMPLE, 0, "sample-Hz", "HZ", NULL, "samples a second"},
     {CORE, 0, "core-MHz", "MHZ", NULL, "clock of the processor"},
@@ -225,7 +223,10 @@ static enum bf_status answer(const struct arguments *a, const struct target_imag
     json_put_text(root, "file", a->output);
     if (a->a2l != NULL)
         json_put_text(root, "a2l", a->a2l);
-    return json_print_and_free(root, stdout, err);
+    if (target_image_is_signed(&image->file))
+        answer_next(root, "beamfit", "verify", a->output, "--key", "FILE", NULL);
+    answer_next(root, "beamfit", "download", a->output, "--port", "PORT", "--key", "FILE", NULL);
+    return answer_print_and_free(root, target_image_fields, err);
 }
 
 static enum bf_status make(const struct arguments *a, const struct model *model, struct bf_error *err)
@@ -267,5 +268,6 @@ const struct command command_export = {
     .help = help,
     .options = options,
     .closing = closing,
+    .answer = target_image_fields,
     .run = run,
 };

@@ -39,14 +39,7 @@ static const struct option_row options[] = {
      "wrong"},
     {OPTION_FORCE, 0, "force", NULL, NULL,
      "replace FITTED even when it is MODEL, `fit` has not made it, or somebody has changed it"},
-    {'j', 0, "json", NULL, NULL,
-     "the answer as JSON on standard output, and nothing else: {\"records\": [{\"file\", \"channels\": [{\"name\", "
-     "\"nrmse\", \"noise_ratio\"}]}], \"nrmse\", \"noise_ratio\", \"parameters\": {NAME: {\"value\", \"sd\", \"ci95\", "
-     "\"identifiable\", ...}}, \"null_directions\", \"seconds\", \"evaluations\", \"converged\", \"fitted\" (false: "
-     "nothing was), \"attainable\": {\"nrmse\", \"noise_ratio\", \"modes\", \"poles\"} (what the best linear model "
-     "with as many modes leaves; null: not known), \"channel_factors\": [{\"channel\", \"or_channel\", \"factor\", "
-     "\"line\", \"text\", ...}] (wrong signs and units), \"record_findings\": [{\"file\", \"column\", \"kind\", "
-     "\"sample\", \"text\", ...}], ...}"},
+    OPTIONS_ANSWER('j'),
     {0},
 };
 
@@ -146,7 +139,11 @@ static enum bf_status answer(const struct arguments *a, const struct work *w, co
         struct json *root = fit_json(&w->result, a->sets.fitted.records, check);
         channel_factors_json(root, &w->model, &w->factors);
         record_findings_json(root, a->sets.fitted.records, w->findings, a->sets.fitted.n);
-        return json_print_and_free(root, stdout, err);
+        if (fit_learned(&w->result)) {
+            answer_next(root, "beamfit", "compare", a->output, a->sets.fitted.names[0], NULL);
+            answer_next(root, "beamfit", "diagnose", a->output, a->sets.fitted.names[0], NULL);
+        }
+        return answer_print_and_free(root, fit_fields, err);
     }
     FILE *out = strcmp(a->output, "-") == 0 ? stderr : stdout;
     record_findings_print(out, a->sets.fitted.records, w->findings, a->sets.fitted.n);
@@ -230,5 +227,6 @@ const struct command command_fit = {
     .help = help,
     .options = options,
     .closing = closing,
+    .answer = fit_fields,
     .run = run,
 };

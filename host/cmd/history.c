@@ -15,9 +15,7 @@ static const char help[] =
     "nearest ancestor that is.\n";
 
 static const struct option_row options[] = {
-    {'j', 0, "json", NULL, NULL,
-     "{\"models\": [{\"file\", \"sha256\", \"parent\" (a file or null), \"effects\", \"gained\", \"lost\", \"fitted\", "
-     "\"nrmse\", \"noise_ratio\", \"check_nrmse\", \"check_noise_ratio\", \"converged\"}]}, oldest first; null: none"},
+    OPTIONS_ANSWER('j'),
     {'p', 0, "plot", "DIR", NULL, "error against model, with the noise floor as a line, as DIR/history.png and .pdf"},
     {OPTION_FORCE, 0, "force", NULL, NULL,
      "replace pictures even when `history` has not made them or somebody has changed them"},
@@ -50,7 +48,7 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
         (void)plot_can_draw(directory);
     enum bf_status status = history_read((const char *const *)argv + optind, (size_t)(argc - optind), &h, err);
     if (status == BF_OK && json)
-        status = json_print_and_free(history_json(&h), stdout, err);
+        status = answer_print_and_free(history_json(&h), history_fields, err);
     else if (status == BF_OK)
         history_print(stdout, &h);
     if (status == BF_OK && directory)
@@ -66,5 +64,6 @@ const struct command command_history = {
     .help = help,
     .options = options,
     .closing = closing,
+    .answer = history_fields,
     .run = run,
 };

@@ -279,5 +279,6 @@ const struct command command_import = {
     .help = import_about,
     .options = import_options,
     .closing = import_closing,
+    .answer = import_fields,
     .run = run,
 };

@@ -57,7 +57,7 @@ const struct option_row import_options[] = {
      "the kind of file where the content does not tell: uff, mat ...; a wrong FORMAT lists all"},
     {OPTION_SEPARATOR, 0, "separator", "C", NULL, "of a text table: ',' ';' ' ' or 'tab'"},
     {OPTION_DECIMAL, 0, "decimal", "C", NULL, "its decimal point: '.' or ','"},
-    {OPTION_JSON, 0, "json", NULL, NULL, "one JSON object: columns, samples, dt_s, t0_s; with --list the channels"},
+    OPTIONS_JSON(OPTION_JSON),
     {0},
 };
 

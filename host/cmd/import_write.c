@@ -6,6 +6,37 @@
 #include <math.h>
 #include <stdio.h>
 
+static const struct answer_field channel_fields[] = {
+    ANSWER_ROW(TEXT, "name", "in the file"),
+    ANSWER_ROW(TEXT, "unit", "that the file states"),
+    ANSWER_ROW(COUNT, "samples", "of it"),
+    {ANSWER_NUMBER, "dt_s", "sampling interval", NULL, ANSWER_MAYBE, NULL},
+    {ANSWER_NUMBER, "df_Hz", "distance of frequencies", NULL, ANSWER_MAYBE, NULL},
+    ANSWER_ROW(BOOL, "usable", "it can be a column"),
+    ANSWER_ROW(TEXT, "note", "why not, or what the file says"),
+    {0},
+};
+
+const struct answer_field import_fields[] = {
+    {ANSWER_TEXT, "format", "of the file, with --list", NULL, ANSWER_MAYBE, NULL},
+    {ANSWER_TEXT, "sha256", "of the file, with --list", NULL, ANSWER_MAYBE, NULL},
+    {ANSWER_NUMBER, "rate_Hz", "that the file states, with --list", NULL, ANSWER_MAYBE, NULL},
+    {ANSWER_LIST, "channels", "of the file, with --list", channel_fields, ANSWER_MAYBE, NULL},
+    {ANSWER_TEXTS, "columns", "of the record", NULL, ANSWER_MAYBE, NULL},
+    {ANSWER_COUNT, "samples", "of the record", NULL, ANSWER_MAYBE, NULL},
+    {ANSWER_NUMBER, "dt_s", "sampling interval", NULL, ANSWER_MAYBE, NULL},
+    {ANSWER_NUMBER, "t0_s", "time of the first sample", NULL, ANSWER_MAYBE, NULL},
+    {ANSWER_NUMBER, "df_Hz", "distance of frequencies", NULL, ANSWER_MAYBE, NULL},
+    {ANSWER_NUMBER, "f0_Hz", "the first frequency", NULL, ANSWER_MAYBE, NULL},
+    {ANSWER_TEXT, "resampled", "line '# resampled:' of the record", NULL, ANSWER_MAYBE, NULL},
+    {ANSWER_TEXT, "resampled_2", "line '# resampled_2:' of the record", NULL, ANSWER_MAYBE, NULL},
+    {ANSWER_TEXT, "joined", "line '# joined:' of the record", NULL, ANSWER_MAYBE, NULL},
+    {ANSWER_TEXT, "gate", "line '# gate:' of the record", NULL, ANSWER_MAYBE, NULL},
+    {ANSWER_LIST, "record_findings", "what is wrong with it before any model", record_finding_fields, ANSWER_MAYBE,
+     NULL},
+    {0},
+};
+
 static void describe_axis(const struct import_file *file, const struct import_channel *c, char text[64])
 {
     double factor;
@@ -53,7 +84,7 @@ enum bf_status import_print_list(const struct import_file *file, bool json, stru
                    axis[0] != '\0' && note[0] != '\0' ? "; " : "", note);
         }
     }
-    return json ? json_print_and_free(root, stdout, err) : BF_OK;
+    return json ? answer_print_and_free(root, import_fields, err) : BF_OK;
 }
 
 /* What was done to the times, where anything was. */
@@ -73,7 +104,8 @@ static enum bf_status print_record(const struct record *record, const struct rec
             if (record_meta(record, told[i]) != NULL)
                 json_put_text(root, told[i], record_meta(record, told[i]));
         record_findings_json(root, record, findings, 1);
-        return json_print_and_free(root, stdout, err);
+        answer_next(root, "beamfit", "fit", "MODEL", job->output, "-o", "FITTED", NULL);
+        return answer_print_and_free(root, import_fields, err);
     }
     const double last = record->t0_s + (double)(record->n - 1) * record->dt_s;
     if (record->over_frequency)

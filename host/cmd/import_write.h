@@ -4,6 +4,7 @@
 #define BEAMFIT_IMPORT_WRITE_H
 
 #include "record/import/import.h"
+#include "show/show.h"
 
 struct import_job {
     const char *output;
@@ -19,5 +20,7 @@ enum bf_status import_write(const struct import_file files[], size_t n_files, co
                             const struct import_job *job, struct bf_error *err);
 
 enum bf_status import_print_list(const struct import_file *file, bool json, struct bf_error *err);
+
+extern const struct answer_field import_fields[]; /* of both */
 
 #endif

@@ -7,6 +7,60 @@
 #include "commands.h"
 #include "ground/ground.h"
 
+static const struct answer_field drive_fields[] = {
+    ANSWER_ROW(NUMBER, "amplitude", "in the drive's unit"), ANSWER_ROW(NUMBER, "from_Hz", "where the sweep begins"),
+    ANSWER_ROW(NUMBER, "to_Hz", "where it ends"),           ANSWER_ROW(NUMBER, "period_s", "it is repeated so often"),
+    ANSWER_ROW(NUMBER, "burst_s", "and drives so long"),    {0},
+};
+
+static const struct answer_field reset_fields[] = {
+    ANSWER_ROW(COUNT, "power", "power came back"),
+    ANSWER_ROW(COUNT, "pin", "somebody pulled the pin"),
+    ANSWER_ROW(COUNT, "fault", "the processor faulted"),
+    ANSWER_ROW(COUNT, "watchdog", "the program hung"),
+    {0},
+};
+
+static const struct answer_field fields[] = {
+    ANSWER_ROW(TEXT, "port", "of the board"),
+    ANSWER_ROW(TEXT, "device", "its identity, 24 hexadecimal digits"),
+    ANSWER_ROW(TEXT, "firmware", "its version"),
+    ANSWER_ROW(NUMBER, "sample_Hz", "samples a second"),
+    ANSWER_ROW(NUMBER, "core_MHz", "clock of the processor"),
+    ANSWER_ROW(TEXT, "running", "which model runs, and where from"),
+    ANSWER_ROW(TEXT, "model_sha256", "of the model file behind it"),
+    ANSWER_ROW(COUNT, "counter", "of the running image"),
+    ANSWER_ROW(COUNT, "stored", "of the image in store"),
+    ANSWER_ROW(COUNT, "boots", "since power-on"),
+    ANSWER_ROW(COUNT, "missed", "samples that it was too slow for"),
+    ANSWER_ROW(COUNT, "overrun", "samples that the line was too slow for"),
+    ANSWER_ROW(COUNT, "frames_bad", "frames that it did not understand"),
+    ANSWER_ROW(COUNT, "wrong_keys", "sessions refused for a wrong key"),
+    ANSWER_ROW(COUNT, "refused", "images refused"),
+    ANSWER_ROW(COUNT, "nvm_errors", "of the store"),
+    ANSWER_ROW(COUNT, "layout", "of its images"),
+    ANSWER_ROW(COUNT, "worst_step_us", "the longest step"),
+    ANSWER_ROW(COUNT, "step_bound", "instructions of a step, at most"),
+    ANSWER_ROW(COUNT, "step_budget", "instructions between two samples"),
+    ANSWER_ROW(COUNT, "proof_us", "the proof run took"),
+    ANSWER_ROW(COUNT, "alarms", "since they were acknowledged"),
+    ANSWER_ROW(COUNT, "sensor_faults", "since they were acknowledged"),
+    ANSWER_ROW(COUNT, "drive_stops", "drives that the board has stopped by itself"),
+    ANSWER_ROW(TEXTS, "slots", "state of each"),
+    ANSWER_ROW(TEXT, "last_fault", "why the last image was refused; empty: none was"),
+    ANSWER_ROW(NUMBER, "noise_rms", "expected, in the sensor's unit"),
+    ANSWER_ROW(NUMBER, "alarm_ratio", "the alarm goes on above"),
+    ANSWER_ROW(NUMBER, "clear_ratio", "and off below"),
+    ANSWER_ROW(NUMBER, "averaging_s", "of the running mean and rms"),
+    ANSWER_ROW(TEXTS, "latched", "alarms and faults that nobody has acknowledged"),
+    {ANSWER_NUMBER, "first_s_ago", "the first of them", NULL, 0, "s"},
+    {ANSWER_NUMBER, "last_s_ago", "the last of them", NULL, 0, "s"},
+    ANSWER_ROW(TEXT, "reset", "why it started last"),
+    ANSWER_ROW_OF(OBJECT, "resets", "how often for each reason", reset_fields),
+    ANSWER_ROW_OF(OBJECT, "drive", "that is set", drive_fields),
+    {0},
+};
+
 static const char help[] =
     "Usage: beamfit info --port PORT [--baud RATE] [--acknowledge --key FILE] [--json]\n"
     "\n"
@@ -19,16 +73,7 @@ static const struct option_row options[] = {
     BOARD_OPTIONS,
     {'a', 0, "acknowledge", NULL, NULL, "forget the alarms and faults shown here; needs --key FILE, the board's key"},
     {'k', 0, "key", "FILE", NULL, "the board's secret key, for --acknowledge"},
-    {'j', 0, "json", NULL, NULL,
-     "{\"port\", \"device\", \"firmware\", \"layout\", \"sample_Hz\", \"running\", \"counter\", \"stored\", "
-     "\"model_sha256\", \"slots\": [2], \"boots\", \"missed\", \"overrun\", \"frames_bad\", \"wrong_keys\", "
-     "\"refused\", "
-     "\"last_fault\", \"nvm_errors\", \"worst_step_us\", \"core_MHz\", \"step_bound\", \"step_budget\", \"proof_us\", "
-     "\"latched\": [names], \"alarms\", \"sensor_faults\", \"first_s_ago\", \"last_s_ago\", \"drive_stops\", "
-     "\"reset\", \"resets\": {\"power\", \"pin\", \"fault\", \"watchdog\"}, "
-     "\"noise_rms\", \"alarm_ratio\", \"clear_ratio\", \"averaging_s\", \"drive\": {\"amplitude\", \"from_Hz\", "
-     "\"to_Hz\", "
-     "\"period_s\", \"burst_s\"}}"},
+    OPTIONS_ANSWER('j'),
     {0},
 };
 
@@ -213,7 +258,7 @@ static enum bf_status print_json(const struct answer *a, struct bf_error *err)
     print_json_latch(root, info);
     print_json_resets(root, info);
     print_json_drive(root, a);
-    return json_print_and_free(root, stdout, err);
+    return answer_print_and_free(root, fields, err);
 }
 
 static void print_drive(const struct answer *a)
@@ -297,5 +342,6 @@ const struct command command_info = {
     .help = help,
     .options = options,
     .closing = closing,
+    .answer = fields,
     .run = run,
 };

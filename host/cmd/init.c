@@ -8,6 +8,12 @@
 #include "commands.h"
 #include "model/model.h"
 
+static const struct answer_field fields[] = {
+    ANSWER_ROW(TEXT, "file", "the file that was written"),
+    ANSWER_ROW(NUMBER_MAP, "parameters", "start values by name, in SI units"),
+    {0},
+};
+
 static const char help[] =
     "Usage: beamfit init [options] [-o MODEL]\n"
     "\n"
@@ -62,7 +68,7 @@ static const struct option_row options[] = {
      "of the record. Default: hammer_N, and piezo_V or accel_mps2"},
     {'o', 'o', NULL, "FILE", NULL, "where to write the model (default: standard output)"},
     {OPTION_FORCE, 0, "force", NULL, NULL, "replace FILE even when `init` has not made it or somebody has changed it"},
-    {OPT_JSON, 0, "json", NULL, NULL, "{\"file\", \"parameters\": {NAME: value}}"},
+    OPTIONS_ANSWER(OPT_JSON),
     {0},
 };
 
@@ -329,11 +335,13 @@ static enum bf_status answer(const char *path, const struct model *model, bool j
         parameters = json_put(root, "parameters", json_new_object());
         for (size_t i = 0; i < n; i++)
             json_put_number(parameters, refs[i].label, refs[i].value);
+        answer_next(root, "beamfit", "modes", path, NULL);
+        answer_next(root, "beamfit", "fit", path, "RECORD...", "-o", "FITTED", NULL);
     } else {
         (void)printf("%s: look through it, then `beamfit modes %s`\n", path, path);
     }
     free(refs);
-    return json ? json_print_and_free(root, stdout, err) : BF_OK;
+    return json ? answer_print_and_free(root, fields, err) : BF_OK;
 }
 
 static enum bf_status run(int argc, char **argv, struct bf_error *err)
@@ -372,5 +380,6 @@ const struct command command_init = {
     .help = help,
     .options = options,
     .closing = closing,
+    .answer = fields,
     .run = run,
 };

@@ -10,6 +10,36 @@
 #include "show/show.h"
 #include "record/record.h"
 
+static const struct answer_field mode_fields[] = {
+    ANSWER_ROW(NUMBER, "frequency_Hz", "natural frequency without damping"),
+    ANSWER_ROW(NUMBER, "damped_pole_Hz", "of the damped oscillation"),
+    ANSWER_ROW(NUMBER, "damping_ratio", "share of critical damping"),
+    ANSWER_ROW(NUMBER, "uniform_relative_error", "frequency error of the seed paper's 10 equidistant splines"),
+    {0},
+};
+
+static const struct answer_field deployed_fields[] = {
+    ANSWER_ROW(COUNT, "dimension", "of the space for the target"),
+    ANSWER_ROW(TEXT, "basis", "what spans it"),
+    ANSWER_ROW(NUMBERS, "relative_error", "frequency error in it, one for each mode in band"),
+    {0},
+};
+
+static const struct answer_field convergence_fields[] = {
+    ANSWER_ROW(COUNT, "elements", "cubic splines over the span"),
+    ANSWER_ROW(NUMBERS, "knots_on_edges", "relative frequency error, one for each mode"),
+    ANSWER_ROW(NUMBERS, "equidistant", "the same for evenly spaced knots"),
+    {0},
+};
+
+static const struct answer_field fields[] = {
+    ANSWER_ROW_OF(LIST, "modes", "lowest first", mode_fields),
+    ANSWER_ROW_OF(OBJECT, "deployed", "the space that would go on the target", deployed_fields),
+    ANSWER_ROW(NUMBER, "spline_doubling_relative_change", "of the frequencies, at most"),
+    {ANSWER_LIST, "convergence", "with --convergence", convergence_fields, ANSWER_MAYBE, NULL},
+    {0},
+};
+
 static const char help[] =
     "Usage: beamfit modes MODEL [-n COUNT] [--band HZ] [--shapes FILE] [--convergence] [--plot DIR] [--json]\n"
     "\n"
@@ -28,9 +58,7 @@ static const struct option_row options[] = {
     {'p', 0, "plot", "DIR", NULL, "shapes, and with --convergence the errors, as PNG and PDF in DIR"},
     {OPTION_FORCE, 0, "force", NULL, NULL,
      "replace outputs even when `modes` has not made them or somebody has changed them"},
-    {'j', 0, "json", NULL, NULL,
-     "{\"modes\": [{\"frequency_Hz\", \"damping_ratio\", ...}], \"deployed\": {\"dimension\", \"basis\", "
-     "\"relative_error\": [one for each mode in band]}}"},
+    OPTIONS_ANSWER('j'),
     {0},
 };
 
@@ -256,7 +284,7 @@ static enum bf_status answer(const struct arguments *a, const struct model *mode
     if (status == BF_OK && a->shapes != NULL)
         status = write_shapes(a, m, err);
     if (status == BF_OK && a->json) {
-        status = json_print_and_free(make_json(a, m, c), stdout, err);
+        status = answer_print_and_free(make_json(a, m, c), fields, err);
     } else if (status == BF_OK) {
         print_table(m);
         if (a->convergence)
@@ -298,5 +326,6 @@ const struct command command_modes = {
     .help = help,
     .options = options,
     .closing = closing,
+    .answer = fields,
     .run = run,
 };

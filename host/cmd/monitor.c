@@ -12,6 +12,24 @@
 #include "show/show.h"
 #include "ground/ground.h"
 
+static const struct answer_field fields[] = {
+    ANSWER_ROW(NUMBER, "time_s", "the board's time since the first line"),
+    ANSWER_ROW(COUNT, "sequence", "the board's number of the newest sample"),
+    ANSWER_ROW(NUMBER, "measured_rms", "of the sensor since the last line, in its unit"),
+    ANSWER_ROW(NUMBER, "predicted_rms", "of the model"),
+    ANSWER_ROW(NUMBER, "residual_rms", "of their difference"),
+    ANSWER_ROW(NUMBER, "ratio", "residual over the expected noise"),
+    ANSWER_ROW(BOOL, "alarm", "the board has raised it"),
+    ANSWER_ROW(BOOL, "clipped", "the sensor was at an end of its range"),
+    ANSWER_ROW(TEXT, "sensor", "what is wrong with the sensor; empty: in order"),
+    ANSWER_ROW(COUNT, "counter", "of the image"),
+    ANSWER_ROW(COUNT, "samples", "that came"),
+    ANSWER_ROW(COUNT, "lost", "that did not come"),
+    ANSWER_ROW(COUNT, "crc_failures", "frames with a wrong CRC-32"),
+    ANSWER_ROW(COUNT, "bad_frames", "starts of frames that were none"),
+    {0},
+};
+
 static const char help[] =
     "Usage: beamfit monitor --port PORT [--seconds S] [--plot DIR] [options]\n"
     "\n"
@@ -38,11 +56,7 @@ static const struct option_row options[] = {
     {'d', 0, "plot", "DIR", NULL, "pictures at the end: live (signals, residual, ratio), live-panels (spectra)"},
     {OPTION_FORCE, 0, "force", NULL, NULL,
      "replace pictures even when `monitor` has not made them or somebody has changed them"},
-    {'j', 0, "json", NULL, NULL,
-     "one JSON object a line: {\"time_s\", \"sequence\", \"measured_rms\", \"predicted_rms\", \"residual_rms\", "
-     "\"ratio\", \"alarm\", \"clipped\", \"sensor\" (\"\": in order), \"counter\", \"samples\", \"lost\", "
-     "\"crc_failures\", "
-     "\"bad_frames\"}"},
+    OPTIONS_JSON('j'),
     {0},
 };
 
@@ -204,5 +218,6 @@ const struct command command_monitor = {
     .help = help,
     .options = options,
     .closing = closing,
+    .answer = fields,
     .run = run,
 };

@@ -90,7 +90,7 @@ static void show_json(const struct monitor_view *v, const struct capture *c, con
     json_put_number(root, "lost", (double)v->lost);
     json_put_number(root, "crc_failures", (double)c->stream.crc_failures);
     json_put_number(root, "bad_frames", (double)c->link.xcp.receiver.resyncs);
-    (void)json_print_line_and_free(root, stdout, &ignored); /* main() looks at standard output's state */
+    (void)answer_print_line_and_free(root, &ignored); /* main() looks at standard output's state */
     (void)fflush(stdout);
 }
 

@@ -8,6 +8,31 @@
 #include "commands.h"
 #include "ground/ground.h"
 
+static const struct answer_field fields[] = {
+    ANSWER_ROW(TEXT, "file", "the file that was written"),
+    ANSWER_ROW(COUNT, "samples", "of the record"),
+    {ANSWER_NUMBER, "seconds", "it lasts", NULL, 0, "s"},
+    ANSWER_ROW(NUMBER, "sample_Hz", "of the board"),
+    ANSWER_ROW(COUNT, "prescale", "every so many samples only"),
+    ANSWER_ROW(COUNT, "first_step", "step of the model in the first sample"),
+    ANSWER_ROW(COUNT, "gaps", "holes in what came"),
+    ANSWER_ROW(COUNT, "lost", "samples that did not come"),
+    ANSWER_ROW(COUNT, "crc_failures", "samples with a wrong CRC-32"),
+    ANSWER_ROW(COUNT, "bad_frames", "starts of frames that were none"),
+    ANSWER_ROW(COUNT, "missed", "samples that the board was too slow for"),
+    ANSWER_ROW(COUNT, "overrun", "samples that the line was too slow for"),
+    ANSWER_ROW(NUMBER, "noise_ratio", "residual over the expected noise"),
+    ANSWER_ROW(COUNT, "alarms", "samples under alarm"),
+    ANSWER_ROW(COUNT, "clipped", "samples at an end of the range"),
+    ANSWER_ROW(COUNT, "sensor_faults", "samples in which the sensor was out of order"),
+    ANSWER_ROW(COUNT, "counter", "of the image"),
+    ANSWER_ROW(TEXT, "sensor", "stuck, at its end, too quiet, offset; empty: in order"),
+    ANSWER_ROW(TEXT, "device", "identity of the board, 24 hexadecimal digits"),
+    ANSWER_ROW(TEXT, "model_sha256", "of the model file behind the image"),
+    ANSWER_ROW(TEXT, "ended", "why it ended early; empty: it did not"),
+    {0},
+};
+
 static const char help[] =
     "Usage: beamfit record --port PORT --key FILE -o OUT.csv [--seconds S | --samples N] [--chirp F0:F1:T:AMPL] "
     "[options]\n"
@@ -44,12 +69,7 @@ static const struct option_row options[] = {
      "115200 bit/s carries 216 a second and 921600 bit/s 1728. A record with P > 1 says nothing about the "
      "motion between its samples; raise --baud rather"},
     {'m', 0, "model", "MODEL", NULL, "names of the columns INPUT and OUTPUT (default drive_V, piezo_V)"},
-    {'j', 0, "json", NULL, NULL,
-     "{\"file\", \"samples\", \"seconds\", \"sample_Hz\", \"prescale\", \"first_step\", \"gaps\", \"lost\", "
-     "\"crc_failures\", \"bad_frames\", \"missed\", \"overrun\", \"noise_ratio\", \"alarms\", \"clipped\", "
-     "\"sensor_faults\", \"sensor\" (\"\": in order; \"stuck\", \"at its end\", \"too quiet\", \"offset\"), "
-     "\"device\", "
-     "\"counter\", \"model_sha256\", \"ended\"}"},
+    OPTIONS_ANSWER('j'),
     {0},
 };
 
@@ -68,7 +88,7 @@ static const char closing[] =
     "fell silent (what had come is written) or no two samples in a row arrived.\n";
 
 enum { MOST_SAMPLES = 2000000000, LONGEST_SETTLE_S = 3600 };
-enum drive_choice { DRIVE_OFF, DRIVE_ON, DRIVE_KEEP, DRIVE_CHIRP };
+enum drive_choice { BOARD_DRIVE_OFF, BOARD_DRIVE_ON, BOARD_DRIVE_KEEP, BOARD_DRIVE_CHIRP };
 
 struct arguments {
     struct board_options board;
@@ -112,7 +132,7 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
     case 'P':
         return options_count("--prescale", optarg, 1, BOARD_MOST_PRESCALE, &a->prescale, err);
     case 'c':
-        a->drive = DRIVE_CHIRP;
+        a->drive = BOARD_DRIVE_CHIRP;
         return chirp_read(optarg, &a->chirp, err);
     case 'e':
         a->every = true;
@@ -153,7 +173,7 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
         return bf_fail(err, BF_USAGE, "--every and --once belong to --chirp");
     if ((a->once && a->every) || (chirp && a->given_drive))
         return bf_fail(err, BF_USAGE, "--every and --once, and --drive and --chirp, exclude each other");
-    if (a->drive != DRIVE_KEEP && a->key == NULL)
+    if (a->drive != BOARD_DRIVE_KEEP && a->key == NULL)
         return bf_fail(err, BF_USAGE,
                        "a board puts its model to rest, and drives, only for who has its key: --key FILE (--drive keep "
                        "needs none)");
@@ -176,29 +196,29 @@ static enum bf_status choose_drive(const struct arguments *a, struct capture *c,
 {
     if (link_read_drive(&c->link, drive, err) != BF_OK)
         return err->status;
-    if (a->drive == DRIVE_OFF)
+    if (a->drive == BOARD_DRIVE_OFF)
         drive->amplitude = 0.0F;
-    return a->drive == DRIVE_CHIRP ? chirp_make(&a->chirp, c->recording.sample_Hz, &c->setup, drive, err) : BF_OK;
+    return a->drive == BOARD_DRIVE_CHIRP ? chirp_make(&a->chirp, c->recording.sample_Hz, &c->setup, drive, err) : BF_OK;
 }
 
 /* The sequence at which the record begins: of step 0, or with a prescale the sample sent first after it. */
 static enum bf_status begin(const struct arguments *a, struct capture *c, uint32_t *from, struct bf_error *err)
 {
     struct beam_drive drive;
-    if (a->drive != DRIVE_KEEP && capture_unlock(c, a->key, err) != BF_OK)
+    if (a->drive != BOARD_DRIVE_KEEP && capture_unlock(c, a->key, err) != BF_OK)
         return err->status;
     if (choose_drive(a, c, &drive, err) != BF_OK || capture_start(c, err) != BF_OK)
         return err->status;
-    if (a->drive == DRIVE_KEEP ? capture_until(c, 0, NULL, 0, err) != BF_OK
-                               : capture_from_rest(c, &drive, a->settle_s, err) != BF_OK)
+    if (a->drive == BOARD_DRIVE_KEEP ? capture_until(c, 0, NULL, 0, err) != BF_OK
+                                     : capture_from_rest(c, &drive, a->settle_s, err) != BF_OK)
         return err->status;
     if (c->recording.n == 0)
         return bf_fail(err, BF_DEVICE, "%s: interrupted before the recording began; nothing was written",
                        a->board.port);
-    if (a->drive == DRIVE_KEEP)
+    if (a->drive == BOARD_DRIVE_KEEP)
         recording_drop_before(&c->recording, c->newest);
     *from = c->recording.live[0].sequence;
-    if (a->drive != DRIVE_KEEP) /* the first that came may not be the first that was sent */
+    if (a->drive != BOARD_DRIVE_KEEP) /* the first that came may not be the first that was sent */
         *from -= (*from - c->origin) / c->recording.prescale * c->recording.prescale;
     return BF_OK;
 }
@@ -307,7 +327,8 @@ static enum bf_status print_json(const struct outcome *o, struct bf_error *err)
     json_put_text(root, "device", c->device);
     json_put_text(root, "model_sha256", c->sha256);
     json_put_text(root, "ended", o->ended->status != BF_OK ? o->ended->text : "");
-    return json_print_and_free(root, stdout, err);
+    answer_next(root, "beamfit", "replay", o->a->output, "--image", "IMAGE", NULL);
+    return answer_print_and_free(root, fields, err);
 }
 
 static enum bf_status write_and_print(struct outcome *o, struct bf_error *err)
@@ -368,6 +389,7 @@ const struct command command_record = {
     .help = help,
     .options = options,
     .closing = closing,
+    .answer = fields,
     .run = run,
     .unrepeatable = true,
 };

@@ -5,6 +5,31 @@
 #include "ground/ground.h"
 #include "board/board.h"
 
+static const struct answer_field difference_fields[] = {
+    ANSWER_ROW(TEXT, "what", "differs"),
+    ANSWER_ROW(COUNT, "line", "of the recording"),
+    ANSWER_ROW(COUNT, "sequence", "the board's number of the sample"),
+    ANSWER_ROW(COUNT, "step", "of the model"),
+    ANSWER_ROW(NUMBER, "recorded", "by the board"),
+    ANSWER_ROW(NUMBER, "computed", "here"),
+    {0},
+};
+
+static const struct answer_field fields[] = {
+    ANSWER_ROW(TEXT, "file", "the recording"),
+    ANSWER_ROW(COUNT, "rows", "of the recording"),
+    ANSWER_ROW(COUNT, "compared", "samples that were compared"),
+    ANSWER_ROW(BOOL, "equal", "all of them, bit for bit"),
+    ANSWER_ROW(COUNT, "before_rest", "samples before the model was put to rest"),
+    ANSWER_ROW(COUNT, "after_gap", "samples after a hole, up to the next rest"),
+    ANSWER_ROW(COUNT, "gaps", "holes"),
+    ANSWER_ROW(COUNT, "rests", "times that the model was put to rest"),
+    ANSWER_ROW(COUNT, "resets", "times that the board began anew"),
+    ANSWER_ROW(COUNT, "other_image", "samples of another image"),
+    {ANSWER_OBJECT, "first_difference", "null: none", difference_fields, ANSWER_NULL | ANSWER_MAYBE, NULL},
+    {0},
+};
+
 static const char help[] =
     "Usage: beamfit replay RECORDING --image IMAGE [--json]\n"
     "\n"
@@ -17,10 +42,7 @@ static const char help[] =
 
 static const struct option_row options[] = {
     {'i', 'i', "image", "IMAGE", NULL, "the image that ran (beamfit upload reads it back)"},
-    {'j', 0, "json", NULL, NULL,
-     "{\"rows\", \"compared\", \"equal\", \"before_rest\", \"after_gap\", \"gaps\", \"rests\", \"resets\", "
-     "\"other_image\", "
-     "\"first_difference\": {\"what\", \"line\", \"sequence\", \"step\", \"recorded\", \"computed\"} or null}"},
+    OPTIONS_ANSWER('j'),
     {0},
 };
 
@@ -62,7 +84,7 @@ static enum bf_status print_json(const char *recording, const struct replay *r, 
         json_put_number(first, "recorded", (double)r->recorded);
         json_put_number(first, "computed", (double)r->computed);
     }
-    return json_print_and_free(root, stdout, err);
+    return answer_print_and_free(root, fields, err);
 }
 
 static void print_count(size_t n, const char *one, const char *many)
@@ -141,5 +163,6 @@ const struct command command_replay = {
     .help = help,
     .options = options,
     .closing = closing,
+    .answer = fields,
     .run = run,
 };

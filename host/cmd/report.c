@@ -9,6 +9,27 @@
 #include "record_sets.h"
 #include "show/show.h"
 
+static const struct answer_field left_out_fields[] = {
+    ANSWER_ROW(TEXT, "file", "a record"),
+    ANSWER_ROW(TEXT, "channel", "of it, without curves"),
+    {0},
+};
+
+static const struct answer_field fields[] = {
+    ANSWER_ROW(TEXT, "file", "the file that was written"),
+    ANSWER_ROW(COUNT, "bytes", "of the page"),
+    ANSWER_ROW(COUNT, "pictures", "channels with curves on it"),
+    ANSWER_ROW_OF(LIST, "left_out", "channels for which there was no room", left_out_fields),
+    ANSWER_ROW(COUNT, "explanations", "whose curves the page compares"),
+    ANSWER_ROW(COUNT, "models", "in the chain"),
+    ANSWER_ROW(TEXT, "text", "how far the model is from the noise"),
+    ANSWER_ROW(NUMBER, "nrmse", "error over all channels of fitted records"),
+    ANSWER_ROW(NUMBER, "noise_ratio", "the same in units of the noise"),
+    ANSWER_ROW(NUMBER, "check_nrmse", "of held-out records"),
+    ANSWER_ROW(NUMBER, "check_noise_ratio", "of held-out records, in units of the noise"),
+    {0},
+};
+
 static const char help[] =
     "Usage: beamfit report MODEL RECORD... [--check RECORD...] -o FILE.html [options]\n"
     "\n"
@@ -37,10 +58,7 @@ static const struct option_row options[] = {
      "an ancestor of the model for the chain; may be given again. Those in the model's directory are found "
      "by themselves"},
     OPTION_INTERSAMPLE('i'),
-    {'j', 0, "json", NULL, NULL,
-     "{\"file\", \"bytes\", \"pictures\" (channels with curves), \"left_out\": [{\"file\", \"channel\"}], "
-     "\"explanations\" (a number), \"models\" (of the chain), \"text\", \"nrmse\", \"noise_ratio\", "
-     "\"check_nrmse\", \"check_noise_ratio\"}"},
+    OPTIONS_ANSWER('j'),
     {0},
 };
 
@@ -243,7 +261,7 @@ static enum bf_status answer(const struct arguments *a, const struct report *rep
     json_put_number(root, "noise_ratio", w->comparison.noise_ratio);
     json_put_number(root, "check_nrmse", w->comparison.check_nrmse);
     json_put_number(root, "check_noise_ratio", w->comparison.check_noise_ratio);
-    return json_print_and_free(root, stdout, err);
+    return answer_print_and_free(root, fields, err);
 }
 
 static enum bf_status run(int argc, char **argv, struct bf_error *err)
@@ -288,5 +306,6 @@ const struct command command_report = {
     .help = help,
     .options = options,
     .closing = closing,
+    .answer = fields,
     .run = run,
 };

@@ -2,6 +2,7 @@
 #include <stdio.h>
 
 #include "commands.h"
+#include "image_fields.h"
 #include "ground/ground.h"
 #include "signing.h"
 
@@ -22,7 +23,7 @@ static const struct option_row options[] = {
     {'c', 0, "counter", "N", NULL, "1 to 4294967295, above the stored one (beamfit info)"},
     {'o', 'o', "output", "SIGNED", NULL, "the signed image"},
     {OPTION_FORCE, 0, "force", NULL, NULL, "replace SIGNED even when it is IMAGE itself, or no image"},
-    {'j', 0, "json", NULL, NULL, "{\"file\", \"signed\", \"device\", \"counter\", ...}"},
+    OPTIONS_ANSWER('j'),
     {0},
 };
 
@@ -70,7 +71,8 @@ static enum bf_status answer(const struct arguments *a, const struct beam_image_
     if (a->json) {
         struct json *root = target_image_file_json(file);
         json_put_text(root, "file", a->output);
-        return json_print_and_free(root, stdout, err);
+        answer_next(root, "beamfit", "download", a->output, "--port", "PORT", "--key", "FILE", NULL);
+        return answer_print_and_free(root, target_image_file_fields, err);
     }
     char device[DEVICE_ID_TEXT];
     device_id_print(file->front.header.device, device);
@@ -105,5 +107,6 @@ const struct command command_sign = {
     .help = help,
     .options = options,
     .closing = closing,
+    .answer = target_image_file_fields,
     .run = run,
 };

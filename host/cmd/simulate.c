@@ -8,6 +8,22 @@
 #include "ground/ground.h"
 #include "response/response.h"
 
+static const struct answer_field output_fields[] = {
+    ANSWER_ROW(TEXT, "name", "of the column"),
+    ANSWER_ROW(NUMBER, "rms", "of the output, in its unit"),
+    ANSWER_ROW(NUMBER, "step_error", "relative change when the steps of nonlinear effects are halved"),
+    {0},
+};
+
+static const struct answer_field fields[] = {
+    ANSWER_ROW(TEXT, "file", "the file that was written"),
+    ANSWER_ROW(COUNT, "samples", "of the record"),
+    ANSWER_ROW(NUMBER, "dt_s", "sampling interval"),
+    ANSWER_ROW(TEXT, "intersample", "what inputs do between samples"),
+    ANSWER_ROW_OF(LIST, "outputs", "one each of the model", output_fields),
+    {0},
+};
+
 static const char help[] = "Usage: beamfit simulate MODEL --input RECORD -o OUT [options]\n"
                            "\n"
                            "Runs a model on the inputs of a record, from rest, and writes time, the inputs and every "
@@ -26,10 +42,7 @@ static const struct option_row options[] = {
      "steps a sample for nonlinear effects (default: the model's steps_per_sample, else 8 for forces at a "
      "point, 4 over the span)"},
     {'d', 0, "digits", "N", NULL, "significant digits (default 9, at most 17)"},
-    {'j', 0, "json", NULL, NULL,
-     "{\"file\", \"samples\", \"dt_s\", \"intersample\", \"outputs\": [{\"name\", \"rms\", \"step_error\"}]}; "
-     "step_error: "
-     "relative change when nonlinear steps are halved"},
+    OPTIONS_ANSWER('j'),
     {0},
 };
 
@@ -191,7 +204,8 @@ static enum bf_status answer(const struct arguments *a, const struct model *mode
         json_put_number(one, "rms", rms(stage->n, y + o * stage->n));
         json_put_number(one, "step_error", error[o]);
     }
-    return json_print_and_free(root, stdout, err);
+    answer_next(root, "beamfit", "compare", a->model, a->output, NULL);
+    return answer_print_and_free(root, fields, err);
 }
 
 static enum bf_status write_result(const struct arguments *a, const struct model *model, const struct record *stage,
@@ -260,5 +274,6 @@ const struct command command_simulate = {
     .help = help,
     .options = options,
     .closing = closing,
+    .answer = fields,
     .run = run,
 };

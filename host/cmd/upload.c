@@ -6,6 +6,17 @@
 #include "ground/ground.h"
 #include "board/board.h"
 
+static const struct answer_field fields[] = {
+    ANSWER_ROW(TEXT, "file", "the file that was written"),
+    ANSWER_ROW(TEXT, "port", "of the board"),
+    ANSWER_ROW(TEXT, "device", "identity of the board, 24 hexadecimal digits"),
+    ANSWER_ROW(COUNT, "counter", "of the image"),
+    ANSWER_ROW(TEXT, "page", "active or staging: which page of the board"),
+    ANSWER_ROW(BOOL, "signed", "it carries a signature"),
+    ANSWER_ROW(COUNT, "bytes", "of the image"),
+    {0},
+};
+
 static const char help[] =
     "Usage: beamfit upload --port PORT -o IMAGE [--staging] [--json]\n"
     "\n"
@@ -19,7 +30,7 @@ static const struct option_row options[] = {
     {OPTION_FORCE, 0, "force", NULL, NULL,
      "replace IMAGE even when `upload` has not made it or somebody has changed it"},
     {'s', 0, "staging", NULL, NULL, "the spare page instead: what was written last, whole or not, or the model before"},
-    {'j', 0, "json", NULL, NULL, "{\"file\", \"port\", \"device\", \"counter\", \"page\", \"signed\", \"bytes\"}"},
+    OPTIONS_ANSWER('j'),
     {0},
 };
 
@@ -71,7 +82,8 @@ static enum bf_status print(const struct arguments *a, const struct link *link, 
     json_put_text(root, "page", a->staging ? "staging" : "active");
     json_put_bool(root, "signed", target_image_is_signed(image));
     json_put_number(root, "bytes", BEAM_IMAGE_BYTES);
-    return json_print_and_free(root, stdout, err);
+    answer_next(root, "beamfit", "verify", a->output, NULL);
+    return answer_print_and_free(root, fields, err);
 }
 
 static enum bf_status run(int argc, char **argv, struct bf_error *err)
@@ -102,5 +114,6 @@ const struct command command_upload = {
     .help = help,
     .options = options,
     .closing = closing,
+    .answer = fields,
     .run = run,
 };

@@ -3,8 +3,19 @@
 #include <stdlib.h>
 
 #include "commands.h"
+#include "image_fields.h"
 #include "ground/ground.h"
 #include "signing.h"
+
+static const struct answer_field fields[] = {
+    TARGET_IMAGE_FIELDS,
+    ANSWER_ROW(TEXT, "file", "the image"),
+    ANSWER_ROW(BOOL, "fine", "a controller would take it"),
+    ANSWER_ROW(COUNT, "fault", "number of what is wrong; 0: nothing"),
+    ANSWER_ROW(TEXT, "reason", "the same in words"),
+    ANSWER_ROW(BOOL, "code_checked", "a key was given, so that the signature was checked"),
+    {0},
+};
 
 static const char help[] =
     "Usage: beamfit verify IMAGE [--key FILE] [--device HEX] [--stored N] [--sample-Hz HZ [--core-MHz MHZ]]\n"
@@ -23,8 +34,7 @@ static const struct option_row options[] = {
     {'r', 0, "sample-Hz", "HZ", NULL, "the controller's sample rate"},
     {'m', 0, "core-MHz", "MHZ", NULL,
      "and its clock: does the step's bound fit its interval? (beamfit info prints both)"},
-    {'j', 0, "json", NULL, NULL,
-     "{\"fine\", \"fault\", \"reason\", \"code_checked\", \"device\", \"counter\", \"poles\", ...}"},
+    OPTIONS_ANSWER('j'),
     {0},
 };
 
@@ -93,7 +103,7 @@ static enum bf_status answer(const struct arguments *a, const struct beam_image_
         json_put_number(root, "fault", (double)fault);
         json_put_text(root, "reason", reason);
         json_put_bool(root, "code_checked", a->signing.key_file != NULL);
-        const enum bf_status status = json_print_and_free(root, stdout, err);
+        const enum bf_status status = answer_print_and_free(root, fields, err);
         return status != BF_OK || fine ? status : BF_NO;
     }
     if (!fine)
@@ -136,5 +146,6 @@ const struct command command_verify = {
     .help = help,
     .options = options,
     .closing = closing,
+    .answer = fields,
     .run = run,
 };

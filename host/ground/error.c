@@ -42,6 +42,13 @@ enum bf_status bf_fail_at(struct bf_error *err, const char *file, long line, con
     return bf_fail(err, BF_BAD_FILE, "%s: %s", file, text);
 }
 
+/* Notes of this run, for answers that list them; kept to the end of the program. */
+enum { MOST_SAID = 64 };
+static struct {
+    size_t n;
+    char *text[MOST_SAID];
+} said;
+
 void bf_warn(const char *format, ...)
 {
     char text[1024];
@@ -51,6 +58,13 @@ void bf_warn(const char *format, ...)
     va_end(args);
     make_one_line(text);
     fprintf(stderr, "beamfit: warning: %s\n", text);
+    if (said.n < MOST_SAID)
+        said.text[said.n++] = bf_strdup(text);
+}
+
+const char *bf_warning(size_t i)
+{
+    return i < said.n ? said.text[i] : NULL;
 }
 
 static void end_out_of_memory(size_t count, size_t size)

@@ -55,6 +55,9 @@ enum bf_status bf_fail_at(struct bf_error *err, const char *file, long line, con
 /* A note for the person at the terminal, on standard error: "beamfit: warning: …" (never an error). */
 void bf_warn(const char *format, ...) __attribute__((format(printf, 1, 2)));
 
+/* The i-th note that bf_warn() has printed; NULL beyond the last (of the first 64). */
+const char *bf_warning(size_t i);
+
 /* malloc/calloc/realloc/strdup that end the program with a message (status 4) when memory is out. */
 void *bf_alloc(size_t count, size_t size);
 void *bf_grow(void *old, size_t count, size_t size);
@@ -187,7 +190,22 @@ enum bf_status lines_read_all(const char *path, char **data, size_t *n, char sha
 
 /* OPTIONS — a table for each command: parsed, explained by --help and the manual page, completed by the shell; one wording of mistakes. */
 
-enum { OPTION_WORD = 1, OPTION_FORCE = -2 };
+enum { OPTION_WORD = 1, OPTION_FORCE = -2, OPTION_ANSWER_FORMAT = -3, OPTION_SCHEMA = -4 };
+
+/* Rows of a command that answers something; `code` is that of --json, and of --format when it is not text. main() answers --json-schema. */
+#define OPTIONS_JSON(code)                                                                                             \
+    {code, 0, "json", NULL, NULL, "the answer as JSON on standard output, and nothing else"},                          \
+    {                                                                                                                  \
+        OPTION_SCHEMA, 0, "json-schema", NULL, NULL, "what each name in that JSON is, as a JSON Schema, and no more"   \
+    }
+#define OPTIONS_ANSWER(code)                                                                                           \
+    OPTIONS_JSON(code),                                                                                                \
+    {                                                                                                                  \
+        OPTION_ANSWER_FORMAT, 0, "format", "HOW", "text|json|markdown|html",                                           \
+            "the answer as text (default), json, markdown or html"                                                     \
+    }
+enum options_format { OPTIONS_TEXT, OPTIONS_AS_JSON, OPTIONS_MARKDOWN, OPTIONS_HTML };
+enum options_format options_format(void); /* of the command line so far */
 
 /*
  * One row of a table, which ends with {0}. A row with code 0 is no option: with a name it explains an argument, without one its words stand
@@ -379,6 +397,17 @@ void json_put_text(struct json *object, const char *key, const char *text); /* m
 void json_put_bool(struct json *object, const char *key, bool x);
 void json_push_number(struct json *array, double x);
 void json_push_text(struct json *array, const char *text);
+
+/* Reading a tree. A list's items and an object's members are counted alike; NULL where there is none, and 0 of NULL. */
+bool json_is_list(const struct json *value);
+bool json_is_text(const struct json *value);
+size_t json_length(const struct json *value);
+struct json *json_item(const struct json *list, size_t i);
+struct json *json_member(const struct json *object, const char *key);
+struct json *json_member_at(const struct json *object, size_t i);
+const char *json_member_name(const struct json *object, size_t i);
+/* A single value for a person: a number with so many digits (a whole one with all), yes or no, a dash for null; text is cut to size − 1. */
+const char *json_words(const struct json *value, int digits, char text[], size_t size);
 
 /* Print with a final newline and free the whole tree. */
 enum bf_status json_print_and_free(struct json *root, FILE *out, struct bf_error *err);

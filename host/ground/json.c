@@ -102,6 +102,76 @@ void json_push_text(struct json *array, const char *text)
     (void)json_push(array, text_value(text));
 }
 
+static const json_t *inside(const struct json *json)
+{
+    return (const json_t *)(const void *)json;
+}
+
+static struct json *found(const json_t *json)
+{
+    return (struct json *)(uintptr_t)json;
+}
+
+bool json_is_list(const struct json *value)
+{
+    return json_is_array(inside(value));
+}
+
+bool json_is_text(const struct json *value)
+{
+    return json_is_string(inside(value));
+}
+
+size_t json_length(const struct json *value)
+{
+    return json_is_array(inside(value)) ? json_array_size(inside(value)) : json_object_size(inside(value));
+}
+
+struct json *json_item(const struct json *list, size_t i)
+{
+    return found(json_array_get(inside(list), i));
+}
+
+struct json *json_member(const struct json *object, const char *key)
+{
+    return found(json_object_get(inside(object), key));
+}
+
+static void *member_at(const struct json *object, size_t i)
+{
+    json_t *all = (json_t *)(uintptr_t)object;
+    void *at = json_object_iter(all);
+    while (i-- > 0 && at != NULL)
+        at = json_object_iter_next(all, at);
+    return at;
+}
+
+struct json *json_member_at(const struct json *object, size_t i)
+{
+    return found(json_object_iter_value(member_at(object, i)));
+}
+
+const char *json_member_name(const struct json *object, size_t i)
+{
+    return json_object_iter_key(member_at(object, i));
+}
+
+const char *json_words(const struct json *value, int digits, char text[], size_t size)
+{
+    const json_t *json = inside(value);
+    if (json_is_string(json))
+        (void)snprintf(text, size, "%s", json_string_value(json));
+    else if (json_is_boolean(json))
+        (void)snprintf(text, size, "%s", json_is_true(json) ? "yes" : "no");
+    else if (json_is_integer(json))
+        (void)snprintf(text, size, "%lld", (long long)json_integer_value(json));
+    else if (json_is_real(json))
+        (void)snprintf(text, size, "%.*g", digits, json_real_value(json));
+    else
+        (void)snprintf(text, size, "-");
+    return text;
+}
+
 static enum bf_status print_and_free(struct json *root, size_t layout, FILE *out, struct bf_error *err)
 {
     int failed = json_dumpf(inner(root), out, layout | JSON_REAL_PRECISION(17));

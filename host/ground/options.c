@@ -82,6 +82,34 @@ static void explain_long(const char *command, const char *text, bool known, cons
         (void)bf_fail(err, BF_USAGE, "no such option '%.60s'; see 'beamfit %s --help'", text, command);
 }
 
+static enum options_format format_asked;
+
+enum options_format options_format(void)
+{
+    return format_asked;
+}
+
+/* What is no business of the command; NULL: nothing is left to say of this row. *row becomes that of --json for any form but text. */
+static enum bf_status take_common(const struct option_row rows[], const struct option_row **row, struct bf_error *err)
+{
+    static const char *const forms[] = {"text", "json", "markdown", "html"}; /* order of enum options_format */
+    size_t form = OPTIONS_TEXT;
+    const struct option_row *one = *row;
+    if (one->code == OPTION_FORCE)
+        outputs_force();
+    else if (one->name != NULL && strcmp(one->name, "json") == 0)
+        format_asked = OPTIONS_AS_JSON;
+    if (one->code == OPTION_ANSWER_FORMAT) {
+        if (options_choice("--format", optarg, forms, 4, &form, err) != BF_OK)
+            return BF_USAGE;
+        format_asked = (enum options_format)form;
+        while (form != OPTIONS_TEXT && strcmp(rows->name != NULL ? rows->name : "", "json") != 0)
+            rows++;
+        *row = form != OPTIONS_TEXT ? rows : one;
+    }
+    return BF_OK;
+}
+
 static int next(int argc, char **argv, const struct option_row rows[], bool words, struct bf_error *err)
 {
     struct getopt_tables tables;
@@ -90,8 +118,12 @@ static int next(int argc, char **argv, const struct option_row rows[], bool word
     make_tables(rows, words, &tables);
     opterr = 0;
     while ((found = getopt_long(argc, argv, tables.by_letter, tables.by_name, NULL)) != -1 &&
-           (row = row_of(found, rows)) != NULL && row->code == OPTION_FORCE)
-        outputs_force();
+           (row = row_of(found, rows)) != NULL) {
+        if (take_common(rows, &row, err) != BF_OK)
+            return '?';
+        if (row->code >= 0)
+            return row->code;
+    }
     const char *text = found == -1 ? "" : argv[optind - 1];
     if (found == ':')
         (void)bf_fail(err, BF_USAGE, "option '%.60s' needs a value; see 'beamfit %s --help'", text, argv[0]);
@@ -99,7 +131,7 @@ static int next(int argc, char **argv, const struct option_row rows[], bool word
         (void)bf_fail(err, BF_USAGE, "no such option '-%c'; see 'beamfit %s --help'", optopt, argv[0]);
     else if (found == '?')
         explain_long(argv[0], text, optopt != 0, tables.by_name, err);
-    return found == ':' ? '?' : row != NULL && found != -1 ? row->code : found;
+    return found == ':' ? '?' : found;
 }
 
 int options_next(int argc, char **argv, const struct option_row rows[], struct bf_error *err)

@@ -53,6 +53,20 @@ void attainable_print(FILE *out, const struct attainable *a, double nrmse)
     text_print_wrapped(out, text, 2, text_columns());
 }
 
+static const struct answer_field pole_fields[] = {
+    ANSWER_ROW(NUMBER, "frequency_Hz", "of the mode"),
+    ANSWER_ROW(NUMBER, "damping_ratio", "share of critical damping"),
+    {0},
+};
+
+const struct answer_field attainable_fields[] = {
+    ANSWER_ROW(NUMBER, "nrmse", "it leaves"),
+    ANSWER_ROW(NUMBER, "noise_ratio", "the same in units of the noise"),
+    ANSWER_ROW(COUNT, "modes", "of the linear model"),
+    ANSWER_ROW_OF(LIST, "poles", "one for each mode", pole_fields),
+    {0},
+};
+
 void attainable_json(struct json *root, const struct attainable *a)
 {
     if (a->modes == 0) {

@@ -4,6 +4,89 @@
 #include "show.h"
 #include "compare/compare.h"
 
+static const struct answer_field band_fields[] = {
+    ANSWER_ROW(NUMBER, "from_Hz", "of the band"),
+    ANSWER_ROW(NUMBER, "to_Hz", "of the band"),
+    ANSWER_ROW(NUMBER, "share", "of the misfit's power"),
+    ANSWER_ROW(NUMBER, "noise_ratio", "misfit over noise in it"),
+    {ANSWER_COUNT, "mode", "of the model in it, from 1", NULL, ANSWER_MAYBE, NULL},
+    {0},
+};
+
+static const struct answer_field noise_fields[] = {
+    ANSWER_ROW(TEXT, "method", "how it was judged"),
+    ANSWER_ROW(NUMBER, "rms", "in the channel's unit"),
+    ANSWER_ROW(NUMBER, "rms_sd", "its standard error"),
+    ANSWER_ROW(NUMBER, "used_share", "of the record that was used"),
+    ANSWER_ROW(COUNT, "cells", "of time and frequency that were used"),
+    ANSWER_ROW(NUMBER, "quantisation", "step of the data, in the channel's unit"),
+    {0},
+};
+
+static const struct answer_field white_fields[] = {
+    ANSWER_ROW(NUMBER, "p_value", "of both tests together"),
+    ANSWER_ROW(NUMBER, "ljung_box", "statistic"),
+    ANSWER_ROW(NUMBER, "ljung_box_p", "its p-value"),
+    ANSWER_ROW(COUNT, "lags", "of it"),
+    ANSWER_ROW(NUMBER, "periodogram_ks", "statistic"),
+    ANSWER_ROW(NUMBER, "periodogram_p", "its p-value"),
+    {0},
+};
+
+static const struct answer_field input_fields[] = {
+    ANSWER_ROW(TEXT, "name", "of the input"),
+    ANSWER_ROW(NUMBER, "correlation", "largest one with the residual"),
+    ANSWER_ROW(NUMBER, "lag_s", "there"),
+    ANSWER_ROW(NUMBER, "bound", "of chance"),
+    ANSWER_ROW(NUMBER, "p_value", "of no correlation"),
+    ANSWER_ROW(NUMBER, "coherence", "of residual and input"),
+    {0},
+};
+
+static const struct answer_field channel_fields[] = {
+    ANSWER_ROW(TEXT, "name", "column of the record"),
+    ANSWER_ROW(NUMBER, "nrmse", "norm of the misfit over norm of the signal"),
+    ANSWER_ROW(NUMBER, "noise_ratio", "misfit over the noise of the data"),
+    ANSWER_ROW_OF(LIST, "bands", "where the misfit is", band_fields),
+    ANSWER_ROW_OF(OBJECT, "noise", "of the channel, as the record shows it", noise_fields),
+    ANSWER_ROW(NUMBER, "residual_rms", "in the channel's unit"),
+    ANSWER_ROW(NUMBER, "measured_rms", "in the channel's unit"),
+    ANSWER_ROW(NUMBER, "scale", "of the model that would fit best"),
+    ANSWER_ROW(NUMBER, "alignment", "of measured and model: 1 alike, -1 turned"),
+    ANSWER_ROW(NUMBERS, "time_share", "of the misfit's power, in thirds of the record"),
+    ANSWER_ROW(NUMBERS, "amplitude_share", "the same by size of the motion, small to large"),
+    ANSWER_ROW(NUMBERS, "amplitude_error", "relative error there"),
+    {ANSWER_OBJECT, "whiteness", "of the residual", white_fields, ANSWER_MAYBE, NULL},
+    {ANSWER_LIST, "inputs", "what the residual has of each", input_fields, ANSWER_MAYBE, NULL},
+    ANSWER_ROW(TEXT, "text", "in a sentence or two"),
+    {ANSWER_TEXT, "warning", "on the channel", NULL, ANSWER_MAYBE, NULL},
+    {0},
+};
+
+static const struct answer_field record_fields[] = {
+    ANSWER_ROW(TEXT, "file", "the record"),
+    ANSWER_ROW(TEXT, "sha256", "of it"),
+    ANSWER_ROW(BOOL, "held_out", "of the fit"),
+    ANSWER_ROW(NUMBER, "level", "of the excitation, 1 unless it was solved for"),
+    ANSWER_ROW_OF(LIST, "channels", "one for each output", channel_fields),
+    {0},
+};
+
+const struct answer_field compare_fields[] = {
+    ANSWER_ROW_OF(LIST, "records", "fitted ones first", record_fields),
+    ANSWER_ROW(TEXTS, "notes", "on what looks ordinary"),
+    ANSWER_ROW(NUMBER, "nrmse", "error: root mean square over channels of norm of the misfit over norm of the signal"),
+    ANSWER_ROW(NUMBER, "noise_ratio", "misfit over the noise of the data (1: nothing is left to explain)"),
+    {ANSWER_OBJECT, "attainable", "what the best linear model with as many modes leaves; null: not known",
+     attainable_fields, ANSWER_NULL, NULL},
+    ANSWER_ROW(NUMBER, "check_nrmse", "of held-out records"),
+    ANSWER_ROW(NUMBER, "check_noise_ratio", "of held-out records"),
+    ANSWER_ROW(NUMBERS, "frequency_Hz", "of the model's modes"),
+    ANSWER_ROW_OF(LIST, "channel_factors", "wrong signs and units of channels", channel_factor_fields),
+    ANSWER_ROW_OF(LIST, "record_findings", "what is wrong with records before any model", record_finding_fields),
+    {0},
+};
+
 static void put_numbers(struct json *object, const char *key, const double *x, size_t n)
 {
     struct json *array = json_put(object, key, json_new_array());

@@ -7,6 +7,146 @@
 #include <math.h>
 #include <stdlib.h>
 
+static const struct answer_field localisation_fields[] = {
+    ANSWER_ROW(TEXT, "file", "the record"),
+    ANSWER_ROW(TEXT, "channel", "of it"),
+    ANSWER_ROW(NUMBER, "from_Hz", "of the band"),
+    ANSWER_ROW(NUMBER, "to_Hz", "of the band"),
+    ANSWER_ROW(NUMBER, "share", "of the misfit's power"),
+    ANSWER_ROW(TEXT, "amplitude", "all, large or small: at which size of the motion"),
+    ANSWER_ROW(NUMBER, "noise_ratio", "misfit over noise there"),
+    ANSWER_ROW(NUMBER, "relative", "misfit over signal there"),
+    ANSWER_ROW(NUMBER, "late_share", "of it in the later half"),
+    {0},
+};
+
+static const struct answer_field parameter_fields[] = {
+    ANSWER_ROW(NUMBER, "value", "in SI units"),
+    ANSWER_ROW(NUMBER, "sd", "standard error"),
+    {ANSWER_NUMBERS, "ci95", "interval of 95 %: from, to", NULL, ANSWER_MAYBE, NULL},
+    {0},
+};
+
+static const struct answer_field candidate_fields[] = {
+    ANSWER_ROW(TEXTS, "effects", "ids"),
+    ANSWER_ROW(TEXTS, "channels", "on which each sits; empty: on the beam"),
+    ANSWER_ROW(NUMBER, "p_value", "of the improvement by chance"),
+    ANSWER_ROW(NUMBER, "bic_gain", "evidence"),
+    ANSWER_ROW(NUMBER, "nrmse_after", "error with it"),
+    ANSWER_ROW(NUMBER, "check_nrmse_after", "of held-out records"),
+    ANSWER_ROW(NUMBER, "noise_ratio_after", "in units of the noise"),
+    ANSWER_ROW(NUMBER, "check_noise_ratio_after", "of held-out records"),
+    ANSWER_ROW(NUMBER, "probability", "that it is the cause"),
+    ANSWER_ROW(NUMBER, "score", "by which candidates are ranked"),
+    ANSWER_ROW(NUMBER, "explained", "share of the misfit's power above the noise"),
+    ANSWER_ROW(NUMBER, "held_out_explained", "the same of held-out records"),
+    ANSWER_ROW(BOOL, "explains", "nothing that matters is left"),
+    ANSWER_ROW(BOOL, "rival", "as good as the best"),
+    ANSWER_ROW(BOOL, "converged", "its fit did"),
+    ANSWER_ROW(NUMBER, "other_at_m", "another place that does as well; null: none"),
+    {ANSWER_NUMBER, "seconds", "its fit took", NULL, 0, "s"},
+    ANSWER_ROW_OF(MAP, "parameters", "of its effects, by name", parameter_fields),
+    {0},
+};
+
+static const struct answer_field decision_fields[] = {
+    ANSWER_ROW(TEXTS, "effects", "one of these is there"),
+    ANSWER_ROW(TEXTS, "with", "the best explanation with one"),
+    ANSWER_ROW(TEXTS, "without", "and without"),
+    ANSWER_ROW(NUMBER, "probability", "that one is there"),
+    ANSWER_ROW(NUMBER_MAP, "features", "from which the probability is computed (docs/calibration.md)"),
+    {0},
+};
+
+static const struct answer_field remains_fields[] = {
+    ANSWER_ROW(NUMBER, "noise_ratio", "in units of the noise"),
+    ANSWER_ROW(NUMBER, "nrmse", "error"),
+    ANSWER_ROW_OF(LIST, "where", "bands of channels", localisation_fields),
+    ANSWER_ROW(TEXT, "text", "in words"),
+    {0},
+};
+
+static const struct answer_field linearity_fields[] = {
+    ANSWER_ROW(TEXT, "verdict", "of the records alone"),
+    ANSWER_ROW(NUMBER, "ratio", "of the pair that shows most"),
+    ANSWER_ROW(TEXT, "text", "in words"),
+    {0},
+};
+
+static const struct answer_field rig_channel_fields[] = {
+    ANSWER_ROW(TEXT, "channel", "of the model"),      ANSWER_ROW(NUMBER, "at_m", "found"),
+    ANSWER_ROW(NUMBER, "stated_at_m", "in the file"), ANSWER_ROW(NUMBER, "gain", "found"),
+    ANSWER_ROW(NUMBER, "stated_gain", "in the file"), {0},
+};
+
+static const struct answer_field rig_fields[] = {
+    ANSWER_ROW(BOOL, "free", "places and gains were fitted although the file holds them"),
+    ANSWER_ROW_OF(LIST, "channels", "with what was found", rig_channel_fields),
+    {0},
+};
+
+static const struct answer_field numerics_fields[] = {
+    ANSWER_ROW(NUMBER, "change_over_noise", "of a computation twice as fine"),
+    ANSWER_ROW(TEXT, "file", "the record where it is largest"),
+    ANSWER_ROW(TEXT, "channel", "of it"),
+    ANSWER_ROW(BOOL, "converged", "the change does not matter"),
+    ANSWER_ROW(BOOL, "fine", "the finer computation was taken"),
+    {0},
+};
+
+static const struct answer_field reconstruction_fields[] = {
+    ANSWER_ROW(TEXT, "place", "point, patch or spread"),
+    ANSWER_ROW(NUMBER, "at_m", "of a point"),
+    ANSWER_ROW(BOOL, "located", "the place is certain"),
+    ANSWER_ROW(NUMBER, "unexplained", "share of the misfit that such a force leaves"),
+    ANSWER_ROW(NUMBER, "linear", "share of the force"),
+    ANSWER_ROW(NUMBER, "elastic_odd", "share of the force"),
+    ANSWER_ROW(NUMBER, "elastic_even", "share of the force"),
+    ANSWER_ROW(NUMBER, "dissipative", "share of the force"),
+    ANSWER_ROW(NUMBER, "memory", "share of the force"),
+    ANSWER_ROW(NUMBER, "amplitude_power", "with which it grows"),
+    ANSWER_ROW(NUMBER, "frequency_Hz", "of its resonance"),
+    ANSWER_ROW(BOOL, "resonant", "it has one"),
+    ANSWER_ROW(BOOL, "sensor_like", "it is rather in the sensor"),
+    ANSWER_ROW(TEXT, "text", "in words"),
+    {0},
+};
+
+const struct answer_field diagnose_fields[] = {
+    ANSWER_ROW(TEXT, "verdict", "complete, missing, ambiguous or unknown"),
+    ANSWER_ROW(TEXTS, "effects", "that are named"),
+    ANSWER_ROW(NUMBER, "probability", "that they are the cause"),
+    ANSWER_ROW(NUMBER, "explained",
+               "share of the misfit's power above the noise, of held-out records where there are any"),
+    ANSWER_ROW(NUMBER, "nrmse_before", "error of the fitted model"),
+    ANSWER_ROW(NUMBER, "nrmse_after", "with the best explanation"),
+    ANSWER_ROW(NUMBER, "noise_ratio_before", "in units of the noise"),
+    ANSWER_ROW(NUMBER, "noise_ratio_after", "in units of the noise"),
+    ANSWER_ROW(NUMBER, "check_nrmse_before", "of held-out records"),
+    ANSWER_ROW(NUMBER, "check_nrmse_after", "of held-out records"),
+    ANSWER_ROW(NUMBER, "check_noise_ratio_before", "of held-out records"),
+    ANSWER_ROW(NUMBER, "check_noise_ratio_after", "of held-out records"),
+    {ANSWER_OBJECT, "attainable", "what the best linear model with as many modes leaves; null: not known",
+     attainable_fields, ANSWER_NULL, NULL},
+    ANSWER_ROW_OF(OBJECT, "rig", "the rig", rig_fields),
+    ANSWER_ROW(TEXT, "check_kind", "records, cross-validation or none: what held-out numbers are of"),
+    ANSWER_ROW_OF(LIST, "where", "the misfit is", localisation_fields),
+    ANSWER_ROW_OF(LIST, "candidates", "best first", candidate_fields),
+    ANSWER_ROW_OF(LIST, "decision", "effects that are there, each with its probability", decision_fields),
+    ANSWER_ROW_OF(OBJECT, "remains", "what the best answer leaves", remains_fields),
+    ANSWER_ROW_OF(OBJECT, "numerics", "how far the computation can be trusted", numerics_fields),
+    ANSWER_ROW_OF(OBJECT, "linearity", "of the beam, from the records alone", linearity_fields),
+    {ANSWER_OBJECT, "reconstruction", "the missing force", reconstruction_fields, ANSWER_MAYBE, NULL},
+    ANSWER_ROW(TEXT, "text", "the answer in a paragraph"),
+    ANSWER_ROW(BOOL, "converged", "the computation is fine enough"),
+    ANSWER_ROW(BOOL, "interrupted", "by Ctrl-C"),
+    ANSWER_ROW(COUNT, "evaluations", "of models"),
+    {ANSWER_NUMBER, "seconds", "it took", NULL, 0, "s"},
+    ANSWER_ROW_OF(LIST, "channel_factors", "wrong signs and units of channels", channel_factor_fields),
+    {ANSWER_TEXTS, "notes", "on what looks ordinary", NULL, ANSWER_MAYBE, NULL},
+    {0},
+};
+
 static void put_effects(struct json *object, const struct hypothesis *h)
 {
     struct json *list = json_put(object, "effects", json_new_array());

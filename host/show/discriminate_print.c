@@ -57,6 +57,47 @@ void discriminate_print(FILE *out, const struct discrimination *d, size_t most)
     free(plain), free(sensor);
 }
 
+static const struct answer_field pair_fields[] = {
+    ANSWER_ROW(TEXT, "a", "a rival"),
+    ANSWER_ROW(TEXT, "b", "another"),
+    ANSWER_ROW(NUMBER, "separation", "expected 2 log of the likelihood ratio; above 10 is decisive"),
+    ANSWER_ROW(NUMBER, "wrong_choice", "probability to take the wrong one"),
+    {0},
+};
+
+static const struct answer_field experiment_fields[] = {
+    ANSWER_ROW(TEXT, "name", "in words"),
+    ANSWER_ROW(TEXT, "kind", "of excitation"),
+    ANSWER_ROW(NUMBER, "level", "of the excitation"),
+    ANSWER_ROW(BOOL, "beyond_largest_level", "larger than any so far"),
+    ANSWER_ROW(BOOL, "added_sensor", "it needs one more"),
+    ANSWER_ROW(NUMBER, "separation", "of the worst pair"),
+    ANSWER_ROW(NUMBER, "rms_over_noise", "of the difference, a sample"),
+    ANSWER_ROW(NUMBER, "wrong_choice", "probability to take the wrong one"),
+    ANSWER_ROW_OF(LIST, "pairs", "of rivals", pair_fields),
+    {0},
+};
+
+static const struct answer_field rival_fields[] = {
+    ANSWER_ROW(TEXT, "name", "as it was given"),
+    ANSWER_ROW(NUMBER, "noise_ratio", "misfit over noise on the records so far; null: none"),
+    ANSWER_ROW(NUMBER_MAP, "parameters", "of its effects"),
+    {0},
+};
+
+const struct answer_field discriminate_fields[] = {
+    ANSWER_ROW_OF(LIST, "experiments", "best first", experiment_fields),
+    ANSWER_ROW(TEXT, "best", "its name"),
+    {ANSWER_TEXT, "drive", "file of the signal; null: none was written", NULL, ANSWER_NULL, NULL},
+    {ANSWER_LIST, "present", "what the records so far tell", pair_fields, ANSWER_MAYBE, NULL},
+    ANSWER_ROW_OF(LIST, "rivals", "as they were fitted", rival_fields),
+    ANSWER_ROW(NUMBER, "duration_s", "of an experiment"),
+    ANSWER_ROW(TEXT, "text", "the answer in a paragraph"),
+    {ANSWER_TEXT, "warning", "on the answer", NULL, ANSWER_MAYBE, NULL},
+    {ANSWER_NUMBER, "seconds", "it took", NULL, 0, "s"},
+    {0},
+};
+
 static void put_pairs(struct json *parent, const char *key, const struct discrimination *d,
                       const struct discriminate_pair pairs[])
 {

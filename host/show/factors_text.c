@@ -15,6 +15,18 @@ void channel_factors_print(FILE *out, const struct channel_factors *factors)
         (void)fprintf(out, "\n");
 }
 
+const struct answer_field channel_factor_fields[] = {
+    ANSWER_ROW(TEXT, "channel", "that is probably wrong"),
+    ANSWER_ROW(TEXT, "or_channel", "or this one, the records cannot tell; empty: it is certain"),
+    ANSWER_ROW(NUMBER, "factor", "that would be right"),
+    ANSWER_ROW(NUMBER, "found", "by the records"),
+    ANSWER_ROW(NUMBER, "nrmse_without", "error as it is"),
+    ANSWER_ROW(NUMBER, "nrmse_with", "error with the factor"),
+    ANSWER_ROW(TEXT, "line", "of the model file to write"),
+    ANSWER_ROW(TEXT, "text", "in a sentence"),
+    {0},
+};
+
 void channel_factors_json(struct json *root, const struct model *model, const struct channel_factors *factors)
 {
     struct json *list = json_put(root, "channel_factors", json_new_array());

@@ -35,6 +35,13 @@ void record_findings_print(FILE *out, const struct record records[], const struc
         (void)fprintf(out, "\n");
 }
 
+const struct answer_field record_finding_fields[] = {
+    ANSWER_ROW(TEXT, "file", "the record"),     ANSWER_ROW(TEXT, "column", "of it"),
+    ANSWER_ROW(TEXT, "kind", "of the finding"), ANSWER_ROW(COUNT, "sample", "the first one, counted from 1"),
+    ANSWER_ROW(COUNT, "n", "how many"),         ANSWER_ROW(NUMBER, "value", "there"),
+    ANSWER_ROW(TEXT, "text", "in a sentence"),  {0},
+};
+
 void record_findings_json(struct json *root, const struct record records[], const struct record_findings findings[],
                           size_t n)
 {

@@ -9,6 +9,76 @@
 
 /* ---- JSON ---- */
 
+static const struct answer_field channel_fields[] = {
+    ANSWER_ROW(TEXT, "name", "column of the record"),
+    ANSWER_ROW(NUMBER, "nrmse", "norm of the misfit over norm of the signal"),
+    ANSWER_ROW(NUMBER, "noise_ratio", "misfit over the noise of the data"),
+    {0},
+};
+
+static const struct answer_field record_fields[] = {
+    ANSWER_ROW(TEXT, "file", "the record"),
+    ANSWER_ROW_OF(LIST, "channels", "one for each output", channel_fields),
+    {0},
+};
+
+static const struct answer_field check_fields[] = {
+    ANSWER_ROW_OF(LIST, "records", "that were held out", record_fields),
+    ANSWER_ROW(NUMBER, "nrmse", "error: root mean square over channels of norm of the misfit over norm of the signal"),
+    ANSWER_ROW(NUMBER, "noise_ratio", "misfit over the noise of the data (1: nothing is left to explain)"),
+    ANSWER_ROW(TEXTS, "notes", "on how they disagree"),
+    {0},
+};
+
+static const struct answer_field parameter_fields[] = {
+    ANSWER_ROW(NUMBER, "value", "in SI units"),
+    ANSWER_ROW(NUMBER, "sd", "standard error"),
+    ANSWER_ROW(NUMBERS, "ci95", "interval of 95 %: from, to"),
+    ANSWER_ROW(BOOL, "identifiable", "the records determine it"),
+    ANSWER_ROW(BOOL, "held", "it was not estimated"),
+    ANSWER_ROW(TEXT, "unit", "of the value"),
+    ANSWER_ROW(NUMBER, "start", "of the fit"),
+    {0},
+};
+
+static const struct answer_field null_fields[] = {
+    ANSWER_ROW(NUMBER, "ratio", "of its singular value to the largest"),
+    ANSWER_ROW(NUMBER_MAP, "parameters", "weight of each"),
+    ANSWER_ROW(BOOL, "fixed_by_prior", "a prior determines it"),
+    ANSWER_ROW(TEXT, "text", "in a sentence"),
+    {0},
+};
+
+static const struct answer_field minimum_fields[] = {
+    ANSWER_ROW(NUMBER, "noise_ratio", "there"),
+    ANSWER_ROW(NUMBER_MAP, "parameters", "values there, in SI units"),
+    {0},
+};
+
+const struct answer_field fit_fields[] = {
+    ANSWER_ROW_OF(LIST, "records", "that were fitted", record_fields),
+    ANSWER_ROW(NUMBER, "nrmse", "error: root mean square over channels of norm of the misfit over norm of the signal"),
+    ANSWER_ROW(NUMBER, "noise_ratio", "misfit over the noise of the data (1: nothing is left to explain)"),
+    {ANSWER_OBJECT, "attainable", "what the best linear model with as many modes leaves; null: not known",
+     attainable_fields, ANSWER_NULL, NULL},
+    {ANSWER_COUNT, "steps_per_sample", "that its laws need", NULL, ANSWER_MAYBE, NULL},
+    ANSWER_ROW_OF(MAP, "parameters", "estimates by name", parameter_fields),
+    ANSWER_ROW_OF(LIST, "null_directions", "what the records alone do not determine", null_fields),
+    {ANSWER_NUMBER, "seconds", "the fit took", NULL, 0, "s"},
+    ANSWER_ROW(COUNT, "evaluations", "of the model"),
+    ANSWER_ROW(BOOL, "converged", "the optimum was reached"),
+    ANSWER_ROW(BOOL, "fitted", "false: the records determine nothing, and no file was written"),
+    ANSWER_ROW(NUMBER, "distance_sd", "from the optimum, in standard errors"),
+    ANSWER_ROW(BOOL, "interrupted", "by Ctrl-C"),
+    ANSWER_ROW(TEXT, "intersample", "what inputs do between samples"),
+    {ANSWER_OBJECT, "check", "held-out records", check_fields, ANSWER_MAYBE, NULL},
+    ANSWER_ROW_OF(LIST, "other_minima", "that the search found and left", minimum_fields),
+    ANSWER_ROW(TEXTS, "warnings", "what was not tried or could not be judged, and what looks wrong"),
+    ANSWER_ROW_OF(LIST, "channel_factors", "wrong signs and units of channels", channel_factor_fields),
+    ANSWER_ROW_OF(LIST, "record_findings", "what is wrong with records before any model", record_finding_fields),
+    {0},
+};
+
 static void put_records(struct json *parent, const struct record records[], size_t n,
                         const struct fit_channel_error channels[], size_t n_channels)
 {

@@ -18,6 +18,27 @@ static void push_id(void *context, const char *id, bool gained)
     json_push_text(context, id);
 }
 
+static const struct answer_field entry_fields[] = {
+    ANSWER_ROW(TEXT, "file", "the model"),
+    ANSWER_ROW(TEXT, "sha256", "of it"),
+    {ANSWER_TEXT, "parent", "the file it was made from; null: none is given", NULL, ANSWER_NULL, NULL},
+    ANSWER_ROW(TEXTS, "effects", "ids"),
+    ANSWER_ROW(TEXTS, "gained", "against the parent"),
+    ANSWER_ROW(TEXTS, "lost", "against the parent"),
+    ANSWER_ROW(BOOL, "fitted", "its file states a fit"),
+    ANSWER_ROW(NUMBER, "nrmse", "error of the fit; null: none"),
+    ANSWER_ROW(NUMBER, "noise_ratio", "in units of the noise"),
+    ANSWER_ROW(NUMBER, "check_nrmse", "of held-out records"),
+    ANSWER_ROW(NUMBER, "check_noise_ratio", "of held-out records"),
+    ANSWER_ROW(BOOL, "converged", "the fit did"),
+    {0},
+};
+
+const struct answer_field history_fields[] = {
+    ANSWER_ROW_OF(LIST, "models", "oldest first", entry_fields),
+    {0},
+};
+
 static void put_entry(struct json *object, const struct history *h, int i)
 {
     const struct history_entry *e = &h->entries[i];

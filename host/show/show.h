@@ -8,11 +8,12 @@
  *   history_print(), history_json(), history_plot()              of a chain of models
  *   diagnose_print(), diagnose_json(), diagnose_plot()           of a diagnosis
  *   discriminate_print(), discriminate_json()                    of an experiment's design
+ *   answer_print_and_free(), answer_print_schema()              of a tree, in any form
  *   attainable_print(), attainable_json()                        of the attainable floor
  *   channel_factors_print(), channel_factors_json()              of wrong signs and units
  *   report_write(), curves_json()                                a page of a comparison, its modes and its history; its curves
  * Functions *_print() write to `out` and do not check the writes. Functions *_json() return a tree that the caller gives to
- * json_print_and_free(); their keys stand in the --help of the command of that name.
+ * answer_print_and_free() with the table *_fields of the same name, which says what each name in it is.
  */
 #ifndef BEAMFIT_SHOW_H
 #define BEAMFIT_SHOW_H
@@ -25,6 +26,58 @@
 #include "estimate/estimate.h"
 #include "explain/explain.h"
 #include "ground/ground.h"
+
+/*
+ * ANSWER — what a command answers: a tree of named values, and a table that says what each name is. Its JSON, Markdown and HTML, the schema of its
+ * JSON (--json-schema) and the manual page come of the two.
+ */
+
+enum answer_kind {
+    ANSWER_NUMBER, /* null: not known, or infinite */
+    ANSWER_COUNT,  /* whole */
+    ANSWER_TEXT,
+    ANSWER_BOOL,
+    ANSWER_NUMBERS, /* a list */
+    ANSWER_TEXTS,
+    ANSWER_OBJECT,
+    ANSWER_LIST,      /* of objects */
+    ANSWER_MAP,       /* objects by name */
+    ANSWER_NUMBER_MAP /* numbers by name */
+};
+enum { ANSWER_MAYBE = 1, ANSWER_NULL = 2 }; /* may be left out; may be null */
+
+/* One row of a table, which ends with {0}. */
+struct answer_field {
+    enum answer_kind kind;
+    const char *name, *what;
+    const struct answer_field *fields; /* of objects */
+    unsigned flags;
+    const char *unit; /* NULL: as the name's end says (_Hz, _s, _m …), or none */
+};
+#define ANSWER_ROW(kind, name, what)                                                                                   \
+    {                                                                                                                  \
+        ANSWER_##kind, name, what, NULL, 0, NULL                                                                       \
+    }
+#define ANSWER_ROW_OF(kind, name, what, fields)                                                                        \
+    {                                                                                                                  \
+        ANSWER_##kind, name, what, fields, 0, NULL                                                                     \
+    }
+const char *answer_unit(const struct answer_field *field);
+
+/* A command to go on with, word by word up to NULL, at the end of the list `next` that every answer has; as a shell reads it. */
+void answer_next(struct json *root, ...) __attribute__((sentinel));
+
+/* On standard output, in the form that --json or --format asked for; `warnings` gets what bf_warn() has said. Frees the tree. */
+enum bf_status answer_print_and_free(struct json *root, const struct answer_field fields[], struct bf_error *err);
+/* JSON on one line, for answers that never end. */
+enum bf_status answer_print_line_and_free(struct json *root, struct bf_error *err);
+enum bf_status answer_print_schema(const char *command, const struct answer_field fields[], FILE *out,
+                                   struct bf_error *err);
+
+extern const struct answer_field fit_fields[], compare_fields[], diagnose_fields[], history_fields[],
+    discriminate_fields[];
+extern const struct answer_field attainable_fields[], channel_factor_fields[],
+    record_finding_fields[]; /* of the pieces below */
 
 /* FIT — parameters with standard errors, errors of each channel, what the records do not determine. */
 
