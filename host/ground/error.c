@@ -42,6 +42,17 @@ enum bf_status bf_fail_at(struct bf_error *err, const char *file, long line, con
     return bf_fail(err, BF_BAD_FILE, "%s: %s", file, text);
 }
 
+static struct {
+    bf_warn_listener *tell;
+    void *context;
+} listener;
+
+void bf_warn_listen(bf_warn_listener *tell, void *context)
+{
+    listener.context = context;
+    listener.tell = tell;
+}
+
 void bf_warn(const char *format, ...)
 {
     char text[1024];
@@ -51,6 +62,8 @@ void bf_warn(const char *format, ...)
     va_end(args);
     make_one_line(text);
     fprintf(stderr, "beamfit: warning: %s\n", text);
+    if (listener.tell != NULL)
+        listener.tell(listener.context, text);
 }
 
 static void end_out_of_memory(size_t count, size_t size)

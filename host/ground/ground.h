@@ -55,6 +55,10 @@ enum bf_status bf_fail_at(struct bf_error *err, const char *file, long line, con
 /* A note for the person at the terminal, on standard error: "beamfit: warning: …" (never an error). */
 void bf_warn(const char *format, ...) __attribute__((format(printf, 1, 2)));
 
+/* Who is told of every warning besides, from whatever thread; NULL: nobody. Call while one thread runs. */
+typedef void bf_warn_listener(void *context, const char *text);
+void bf_warn_listen(bf_warn_listener *tell, void *context);
+
 /* malloc/calloc/realloc/strdup that end the program with a message (status 4) when memory is out. */
 void *bf_alloc(size_t count, size_t size);
 void *bf_grow(void *old, size_t count, size_t size);
@@ -233,6 +237,12 @@ void progress_end(struct progress *progress); /* clears the line */
 /* After progress_catch_interrupts(), Ctrl-C sets a flag once; a second Ctrl-C ends the program the ordinary way. */
 void progress_catch_interrupts(void);
 bool progress_interrupted(void);
+/* The same as Ctrl-C, from any thread; progress_catch_interrupts() forgets it. */
+void progress_interrupt(void);
+
+/* Who is told of progress besides, at most ten times a second, on the thread that works; NULL: nobody. Call while one thread runs. */
+typedef void progress_listener(void *context, const char *what, double fraction, const char *note);
+void progress_listen(progress_listener *tell, void *context);
 
 /* WORKERS — one function on several threads, for work that shares a queue: each takes the next piece until none is left. */
 
