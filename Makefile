@@ -21,7 +21,7 @@ FUZZ_SECONDS ?= 20
 WARN  := -Wall -Wextra -Wpedantic -Wno-overlength-strings -Wconversion -Wdouble-promotion -Wshadow -Wstrict-prototypes -Wmissing-prototypes \
          $(if $(WERROR),-Werror)
 STD   := -std=c11 -D_GNU_SOURCE -DBEAMFIT_VERSION='"$(VERSION)"'
-PKGS  := nlopt libserialport libfyaml jansson matio fftw3 lapacke openblas sndfile
+PKGS  := libmicrohttpd nlopt libserialport libfyaml jansson matio fftw3 lapacke openblas sndfile
 INC   := -Ilib -Ihost -I/usr/include/suitesparse -I/usr/include/arpack $(shell pkg-config --cflags $(PKGS) 2>/dev/null)
 LIBS  := $(shell pkg-config --libs $(PKGS) 2>/dev/null) -lcholmod -larpack -lbearssl -lpthread -lm
 # Position independent, so that the objects of the program also make the shared library of the tests; calls bind as in a program.

@@ -13,8 +13,8 @@ void explanations_begin(struct explanations *out, const struct record records[],
         .records = records, .n_records = n_records, .n_held_out = n_held_out, .predict = *predict};
 }
 
-static enum bf_status add(struct explanations *e, const char *name, const struct model *model, double probability,
-                          double explained, struct bf_error *err)
+static enum bf_status add(struct explanations *e, const char *name, const struct model *model,
+                          const struct hypothesis *h, int hypothesis, struct bf_error *err)
 {
     struct comparison *comparison = bf_alloc(1, sizeof *comparison);
     if (compare_run(model, e->records, e->n_records, e->n_held_out, &e->predict, comparison, err) != BF_OK) {
@@ -27,7 +27,10 @@ static enum bf_status add(struct explanations *e, const char *name, const struct
     e->names = bf_grow(e->names, e->n + 1, sizeof *e->names);
     e->names[e->n] = bf_strdup(name);
     e->comparisons[e->n] = comparison;
-    e->all[e->n] = (struct explanation){e->names[e->n], comparison, probability, explained};
+    e->hypothesis = bf_grow(e->hypothesis, e->n + 1, sizeof *e->hypothesis);
+    e->hypothesis[e->n] = hypothesis;
+    e->all[e->n] = (struct explanation){e->names[e->n], comparison, h != NULL ? h->probability : (double)NAN,
+                                        h != NULL ? h->explained : (double)NAN};
     e->n++;
     return BF_OK;
 }
@@ -35,7 +38,7 @@ static enum bf_status add(struct explanations *e, const char *name, const struct
 enum bf_status explanations_add(struct explanations *e, const char *name, const struct model *model,
                                 struct bf_error *err)
 {
-    if (add(e, name, model, NAN, NAN, err) != BF_OK)
+    if (add(e, name, model, NULL, -1, err) != BF_OK)
         return err->status;
     e->after = e->n - 1;
     return BF_OK;
@@ -49,7 +52,7 @@ void explanations_add_ancestors(struct explanations *e, const struct history *hi
     while (n-- > 0) {
         struct bf_error ignored; /* it may lack a channel that these records have */
         const struct history_entry *entry = &history->entries[line[n]];
-        if (add(e, text_base_name(entry->file), &entry->model, NAN, NAN, &ignored) == BF_OK && entry->model.fit.present)
+        if (add(e, text_base_name(entry->file), &entry->model, NULL, -1, &ignored) == BF_OK && entry->model.fit.present)
             e->before = e->n - 1;
     }
 }
@@ -71,14 +74,14 @@ void explanations_add_diagnosis(struct explanations *e, const struct diagnosis *
     struct bf_error ignored;
     size_t added = 0;
     const size_t before = e->n;
-    if (add(e, "fitted, no effect more", &diagnosis->baseline.model, NAN, NAN, &ignored) != BF_OK)
+    if (add(e, "fitted, no effect more", &diagnosis->baseline.model, NULL, -1, &ignored) != BF_OK)
         return;
     for (size_t i = 0; i < diagnosis->n_hypotheses && added < HYPOTHESES; i++) {
         const struct hypothesis *h = &diagnosis->hypotheses[i];
         if (!h->refitted)
             continue;
         char *name = name_of(h);
-        const bool there = add(e, name, &h->model, h->probability, h->explained, &ignored) == BF_OK;
+        const bool there = add(e, name, &h->model, h, (int)i, &ignored) == BF_OK;
         free(name);
         added += there;
         if (there && added == 1 && diagnosis->n_named > 0) {
@@ -100,6 +103,6 @@ void explanations_free(struct explanations *e)
         free(e->comparisons[i]);
         free(e->names[i]);
     }
-    free(e->comparisons), free(e->names), free(e->all);
+    free(e->comparisons), free(e->names), free(e->hypothesis), free(e->all);
     *e = (struct explanations){0};
 }

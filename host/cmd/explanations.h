@@ -15,6 +15,7 @@ struct explanations {
     struct explanation *all; /* [n] */
     struct comparison **comparisons;
     char **names;
+    int *hypothesis; /* [n] of the diagnosis; −1: none of its own */
 };
 
 /* records must outlive *out. */

@@ -57,6 +57,9 @@ void bf_warn(const char *format, ...) __attribute__((format(printf, 1, 2)));
 
 /* The i-th note that bf_warn() has printed; NULL beyond the last (of the first 64). */
 const char *bf_warning(size_t i);
+/* Who is told of every warning besides, from whatever thread; NULL: nobody. Call while one thread runs. */
+typedef void bf_warn_listener(void *context, const char *text);
+void bf_warn_listen(bf_warn_listener *tell, void *context);
 
 /* malloc/calloc/realloc/strdup that end the program with a message (status 4) when memory is out. */
 void *bf_alloc(size_t count, size_t size);
@@ -271,6 +274,12 @@ void progress_end(struct progress *progress); /* clears the line */
 /* After progress_catch_interrupts(), Ctrl-C sets a flag once; a second Ctrl-C ends the program the ordinary way. */
 void progress_catch_interrupts(void);
 bool progress_interrupted(void);
+/* The same as Ctrl-C, from any thread; progress_catch_interrupts() forgets it. */
+void progress_interrupt(void);
+
+/* Who is told of progress besides, at most ten times a second, on the thread that works; NULL: nobody. Call while one thread runs. */
+typedef void progress_listener(void *context, const char *what, double fraction, const char *note);
+void progress_listen(progress_listener *tell, void *context);
 
 /* WORKERS — one function on several threads, for work that shares a queue: each takes the next piece until none is left. */
 

@@ -25,6 +25,17 @@ static double now_s(void)
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
+static struct {
+    progress_listener *tell;
+    void *context;
+} listener;
+
+void progress_listen(progress_listener *tell, void *context)
+{
+    listener.context = context;
+    listener.tell = tell;
+}
+
 struct progress *progress_begin(const char *what)
 {
     struct progress *progress = bf_alloc(1, sizeof *progress);
@@ -56,15 +67,8 @@ static size_t terminal_columns(void)
     return known && size.ws_col < LINE ? size.ws_col : known ? LINE : 80;
 }
 
-void progress_update(struct progress *progress, double fraction, const char *note)
+static void draw(const struct progress *progress, double now, double fraction, const char *note)
 {
-    if (!progress->visible)
-        return;
-    double now = now_s();
-    if (now - progress->drawn_s < 0.1)
-        return;
-    progress->drawn_s = now;
-    fraction = fraction > 0.0 ? fmin(fraction, 1.0) : 0.0;
     char bar[BAR + 1], estimate[32], line[LINE];
     for (int i = 0; i < BAR; i++)
         bar[i] = (i + 0.5) / BAR <= fraction ? '#' : '.';
@@ -78,6 +82,21 @@ void progress_update(struct progress *progress, double fraction, const char *not
         line[columns] = '\0'; /* a line that wraps could not be redrawn */
     (void)fprintf(stderr, "\r\033[K%s", line);
     (void)fflush(stderr);
+}
+
+void progress_update(struct progress *progress, double fraction, const char *note)
+{
+    if (!progress->visible && listener.tell == NULL)
+        return;
+    double now = now_s();
+    if (now - progress->drawn_s < 0.1)
+        return;
+    progress->drawn_s = now;
+    fraction = fraction > 0.0 ? fmin(fraction, 1.0) : 0.0;
+    if (listener.tell != NULL)
+        listener.tell(listener.context, progress->what, fraction, note != NULL ? note : "");
+    if (progress->visible)
+        draw(progress, now, fraction, note);
 }
 
 void progress_end(struct progress *progress)
@@ -109,4 +128,9 @@ void progress_catch_interrupts(void)
 bool progress_interrupted(void)
 {
     return interrupted != 0;
+}
+
+void progress_interrupt(void)
+{
+    interrupted = 1;
 }

@@ -120,7 +120,10 @@ void html_begin(FILE *out, const char *title, const char *program, const char *c
     html_text(out, program);
     (void)fputs("\">\n<title>", out);
     html_text(out, title);
-    (void)fputs("</title>\n<style>\n", out);
+    (void)fputs("</title>\n", out);
+    if (live) /* a browser asks for an icon otherwise */
+        (void)fputs("<link rel=\"icon\" href=\"data:,\">\n", out);
+    (void)fputs("<style>\n", out);
     page_styles(out);
     (void)fputs("</style>\n</head>\n<body>\n", out);
 }

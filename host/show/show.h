@@ -228,6 +228,10 @@ void report_verdict(const struct report *report, char text[REPORT_TEXT]);
 /* The page; writes to `out` are not checked here. */
 void report_write(const struct report *report, FILE *out);
 
+/* The page of `beamfit watch`, and the Content-Security-Policy that its server sends: it asks for state, curves and jobs (host/cmd/watch_requests.c). */
+void watch_page_write(FILE *out, const char *title);
+void watch_page_policy(FILE *out);
+
 /* ATTAINABLE — the floor of free linear models, beside the answers of compare, fit and diagnose. */
 
 /* nrmse: of the model. The floor, the model, the noise, and what kind of cause to look for; nothing without modes. */
