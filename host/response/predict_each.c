@@ -96,7 +96,7 @@ static void count_states(struct predictor *p)
     p->n_nuisance = p->states.most = 0;
     for (size_t r = 0; r < p->n_records; r++) {
         p->each[r].nuisance = p->plans[r].first_nuisance = p->n_nuisance;
-        p->n_nuisance += p->each[r].predictor->n_nuisance;
+        p->n_nuisance += p->each[r].predictor != NULL ? p->each[r].predictor->n_nuisance : 0;
     }
     p->amplitude = bf_grow(p->amplitude, p->n_nuisance, sizeof(double));
     memset(p->amplitude, 0, p->n_nuisance * sizeof(double));
