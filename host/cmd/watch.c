@@ -10,36 +10,41 @@
 
 #include "commands.h"
 
+static const struct answer_field fields[] = {
+    ANSWER_ROW(TEXT, "address", "to open in a browser on this machine"),
+    {0},
+};
+
 static const char help[] =
     "Usage: beamfit watch MODEL RECORD... [--check RECORD...] [options]\n"
     "\n"
     "Shows the page of `beamfit report` live, in a browser on this machine: pick records, compare, fit, diagnose, "
-    "click an\n"
-    "explanation to add and refit it and watch the error fall, undo, save the model. Each button does what the command "
-    "of its name\n"
-    "does.\n"
+    "click an explanation to add and refit it and watch the error fall, undo, save the model. Each button does what "
+    "the command of its name does.\n"
     "\n"
     "The address that is printed holds a random token and works on this machine only; who has it can do what the page "
-    "can. Nothing\n"
-    "is written but the models that you save.\n"
-    "\n"
-    "  --check RECORD...    records that are held out at first\n"
-    "  --folder DIR         where models are saved (default: the directory you are in); nothing else is written. A "
-    "file that\n"
-    "                       `watch` has not made is not replaced\n"
-    "  --force              replace files that are not its own\n"
-    "  --port N             port on 127.0.0.1 (default: any free one)\n"
-    "  --intersample HOW    what inputs do between samples: bl (band-limited, default), foh (linear), zoh (held)\n"
-    "  --json               prints {\"address\"} on one line\n"
-    "\n"
+    "can. Nothing is written but the models that you save.\n";
+
+static const struct option_row options[] = {
+    RECORD_SETS_CHECK("records that are held out at first"),
+    {'f', 0, "folder", "DIR", NULL,
+     "where models are saved (default: the directory you are in); nothing else is written. A file that `watch` has "
+     "not made is not replaced"},
+    {OPTION_FORCE, 0, "force", NULL, NULL, "replace files that are not its own"},
+    {'p', 0, "port", "N", NULL, "port on 127.0.0.1 (default: any free one)"},
+    OPTION_INTERSAMPLE('i'),
+    OPTIONS_JSON('j'),
+    {0},
+};
+
+static const char closing[] =
     "Ctrl-C ends it.\n"
     "\n"
     "Example:\n"
     "  beamfit watch fitted.yaml tap1.csv tap2.csv --check tap3.csv\n"
     "\n"
     "Exit status: 0 ended by Ctrl-C; 2 usage, or the port is taken; 3 bad model or record, or DIR not writable; 4 the "
-    "model cannot\n"
-    "be evaluated.\n";
+    "model cannot be evaluated.\n";
 
 struct arguments {
     struct record_sets sets;
@@ -70,17 +75,8 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
 
 static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
 {
-    static const struct option options[] = {
-        RECORD_SETS_CHECK,
-        {"folder", required_argument, NULL, 'f'},
-        {"port", required_argument, NULL, 'p'},
-        OPTIONS_FORCE,
-        {"intersample", required_argument, NULL, 'i'},
-        {"json", no_argument, NULL, 'j'},
-        {0},
-    };
     int code;
-    while ((code = record_sets_next(&a->sets, argc, argv, "-:", options, err)) != -1)
+    while ((code = record_sets_next(&a->sets, argc, argv, options, err)) != -1)
         if (take_option(a, code, err) != BF_OK)
             return BF_USAGE;
     if (a->sets.model == NULL || a->sets.fitted.n_names + a->sets.held_out.n_names == 0)
@@ -182,13 +178,16 @@ static void end_job(struct watch *w)
     pthread_mutex_unlock(&w->lock);
 }
 
-static void print_address(const struct arguments *a, const char *address)
+static enum bf_status print_address(const struct arguments *a, const char *address, struct bf_error *err)
 {
-    if (a->json)
-        (void)printf("{\"address\": \"%s\"}\n", address);
-    else
+    if (!a->json) {
         (void)printf("%s\nOpen this in a browser on this machine. Ctrl-C ends it.\n", address);
-    (void)fflush(stdout);
+        (void)fflush(stdout);
+        return BF_OK;
+    }
+    struct json *root = json_new_object();
+    json_put_text(root, "address", address);
+    return answer_print_line_and_free(root, err);
 }
 
 static enum bf_status serve(struct watch *w, const struct arguments *a, struct bf_error *err)
@@ -202,11 +201,11 @@ static enum bf_status serve(struct watch *w, const struct arguments *a, struct b
         return bf_fail(err, BF_NUMERIC, "no memory (%s)", strerror(errno));
     watch_page_policy(f);
     (void)fclose(f);
-    const enum bf_status status = server_start((unsigned)a->port, policy, watch_answer, w, &server, err);
+    enum bf_status status = server_start((unsigned)a->port, policy, watch_answer, w, &server, err);
     if (status == BF_OK) {
         progress_catch_interrupts();
-        print_address(a, server_address(server));
-        while (next_job(w, &job)) {
+        status = print_address(a, server_address(server), err);
+        while (status == BF_OK && next_job(w, &job)) {
             watch_run_job(w, &job);
             end_job(w);
         }
@@ -250,5 +249,8 @@ const struct command command_watch = {
     .name = "watch",
     .summary = "the page live in a browser: compare, diagnose, add by a click, undo, save",
     .help = help,
+    .options = options,
+    .closing = closing,
+    .answer = fields,
     .run = run,
 };

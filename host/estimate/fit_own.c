@@ -19,18 +19,11 @@ void own_values_free(struct own_values *own)
     *own = (struct own_values){0};
 }
 
-static bool has_value(const struct model_effect *effect, int slot, const char *name)
-{
-    for (size_t i = 0; i < effect->n_per_record; i++)
-        if (effect->per_record[i].parameter == slot && strcmp(effect->per_record[i].record, name) == 0)
-            return true;
-    return false;
-}
-
 /* Free, of this record alone, and without a value. */
 static bool is_missing(const struct model *model, const struct parameter_ref *ref, const char *name)
 {
-    return ref->record >= 0 && !ref->info->fixed && !has_value(&model->effects[ref->owner], ref->slot, name);
+    return ref->record >= 0 && !ref->info->fixed &&
+           effect_record_value(&model->effects[ref->owner], ref->slot, name) == NULL;
 }
 
 static bool is_phase(const struct model *model, const struct parameter_ref *ref)

@@ -88,7 +88,14 @@ struct model_output {
     double from_m, to_m; /* OUTPUT_PATCH_STRAIN: the patch (default: region 'patch') */
 };
 
-/* A parameter's value in one record (BEAM_PARAMETER_PER_RECORD). */
+/* Where a point channel was in one record (`at_m: {value: …, per_record: {FILE: 0.12}}`): held there, whatever the channel's own place is. */
+struct stated_place {
+    char channel[MODEL_NAME];
+    char record[256]; /* base name of the record's file */
+    double at_m;
+};
+
+/* A parameter's value in one record (effect_per_record()). */
 struct per_record_value {
     char record[256]; /* base name of the record's file */
     int parameter;    /* index into parameters[] */
@@ -111,6 +118,8 @@ struct model_effect {
     const struct beam_effect *effect;
     struct parameter parameters[BEAM_EFFECT_PARAMETERS];
     char channel[MODEL_NAME]; /* the channel a measurement-chain effect sits on; "" = the effect's default channels */
+    bool
+        by_record[BEAM_EFFECT_PARAMETERS]; /* the file says that it differs from record to record (`per_record: {…}`) */
     size_t n_per_record;
     struct per_record_value *per_record;
 };
@@ -170,6 +179,8 @@ struct model {
     struct model_input *inputs;
     size_t n_outputs;
     struct model_output *outputs;
+    size_t n_stated;
+    struct stated_place *stated;
     size_t n_residuals; /* in order of outputs, then inputs */
     struct model_residual *residuals;
     size_t n_effects;
@@ -245,6 +256,11 @@ enum bf_status model_move(const struct model *fixed, const double by_m[MODEL_MOV
 /* EFFECTS — of the catalogue, in a model. */
 
 const struct beam_effect *effect_by_id(const char *id); /* NULL when unknown */
+
+/* The parameter has a value of its own in each record: always (a phase), or because the file says so. */
+bool effect_per_record(const struct model_effect *effect, int slot);
+/* The value in a record that has one; NULL: it has none. */
+const struct per_record_value *effect_record_value(const struct model_effect *effect, int slot, const char *record);
 
 /* The same with a message that proposes the closest id; BF_USAGE when NULL. */
 const struct beam_effect *effect_find(const char *id, struct bf_error *err);

@@ -58,6 +58,7 @@ void model_free(struct model *model)
 {
     for (size_t i = 0; i < model->n_effects; i++)
         free(model->effects[i].per_record);
+    free(model->stated);
     free(model->residuals);
     free(model->effects);
     free(model->path);
@@ -100,6 +101,7 @@ enum bf_status model_copy(const struct model *from, struct model *out, struct bf
     out->materials = copy_array(from->materials, from->n_materials, sizeof *from->materials);
     out->inputs = copy_array(from->inputs, from->n_inputs, sizeof *from->inputs);
     out->outputs = copy_array(from->outputs, from->n_outputs, sizeof *from->outputs);
+    out->stated = copy_array(from->stated, from->n_stated, sizeof *from->stated);
     out->residuals = copy_array(from->residuals, from->n_residuals, sizeof *from->residuals);
     out->effects = copy_array(from->effects, from->n_effects, sizeof *from->effects);
     for (size_t i = 0; i < from->n_effects; i++)

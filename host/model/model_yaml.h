@@ -86,6 +86,8 @@ enum bf_status yaml_check_interval(const struct yaml_reader *r, const struct yam
  */
 enum bf_status yaml_length(const struct yaml_reader *r, const struct yaml_node *node, struct parameter *out,
                            bool *listed);
+/* `per_record: {FILE: metres}` of a channel's place; nothing where that is absent. */
+enum bf_status yaml_stated_places(const struct yaml_reader *r, const struct yaml_node *at, const char *channel);
 enum bf_status yaml_read_length(const struct yaml_reader *r, const struct yaml_node *node);
 enum bf_status yaml_read_patch(const struct yaml_reader *r, const struct yaml_node *node, double *from_m, double *to_m);
 

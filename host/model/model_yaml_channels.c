@@ -14,14 +14,16 @@ enum { MOST_CHANNELS = 64, MOST_EFFECTS = 32, MOST_RECORDS = 10000, MOST_ANCESTO
 /* ---- Inputs and outputs ---- */
 
 /* A number holds the place; {value: …} frees it, with `prior_m`, the standard deviation of the ruler, or without. */
-static enum bf_status read_at(const struct yaml_reader *r, const struct yaml_node *node, const char *kind,
-                              struct channel_parameters *own, double *at_m)
+static enum bf_status read_at(const struct yaml_reader *r, const struct yaml_node *node, const char *channel,
+                              const char *kind, struct channel_parameters *own, double *at_m)
 {
     const struct yaml_node *at = yaml_get(node, "at_m", NULL);
     model_channel_init(own, r->model->length_m);
     if (!at)
         return yaml_fail(r, node, "a %s has no at_m; add its distance from the clamp in metres", kind);
-    const enum bf_status status = yaml_length(r, at, &own->at, &own->lists_at);
+    enum bf_status status = yaml_length(r, at, &own->at, &own->lists_at);
+    if (status == BF_OK)
+        status = yaml_stated_places(r, at, channel);
     *at_m = own->at.value;
     return status;
 }
@@ -91,7 +93,7 @@ static enum bf_status read_input(const struct yaml_reader *r, const struct yaml_
     bool force = input.kind == INPUT_POINT_FORCE;
     if ((status = yaml_known_keys(r, node, input.name, force ? force_keys : moment_keys, force ? 4 : 3)) != BF_OK)
         return status;
-    status = force ? read_at(r, node, model_input_kind_name(input.kind), &input.own, &input.at_m)
+    status = force ? read_at(r, node, input.name, model_input_kind_name(input.kind), &input.own, &input.at_m)
                    : read_patch(r, node, model_input_kind_name(input.kind), &input.from_m, &input.to_m);
     if (status == BF_OK && force)
         status = read_gain(r, node, &input.own);
@@ -132,7 +134,7 @@ static enum bf_status read_output(const struct yaml_reader *r, const struct yaml
     if ((status = yaml_known_keys(r, node, output.name, strain ? strain_keys : point_keys, strain ? 2 : 4)) != BF_OK)
         return status;
     status = strain ? read_patch(r, node, model_output_kind_name(output.kind), &output.from_m, &output.to_m)
-                    : read_at(r, node, model_output_kind_name(output.kind), &output.own, &output.at_m);
+                    : read_at(r, node, output.name, model_output_kind_name(output.kind), &output.own, &output.at_m);
     if (status == BF_OK && !strain)
         status = read_gain(r, node, &output.own);
     if (status == BF_OK && !strain)
@@ -223,15 +225,15 @@ static enum bf_status read_effect_parameters(const struct yaml_reader *r, const 
         const struct yaml_node *value = yaml_get(node, p->name, NULL);
         if (!value)
             continue;
-        bool per_record = (entry->parameters[i].flags & BEAM_PARAMETER_PER_RECORD) != 0;
-        if ((status = yaml_parameter(r, value, per_record, p)) != BF_OK)
+        if ((status = yaml_parameter(r, value, true, p)) != BF_OK)
             return status;
         if (p->min < catalogue.min || p->max > catalogue.max)
             return yaml_fail(r, value, "%s: bounds %g … %g reach outside the physical range %g … %g %s; narrow them",
                              p->name, p->min, p->max, catalogue.min, catalogue.max, p->unit);
         p->logarithmic = (entry->parameters[i].flags & BEAM_PARAMETER_LOG) != 0 && p->value > 0.0;
-        if (per_record)
-            status = read_per_record(r, value, i, effect);
+        effect->by_record[i] = yaml_get(value, "per_record", NULL) != NULL &&
+                               (entry->parameters[i].flags & BEAM_PARAMETER_PER_RECORD) == 0;
+        status = read_per_record(r, value, i, effect);
     }
     return status;
 }

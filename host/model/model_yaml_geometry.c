@@ -32,15 +32,44 @@ static enum bf_status read_prior_m(const struct yaml_reader *r, const struct yam
     return status;
 }
 
+enum { MOST_PLACES = 10000 };
+
+enum bf_status yaml_stated_places(const struct yaml_reader *r, const struct yaml_node *at, const char *channel)
+{
+    const struct yaml_node *list = yaml_get(at, "per_record", NULL);
+    struct model *m = r->model;
+    if (!list || yaml_is_nothing(list))
+        return BF_OK;
+    enum bf_status status = yaml_expect(r, list, YAML_MAPPING, "per_record");
+    if (status == BF_OK && m->n_stated + list->n > MOST_PLACES)
+        return yaml_fail(r, list, "more than %d records; delete some", MOST_PLACES);
+    for (size_t i = 0; status == BF_OK && i < list->n; i++) {
+        struct stated_place place = {0};
+        (void)snprintf(place.channel, sizeof place.channel, "%s", channel);
+        status = yaml_name(r, list->key[i], "a record's name", sizeof place.record, place.record);
+        if (status == BF_OK)
+            status = yaml_number(r, list->value[i], place.record, &place.at_m);
+        if (status == BF_OK && !(place.at_m >= 0.0 && place.at_m <= m->length_m))
+            status =
+                yaml_fail(r, list->value[i], "%s is at %g m in %.60s, outside the beam (0 … %g m); is it in metres?",
+                          channel, place.at_m, place.record, m->length_m);
+        m->stated = bf_grow(m->stated, m->n_stated + 1, sizeof *m->stated);
+        m->stated[m->n_stated++] = place;
+    }
+    return status;
+}
+
 enum bf_status yaml_length(const struct yaml_reader *r, const struct yaml_node *node, struct parameter *out,
                            bool *listed)
 {
-    static const char *const known[] = {"value", "prior", "prior_m", "prior_value", "fixed", "min", "max", "sd"};
+    static const char *const known[] = {"value", "prior", "prior_m", "prior_value", "fixed",
+                                        "min",   "max",   "sd",      "per_record"};
+    const bool of_channel = strcmp(out->name, "at_m") == 0;
     *listed = node->kind == YAML_MAPPING;
     out->fixed = !*listed;
     enum bf_status status = BF_OK;
     if (*listed)
-        status = yaml_known_keys(r, node, out->name, known, sizeof known / sizeof *known);
+        status = yaml_known_keys(r, node, out->name, known, of_channel ? 9 : 8);
     if (status == BF_OK)
         status = yaml_place(r, node, out);
     if (status == BF_OK && *listed)

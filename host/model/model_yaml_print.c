@@ -94,6 +94,8 @@ void model_print_per_record(struct yaml_text *text, const struct model_effect *e
 
 bool model_has_per_record(const struct model_effect *effect, int slot)
 {
+    if (effect->by_record[slot])
+        return true;
     for (size_t i = 0; i < effect->n_per_record; i++)
         if (effect->per_record[i].parameter == slot)
             return true;
@@ -241,8 +243,25 @@ static void print_beam(struct yaml_text *text, const struct model *m)
     }
 }
 
+/* Where the channel was in single records; NULL: nothing. */
+static void print_stated(struct yaml_text *text, const struct model *m, const char *channel)
+{
+    bool any = false;
+    for (size_t i = 0; channel != NULL && i < m->n_stated; i++) {
+        if (strcmp(m->stated[i].channel, channel) != 0)
+            continue;
+        yaml_text_add(text, any ? ", " : ", per_record: {");
+        yaml_text_scalar(text, m->stated[i].record);
+        yaml_text_add(text, ": ");
+        yaml_text_number(text, m->stated[i].at_m);
+        any = true;
+    }
+    yaml_text_add(text, any ? "}" : "");
+}
+
 /* ", key: {value: …}" of what is a parameter, ", key: number" of what is not. */
-static void print_own(struct yaml_text *text, const struct parameter *p, bool listed, double value)
+static void print_own(struct yaml_text *text, const struct model *m, const char *channel, const struct parameter *p,
+                      bool listed, double value)
 {
     struct parameter absent = *p;
     struct yaml_parameter_text keys;
@@ -256,13 +275,14 @@ static void print_own(struct yaml_text *text, const struct parameter *p, bool li
     for (int i = 1; i < YAML_PARAMETER_KEYS; i++)
         if (keys.text[i][0])
             yaml_text_addf(text, ", %s: %s", keys.key[i], keys.text[i]);
+    print_stated(text, m, strcmp(p->name, "at_m") == 0 ? channel : NULL);
     yaml_text_add(text, "}");
 }
 
-static void print_gain(struct yaml_text *text, const struct channel_parameters *own)
+static void print_gain(struct yaml_text *text, const struct model *m, const struct channel_parameters *own)
 {
     if (own->lists_gain || (own->gain.name[0] && !same(own->gain.value, 1.0)))
-        print_own(text, &own->gain, own->lists_gain, own->gain.value);
+        print_own(text, m, NULL, &own->gain, own->lists_gain, own->gain.value);
 }
 
 static void print_mass(struct yaml_text *text, double mass_kg)
@@ -282,8 +302,8 @@ static void print_channels(struct yaml_text *text, const struct model *m)
         yaml_text_scalar(text, input->name);
         yaml_text_addf(text, ": {kind: %s", model_input_kind_name(input->kind));
         if (input->kind == INPUT_POINT_FORCE) {
-            print_own(text, &input->own.at, input->own.lists_at, input->at_m);
-            print_gain(text, &input->own);
+            print_own(text, m, input->name, &input->own.at, input->own.lists_at, input->at_m);
+            print_gain(text, m, &input->own);
         } else {
             yaml_text_add(text, ", patch_m: ");
             print_interval(text, input->from_m, input->to_m);
@@ -297,8 +317,8 @@ static void print_channels(struct yaml_text *text, const struct model *m)
         yaml_text_scalar(text, output->name);
         yaml_text_addf(text, ": {kind: %s", model_output_kind_name(output->kind));
         if (output->kind != OUTPUT_PATCH_STRAIN) {
-            print_own(text, &output->own.at, output->own.lists_at, output->at_m);
-            print_gain(text, &output->own);
+            print_own(text, m, output->name, &output->own.at, output->own.lists_at, output->at_m);
+            print_gain(text, m, &output->own);
             print_mass(text, output->mass_kg);
         } else {
             yaml_text_add(text, ", patch_m: ");

@@ -6,12 +6,17 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const struct per_record_value *find_value(const struct model_effect *effect, int slot, const char *record)
+const struct per_record_value *effect_record_value(const struct model_effect *effect, int slot, const char *record)
 {
     for (size_t i = 0; i < effect->n_per_record; i++)
         if (effect->per_record[i].parameter == slot && strcmp(effect->per_record[i].record, record) == 0)
             return &effect->per_record[i];
     return NULL;
+}
+
+bool effect_per_record(const struct model_effect *effect, int slot)
+{
+    return effect->by_record[slot] || (effect->effect->parameters[slot].flags & BEAM_PARAMETER_PER_RECORD) != 0;
 }
 
 /* How often a bare parameter name occurs among all effects, and how often with the same effect, up to (owner). */
@@ -55,12 +60,12 @@ static size_t add_effect(const struct model *model, size_t owner, const char *co
     const struct model_effect *effect = &model->effects[owner];
     size_t n = 0;
     for (int j = 0; j < effect->effect->n_parameters; j++) {
-        bool per_record = (effect->effect->parameters[j].flags & BEAM_PARAMETER_PER_RECORD) != 0;
+        bool per_record = effect_per_record(effect, j);
         size_t copies = per_record ? n_records : 1;
         for (size_t k = 0; k < copies; k++) {
             struct parameter_ref *ref = &refs[n++];
             const char *record = per_record ? record_names[k] : NULL;
-            const struct per_record_value *own = record ? find_value(effect, j, record) : NULL;
+            const struct per_record_value *own = record ? effect_record_value(effect, j, record) : NULL;
             *ref = (struct parameter_ref){.role = ROLE_EFFECT,
                                           .owner = owner,
                                           .slot = j,

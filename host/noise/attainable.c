@@ -100,6 +100,8 @@ enum bf_status attainable_find(const struct model *model, const struct record re
     for (size_t r = 0; r < n_records; r++)
         top_rad = fmax(top_rad, M_PI / records[r].dt_s);
     enum bf_status status = n_records > 0 ? start_poles(model, top_rad, &p.m, &x, err) : BF_OK;
+    if (model_differs_by_record(model)) /* they have no poles in common */
+        p.m = 0;
     for (size_t r = 0; r < n_records && status == BF_OK; r++)
         status = attainable_add_record(&p, model, &records[r], r, noise_rms, err);
     if (status == BF_OK && p.m > 0 && p.n_channels > 0) {

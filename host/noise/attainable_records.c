@@ -12,10 +12,12 @@ static bool is_free_decay(const struct record *record)
     return excitation != NULL && strcmp(excitation, "free_decay") == 0;
 }
 
-static bool level_unknown(const struct record *record, const struct model_input *input)
+/* Residues of this record alone: its level is unknown, or a channel was elsewhere than in the others. */
+static bool own_residues(const struct model *model, const struct record *record, const struct model_input *input)
 {
     const char *excitation = record_meta(record, "excitation");
-    return input->level_per_record || (excitation != NULL && strcmp(excitation, "unknown_level") == 0);
+    return input->level_per_record || record_has_places(model, record) ||
+           (excitation != NULL && strcmp(excitation, "unknown_level") == 0);
 }
 
 /* y[grid->n + n_tail]: x[n] with a run-up of `lead` samples before it and a run-out after it: it begins and ends in no step. */
@@ -145,7 +147,7 @@ enum bf_status attainable_add_record(struct attainable_problem *p, const struct 
     for (size_t i = 0; i < model->n_inputs && status == BF_OK && !decay; i++) {
         const double *u = record_column(record, model->inputs[i].name);
         if (u != NULL && root_mean_square(u, r->n) > 0.0)
-            status = add_source(r, u, level_unknown(record, &model->inputs[i]) ? p->n_slots++ : i, err);
+            status = add_source(r, u, own_residues(model, record, &model->inputs[i]) ? p->n_slots++ : i, err);
     }
     for (size_t d = 0; d < r->n_data && status == BF_OK; d++)
         status = transform(r, r->data[d].z, &r->data[d].Y, err);

@@ -4,6 +4,7 @@
 #include "linearity_pair.h"
 #include "noise.h"
 #include "maths/maths.h"
+#include "response/response.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -297,6 +298,15 @@ static enum bf_status estimate_noise(const struct model *model, const struct rec
     return BF_OK;
 }
 
+/* Records of one beam, hit and watched at the same places. */
+static bool same_beam(const struct model *model, const struct record records[], size_t n_records)
+{
+    bool same = !model_differs_by_record(model);
+    for (size_t r = 0; r < n_records; r++)
+        same = same && !record_has_places(model, &records[r]);
+    return same;
+}
+
 enum bf_status linearity_test(const struct model *model, const struct record records[], size_t n_records,
                               const struct noise_estimate noise[], struct linearity *out, struct bf_error *err)
 {
@@ -313,7 +323,7 @@ enum bf_status linearity_test(const struct model *model, const struct record rec
     size_t n = 0;
     if (status == BF_OK) {
         find_added(model, records, n_records, out);
-        n = collect(model, records, n_records, noise, out, signals);
+        n = same_beam(model, records, n_records) ? collect(model, records, n_records, noise, out, signals) : 0;
         status = measure_pairs(signals, n, out, err);
     }
     if (status == BF_OK) {

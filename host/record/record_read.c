@@ -39,13 +39,13 @@ static const char *cell_end(const char *s, const char *end)
     return comma != NULL ? comma : end;
 }
 
-/* "# key: value", a key is words of letters, digits, '_' and '-'; anything else behind '#' is a comment. */
+/* "# key: value", a key is words of letters, digits, '_', '-' and '.'; anything else behind '#' is a comment. */
 static void read_comment(struct reader *r, const char *s, const char *end)
 {
     while (s < end && (*s == '#' || *s == ' ' || *s == '\t'))
         s++;
     const char *key = s;
-    while (s < end && (isalnum((unsigned char)*s) || *s == '_' || (s > key && (*s == '-' || *s == ' '))))
+    while (s < end && (isalnum((unsigned char)*s) || *s == '_' || (s > key && (*s == '-' || *s == '.' || *s == ' '))))
         s++;
     if (s == key || s == end || *s != ':')
         return;

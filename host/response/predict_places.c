@@ -2,6 +2,7 @@
 #include "response.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 /* ---- Channels ---- */
@@ -48,4 +49,43 @@ bool effect_on_input(const struct model *model, size_t e, size_t input)
         return model->inputs[input].kind == INPUT_POINT_FORCE;
     return (effect->channels == BEAM_CHANNELS_PATCH_INPUT && model->inputs[input].kind == INPUT_PATCH_MOMENT) ||
            (effect->channels == BEAM_CHANNELS_POINT_INPUT && model->inputs[input].kind == INPUT_POINT_FORCE);
+}
+
+/* ---- What a record says of places ---- */
+
+bool record_place(const struct model *model, const struct record *record, const char *channel, double *at_m)
+{
+    char key[MODEL_NAME + 8];
+    const char *name = record_base_name(record);
+    (void)snprintf(key, sizeof key, "%s.at_m", channel);
+    if (record_meta_number(record, key, at_m))
+        return true;
+    for (size_t i = 0; i < model->n_stated; i++)
+        if (strcmp(model->stated[i].channel, channel) == 0 && strcmp(model->stated[i].record, name) == 0) {
+            *at_m = model->stated[i].at_m;
+            return true;
+        }
+    return false;
+}
+
+bool record_has_places(const struct model *model, const struct record *record)
+{
+    double at_m;
+    bool any = false;
+    for (size_t i = 0; i < model->n_inputs; i++)
+        any = any ||
+              (model->inputs[i].kind == INPUT_POINT_FORCE && record_place(model, record, model->inputs[i].name, &at_m));
+    for (size_t o = 0; o < model->n_outputs; o++)
+        any = any || (model->outputs[o].kind != OUTPUT_PATCH_STRAIN &&
+                      record_place(model, record, model->outputs[o].name, &at_m));
+    return any;
+}
+
+bool model_differs_by_record(const struct model *model)
+{
+    for (size_t e = 0; e < model->n_effects; e++)
+        for (int j = 0; j < model->effects[e].effect->n_parameters; j++)
+            if (model->effects[e].by_record[j])
+                return true;
+    return false;
 }

@@ -27,10 +27,10 @@ static void find_structural(const struct run *run)
         p->structural[j] = run_wants(run, j) && (p->system->derivative[j].Z != NULL || p->moves[j]);
 }
 
-static enum bf_status run_once(const struct run *run, struct bf_error *err)
+/* The system and what reaches it. */
+static enum bf_status run_system(const struct run *run, struct bf_error *err)
 {
     struct predictor *p = run->p;
-    memset(p->nuisance, 0, p->n_rows * p->n_nuisance * sizeof *p->nuisance);
     kernels_free(p);
     enum bf_status status = geometry_evaluate(run, err);
     if (status == BF_OK)
@@ -46,7 +46,16 @@ static enum bf_status run_once(const struct run *run, struct bf_error *err)
     if (p->base_load != NULL)
         functionals_evaluate(p->system, run_structure(run), p->base_load, 1);
     states_find(p);
-    status = predict_linear(run, err);
+    return BF_OK;
+}
+
+static enum bf_status run_once(const struct run *run, struct bf_error *err)
+{
+    struct predictor *p = run->p;
+    memset(p->nuisance, 0, p->n_rows * p->n_nuisance * sizeof *p->nuisance);
+    enum bf_status status = run_system(run, err);
+    if (status == BF_OK)
+        status = predict_linear(run, err);
     if (status == BF_OK)
         status = predict_base(run, err);
     for (size_t r = 0; status == BF_OK && r < p->n_records; r++)
@@ -112,8 +121,8 @@ static enum bf_status run_with_clock(const struct run *run, struct bf_error *err
     return status;
 }
 
-enum bf_status predictor_run(struct predictor *p, const double parameters[], const bool want_jacobian[],
-                             struct prediction *out, struct bf_error *err)
+/* Nothing predicted yet; BF_NUMERIC where the last base failed. */
+static enum bf_status begin(struct predictor *p, bool with_jacobian, struct prediction *out, struct bf_error *err)
 {
     *out = (struct prediction){.n_rows = p->n_rows,
                                .n_parameters = p->map.n,
@@ -124,15 +133,32 @@ enum bf_status predictor_run(struct predictor *p, const double parameters[], con
                                .bends = p->system != NULL && states_bend(p)};
     if (p->system == NULL)
         return bf_fail(err, BF_NUMERIC, "the model could not be evaluated at its last base; rebase it first");
-    struct run run = {.p = p, .theta = parameters, .want = want_jacobian, .out = out};
-    if (want_jacobian != NULL) {
+    if (with_jacobian) {
         out->jacobian = p->jacobian;
         memset(p->jacobian, 0, p->n_rows * p->map.n * sizeof *p->jacobian);
     }
+    return BF_OK;
+}
+
+enum bf_status single_run_system(struct predictor *p, const double theta[], bool with_jacobian, struct prediction *out,
+                                 struct bf_error *err)
+{
+    const struct run run = {.p = p, .theta = theta, .out = out};
+    const enum bf_status status = begin(p, with_jacobian, out, err);
+    return status == BF_OK ? run_system(&run, err) : status;
+}
+
+enum bf_status single_run(struct predictor *p, const double parameters[], const bool want_jacobian[],
+                          struct prediction *out, struct bf_error *err)
+{
+    const struct run run = {.p = p, .theta = parameters, .want = want_jacobian, .out = out};
+    enum bf_status status = begin(p, want_jacobian != NULL, out, err);
+    if (status != BF_OK)
+        return status;
     bool differences = false;
     for (size_t j = 0; p->nonlinear && j < p->map.n; j++)
         differences = differences || by_clock(&run, j);
-    enum bf_status status = differences ? run_with_clock(&run, err) : run_once(&run, err);
+    status = differences ? run_with_clock(&run, err) : run_once(&run, err);
     if (status == BF_OK && states_bend(p))
         states_take_out(&run);
     return status;

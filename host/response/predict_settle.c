@@ -102,8 +102,8 @@ static enum bf_status settle_rounds(struct settle *s, const double theta[], stru
     enum bf_status status = BF_OK;
     for (int round = 0; round < MOST_ROUNDS && !settled; round++) {
         struct prediction y;
-        predictor_set_nuisance(s->p, s->amplitude);
-        status = predictor_run(s->p, theta, NULL, &y, err);
+        single_set_nuisance(s->p, s->amplitude);
+        status = single_run(s->p, theta, NULL, &y, err);
         if (s->target->runs != NULL)
             (*s->target->runs)++;
         if (status == BF_NUMERIC) {
@@ -118,12 +118,12 @@ static enum bf_status settle_rounds(struct settle *s, const double theta[], stru
             return status;
         known = true;
     }
-    predictor_set_nuisance(s->p, settled ? s->amplitude : s->best);
+    single_set_nuisance(s->p, settled ? s->amplitude : s->best);
     return known ? BF_OK : status;
 }
 
-enum bf_status predictor_settle(struct predictor *p, const double theta[], const struct predict_target *target,
-                                struct bf_error *err)
+enum bf_status single_settle(struct predictor *p, const double theta[], const struct predict_target *target,
+                             struct bf_error *err)
 {
     if (!states_bend(p))
         return BF_OK;
@@ -140,12 +140,11 @@ enum bf_status predictor_settle(struct predictor *p, const double theta[], const
     return status;
 }
 
-/* The last linear step of every record, and y with its states in place. */
-static enum bf_status solve_last(struct predictor *p, const struct predict_target *target, struct prediction *y,
-                                 struct bf_error *err)
+enum bf_status settle_last(struct predictor *p, const struct predict_target *target, struct prediction *y, double a[],
+                           struct bf_error *err)
 {
     struct settle s = {.p = p, .target = target};
-    double *a = bf_alloc(p->n_nuisance, sizeof *a), square, next;
+    double square, next;
     enum bf_status status = BF_OK;
     memcpy(a, p->amplitude, p->n_nuisance * sizeof *a);
     for (size_t r = 0; status == BF_OK && r < p->n_records; r++) {
@@ -159,19 +158,5 @@ static enum bf_status solve_last(struct predictor *p, const struct predict_targe
     }
     for (size_t i = 0; status == BF_OK && i < p->n_nuisance; i++)
         add_scaled(p->n_rows, a[i], y->nuisance + i * y->n_rows, y->y);
-    if (status == BF_OK)
-        predictor_set_nuisance(p, a);
-    free(a);
-    return status;
-}
-
-enum bf_status predictor_run_solved(struct predictor *p, const double theta[], const struct predict_target *target,
-                                    struct prediction *out, struct bf_error *err)
-{
-    enum bf_status status = predictor_settle(p, theta, target, err);
-    if (status == BF_OK)
-        status = predictor_run(p, theta, NULL, out, err);
-    if (status == BF_OK && p->n_nuisance > 0)
-        status = solve_last(p, target, out, err);
     return status;
 }

@@ -96,7 +96,7 @@ void states_find(struct predictor *p)
 {
     struct state_modes *states = &p->states;
     size_t *poles = bf_alloc(p->system->n_poles, sizeof *poles), n_outputs = p->model.n_outputs;
-    states->n = lowest_poles(p, states->most, poles);
+    states->n = lowest_poles(p, states->most, poles); /* none where each record has its own */
     for (size_t i = 0; i < states->n; i++) {
         double complex *reference = states->reference + i * n_outputs;
         double along = 0.0;

@@ -34,8 +34,8 @@ static void warn_of_time(const struct predictor *p)
     }
 }
 
-enum bf_status predictor_new(const struct model *model, const struct record records[], size_t n_records,
-                             const struct predict_options *options, struct predictor **out, struct bf_error *err)
+enum bf_status single_new(const struct model *model, const struct record records[], size_t n_records,
+                          const struct predict_options *options, struct predictor **out, struct bf_error *err)
 {
     struct predictor *p = bf_alloc(1, sizeof *p);
     *p = (struct predictor){.records = records, .n_records = n_records, .t_end_s = INFINITY};
@@ -57,13 +57,13 @@ enum bf_status predictor_new(const struct model *model, const struct record reco
         double *theta = bf_alloc(n, sizeof *theta);
         for (size_t i = 0; i < n; i++)
             theta[i] = p->refs[i].value;
-        status = predictor_rebase(p, theta, err);
+        status = single_rebase(p, theta, err);
         free(theta);
     }
     if (status == BF_OK)
-        status = predictor_window(p, INFINITY, err);
+        status = single_window(p, INFINITY, err);
     if (status != BF_OK) {
-        predictor_free(p);
+        single_free(p);
         return status;
     }
     if (!p->options.quiet)
@@ -141,7 +141,7 @@ static void plan_free(struct record_plan *plan, size_t n_inputs)
     free(plan->source);
 }
 
-void predictor_free(struct predictor *p)
+void single_free(struct predictor *p)
 {
     if (p == NULL)
         return;
@@ -177,7 +177,7 @@ size_t predictor_modes(const struct predictor *p)
 
 /* ---- Base and window ---- */
 
-enum bf_status predictor_rebase(struct predictor *p, const double parameters[], struct bf_error *err)
+enum bf_status single_rebase(struct predictor *p, const double parameters[], struct bf_error *err)
 {
     double dt = INFINITY;
     for (size_t r = 0; r < p->n_records; r++)
@@ -262,7 +262,7 @@ static enum bf_status window_record(struct predictor *p, size_t r, struct bf_err
     return status;
 }
 
-enum bf_status predictor_window(struct predictor *p, double t_end_s, struct bf_error *err)
+enum bf_status single_window(struct predictor *p, double t_end_s, struct bf_error *err)
 {
     free_grids(p);
     p->t_end_s = t_end_s;
@@ -287,21 +287,7 @@ enum bf_status predictor_window(struct predictor *p, double t_end_s, struct bf_e
     return status;
 }
 
-void predictor_set_nuisance(struct predictor *p, const double amplitude[])
+void single_set_nuisance(struct predictor *p, const double amplitude[])
 {
     memcpy(p->amplitude, amplitude, p->n_nuisance * sizeof *amplitude);
-}
-
-enum bf_status predictor_clone(const struct predictor *from, struct predictor **out, struct bf_error *err)
-{
-    struct model model;
-    geometry_original(from, &model);
-    enum bf_status status = predictor_new(&model, from->records, from->n_records, &from->options, out, err);
-    model_free(&model);
-    if (status == BF_OK && isfinite(from->t_end_s)) {
-        status = predictor_window(*out, from->t_end_s, err);
-        if (status != BF_OK)
-            predictor_free(*out);
-    }
-    return status;
 }

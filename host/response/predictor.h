@@ -69,6 +69,15 @@ struct state_modes {
     double complex *reference; /* [most][n_outputs] sign · α of the run before; zero before the first */
 };
 
+/* A predictor of one record among records that are not all of one beam: predict_each.c. */
+struct each_record {
+    struct predictor *predictor;
+    size_t n_refs;
+    struct parameter_ref *refs;
+    size_t *from;         /* [n_refs] index into the common parameters */
+    size_t row, nuisance; /* where its rows and initial states begin among the common ones */
+};
+
 struct predictor {
     struct model model; /* own copy: parameters of the base, its geometry as the current run has it */
     const struct record *records;
@@ -101,7 +110,8 @@ struct predictor {
     size_t n_rows, n_nuisance;
     double *y, *jacobian, *nuisance, *amplitude;
     double t_end_s;
-    bool nonlinear; /* some effect has a law or a drive */
+    bool nonlinear;           /* some effect has a law or a drive */
+    struct each_record *each; /* [n_records] where something differs from record to record; NULL: nothing does */
 };
 
 /* Parameters of the current run. */
@@ -148,6 +158,26 @@ static inline void add_scaled(size_t n, double scale, const double x[], double o
     for (size_t i = 0; i < n; i++)
         out[i] += scale * x[i];
 }
+
+/*
+ * What the functions predictor_… of response.h do where all records are of one beam, or one record is alone (predictor.c, predict_run.c, predict_settle.c).
+ * single_run_system: the system at theta and what reaches it, without a prediction; out and, with_jacobian, its Jacobian are cleared.
+ */
+enum bf_status single_new(const struct model *model, const struct record records[], size_t n_records,
+                          const struct predict_options *options, struct predictor **out, struct bf_error *err);
+void single_free(struct predictor *p);
+enum bf_status single_rebase(struct predictor *p, const double theta[], struct bf_error *err);
+enum bf_status single_window(struct predictor *p, double t_end_s, struct bf_error *err);
+enum bf_status single_run(struct predictor *p, const double theta[], const bool want[], struct prediction *out,
+                          struct bf_error *err);
+enum bf_status single_run_system(struct predictor *p, const double theta[], bool with_jacobian, struct prediction *out,
+                                 struct bf_error *err);
+void single_set_nuisance(struct predictor *p, const double amplitude[]);
+enum bf_status single_settle(struct predictor *p, const double theta[], const struct predict_target *target,
+                             struct bf_error *err);
+/* The last linear step of every record's initial states, a[n_nuisance], and y with them in place. */
+enum bf_status settle_last(struct predictor *p, const struct predict_target *target, struct prediction *y, double a[],
+                           struct bf_error *err);
 
 void kernels_new(struct predictor *p); /* at the system as evaluated */
 void kernels_free(struct predictor *p);

@@ -37,6 +37,9 @@ bool record_is_driven(const struct model *model, const struct record *record);
  * parameter vector in the order of model_parameters(model, record names). Rows of a prediction are stacked channel by
  * channel: all samples of record 0's first recorded output, then its second, …, then record 1's.
  *
+ * Where a parameter of the beam or a place differs from record to record, each record is predicted by itself; the transfer functions (PREDICT
+ * TRANSFER) are then those of the first record.
+ *
  * Linear models are solved band-limited in the Laplace domain (exact for zero-phase band-limited sampling); laws,
  * drives and other nonlinear slots by the implicit step on an oversampled grid. See docs/model.md.
  */
@@ -145,6 +148,12 @@ enum bf_status predictor_clone(const struct predictor *from, struct predictor **
 /* Does effect e filter, bend or add to this output; does it act on this input or shift it? */
 bool effect_on_output(const struct model *model, size_t e, size_t output);
 bool effect_on_input(const struct model *model, size_t e, size_t input);
+
+/* Where a point channel was in this record, as the record (`# NAME.at_m: 0.12`) or the model says; false: where it always is. */
+bool record_place(const struct model *model, const struct record *record, const char *channel, double *at_m);
+bool record_has_places(const struct model *model, const struct record *record);
+/* Some effect's parameter is another in each record (`per_record`), so that records have no poles in common. */
+bool model_differs_by_record(const struct model *model);
 
 /* Acts as a transfer function: all that a frequency response can show. No law, no drive, no bent map, no signal of its own. */
 bool effect_is_linear(const struct beam_effect *effect);

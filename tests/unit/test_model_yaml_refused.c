@@ -92,7 +92,12 @@ static void unknown_keys(void **state)
     refuses(HEAD "beam: {length_m: 1}\nparameters: {EI_beam_Nm2: {value: 1, priro: 2}, rho_beam_kgpm: 1}\n",
             "m.yaml:3: ", "did you mean 'prior'");
     refuses(GOOD "effects: [{kind: tip_mass, mass_g: 2}]\n", "m.yaml:13: ", "did you mean 'mass_kg'");
-    refuses(GOOD "effects: [{kind: tip_mass, mass_kg: {value: 1, per_record: {}}}]\n", "m.yaml:13: ", "per_record");
+    refuses(GOOD "effects: [{kind: tip_mass, mass_kg: {value: 1, per_recrod: {}}}]\n",
+            "m.yaml:13: ", "did you mean 'per_record'");
+    refuses(
+        HEAD BEAM
+        "parameters: {EI_beam_Nm2: {value: 1, per_record: {}}, EI_patch_Nm2: 1, rho_beam_kgpm: 1, rho_patch_kgpm: 1}\n",
+        "m.yaml:3: ", "per_record");
 }
 
 static void keys_that_stand_twice(void **state)

@@ -311,8 +311,9 @@ static void read_comment(struct import_file *file, struct cell line, long number
     import_set_rate(file, import_rate_in_text(line.s, (size_t)(line.end - line.s), '.'), from);
     const char *colon = line.s < line.end ? memchr(line.s, ':', (size_t)(line.end - line.s)) : NULL;
     size_t n = colon != NULL ? (size_t)(colon - line.s) : 0;
-    if (n == 0 || n >= sizeof key ||
-        strspn(line.s, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_") != n)
+    static const char of_keys[] =
+        "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-. "; /* as record_read() */
+    if (n == 0 || n >= sizeof key || strspn(line.s, of_keys) != n || strchr("-. ", line.s[0]) != NULL)
         return;
     memcpy(key, line.s, n);
     key[n] = '\0';
