@@ -51,7 +51,10 @@ static const char journey[] =
     "j a diagnose fitted.yaml simh.csv --effects 1 --splines 40\n"
     "j a history start.yaml heavy.yaml fitted.yaml\n"
     "j a report fitted.yaml sim.csv -o page.html --pictures 0\n"
-    "j a discriminate fitted.yaml tip_mass root_compliance sim.csv --only chirp --rows 2 --no-sensors -o next.csv\n";
+    "j a discriminate fitted.yaml tip_mass root_compliance sim.csv --only chirp --rows 2 --no-sensors -o next.csv\n"
+    "\"$b\" watch fitted.yaml sim.csv --json >watch.a.answer 2>watch.a.err & served=$!\n"
+    "for _ in $(seq 600); do [ -s watch.a.answer ] || ! kill -0 $served || sleep 0.1; done\n"
+    "kill $served; wait $served || :\n";
 
 static void every_answer_is_what_its_schema_says(void **state)
 {
