@@ -6,7 +6,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { COST_TEXT = 240 };
+enum { COST_TEXT = 240, LABEL = 11 };
 
 /* ---- What the bytes say ---- */
 
@@ -74,12 +74,12 @@ static void print_owner(FILE *out, const struct beam_image_file *file)
     device_id_print(h->device, device);
     hex_of(h->model_sha256, sizeof h->model_sha256, sha);
     if (target_image_is_signed(file))
-        (void)fprintf(out, "signed     for device %s, counter %lu\n", device, (unsigned long)h->counter);
+        text_say(out, "signed", LABEL, "for device %s, counter %lu", device, (unsigned long)h->counter);
     else
-        (void)fprintf(out, "unsigned   no controller takes it: beamfit sign\n");
-    (void)fprintf(out, "model      sha256 %s\n", sha);
-    (void)fprintf(out, "image      %d bytes, layout %lu, crc32 %08lx\n", (int)BEAM_IMAGE_BYTES,
-                  (unsigned long)h->layout, (unsigned long)h->crc32);
+        text_say(out, "unsigned", LABEL, "no controller takes it: beamfit sign");
+    text_say(out, "sha256", LABEL, "%s of the model", sha);
+    text_say(out, "image", LABEL, "%d bytes, layout %lu, crc32 %08lx", (int)BEAM_IMAGE_BYTES, (unsigned long)h->layout,
+             (unsigned long)h->crc32);
 }
 
 static double noise_codes(const struct beam_image_setup *s)
@@ -90,28 +90,27 @@ static double noise_codes(const struct beam_image_setup *s)
 static void print_board(FILE *out, const struct beam_image_file *file)
 {
     const struct beam_image_setup *s = &file->front.setup;
-    (void)fprintf(out, "interval   %.9g s (%.6g Hz%s)\n", (double)file->numbers.dt_s,
-                  (1.0 + (double)s->clock_relative) / (double)file->numbers.dt_s,
-                  fabs((double)s->clock_relative) > 0.0 ? " by the controller's clock" : "");
-    (void)fprintf(out, "sensor     %.6g a code, zero at %.6g\n", (double)s->sensor_V_per_code,
-                  (double)s->sensor_zero_code);
-    (void)fprintf(out, "drive      %.6g a code, zero at %.6g\n", (double)s->drive_V_per_code,
-                  (double)s->drive_zero_code);
-    (void)fprintf(out, "residual   noise %.4g rms, alarm above %.3g times, off below %.3g times, over %.3g s\n",
-                  (double)s->noise_rms, (double)s->alarm_ratio, (double)s->clear_ratio, (double)s->averaging_s);
-    (void)fprintf(out, "sensor's   quiet below %.3g of the noise%s; offset above %.3g of it; ", (double)s->quiet_ratio,
-                  noise_codes(s) < 1.0 ? " (not heard: below one code)" : "", (double)s->offset_ratio);
+    text_say(out, "interval", LABEL, "%.9g s (%.6g Hz%s)", (double)file->numbers.dt_s,
+             (1.0 + (double)s->clock_relative) / (double)file->numbers.dt_s,
+             fabs((double)s->clock_relative) > 0.0 ? " by the controller's clock" : "");
+    text_say(out, "sensor", LABEL, "%.6g a code, zero at %.6g", (double)s->sensor_V_per_code,
+             (double)s->sensor_zero_code);
+    text_say(out, "drive", LABEL, "%.6g a code, zero at %.6g", (double)s->drive_V_per_code, (double)s->drive_zero_code);
+    text_say(out, "residual", LABEL, "noise %.4g rms, alarm above %.3g times, off below %.3g times, over %.3g s",
+             (double)s->noise_rms, (double)s->alarm_ratio, (double)s->clear_ratio, (double)s->averaging_s);
+    char stuck[80] = "a stuck one is not told from one code of noise";
     if (s->stuck_samples > 0)
-        (void)fprintf(out, "stuck after %lu equal codes\n", (unsigned long)s->stuck_samples);
-    else
-        (void)fprintf(out, "a stuck one is not told from one code of noise\n");
+        (void)snprintf(stuck, sizeof stuck, "stuck after %lu equal codes", (unsigned long)s->stuck_samples);
+    text_say(out, "sensor's", LABEL, "quiet below %.3g of the noise%s; offset above %.3g of it; %s",
+             (double)s->quiet_ratio, noise_codes(s) < 1.0 ? " (not heard: below one code)" : "",
+             (double)s->offset_ratio, stuck);
 }
 
 static void print_plan(FILE *out, const struct beam_image_file *file)
 {
     char cost[COST_TEXT];
     describe_cost(file, cost);
-    (void)fprintf(out, "step       %s\n", cost);
+    text_say(out, "step", LABEL, "%s", cost);
     for (int u = 0; u < least(file->counts.n_uses, BEAM_USES); u++) {
         (void)fprintf(out, "effect     %s:", effect_name(file->front.use[u].effect));
         for (int i = 0; i < BEAM_EFFECT_PARAMETERS; i++)
@@ -125,44 +124,45 @@ void target_image_print_file(FILE *out, const struct beam_image_file *file)
     print_owner(out, file);
     print_board(out, file);
     print_plan(out, file);
-    (void)fprintf(out, "poles     ");
+    char text[BEAM_BLOCKS * 40] = "";
+    size_t n = 0;
     for (int b = 0; b < least(file->counts.n_blocks, BEAM_BLOCKS); b++) {
         const double complex pole = block_pole(file, b);
-        if (oscillates(pole))
-            (void)fprintf(out, " %.5g Hz (%.2g %%)", cabs(pole) / (2.0 * acos(-1.0)),
-                          -100.0 * creal(pole) / cabs(pole));
+        if (oscillates(pole) && n < sizeof text)
+            n += (size_t)snprintf(text + n, sizeof text - n, "%s%.5g Hz (%.2g %%)", n > 0 ? ", " : "",
+                                  cabs(pole) / (2.0 * acos(-1.0)), -100.0 * creal(pole) / cabs(pole));
     }
-    (void)fprintf(out, "; damping ratios in brackets\n");
+    text_say(out, "poles", LABEL, "%s; damping ratios in brackets", text);
 }
 
 static void print_space(FILE *out, const struct target_image *image)
 {
-    (void)fprintf(out, "\nModes in the space: %zu; static responses: %zu; blocks beside it, for what is faster: %d.\n",
-                  image->n_modes, image->n_statics, image->n_beside);
-    (void)fprintf(out, "mode   frequency    error on the controller\n");
+    text_say(out, "\n", 0, "Modes in the space: %zu; static responses: %zu; blocks beside it, for what is faster: %d.",
+             image->n_modes, image->n_statics, image->n_beside);
+    text_say(out, "mode", LABEL, "frequency    error on the controller");
     for (size_t k = 0; k < image->in_band && k < image->n_modes; k++)
         if (isnan(image->relative_error[k]))
             (void)fprintf(out, "%4zu  %10.5f Hz   -\n", k + 1, image->frequency_Hz[k]);
         else
             (void)fprintf(out, "%4zu  %10.5f Hz   %+.1e\n", k + 1, image->frequency_Hz[k], image->relative_error[k]);
     if (!isnan(image->held_error))
-        (void)fprintf(out, "A held %s to %s: off by %.1e of its rms. ", image->board.drive, image->board.sensor,
-                      image->held_error);
+        text_say(out, "", 0, "A held %s to %s: off by %.1e of its rms.", image->board.drive, image->board.sensor,
+                 image->held_error);
     (void)fprintf(out, "Float against double: %.1e.\n", image->float_error);
 }
 
 void target_image_print(FILE *out, const struct target_image *image)
 {
     print_owner(out, &image->file);
-    (void)fprintf(out, "channels   %s at the A/D, %s at the D/A; noise from %s\n", image->board.sensor,
-                  image->board.drive, image->noise_from);
+    text_say(out, "channels", LABEL, "%s at the A/D, %s at the D/A; noise from %s", image->board.sensor,
+             image->board.drive, image->noise_from);
     print_board(out, &image->file);
     char cost[COST_TEXT];
     describe_cost(&image->file, cost);
-    (void)fprintf(out, "step       %s\n           a controller of %g MHz leaves %lu at this rate\n", cost,
-                  image->board.core_MHz, (unsigned long)image->step_budget);
+    text_say(out, "step", LABEL, "%s; a controller of %g MHz leaves %lu at this rate", cost, image->board.core_MHz,
+             (unsigned long)image->step_budget);
     for (size_t e = 0; e < image->n_effects; e++)
-        (void)fprintf(out, "effect     %s: %s\n", image->effects[e].id, image->effects[e].fate);
+        text_say(out, "effect", LABEL, "%s: %s", image->effects[e].id, image->effects[e].fate);
     print_space(out, image);
     if (image->band_is_wider)
         (void)fprintf(out, "Below half the sample rate the beam has more modes than the space.\n");

@@ -37,6 +37,7 @@ static const struct option_row options[] = {
      "a question: is the error (root mean square over all channels, held-out ones too) at most X? X is a "
      "fraction, 0.05 = 5 %; the exit status is the answer"},
     OPTION_INTERSAMPLE('i'),
+    {'A', 0, "all", NULL, NULL, "all columns: noise, whiteness of the residual and what it has of the inputs, too"},
     OPTIONS_ANSWER('j'),
     {0},
 };
@@ -52,7 +53,7 @@ struct arguments {
     struct record_sets sets;
     const char *directory; /* of --plot; NULL: none */
     double most;           /* of --max-nrmse; NAN: not asked */
-    bool json;
+    bool json, all;
     struct predict_options predict;
 };
 
@@ -61,6 +62,9 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
     switch (code) {
     case 'p':
         a->directory = optarg;
+        return BF_OK;
+    case 'A':
+        a->all = true;
         return BF_OK;
     case 'j':
         a->json = true;
@@ -114,7 +118,7 @@ static enum bf_status print(const struct arguments *a, const struct comparison *
     }
     record_findings_print(stdout, all->records, findings, all->n_records);
     channel_factors_print(stdout, factors);
-    compare_print(stdout, all);
+    compare_print(stdout, all, a->all);
     return BF_OK;
 }
 

@@ -151,7 +151,7 @@ static void print_table(void)
             text_print_wrapped(stdout, line, width + 4, columns);
         }
     }
-    (void)puts("\n`beamfit effects ID` tells more, `beamfit add MODEL ID -o NEW` adds one to a model.");
+    text_say(stdout, "\n", 0, "`beamfit effects ID` tells more, `beamfit add MODEL ID -o NEW` adds one to a model.");
 }
 
 enum { INDENT = 15 };
@@ -192,7 +192,8 @@ static void print_parameter(const struct beam_parameter_info *info)
 
 static void print_effect(const struct beam_effect *effect)
 {
-    (void)printf("%s — %s\n\n", effect->id, effect->title);
+    text_say(stdout, "", 0, "%s — %s", effect->id, effect->title);
+    (void)putchar('\n');
     print_paragraph("Family", families[effect->family].title);
     print_paragraph("Form", effect->form);
     print_paragraph("Looks like", effect->looks_like);

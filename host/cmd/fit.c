@@ -39,6 +39,7 @@ static const struct option_row options[] = {
      "wrong"},
     {OPTION_FORCE, 0, "force", NULL, NULL,
      "replace FITTED even when it is MODEL, `fit` has not made it, or somebody has changed it"},
+    {'A', 0, "all", NULL, NULL, "all columns: intervals of 95 % and start values, too"},
     OPTIONS_ANSWER('j'),
     {0},
 };
@@ -57,7 +58,7 @@ static const char closing[] =
 struct arguments {
     const char *output;
     struct record_sets sets;
-    bool json;
+    bool json, all;
     struct fit_options fit;
 };
 
@@ -85,6 +86,9 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
         break;
     case 'N':
         status = splines_from_text(optarg, &a->fit.predict, err);
+        break;
+    case 'A':
+        a->all = true;
         break;
     case 'j':
         a->json = true;
@@ -148,7 +152,7 @@ static enum bf_status answer(const struct arguments *a, const struct work *w, co
     FILE *out = strcmp(a->output, "-") == 0 ? stderr : stdout;
     record_findings_print(out, a->sets.fitted.records, w->findings, a->sets.fitted.n);
     channel_factors_print(out, &w->factors);
-    fit_print(out, &w->result, a->sets.fitted.records, check);
+    fit_print(out, &w->result, a->sets.fitted.records, check, a->all);
     return BF_OK;
 }
 

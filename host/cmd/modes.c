@@ -58,6 +58,7 @@ static const struct option_row options[] = {
     {'p', 0, "plot", "DIR", NULL, "shapes, and with --convergence the errors, as PNG and PDF in DIR"},
     {OPTION_FORCE, 0, "force", NULL, NULL,
      "replace outputs even when `modes` has not made them or somebody has changed them"},
+    {'A', 0, "all", NULL, NULL, "all columns: the errors on the target and of the seed paper's splines, too"},
     OPTIONS_ANSWER('j'),
     {0},
 };
@@ -75,7 +76,7 @@ struct arguments {
     const char *model, *shapes, *plot;
     size_t count;
     double band_Hz;
-    bool json, convergence;
+    bool json, convergence, all;
 };
 
 static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
@@ -95,6 +96,9 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
             break;
         case 's':
             a->shapes = optarg;
+            break;
+        case 'A':
+            a->all = true;
             break;
         case 'c':
             a->convergence = true;
@@ -223,24 +227,37 @@ static enum bf_status plot_errors(const struct arguments *a, const struct conver
 
 /* ---- Answers ---- */
 
-static void print_table(const struct modes *m)
+static void print_errors(const struct mode *mode)
 {
-    (void)printf("mode   frequency    damping ratio   error on the target   error of 10 equidistant splines\n");
+    if (isnan(mode->deployed_error))
+        (void)printf("%14s", "-");
+    else
+        (void)printf("%+14.1e", mode->deployed_error);
+    if (isnan(mode->uniform_error))
+        (void)printf("%17s", "-");
+    else
+        (void)printf("%+15.4f %%", 100.0 * mode->uniform_error);
+}
+
+static void print_table(const struct modes *m, bool all)
+{
+    (void)printf("mode   frequency    damping ratio%s\n", all ? "   on the target   of 10 splines" : "");
     for (size_t k = 0; k < m->n; k++) {
         const struct mode *mode = &m->mode[k];
-        (void)printf("%4zu  %10.5f Hz   %.6f        ", k + 1, mode->undamped_Hz, mode->damping_ratio);
-        if (isnan(mode->deployed_error))
-            (void)printf("%12s", "-");
-        else
-            (void)printf("%+12.1e", mode->deployed_error);
-        if (isnan(mode->uniform_error))
-            (void)printf("          %12s\n", "-");
-        else
-            (void)printf("          %+11.4f %%\n", 100.0 * mode->uniform_error);
+        (void)printf("%4zu  %10.5f Hz   %.6f", k + 1, mode->undamped_Hz, mode->damping_ratio);
+        if (all)
+            print_errors(mode);
+        (void)putchar('\n');
     }
-    (void)printf("\nTarget space: dimension %zu, %zu modes and %zu static responses; modes in band: %zu.\n",
-                 m->deployed_modes + m->deployed_statics, m->deployed_modes, m->deployed_statics, m->in_band);
-    (void)printf("Doubling the splines moves these frequencies by %.1e at most.\n", m->convergence);
+    if (all) {
+        text_say(
+            stdout, "\n", 0,
+            "Errors of the frequency: in the target's space of dimension %zu (%zu modes, %zu static responses; modes "
+            "in band: %zu), and in the space of the seed paper's 10 equidistant splines. Doubling the splines moves "
+            "these frequencies by %.1e at most.",
+            m->deployed_modes + m->deployed_statics, m->deployed_modes, m->deployed_statics, m->in_band,
+            m->convergence);
+    }
 }
 
 static struct json *make_json(const struct arguments *a, const struct modes *m, const struct convergence *c)
@@ -286,7 +303,7 @@ static enum bf_status answer(const struct arguments *a, const struct model *mode
     if (status == BF_OK && a->json) {
         status = answer_print_and_free(make_json(a, m, c), fields, err);
     } else if (status == BF_OK) {
-        print_table(m);
+        print_table(m, a->all);
         if (a->convergence)
             print_convergence(c, m->n);
     }

@@ -245,8 +245,10 @@ static enum bf_status answer(const struct arguments *a, const struct report *rep
     report_verdict(report, verdict);
     if (!a->json) {
         if (strcmp(a->output, "-") != 0)
-            (void)fprintf(stdout, "%s: %.*f MB, curves of %zu channel%s\n%s\n", a->output, w->bytes < 1000000 ? 3 : 1,
-                          1e-6 * (double)w->bytes, w->n_pictures, w->n_pictures == 1 ? "" : "s", verdict);
+            (void)fprintf(stdout, "%s: %.*f MB, curves of %zu channel%s\n", a->output, w->bytes < 1000000 ? 3 : 1,
+                          1e-6 * (double)w->bytes, w->n_pictures, w->n_pictures == 1 ? "" : "s");
+        if (strcmp(a->output, "-") != 0)
+            text_say(stdout, "", 0, "%s", verdict);
         return BF_OK;
     }
     struct json *root = json_new_object();

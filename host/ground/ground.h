@@ -102,6 +102,10 @@ void text_print_padded(FILE *out, const char *text, size_t width);
  */
 void text_print_wrapped(FILE *out, const char *text, size_t indent, size_t columns);
 
+/* The label, blanks up to column `indent`, and the formatted text wrapped behind them at the terminal's width; ends with a newline. */
+void text_say(FILE *out, const char *label, size_t indent, const char *format, ...)
+    __attribute__((format(printf, 4, 5)));
+
 /*
  * The help text of a command in so many columns. In the text, lines from the left edge make paragraphs; "  TERM  words" is an
  * entry, which lines with a deeper indent continue; lines that begin with "beamfit" are commands and are continued behind a backslash; other

@@ -19,7 +19,16 @@ static void print_share(FILE *out, double share)
         (void)fprintf(out, " %9.*f", share > 0.99 && share < 1.0 ? 3 : 1, 100.0 * share);
 }
 
-static void print_candidate(FILE *out, const struct hypothesis *h, int width)
+static void print_level(FILE *out, double noise_ratio)
+{
+    if (isnan(noise_ratio))
+        (void)fprintf(out, " %8s", "-");
+    else
+        (void)fprintf(out, noise_ratio < 1e4 ? " %8.3f" : " %8.3g", noise_ratio);
+}
+
+/* A name that is too long has the line for itself. */
+static void print_candidate(FILE *out, const struct hypothesis *h, size_t width)
 {
     char name[256] = "";
     FILE *row = fmemopen(name, sizeof name, "w");
@@ -27,30 +36,40 @@ static void print_candidate(FILE *out, const struct hypothesis *h, int width)
         hypothesis_name(row, h);
         (void)fclose(row);
     }
-    (void)fprintf(out, "%-*s %9.3f %9.3f", width, name, h->fitted.noise_ratio, h->check.noise_ratio);
+    if (text_width(name) > width)
+        (void)fprintf(out, "%s\n%*s", name, (int)width, "");
+    else
+        text_print_padded(out, name, width);
+    print_level(out, h->fitted.noise_ratio);
+    print_level(out, h->check.noise_ratio);
     print_share(out, h->explained);
     print_share(out, h->held_out_explained);
-    (void)fprintf(out, " %6.2f%s%s\n", h->probability, h->rival ? "  rival" : "",
-                  h->fit.converged ? "" : "  not converged");
+    (void)fprintf(out, " %6.2f%s%s\n", h->probability, h->fit.converged ? "" : "*", h->rival ? " rival" : "");
 }
 
 static void print_candidates(FILE *out, const struct diagnosis *d)
 {
-    enum { MOST = 12, WIDTH = 32 };
+    enum { MOST = 12, WIDTH = 28 };
+    bool open = false;
     if (d->n_hypotheses == 0)
         return;
     const char *held_out = d->check_kind == CHECK_CROSS ? "left out" : "held out";
-    (void)fprintf(out, "\n%-*s %9s %9s %9s %9s %6s\n", WIDTH, "", "times the", "noise", "explained", "%", "proba-");
-    (void)fprintf(out, "%-*s %9s %9s %9s %9s %6s\n", WIDTH, "added and refitted", "fitted", held_out, "fitted",
+    (void)fprintf(out, "\n%-*s %9s %7s %9s %9s %6s\n", WIDTH, "", "times the", "noise", "explained", "%", "proba-");
+    (void)fprintf(out, "%-*s %8s %8s %9s %9s %6s\n", WIDTH, "added and refitted", "fitted", held_out, "fitted",
                   held_out, "bility");
-    (void)fprintf(out, "%-*s %9.3f %9.3f\n", WIDTH, "(the model as it is)", d->baseline.fitted.noise_ratio,
-                  d->baseline.check.noise_ratio);
-    for (size_t i = 0; i < d->n_hypotheses && i < MOST; i++)
+    text_print_padded(out, "(the model as it is)", WIDTH);
+    print_level(out, d->baseline.fitted.noise_ratio);
+    print_level(out, d->baseline.check.noise_ratio);
+    (void)fputc('\n', out);
+    for (size_t i = 0; i < d->n_hypotheses && i < MOST; i++) {
         print_candidate(out, &d->hypotheses[i], WIDTH);
+        open = open || !d->hypotheses[i].fit.converged;
+    }
+    if (open)
+        (void)fprintf(out, "*: its fit has not converged\n");
     if (d->check_kind == CHECK_CROSS)
-        (void)fprintf(out,
-                      "Left out: each record in turn, predicted by a fit to the others; only of what the verdict hangs "
-                      "on.\n");
+        text_say(out, "", 0,
+                 "Left out: each record in turn, predicted by a fit to the others; only of what the verdict hangs on.");
 }
 
 /* Commands that can be typed as they stand. */
@@ -72,8 +91,8 @@ void diagnose_print(FILE *out, const struct diagnosis *d, const char *written)
     (void)fprintf(out, "\n\n");
     text_print_wrapped(out, d->text, 0, columns);
     if (d->where.text[0] != '\0' && d->verdict != VERDICT_COMPLETE) {
-        (void)fprintf(out, "\nWhere the model as it is fails: ");
-        text_print_wrapped(out, d->where.text, 7, columns);
+        (void)fprintf(out, "\nWhere the model as it is fails:\n");
+        text_say(out, "", 2, "%s", d->where.text);
     }
     if (d->linearity.text[0] != '\0') {
         (void)fprintf(out, "\nLinearity: ");

@@ -27,10 +27,11 @@ static bool is_repetition(const struct discrimination *d, const struct experimen
 static void print_row(FILE *out, const struct discrimination *d, const struct experiment *x)
 {
     const struct discriminate_pair *pair = discriminate_hardest(x->pairs, d->n_pairs);
-    (void)fprintf(out, "%10.4g %9.3g %9.1e  %s", x->evidence, x->per_sample, x->wrong_choice, x->name);
+    char numbers[48], rivals[300] = "";
+    (void)snprintf(numbers, sizeof numbers, "%10.4g %9.3g %9.1e", x->evidence, x->per_sample, x->wrong_choice);
     if (d->n_pairs > 1)
-        (void)fprintf(out, "  [%s, %s]", d->names[pair->a], d->names[pair->b]);
-    (void)fprintf(out, "\n");
+        (void)snprintf(rivals, sizeof rivals, " [%s, %s]", d->names[pair->a], d->names[pair->b]);
+    text_say(out, numbers, 32, "%s%s", x->name, rivals);
 }
 
 /* Of each drive: with the sensors that are there, and with the best one added. */
@@ -38,8 +39,9 @@ void discriminate_print(FILE *out, const struct discrimination *d, size_t most)
 {
     bool *plain = bf_alloc(d->n_drives, sizeof *plain), *sensor = bf_alloc(d->n_drives, sizeof *sensor);
     size_t printed = 0;
-    (void)fprintf(out, "Experiments of %.3g s, best first; evidence = expected 2 log of the likelihood ratio%s\n\n",
-                  d->duration_s, d->n_pairs > 1 ? " of the worst pair" : "");
+    text_say(out, "", 0, "Experiments of %.3g s, best first; evidence = expected 2 log of the likelihood ratio%s",
+             d->duration_s, d->n_pairs > 1 ? " of the worst pair" : "");
+    (void)fputc('\n', out);
     (void)fprintf(out, "%10s %9s %9s  experiment\n", "evidence", "rms/noise", "P(wrong)");
     for (size_t i = 0; i < d->n && printed < most; i++) {
         const struct experiment *x = &d->experiments[i];

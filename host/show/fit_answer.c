@@ -228,44 +228,61 @@ static int label_width(const struct fit_result *result)
     return (int)width + 2;
 }
 
-static void print_estimate(FILE *out, const struct fit_parameter *p, int width)
+static void print_estimate(FILE *out, const struct fit_parameter *p, int width, bool all)
 {
     print_padded(out, p->label, width);
-    print_padded(out, p->unit, 13);
-    fprintf(out, "%-13.6g ", p->value);
+    print_padded(out, p->unit, 10);
+    fprintf(out, "%-12.6g ", p->value);
     if (!p->estimated)
-        fprintf(out, "%-45s", "held");
+        fprintf(out, all ? "%-20s" : "%s", "held");
     else if (!p->identifiable)
-        fprintf(out, "%-45s", "not identifiable from these records");
+        fprintf(out, all ? "%-20s" : "%s", "not identifiable");
     else
-        fprintf(out, "± %-8.2g %7.3g %%   %-11.5g … %-11.5g ", p->sd, fabs(100.0 * p->sd / p->value), p->ci95[0],
-                p->ci95[1]);
-    fprintf(out, "%.6g%s\n", p->start, p->at_bound ? "  (at a bound)" : "");
+        fprintf(out, "± %-8.2g %7.3g %%", p->sd, fabs(100.0 * p->sd / p->value));
+    if (all && p->estimated && p->identifiable)
+        fprintf(out, "   %-11.5g … %-11.5g %.6g", p->ci95[0], p->ci95[1], p->start);
+    else if (all)
+        fprintf(out, "   %-25s %.6g", "", p->start);
+    fprintf(out, "%s\n", p->at_bound ? " (at a bound)" : "");
+}
+
+/* The widest of these, beyond which `most` is enough. */
+static size_t widest(size_t so_far, const char *text, size_t most)
+{
+    const size_t width = text_width(text);
+    return width > so_far ? (width < most ? width : most) : so_far;
 }
 
 static void print_channels(FILE *out, const char *title, const struct record records[],
                            const struct fit_channel_error channels[], size_t n)
 {
+    size_t path_width = strlen("all (root mean square)"), name_width = 0;
     double nrmse, noise_ratio;
+    char noise[120];
     fit_totals(channels, n, &nrmse, &noise_ratio);
     fprintf(out, "\n%s\n", title);
     for (size_t c = 0; c < n; c++) {
-        const char *path = records[channels[c].record].path ? records[channels[c].record].path : "";
-        fprintf(out, "  %-32s %-14s error %8.3f %%   ", path, channels[c].name, 100.0 * channels[c].nrmse);
-        if (isfinite(channels[c].noise_ratio))
-            fprintf(out, "%.3f × noise (%.3g)", channels[c].noise_ratio, channels[c].noise);
-        else
-            fprintf(out, "noise not seen");
-        const struct record *record = &records[channels[c].record];
-        if (channels[c].cut)
-            fprintf(out, ", first %.4g s: the rest cannot be predicted", (double)channels[c].n * record->dt_s);
-        fprintf(out, "\n");
+        path_width = widest(path_width, records[channels[c].record].path ? records[channels[c].record].path : "", 34);
+        name_width = widest(name_width, channels[c].name, 16);
     }
-    fprintf(out, "  %-47s error %8.3f %%   ", "all (root mean square)", 100.0 * nrmse);
-    if (isfinite(noise_ratio))
-        fprintf(out, "%.3f × noise\n", noise_ratio);
-    else
-        fprintf(out, "\n");
+    const size_t indent = 2 + path_width + 1 + name_width + 1;
+    for (size_t c = 0; c < n; c++) {
+        const struct record *record = &records[channels[c].record];
+        (void)snprintf(noise, sizeof noise, "noise not seen");
+        if (isfinite(channels[c].noise_ratio))
+            (void)snprintf(noise, sizeof noise, "%.3f × noise", channels[c].noise_ratio);
+        fputs("  ", out);
+        text_print_padded(out, record->path ? record->path : "", path_width);
+        fputc(' ', out);
+        text_print_padded(out, channels[c].name, name_width);
+        text_say(out, " ", 1, "error %.3f %%, %s", 100.0 * channels[c].nrmse, noise);
+        if (channels[c].cut)
+            text_say(out, "", 4, "first %.4g s of it: the rest cannot be predicted",
+                     (double)channels[c].n * record->dt_s);
+    }
+    (void)snprintf(noise, sizeof noise, ", %.3f × noise", noise_ratio);
+    text_say(out, "  all (root mean square)", indent, "error %.3f %%%s", 100.0 * nrmse,
+             isfinite(noise_ratio) ? noise : "");
 }
 
 static void print_null_directions(FILE *out, const struct fit_result *result)
@@ -276,7 +293,7 @@ static void print_null_directions(FILE *out, const struct fit_result *result)
         fprintf(out, "\nWhat the records alone do not determine\n");
     for (size_t k = 0; k < id->n_null; k++) {
         char *text = identifiability_text(id->n, labels, &id->null[k]);
-        fprintf(out, "  - %s.\n", text);
+        text_say(out, "  -", 4, "%s.", text);
         free(text);
     }
     free(labels);
@@ -287,21 +304,25 @@ static void print_minima(FILE *out, const struct fit_result *result)
     if (result->n_minima > 0)
         fprintf(out, "\nOther minima that the search found and left\n");
     for (size_t k = 0; k < result->n_minima; k++) {
-        fprintf(out, "  %.3f × noise:", result->minima[k].noise_ratio);
-        for (size_t i = 0; i < result->n_parameters; i++)
+        char text[2000];
+        size_t n = (size_t)snprintf(text, sizeof text, "%.3f × noise:", result->minima[k].noise_ratio);
+        for (size_t i = 0; i < result->n_parameters && n < sizeof text; i++)
             if (result->parameters[i].estimated)
-                fprintf(out, " %s %.4g", result->parameters[i].label, result->minima[k].value[i]);
-        fprintf(out, "\n");
+                n += (size_t)snprintf(text + n, sizeof text - n, " %s %.4g", result->parameters[i].label,
+                                      result->minima[k].value[i]);
+        text_say(out, "", 2, "%s", text);
     }
 }
 
-void fit_print(FILE *out, const struct fit_result *result, const struct record records[], const struct fit_check *check)
+void fit_print(FILE *out, const struct fit_result *result, const struct record records[], const struct fit_check *check,
+               bool all)
 {
     const int width = label_width(result);
     print_padded(out, "parameter", width);
-    fprintf(out, "%-13s%-14s%-45s%s\n", "unit", "value", "standard error         95 % interval", "start");
+    fprintf(out, "%-10s%-13s%s\n", "unit", "value",
+            all ? "standard error         95 % interval             start" : "standard error");
     for (size_t i = 0; i < result->n_parameters; i++)
-        print_estimate(out, &result->parameters[i], width);
+        print_estimate(out, &result->parameters[i], width, all);
     for (size_t r = 0; r < result->n_records; r++)
         if (result->level[r] != 1.0)
             fprintf(out, "force level of %s: %.6g\n", result->names[r], result->level[r]);
@@ -313,15 +334,16 @@ void fit_print(FILE *out, const struct fit_result *result, const struct record r
     if (check->n > 0)
         print_channels(out, "Held-out records", check->records, check->channels, check->n_channels);
     for (size_t k = 0; k < check->n_notes; k++)
-        fprintf(out, "  %s.\n", check->notes[k]);
+        text_say(out, "", 2, "%s.", check->notes[k]);
     print_null_directions(out, result);
     print_minima(out, result);
     if (result->n_warnings > 0)
         fprintf(out, "\nWarnings\n");
     for (size_t k = 0; k < result->n_warnings; k++)
-        fprintf(out, "  - %s%s\n", result->warnings[k],
-                result->warnings[k][strlen(result->warnings[k]) - 1] == '?' ? "" : ".");
-    fprintf(out, "\n%s: %.2g standard errors from the optimum; %zu evaluations, %.2f s; inputs %s between samples.\n",
-            result->converged ? "Converged" : "NOT CONVERGED", result->distance, result->evaluations, result->seconds,
-            intersample_text(result->intersample));
+        text_say(out, "  -", 4, "%s%s", result->warnings[k],
+                 result->warnings[k][strlen(result->warnings[k]) - 1] == '?' ? "" : ".");
+    text_say(out, "\n", 0,
+             "%s: %.2g standard errors from the optimum; %zu evaluations, %.2f s; inputs %s between samples.",
+             result->converged ? "Converged" : "NOT CONVERGED", result->distance, result->evaluations, result->seconds,
+             intersample_text(result->intersample));
 }

@@ -109,7 +109,7 @@ void history_print(FILE *out, const struct history *h)
     (void)fprintf(out, "%10s%10s%12s%10s  step\n", "nrmse", "/ noise", "held-out", "/ noise");
     for (int i = 0; i < h->n; i++)
         print_entry(out, h, h->order[i], width);
-    (void)fputs("nrmse: residual rms over signal rms, of the fitted and of the held-out records; / noise: over the "
-                "noise's rms.\n",
-                out);
+    text_say(out, "", 0,
+             "nrmse: residual rms over signal rms, of the fitted and of the held-out records; / noise: over the "
+             "noise's rms.");
 }

@@ -81,14 +81,15 @@ extern const struct answer_field attainable_fields[], channel_factor_fields[],
 
 /* FIT — parameters with standard errors, errors of each channel, what the records do not determine. */
 
-/* records: [result->n_records] as they were fitted; check->n may be 0. */
-void fit_print(FILE *out, const struct fit_result *result, const struct record records[],
-               const struct fit_check *check);
+/* records: [result->n_records] as they were fitted; check->n may be 0. all: intervals and start values, too. */
+void fit_print(FILE *out, const struct fit_result *result, const struct record records[], const struct fit_check *check,
+               bool all);
 struct json *fit_json(const struct fit_result *result, const struct record records[], const struct fit_check *check);
 
 /* COMPARE — errors of each channel, where the misfit is, and a sentence or two on each. */
 
-void compare_print(FILE *out, const struct comparison *comparison);
+/* all: the tests of the residual, too. */
+void compare_print(FILE *out, const struct comparison *comparison, bool all_columns);
 struct json *compare_json(const struct comparison *comparison);
 
 /*

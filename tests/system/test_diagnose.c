@@ -112,7 +112,7 @@ static void ctrl_c_while_searching_says_what_is_known(void **state)
     assert_int_equal(status, 0);
     assert_non_null(strstr(rig->outcome.out, "Verdict: unknown (interrupted)\n"));
     assert_non_null(strstr(rig->outcome.out, "Interrupted, so nothing is named. The model leaves"));
-    assert_non_null(strstr(rig->outcome.out, "Where the model as it is fails: "));
+    assert_non_null(strstr(rig->outcome.out, "Where the model as it is fails:"));
     assert_non_null(strstr(rig->outcome.out, "Linearity: "));
     assert_null(strstr(rig->outcome.out, "Next: "));
     assert_non_null(strstr(rig->outcome.err, "no pictures are drawn"));

@@ -99,11 +99,47 @@ static void forms_have_the_same_names(void **state)
     assert_non_null(strstr(rig->outcome.err, "did you mean 'json'?"));
 }
 
+/* Every line of every answer for a person is at most as wide as the terminal; --all may be wider. */
+static void text_fits_the_width(void **state)
+{
+    struct board_rig *rig = *state;
+    static const char script[] =
+        "set -eu\n"
+        "export COLUMNS=80\n"
+        "t() { status=0; \"$BEAMFIT\" \"$@\" >said 2>/dev/null || status=$?\n"
+        "[ $status -le 1 ] || { echo \"$*: status $status\"; exit 1; }\n"
+        "LC_ALL=C sed 's/[\x80-\xbf]//g' said | LC_ALL=C awk -v what=\"$*\" 'length > 80 {print what \": \" $0}'; }\n"
+        "t init -o start.yaml --input drive_V=patch_moment --output piezo_V=patch_strain --patch 0.02 0.08\n"
+        "awk 'BEGIN {print \"time_s,drive_V\"; for (i = 0; i < 2000; i++) printf \"%.4f,%.5f\\n\", i / 2000, "
+        "i < 1500 ? 5 * sin(40 * i / 2000 + 900 * (i / 2000) ^ 2) : 0}' >drive.csv\n"
+        "t simulate start.yaml --input drive.csv -o sim.csv\n"
+        "t add start.yaml tip_mass -o heavy.yaml\n"
+        "t simulate heavy.yaml --input drive.csv -o simh.csv\n"
+        "t fit start.yaml simh.csv -o fitted.yaml --check sim.csv\n"
+        "t compare start.yaml simh.csv --check sim.csv\n"
+        "t diagnose fitted.yaml simh.csv --effects 1 --splines 40\n"
+        "t modes start.yaml\n"
+        "t history start.yaml heavy.yaml fitted.yaml\n"
+        "t discriminate fitted.yaml tip_mass root_compliance sim.csv --only chirp --rows 2\n"
+        "t report fitted.yaml sim.csv -o page.html --pictures 0\n"
+        "t export model.yaml -o c.img\n"
+        "t verify c.img\n"
+        "t effects\n"
+        "t effects cubic_stiffness\n"
+        "t drop heavy.yaml tip_mass -o light.yaml\n"
+        "t import sim.csv --list\n"
+        "t doctor\n";
+    run_program(rig->dir, (const char *[]){"bash", "-c", script, NULL}, &rig->outcome);
+    assert_string_equal(rig->outcome.out, "");
+    assert_int_equal(rig->outcome.status, 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(every_answer_is_what_its_schema_says, board_rig_setup, board_rig_teardown),
         cmocka_unit_test_setup_teardown(forms_have_the_same_names, board_rig_setup, board_rig_teardown),
+        cmocka_unit_test_setup_teardown(text_fits_the_width, board_rig_setup, board_rig_teardown),
     };
     return cmocka_run_group_tests_name("schema", tests, NULL, NULL);
 }

@@ -26,7 +26,7 @@ static char *printed(const struct comparison *all, bool as_json)
     if (as_json)
         assert_int_equal(json_print_and_free(compare_json(all), f, &err), BF_OK);
     else
-        compare_print(f, all);
+        compare_print(f, all, true);
     assert_int_equal(fclose(f), 0);
     return text;
 }
