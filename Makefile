@@ -201,6 +201,11 @@ SHADOWS := $(B)/double/tests/effects_shadow.o $(B)/float/tests/effects_shadow.o 
 $(filter $(B)/tests/test_effects%,$(UNIT_TESTS)): $(SHADOWS)
 BEAM_SHADOWS := $(B)/double/tests/beam_case.o $(B)/double/tests/newmark.o $(B)/float/tests/beam_shadow.o
 $(filter $(B)/tests/test_beam%,$(UNIT_TESTS)): $(BEAM_SHADOWS)
+# images as `export` makes them, made in the host's arithmetic
+$(B)/host/tests/observed_image.o: tests/observed_image.c
+	@mkdir -p $(@D)
+	$(call say,$@)$(CC) $(ALLFLAGS) -MMD -MP -c $< -o $@
+$(B)/tests/test_firmware_observer: $(B)/host/tests/observed_image.o
 # main() of the firmware under the name that the PC's build gives it
 $(B)/tests/test_firmware_main: $(B)/firmware/board_host/main.o
 # the link's test starts a board and a bad line as the system tests do

@@ -15,7 +15,7 @@
 
 enum {
     DAQ_RING = 8,       /* samples on their way, a power of two: what comes while a long response leaves */
-    DAQ_ODT_BYTES = 48, /* of data in one frame */
+    DAQ_ODT_BYTES = 48, /* of data in one frame: a whole live sample */
     DAQ_FRAME_BYTES = BEAM_WIRE_HEADER + 1 + 4 + DAQ_ODT_BYTES + 1 + BEAM_WIRE_TAIL
 };
 

@@ -2,18 +2,21 @@
 /* Measured against predicted, sample by sample. */
 #include "sampler.h"
 
-enum { CONFIRM = 4 /* an alarm's cause must last this part of averaging_s */, OFFSET_SHARE = 8 };
+enum { CONFIRM = 4 /* an alarm's cause must last this part of averaging_s, without an observer */, OFFSET_SHARE = 8 };
+#define LARGEST_SQUARE   1.25F /* of an innovation, in alarm_ratio²: a push is no louder than this */
+#define OBSERVED_CONFIRM 2.0F  /* averaging_s */
 
 static void average_anew(struct sampler *s)
 {
-    s->averaged = s->above = 0;
-    s->mean = s->variance = 0.0F;
+    s->averaged = s->above = s->lasted = 0;
+    s->mean = s->variance = s->innovation_square = 0.0F;
     s->alarm = false;
 }
 
 void sampler_rest(struct sampler *s, const struct beam_image *image)
 {
     beam_reset(&image->plan, &s->state);
+    s->observed = (struct beam_observed){.offset = 0.0F};
     average_anew(s);
     s->offset = false;
     health_begin(&s->health, &image->front.setup);
@@ -23,9 +26,11 @@ void sampler_rest(struct sampler *s, const struct beam_image *image)
  * Exponential mean and variance of time constant averaging_s; the plain ones until that time has passed, so they start
  * without a bias.     d = r − m,  m ← m + a d,  v ← (1 − a)(v + a d²)
  */
-static void average(struct sampler *s, const struct beam_image *image, float residual)
+static void average(struct sampler *s, const struct beam_image *image, float residual, float innovation)
 {
-    const float dt_s = image->plan.x.dt_s, constant_s = image->front.setup.averaging_s, off = residual - s->mean;
+    const struct beam_image_setup *setup = &image->front.setup;
+    const float rms = image->front.observer.innovation_rms;
+    const float dt_s = image->plan.x.dt_s, constant_s = setup->averaging_s, off = residual - s->mean;
     float share = dt_s / constant_s;
     if ((float)(s->averaged + 1) * dt_s < constant_s) {
         s->averaged++;
@@ -35,6 +40,11 @@ static void average(struct sampler *s, const struct beam_image *image, float res
     }
     s->mean += share * off;
     s->variance = (1.0F - share) * (s->variance + share * off * off);
+    if (!beam_image_observed(image))
+        return;
+    const float most = LARGEST_SQUARE * setup->alarm_ratio * setup->alarm_ratio,
+                square = innovation * innovation / (rms * rms);
+    s->innovation_square += share * ((square < most ? square : most) - s->innovation_square);
 }
 
 /* Nothing is judged before the mean spans its time constant. */
@@ -60,33 +70,49 @@ static void judge_offset(struct sampler *s, const struct beam_image_setup *setup
         average_anew(s);
 }
 
-/* On above alarm_ratio for a quarter of averaging_s, off below clear_ratio. */
-static void judge_model(struct sampler *s, const struct beam_image *image, float ratio)
+/*
+ * Without an observer the ratio counts: on above alarm_ratio for a quarter of averaging_s, off below clear_ratio.
+ * With one it is the innovation's, which is limited: a push keeps it up for a time about as long as averaging_s, a wrong model as long as it is
+ * driven. On a quarter of the way above clear_ratio for twice averaging_s. What the observer can follow may still be a wrong model, close to the
+ * right one: no push makes a residual that outlasts disturbance_s.
+ */
+static void judge_model(struct sampler *s, const struct beam_image *image, float ratio, float innovation_ratio)
 {
     const struct beam_image_setup *setup = &image->front.setup;
-    s->above = ratio > setup->alarm_ratio ? s->above + 1 : 0;
-    if (spans(s, image) && (float)(CONFIRM * s->above) * image->plan.x.dt_s >= setup->averaging_s)
+    const bool observed = beam_image_observed(image);
+    const float dt_s = image->plan.x.dt_s, step = setup->alarm_ratio - setup->clear_ratio;
+    const float on = observed ? setup->clear_ratio + 0.25F * step : setup->alarm_ratio;
+    const float confirm_s = setup->averaging_s * (observed ? OBSERVED_CONFIRM : 1.0F / (float)CONFIRM);
+    if (ratio > setup->alarm_ratio || s->lasted > 0)
+        s->lasted = ratio < setup->clear_ratio ? 0 : s->lasted + (s->lasted < UINT32_MAX);
+    const bool lasts = observed && (float)s->lasted * dt_s >= image->front.observer.disturbance_s;
+    s->above = innovation_ratio > on ? s->above + 1 : 0;
+    if (lasts || (spans(s, image) && (float)s->above * dt_s >= confirm_s))
         s->alarm = true;
-    else if (ratio < setup->clear_ratio)
+    else if (innovation_ratio < setup->clear_ratio)
         s->alarm = false;
 }
 
 /* The sensor before the model: with a sensor that is out of order there is nothing to compare, and it begins anew after it. */
-static uint32_t judge(struct sampler *s, const struct beam_image *image, uint32_t sensor_faults, float ratio)
+static uint32_t judge(struct sampler *s, const struct beam_image *image, uint32_t sensor_faults, float ratio,
+                      float innovation_ratio)
 {
+    bool disturbed = false;
     const bool was_faulty = s->sensor_fault;
     s->sensor_fault = sensor_faults != 0;
     if (s->sensor_fault) {
         s->alarm = false;
-        s->above = 0;
+        s->above = s->lasted = 0;
     } else if (was_faulty) {
         average_anew(s);
     } else {
         if (spans(s, image))
             judge_offset(s, &image->front.setup);
-        judge_model(s, image, ratio);
+        judge_model(s, image, ratio, innovation_ratio);
+        disturbed = !s->alarm && beam_image_observed(image) && ratio > image->front.setup.alarm_ratio;
     }
-    return sensor_faults | (s->offset ? BEAM_LIVE_OFFSET : 0u) | (s->alarm ? BEAM_LIVE_ALARM : 0u);
+    return sensor_faults | (s->offset ? BEAM_LIVE_OFFSET : 0u) | (s->alarm ? BEAM_LIVE_ALARM : 0u) |
+           (disturbed ? BEAM_LIVE_DISTURBED : 0u);
 }
 
 void sampler_step(struct sampler *s, const struct beam_image *image, uint16_t sensor_code, uint16_t drive_code,
@@ -106,18 +132,21 @@ void sampler_step(struct sampler *s, const struct beam_image *image, uint16_t se
     out->measured = beam_image_sensor_value(setup, code);
 
     const enum beam_status status = beam_step(&image->plan, &s->state, u, y);
-    const float residual = out->measured - y[0];
-    average(s, image, residual);
-    if (status == BEAM_ERROR_STATE || !beam_finite(s->variance)) {
+    const float residual = out->measured - y[0], innovation = beam_image_observe(image, &s->observed, residual);
+    average(s, image, residual, innovation);
+    if (status == BEAM_ERROR_STATE || !beam_finite(s->variance + innovation)) {
         sampler_rest(s, image);
         out->status |= BEAM_LIVE_RESET;
-        out->residual = out->measured;
+        out->residual = out->innovation = out->measured;
     } else {
         out->predicted = y[0];
         out->residual = residual;
+        out->innovation = innovation;
     }
     out->ratio = beam_sqrt(s->variance) / setup->noise_rms;
-    out->status |= judge(s, image, health_sample(&s->health, sensor_code, sensor_code_max), out->ratio);
+    out->innovation_ratio = beam_image_observed(image) ? beam_sqrt(s->innovation_square) : out->ratio;
+    out->status |=
+        judge(s, image, health_sample(&s->health, sensor_code, sensor_code_max), out->ratio, out->innovation_ratio);
     if (status == BEAM_ERROR_SOLVE || status == BEAM_ERROR_EFFECT_RANGE)
         out->status |= BEAM_LIVE_SOLVE;
     if (code == 0 || code >= sensor_code_max)

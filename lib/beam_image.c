@@ -94,6 +94,7 @@ const struct beam_effect *beam_image_effect(uint32_t key)
 
 enum {
     SETUP,
+    OBSERVER,
     USES, /* of each its effect, then channels and parameters */
     COUNTS = USES + 2 * BEAM_USES,
     NUMBERS,
@@ -117,6 +118,8 @@ static struct piece piece_of(struct beam_image *image, int which)
         return (struct piece){(uint8_t *)&image->front.header, sizeof image->front.header};
     case SETUP:
         return (struct piece){(uint8_t *)&image->front.setup, sizeof image->front.setup};
+    case OBSERVER:
+        return (struct piece){(uint8_t *)&image->front.observer, sizeof image->front.observer};
     case COUNTS:
         return (struct piece){(uint8_t *)&image->plan.n, 2 * BEAM_IMAGE_COUNTS};
     case NUMBERS:
@@ -194,8 +197,30 @@ static bool setup_is_sound(const struct beam_image_setup *s)
     const float noise_codes = s->noise_rms / beam_fabs(s->sensor_V_per_code);
     if (!(noise_codes >= least_codes && noise_codes <= most_codes))
         return false;
-    return s->proof_steps >= 1 && s->proof_steps <= 1024 && s->reserved[0] == 0 && s->reserved[1] == 0 &&
+    return s->proof_steps >= 1 && s->proof_steps <= 1024 &&
            (s->stuck_samples == 0 || (s->stuck_samples >= 16 && s->stuck_samples <= 65535));
+}
+
+/* As many gains as blocks, which the plan has; nothing that a stable filter would not have. */
+static bool observer_is_sound(const struct beam_image *image)
+{
+    const struct beam_image_observer *o = &image->front.observer;
+    const float most_gain = 1e3F, most_s = 1e9F;
+    int n = 0;
+    for (uint32_t blocks = o->blocks; blocks != 0; blocks &= blocks - 1)
+        n++;
+    if (n > BEAM_OBSERVED || o->blocks >> image->plan.n.n_blocks != 0)
+        return false;
+    for (int i = 0; i < BEAM_OBSERVED; i++)
+        for (int j = 0; j < 2; j++)
+            if (!beam_image_number(o->gain[i][j]) || beam_fabs(o->gain[i][j]) > (i < n ? most_gain : 0.0F))
+                return false;
+    if (!beam_image_observed(image))
+        return true;
+    return beam_image_number(o->gain_offset) && o->gain_offset >= 0.0F && o->gain_offset < 1.0F &&
+           beam_image_number(o->innovation_rms) && o->innovation_rms >= image->front.setup.noise_rms &&
+           beam_image_number(o->disturbance_s) && o->disturbance_s > 0.0F && o->disturbance_s <= most_s &&
+           beam_image_number(o->proof);
 }
 
 /* Of the plan, and of the effects' parameters. */
@@ -239,6 +264,8 @@ enum beam_image_fault beam_image_check(struct beam_image *image, float dt_s)
         return fault;
     if (beam_plan_check(&image->plan) != BEAM_OK || image->plan.n.n_inputs < 1 || image->plan.n.n_outputs != 1)
         return BEAM_IMAGE_BAD_PLAN;
+    if (!observer_is_sound(image))
+        return BEAM_IMAGE_BAD_SETUP;
     if (setup->averaging_s > most_samples * image->plan.x.dt_s) /* the mean counts them in single precision */
         return BEAM_IMAGE_BAD_SETUP;
     const float wanted = dt_s * (1.0F + setup->clock_relative), off = beam_fabs(image->plan.x.dt_s - wanted);
@@ -266,12 +293,15 @@ enum beam_image_fault beam_image_prove(const struct beam_image *image, uint32_t 
         for (int i = 1; i < BEAM_IMAGE_PROOFS; i++)
             proof->last[i - 1] = proof->last[i];
         proof->last[BEAM_IMAGE_PROOFS - 1] = y[0];
+        proof->innovation = beam_image_observe(image, &proof->observed, y[0]);
         proof->progress++;
     }
     if (proof->progress < setup->proof_steps)
         return BEAM_IMAGE_FINE;
     const uint8_t *found = (const uint8_t *)proof->last, *stated = (const uint8_t *)setup->proof;
-    return memcmp(found, stated, sizeof setup->proof) == 0 ? BEAM_IMAGE_FINE : BEAM_IMAGE_BAD_PROOF;
+    const bool equal = memcmp(found, stated, sizeof setup->proof) == 0 &&
+                       memcmp(&proof->innovation, &image->front.observer.proof, sizeof proof->innovation) == 0;
+    return equal ? BEAM_IMAGE_FINE : BEAM_IMAGE_BAD_PROOF;
 }
 
 #endif /* BEAM_TARGET */

@@ -2,7 +2,7 @@
 /*
  * beam_image.h — a target image: what travels from a fitted model to a controller, and what the controller keeps.
  *
- *     header 64 B | setup | uses | counts | numbers | HMAC-SHA256 32 B            everything little-endian
+ *     header 64 B | setup | observer | uses | counts | numbers | HMAC-SHA256 32 B            everything little-endian
  *
  * The bytes are the members of struct beam_image_front, then of beam_plan_counts, then of beam_plan_numbers in the
  * controller's sizes (BEAM_TARGET), then the code. So a page of the controller holds an image without decoding it:
@@ -54,7 +54,22 @@ struct beam_image_setup {
     float quiet_ratio;              /* 0..1: the sensor is too quiet below this share of noise_rms; see beam_wire.h */
     float offset_ratio;             /* > 0: a mean residual above so many noise_rms is an offset of the sensor */
     uint32_t stuck_samples; /* equal codes in a row that noise does not give: 16..65535; 0: it may give any number */
-    uint32_t reserved[2];   /* 0 */
+};
+
+/*
+ * What tells a wrong model from an unknown push. The residual of a right model is free motion that nobody drove, an offset
+ * and noise: each observed block of the plan turns on by itself, ε ← ε + ψ ε, the offset stays, and the sensor hears the
+ * first coordinate of each. With the steady gain of a Kalman filter, K, what remains is the innovation:
+ *     ν = r − Σ ε₀ − d,    ε ← ε + ψ ε + K ν,    d ← d + K_d ν
+ */
+enum { BEAM_OBSERVED = 8 /* blocks at most */ };
+struct beam_image_observer {
+    uint32_t blocks;      /* bit b: block b of the plan is observed; 0, and gain_offset 0: there is no observer */
+    float innovation_rms; /* of a right model, output's unit, > 0 */
+    float disturbance_s;  /* a push as large as the sensor shows is below the noise after this time; > 0 */
+    float proof;          /* innovation of the proof run's last step, the model's output taken for a residual */
+    float gain_offset;    /* 0..1 */
+    float gain[BEAM_OBSERVED][2]; /* of each observed block in order; the rest 0 */
 };
 
 /* Codes to values: the one expression that controller and replay share, since they must agree bit for bit. */
@@ -76,6 +91,7 @@ struct beam_image_use {
 struct beam_image_front {
     struct beam_image_header header;
     struct beam_image_setup setup;
+    struct beam_image_observer observer;
     struct beam_image_use use[BEAM_USES];
 };
 
@@ -85,9 +101,10 @@ enum {
     BEAM_IMAGE_BYTES = BEAM_IMAGE_FRONT_BYTES + BEAM_IMAGE_PLAN_BYTES + BEAM_IMAGE_CODE_BYTES
 };
 BEAM_ASSERT(sizeof(struct beam_image_header) == 64, "header");
-BEAM_ASSERT(sizeof(struct beam_image_setup) == 80, "setup");
+BEAM_ASSERT(sizeof(struct beam_image_setup) == 72, "setup");
+BEAM_ASSERT(sizeof(struct beam_image_observer) == 84, "observer");
 BEAM_ASSERT(sizeof(struct beam_image_use) == 24, "use");
-BEAM_ASSERT(sizeof(struct beam_image_front) == 336, "front");
+BEAM_ASSERT(sizeof(struct beam_image_front) == 412, "front");
 
 /* Why an image is refused, in the order of the checks (the bound is looked at before the proof run); the controller reports the number. */
 enum beam_image_fault {
@@ -99,7 +116,7 @@ enum beam_image_fault {
     BEAM_IMAGE_FOREIGN_DEVICE,
     BEAM_IMAGE_OLD_COUNTER,
     BEAM_IMAGE_BAD_CODE,       /* HMAC: not signed with this controller's key, or changed afterwards */
-    BEAM_IMAGE_BAD_SETUP,      /* a scale, noise or ratio not finite or out of range */
+    BEAM_IMAGE_BAD_SETUP,      /* a scale, noise, ratio or gain not finite or out of range */
     BEAM_IMAGE_UNKNOWN_EFFECT, /* not in this firmware */
     BEAM_IMAGE_BAD_PLAN,       /* counts out of range, a number not finite, or a block that grows */
     BEAM_IMAGE_BAD_RATE,       /* dt_s is not the controller's sample interval */
@@ -141,7 +158,10 @@ bool beam_arithmetic_is_exact(void);
  * Instructions that a step may take, by its bound, on a controller of this clock and rate: three quarters of the interval at
  * one and a half cycles an instruction, less what the rest of the sample interrupt takes. core_Hz 0: any number.
  */
-enum { BEAM_IMAGE_INTERRUPT = 1200 /* instructions of the sample interrupt beside the step, streaming included */ };
+enum {
+    BEAM_IMAGE_INTERRUPT =
+        1500 /* instructions of the sample interrupt beside the step, observer and streaming included */
+};
 static inline uint32_t beam_image_budget(uint32_t core_Hz, uint32_t sample_mHz)
 {
     const uint64_t half = (uint64_t)core_Hz * 1000u / (2u * (uint64_t)(sample_mHz > 0 ? sample_mHz : 1u));
@@ -171,6 +191,7 @@ struct beam_image {
     struct {
         struct beam_image_header header;
         struct beam_image_setup setup;
+        struct beam_image_observer observer;
     } front;
     uint32_t effect[BEAM_USES]; /* beam_image_effect_key() of each use */
     uint8_t code[BEAM_IMAGE_CODE_BYTES];
@@ -180,6 +201,7 @@ BEAM_ASSERT((int)BEAM_PLAN_COUNTS == (int)BEAM_IMAGE_COUNTS, "counts");
 BEAM_ASSERT((int)BEAM_PLAN_NUMBERS == (int)BEAM_IMAGE_NUMBERS, "numbers");
 BEAM_ASSERT(sizeof(beam_count) == 2 && sizeof(beam_real) == 4, "words");
 
+#define beam_image_observe      BEAM_NAME(image_observe)
 #define beam_image_read         BEAM_NAME(image_read)
 #define beam_image_write        BEAM_NAME(image_write)
 #define beam_image_crc          BEAM_NAME(image_crc)
@@ -205,15 +227,32 @@ enum beam_image_fault beam_image_header_check(const struct beam_image *image,
  */
 enum beam_image_fault beam_image_check(struct beam_image *image, float dt_s);
 
+/* The observer's state: zeros at rest. */
+struct beam_observed {
+    float block[BEAM_OBSERVED][2], offset;
+};
+
+/* Is there one? */
+static inline bool beam_image_observed(const struct beam_image *image)
+{
+    return image->front.observer.blocks != 0 || image->front.observer.gain_offset > 0.0F;
+}
+
+/* One sample's residual in, its innovation out. About 30 instructions and 35 a block; without an observer the residual itself. */
+float beam_image_observe(const struct beam_image *image, struct beam_observed *observed, float residual);
+
 /*
  * The proof run: from rest, proof_steps steps with the input proof_amplitude × r/2³¹, r the successive signed words of
- * x ← 1664525 x + 1013904223, x₀ = 1, on every input alike; the last four outputs must equal setup.proof bit for bit.
+ * x ← 1664525 x + 1013904223, x₀ = 1, on every input alike; the last four outputs must equal setup.proof bit for bit, and
+ * what the observer makes of the outputs, taken for residuals, observer.proof.
  * `steps` of it per call, so that a background loop stays responsive: starts when progress is 0, done when
  * *progress == proof_steps. state, random: scratch that lives from call to call.
  */
 struct beam_image_proof {
     uint32_t progress, random;
     float last[BEAM_IMAGE_PROOFS];
+    float innovation;
+    struct beam_observed observed;
     struct beam_state state;
 };
 enum beam_image_fault beam_image_prove(const struct beam_image *image, uint32_t steps, struct beam_image_proof *proof);

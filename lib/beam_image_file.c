@@ -67,6 +67,7 @@ uint32_t beam_image_run_bound(const struct beam_image_run *run)
 enum beam_image_fault beam_image_run_seal(struct beam_image_run *run, struct beam_image_file *file, float dt_s)
 {
     memset(file->front.setup.proof, 0, sizeof file->front.setup.proof);
+    file->front.observer.proof = 0.0F;
     beam_image_run_load(run, file);
     const enum beam_image_fault fault = beam_image_check(&run->page, dt_s);
     if (fault != BEAM_IMAGE_FINE)
@@ -74,6 +75,7 @@ enum beam_image_fault beam_image_run_seal(struct beam_image_run *run, struct bea
     (void)beam_image_prove(&run->page, file->front.setup.proof_steps, &run->proof); /* differs from the zeros above */
     memcpy(file->front.setup.proof, run->proof.last, sizeof run->proof.last);
     memcpy(run->page.front.setup.proof, run->proof.last, sizeof run->proof.last);
+    file->front.observer.proof = run->page.front.observer.proof = run->proof.innovation;
     file->front.header.crc32 = run->page.front.header.crc32 = beam_image_crc(&run->page);
     return beam_image_run_check(run, 0, dt_s);
 }

@@ -107,20 +107,25 @@ enum { BEAM_WIRE_PAGE_ACTIVE = 0, BEAM_WIRE_PAGE_STAGING = 1 };
 struct beam_live {
     uint32_t
         sequence; /* sample intervals since power-on: a gap is a record that was lost, or a sample that info.missed counts */
-    uint32_t step;   /* steps since the model was last put to rest: what a replay needs */
-    float input;     /* input's unit */
-    float measured;  /* output's unit, of the sample that predicted belongs to */
-    float predicted; /* output's unit */
-    float residual;  /* measured − predicted */
-    float ratio;     /* running residual rms about its mean ÷ noise_rms */
+    uint32_t step;    /* steps since the model was last put to rest: what a replay needs */
+    float input;      /* input's unit */
+    float measured;   /* output's unit, of the sample that predicted belongs to */
+    float predicted;  /* output's unit */
+    float residual;   /* measured − predicted */
+    float innovation; /* of the residual what the observer did not expect; without one the residual */
+    float ratio;      /* running residual rms about its mean ÷ noise_rms */
+    float
+        innovation_ratio; /* running rms of the innovation, each at most 1.12 alarm_ratio, ÷ its expected rms; without an observer the ratio */
     uint32_t codes;  /* sensor code in bits 0..15, drive code in bits 16..31 */
     uint32_t status; /* BEAM_LIVE_… below */
     uint32_t crc32;  /* of the bytes before it */
 };
-BEAM_ASSERT(sizeof(struct beam_live) == 40, "live");
+BEAM_ASSERT(sizeof(struct beam_live) == 48, "live");
 
 enum {
-    BEAM_LIVE_ALARM = 1u << 0, /* the ratio was above alarm_ratio for averaging_s/4, and not below clear_ratio since */
+    BEAM_LIVE_ALARM =
+        1u
+        << 0, /* the innovation_ratio was above alarm_ratio for averaging_s/4, or the ratio longer than any push lasts */
     BEAM_LIVE_BUILT_IN = 1u << 1, /* the model is the built-in one */
     BEAM_LIVE_SOLVE = 1u << 2,    /* beam_step() said SOLVE in this step */
     BEAM_LIVE_RESET = 1u << 3,    /* the state was not finite and was put to rest in this step */
@@ -135,6 +140,8 @@ enum {
     BEAM_LIVE_AT_END = 1u << 7, /* 8 of a block of 64 codes were at an end of the range */
     BEAM_LIVE_OFFSET =
         1u << 8, /* the residual's mean is above offset_ratio × noise_rms and stands out of its variance */
+    /* The ratio is above alarm_ratio and the innovation_ratio is not: a push, or a beam that moved at power-on, as the model has it. */
+    BEAM_LIVE_DISTURBED = 1u << 9,
     BEAM_LIVE_SENSOR = BEAM_LIVE_QUIET | BEAM_LIVE_STUCK | BEAM_LIVE_AT_END | BEAM_LIVE_OFFSET,
     BEAM_LIVE_COUNTER = 24 /* bits 24..31: active image's counter, lowest byte: which model this sample saw */
 };

@@ -34,7 +34,7 @@ tests/beam_shadow.c) set -- "$@" -DBEAM_FLOAT ;;
 firmware/* | tests/unit/test_firmware* | tests/fuzz/fuzz_slave.c) set -- "$@" -DBEAM_FLOAT -DBEAM_TARGET -Ifirmware ;;
 esac
 case $file in # what only a controller runs: its registers and instructions
-firmware/board_stm32f405/* | firmware/board_mps2/* | tests/target/start.c | tests/target/store_run.c)
+firmware/board_stm32f405/* | firmware/board_mps2/* | firmware/examples/* | tests/target/start.c | tests/target/store_run.c)
     for flag; do # without the directories of this machine's C library
         shift
         case $flag in -I/usr/*) ;; *) set -- "$@" "$flag" ;; esac

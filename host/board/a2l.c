@@ -43,7 +43,9 @@ static const struct member live[] = {
     LIVE(measured, F32, "cm_sensor", "sensor"),
     LIVE(predicted, F32, "cm_sensor", "the model's prediction of the sensor"),
     LIVE(residual, F32, "cm_sensor", "measured less predicted"),
+    LIVE(innovation, F32, "cm_sensor", "of the residual what the observer did not expect"),
     LIVE(ratio, F32, "cm_ratio", "running residual rms about its mean over the expected noise"),
+    LIVE(innovation_ratio, F32, "cm_ratio", "running rms of the innovation, limited, over what is expected"),
     LIVE(codes, U32, "NO_COMPU_METHOD", "sensor code in bits 0 to 15, drive code in bits 16 to 31"),
     LIVE(status, U32, "NO_COMPU_METHOD",
          "bit 0 alarm, 1 built-in model, 2 solve, 3 reset, 4 clipped; sensor: 5 quiet, 6 stuck, 7 at its end, 8 "

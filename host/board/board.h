@@ -222,6 +222,8 @@ struct target_image {
         step_budget;     /* instructions: of a step at most, and that a board of this rate and clock leaves */
     int law_evaluations; /* in one step at most: 16, fewer when the bound would not fit; 0: no law */
     double unsolved;     /* share of steps under half the full drive in which the laws wanted more of them */
+    size_t n_observed;   /* blocks that the observer follows, BEAM_OBSERVED at most */
+    double observer_s;   /* time constant with which it takes up a push */
     double float_error;  /* rms of float − double ÷ rms of double over a random run, by the controller's own code */
     size_t n_effects;
     struct target_effect *effects;

@@ -59,6 +59,11 @@ size_t deploy_statics(const struct model *model); /* inputs, outputs and places 
  * at most two and as many as there is room for.
  */
 enum bf_status deploy_judge(struct deployment *d, bool mending, struct target_image *image, struct bf_error *err);
+/*
+ * target_image_observer.c: blocks, gains and times of the image's observer, from the narrowed plan and the board's noise, into the file. A model that
+ * has nothing to observe gets an offset alone.
+ */
+enum bf_status deploy_observer(struct target_image *image, struct bf_error *err);
 void deployment_free(struct deployment *d);
 
 #endif

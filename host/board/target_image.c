@@ -253,6 +253,8 @@ enum bf_status target_image_make(const struct model *model, const struct target_
     if (status == BF_OK)
         status = pack_plan(out, err);
     if (status == BF_OK)
+        status = deploy_observer(out, err);
+    if (status == BF_OK)
         status = seal(model, out, err);
     deployment_free(d);
     free(d);

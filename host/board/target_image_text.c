@@ -106,6 +106,22 @@ static void print_board(FILE *out, const struct beam_image_file *file)
              (double)s->offset_ratio, stuck);
 }
 
+static int observed_blocks(const struct beam_image_file *file)
+{
+    return __builtin_popcount(file->front.observer.blocks);
+}
+
+static void print_observer(FILE *out, const struct beam_image_file *file)
+{
+    const struct beam_image_observer *o = &file->front.observer;
+    if (o->blocks == 0 && !(o->gain_offset > 0.0F))
+        (void)fprintf(out, "observer   none: any motion that is not driven is taken for a wrong model\n");
+    else
+        (void)fprintf(out,
+                      "observer   follows %d modes and an offset; innovation %.4g rms; a push is over after %.3g s\n",
+                      observed_blocks(file), (double)o->innovation_rms, (double)o->disturbance_s);
+}
+
 static void print_plan(FILE *out, const struct beam_image_file *file)
 {
     char cost[COST_TEXT];
@@ -123,6 +139,7 @@ void target_image_print_file(FILE *out, const struct beam_image_file *file)
 {
     print_owner(out, file);
     print_board(out, file);
+    print_observer(out, file);
     print_plan(out, file);
     char text[BEAM_BLOCKS * 40] = "";
     size_t n = 0;
@@ -157,6 +174,7 @@ void target_image_print(FILE *out, const struct target_image *image)
     text_say(out, "channels", LABEL, "%s at the A/D, %s at the D/A; noise from %s", image->board.sensor,
              image->board.drive, image->noise_from);
     print_board(out, &image->file);
+    print_observer(out, &image->file);
     char cost[COST_TEXT];
     describe_cost(&image->file, cost);
     text_say(out, "step", LABEL, "%s; a controller of %g MHz leaves %lu at this rate", cost, image->board.core_MHz,
@@ -206,6 +224,15 @@ static void put_board(struct json *root, const struct beam_image_file *file)
     json_put_number(board, "stuck_samples", (double)s->stuck_samples);
 }
 
+static void put_observer(struct json *root, const struct beam_image_file *file)
+{
+    const struct beam_image_observer *o = &file->front.observer;
+    struct json *observer = json_put(root, "observer", json_new_object());
+    json_put_number(observer, "modes", (double)observed_blocks(file));
+    json_put_number(observer, "innovation_rms", (double)o->innovation_rms);
+    json_put_number(observer, "disturbance_s", (double)o->disturbance_s);
+}
+
 static void put_plan(struct json *root, const struct beam_image_file *file)
 {
     char cost[COST_TEXT];
@@ -239,6 +266,7 @@ struct json *target_image_file_json(const struct beam_image_file *file)
     struct json *root = json_new_object();
     put_owner(root, file);
     put_board(root, file);
+    put_observer(root, file);
     put_plan(root, file);
     return root;
 }

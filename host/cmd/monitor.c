@@ -19,7 +19,9 @@ static const struct answer_field fields[] = {
     ANSWER_ROW(NUMBER, "predicted_rms", "of the model"),
     ANSWER_ROW(NUMBER, "residual_rms", "of their difference"),
     ANSWER_ROW(NUMBER, "ratio", "residual over the expected noise"),
+    ANSWER_ROW(NUMBER, "innovation_ratio", "what the board's observer leaves of it, over the same noise"),
     ANSWER_ROW(BOOL, "alarm", "the board has raised it"),
+    ANSWER_ROW(BOOL, "disturbed", "the observer explains what the model does not: a push"),
     ANSWER_ROW(BOOL, "clipped", "the sensor was at an end of its range"),
     ANSWER_ROW(TEXT, "sensor", "what is wrong with the sensor; empty: in order"),
     ANSWER_ROW(COUNT, "counter", "of the image"),
@@ -37,7 +39,9 @@ static const char help[] =
     "and\n"
     "that difference over the expected noise. A ratio near 1 means that the model explains all but noise; the board "
     "raises\n"
-    "its alarm above a ratio that the image states (`beamfit info`). A sensor that is stuck, at an end of its range, "
+    "its alarm when its observer does not explain the rest either, above a ratio that the image states (`beamfit "
+    "info`): a push\n"
+    "disturbs, a wrong model alarms. A sensor that is stuck, at an end of its range, "
     "too\n"
     "quiet or has an offset is said apart from that. Without --chirp nothing is changed.\n"
     "On a terminal a few lines are redrawn ten times a second; piped, one line is printed each second.\n";

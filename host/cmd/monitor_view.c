@@ -20,7 +20,7 @@ void monitor_begin(struct monitor_view *v, const struct capture *c)
 /* ---- What is shown ---- */
 
 struct now {
-    double time_s, measured_rms, predicted_rms, residual_rms, ratio;
+    double time_s, measured_rms, predicted_rms, residual_rms, ratio, innovation_ratio;
     uint32_t status;
 };
 
@@ -43,6 +43,7 @@ static struct now measure(const struct monitor_view *v, const struct capture *c)
     const double span = v->every_s * r->sample_Hz;
     struct now now = {.time_s = (double)(last->sequence - v->first) / r->sample_Hz,
                       .ratio = (double)last->ratio,
+                      .innovation_ratio = (double)last->innovation_ratio,
                       .status = last->status};
     double n = 0.0;
     for (size_t i = r->n; i-- > 0 && (double)(last->sequence - r->live[i].sequence) < span; n++) {
@@ -66,9 +67,12 @@ static void show_line(struct monitor_view *v, const struct capture *c, const str
                      alarm ? "ALARM: the model no longer explains the measurement" : "alarm off");
     v->alarm = alarm;
     const char *fault = link_sensor_fault(now->status);
-    (void)printf("%8.2f s  %s measured %.4g, predicted %.4g, residual %.4g rms; ratio to noise %.3g%s%s%s; %llu lost\n",
-                 now->time_s, c->output, now->measured_rms, now->predicted_rms, now->residual_rms, now->ratio,
-                 alarm ? " ALARM" : "", fault[0] ? " SENSOR " : "", fault, (unsigned long long)v->lost);
+    (void)printf(
+        "%8.2f s  %s measured %.4g, predicted %.4g, residual %.4g rms; ratio to noise %.3g, observed %.3g%s%s%s%s; "
+        "%llu lost\n",
+        now->time_s, c->output, now->measured_rms, now->predicted_rms, now->residual_rms, now->ratio,
+        now->innovation_ratio, alarm ? " ALARM" : "", now->status & BEAM_LIVE_DISTURBED ? " disturbed" : "",
+        fault[0] ? " SENSOR " : "", fault, (unsigned long long)v->lost);
     (void)fflush(stdout);
 }
 
@@ -82,7 +86,9 @@ static void show_json(const struct monitor_view *v, const struct capture *c, con
     json_put_number(root, "predicted_rms", now->predicted_rms);
     json_put_number(root, "residual_rms", now->residual_rms);
     json_put_number(root, "ratio", now->ratio);
+    json_put_number(root, "innovation_ratio", now->innovation_ratio);
     json_put_bool(root, "alarm", (now->status & BEAM_LIVE_ALARM) != 0);
+    json_put_bool(root, "disturbed", (now->status & BEAM_LIVE_DISTURBED) != 0);
     json_put_bool(root, "clipped", (now->status & BEAM_LIVE_CLIPPED) != 0);
     json_put_text(root, "sensor", link_sensor_fault(now->status));
     json_put_number(root, "counter", now->status >> BEAM_LIVE_COUNTER);
@@ -171,6 +177,7 @@ static void show_panel(struct monitor_view *v, const struct capture *c, const st
                  : now->status & BEAM_LIVE_QUIET                        ? "\033[1;31msensor too quiet\033[0m"
                  : now->status & BEAM_LIVE_OFFSET                       ? "\033[1;33msensor has an offset\033[0m"
                  : now->status & (BEAM_LIVE_CLIPPED | BEAM_LIVE_AT_END) ? "\033[1;33msensor at its end\033[0m"
+                 : now->status & BEAM_LIVE_DISTURBED                    ? "\033[1;33mpushed\033[0m"
                                                                         : "in order");
     draw_signals(v, c, now, columns);
     const double largest = find_peaks(v, c, RATIO, columns, peak);

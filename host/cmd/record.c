@@ -44,7 +44,8 @@ static const char help[] =
     "(residual\n"
     "rms over the expected noise), sequence (the board's samples), step (of the model), codes (sensor in bits 0 to "
     "15,\n"
-    "drive above), status. INPUT is held between samples, as a D/A converter does: fit it with --intersample zoh.\n"
+    "drive above), status, innovation (of the residual what the board's observer did not expect), innovation_ratio. "
+    "INPUT is held between samples, as a D/A converter does: fit it with --intersample zoh.\n"
     "\n"
     "Every sample carries its number and a CRC-32. A sample that did not come is never made up: OUT.csv is then the\n"
     "longest stretch without a hole, names every hole in a line '# gap: ...', and a warning says so.\n";

@@ -116,6 +116,20 @@ enum bf_status dense_cholesky_solve(size_t n, size_t n_rhs, const double A[], do
     return info ? failed(err, "Cholesky (matrix is not positive definite)", info) : BF_OK;
 }
 
+enum bf_status dense_lu_solve(size_t n, size_t n_rhs, const double A[], double B[], struct bf_error *err)
+{
+    if (n == 0 || n_rhs == 0)
+        return BF_OK;
+    if (!all_finite(n * n, A))
+        return not_finite(err);
+    double *a = copy_of(n * n, A);
+    lapack_int *pivot = bf_alloc(n, sizeof *pivot);
+    const int info = LAPACKE_dgesv(LAPACK_COL_MAJOR, (int)n, (int)n_rhs, a, (int)n, pivot, B, (int)n);
+    free(a);
+    free(pivot);
+    return info ? failed(err, "LU (matrix is singular)", info) : BF_OK;
+}
+
 void dense_gemm(bool transpose_A, bool transpose_B, size_t m, size_t n, size_t k, double alpha, const double A[],
                 const double B[], double beta, double C[])
 {

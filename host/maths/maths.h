@@ -45,6 +45,9 @@ enum bf_status dense_general_eigen(size_t n, const double A[], double complex va
 /* A X = B by Cholesky, A symmetric positive definite (lower triangle read); B[n × n_rhs] in/out. */
 enum bf_status dense_cholesky_solve(size_t n, size_t n_rhs, const double A[], double B[], struct bf_error *err);
 
+/* A X = B by LU with pivoting, A any square matrix that is not singular; B[n × n_rhs] in/out. */
+enum bf_status dense_lu_solve(size_t n, size_t n_rhs, const double A[], double B[], struct bf_error *err);
+
 /* C[m × n] = α op(A) op(B) + β C, op(X) = X or Xᵀ; k is the inner dimension. β = 0 ignores what C holds. */
 void dense_gemm(bool transpose_A, bool transpose_B, size_t m, size_t n, size_t k, double alpha, const double A[],
                 const double B[], double beta, double C[]);
@@ -82,6 +85,19 @@ enum bf_status dense_orthonormal(size_t m, size_t n, const double A[], double to
  */
 enum bf_status dense_least_squares(size_t m, size_t n, const double A[], const double b[], double tolerance, double x[],
                                    size_t *rank, struct bf_error *err);
+
+/*
+ * Steady-state Kalman filter of x⁺ = A x + w, y = cᵀx + v with covariances Q[n × n] ≥ 0 and r > 0: P = A P Aᵀ − K s Kᵀ + Q is the prediction's
+ * covariance, s = cᵀP c + r the innovation's variance, K = A P c/s the gain of x̂⁺ = A x̂ + K (y − cᵀx̂). A stable filter exists when what is not
+ * stable is seen and every motion is shaken. covariance[n × n], gain[n]: the caller's. NUMERIC. O(n³) a step, a few dozen steps.
+ */
+struct kalman {
+    double *covariance, *gain;
+    double innovation_variance;
+    int steps; /* doublings */
+};
+enum bf_status kalman_steady(size_t n, const double A[], const double c[], const double Q[], double r,
+                             struct kalman *out, struct bf_error *err);
 
 /* SPARSE — sparse factorisation, solves and lowest modes. Only sparse.c sees CHOLMOD and ARPACK. */
 

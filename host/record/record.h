@@ -211,7 +211,7 @@ struct recording_summary {
 struct recording_summary recording_summarise(const struct recording *recording);
 
 /*
- * The stretch as a record: time_s, INPUT, OUTPUT, predicted, residual, ratio, sequence, step, codes, status. Time 0 is the
+ * The stretch as a record: time_s, INPUT, OUTPUT, predicted, residual, ratio, sequence, step, codes, status, innovation, innovation_ratio. Time 0 is the
  * model's step 0 when the stretch has it (or begins in the first `prescale` steps), else its first sample. latency: samples
  * by which the board's measured values and predictions lag its input. It is undone for OUTPUT, which fits read, and left in
  * the others, which replays compare. BF_DEVICE with fewer than 2 samples. Write with 10 digits: then every single and

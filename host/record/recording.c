@@ -133,7 +133,20 @@ static void name_gaps(const struct recording *r, const struct recording_summary 
     }
 }
 
-enum column { INPUT, OUTPUT, PREDICTED, RESIDUAL, RATIO, SEQUENCE, STEP, CODES, STATUS, COLUMNS };
+enum column {
+    INPUT,
+    OUTPUT,
+    PREDICTED,
+    RESIDUAL,
+    RATIO,
+    SEQUENCE,
+    STEP,
+    CODES,
+    STATUS,
+    INNOVATION,
+    INNOVATION_RATIO,
+    COLUMNS
+};
 
 static double cell(enum column column, const struct beam_live *live)
 {
@@ -154,6 +167,10 @@ static double cell(enum column column, const struct beam_live *live)
         return (double)live->step;
     case CODES:
         return (double)live->codes;
+    case INNOVATION:
+        return (double)live->innovation;
+    case INNOVATION_RATIO:
+        return (double)live->innovation_ratio;
     default:
         return (double)live->status;
     }
@@ -162,8 +179,8 @@ static double cell(enum column column, const struct beam_live *live)
 enum bf_status recording_make_record(const struct recording *r, const struct recording_summary *s, const char *input,
                                      const char *output, int latency, struct record *out, struct bf_error *err)
 {
-    const char *const names[COLUMNS] = {input,      output, "predicted", "residual", "ratio",
-                                        "sequence", "step", "codes",     "status"};
+    const char *const names[COLUMNS] = {input,  output,  "predicted", "residual",   "ratio",           "sequence",
+                                        "step", "codes", "status",    "innovation", "innovation_ratio"};
     const size_t shift = ((size_t)latency + r->prescale - 1) / r->prescale;
     *out = (struct record){0};
     if (s->n < shift + 2)

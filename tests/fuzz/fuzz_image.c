@@ -42,7 +42,6 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t n)
     header->magic = BEAM_IMAGE_MAGIC;
     header->layout = BEAM_IMAGE_LAYOUT;
     header->length = BEAM_IMAGE_BYTES;
-    file.front.setup.reserved[0] = file.front.setup.reserved[1] = 0;
     if (file.counts.law_evaluations > STEPS)
         file.counts.law_evaluations = STEPS;
     header->crc32 = beam_crc32(0, BEAM_IMAGE_BYTES - (uint32_t)sizeof *header - BEAM_IMAGE_CODE_BYTES,

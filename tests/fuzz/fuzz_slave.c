@@ -19,7 +19,7 @@ static void stream(void)
 {
     const int errors = RIG(BEAM_XCP_ALLOC_DAQ, 0, 1, 0) | RIG(BEAM_XCP_ALLOC_ODT, 0, 0, 0, 1) |
                        RIG(BEAM_XCP_ALLOC_ODT_ENTRY, 0, 0, 0, 0, 1) | RIG(BEAM_XCP_SET_DAQ_PTR, 0, 0, 0, 0, 0) |
-                       RIG(BEAM_XCP_WRITE_DAQ, 0xFF, 40, 0, 0, 0, 2, 0) |
+                       RIG(BEAM_XCP_WRITE_DAQ, 0xFF, sizeof(struct beam_live), 0, 0, 0, 2, 0) |
                        RIG(BEAM_XCP_SET_DAQ_LIST_MODE, 0x10, 0, 0, 0, 0, 1, 0) |
                        RIG(BEAM_XCP_START_STOP_DAQ_LIST, 1, 0, 0);
     if (errors != 0)

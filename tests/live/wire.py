@@ -71,13 +71,15 @@ class Live(NamedTuple):
     measured: float
     predicted: float
     residual: float
+    innovation: float
     ratio: float
+    innovation_ratio: float
     codes: int
     status: int
     crc32: int
 
 
-INFO_FORMAT, LIVE_FORMAT = "<3I12s15I32s16I", "<2I5f3I"
+INFO_FORMAT, LIVE_FORMAT = "<3I12s15I32s16I", "<2I7f3I"
 INFO_BYTES, LIVE_BYTES = struct.calcsize(INFO_FORMAT), struct.calcsize(LIVE_FORMAT)
 
 

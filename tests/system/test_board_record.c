@@ -32,7 +32,7 @@ static void read_table(const struct board_rig *rig, const char *name, struct tab
     t->gap_lines = 0;
     t->header[0] = 0;
     while (fgets(line, sizeof line, f) != NULL) {
-        double x[10] = {0.0};
+        double x[12] = {0.0};
         char *at = line, *end = NULL;
         int columns = 0;
         t->gap_lines += strncmp(line, "# gap:", 6) == 0;
@@ -42,7 +42,7 @@ static void read_table(const struct board_rig *rig, const char *name, struct tab
             snprintf(t->header, sizeof t->header, "%s", line);
             continue;
         }
-        for (; columns < 10; columns++, at = end + 1) {
+        for (; columns < 12; columns++, at = end + 1) {
             x[columns] = strtod(at, &end);
             if (*end != ',')
                 break;
@@ -82,7 +82,9 @@ static void a_record_begins_at_rest_and_replays(void **state)
     assert_true(board_answer(rig, "gaps") == 0.0 && board_answer(rig, "first_step") == 0.0);
     assert_true(board_answer(rig, "overrun") == 0.0 && board_answer(rig, "missed") == 0.0);
     read_table(rig, "run.csv", &t);
-    assert_string_equal(t.header, "time_s,drive_V,piezo_V,predicted,residual,ratio,sequence,step,codes,status\n");
+    assert_string_equal(
+        t.header,
+        "time_s,drive_V,piezo_V,predicted,residual,ratio,sequence,step,codes,status,innovation,innovation_ratio\n");
     assert_int_equal(t.n, 1500);
     assert_true(t.time_s[0] == 0.0 && t.step[0] == 0.0);
     assert_whole(&t, 1, 1000.0);
@@ -170,17 +172,17 @@ static void a_slow_line_is_prescaled_and_said(void **state)
     board_run_expect(rig, rig->line.port, 0,
                      (const char *[]){"record", "--key", "key", "-o", "slow.csv", "--seconds", "2", "--settle", "0.1",
                                       "--chirp", "5:50:1:1", "--baud", "115200", "--json", NULL});
-    assert_true(board_answer(rig, "prescale") == 5.0);
-    assert_true(board_answer(rig, "samples") == 400.0);
+    assert_true(board_answer(rig, "prescale") == 6.0);
+    assert_true(board_answer(rig, "samples") == 333.0);
     assert_true(board_answer(rig, "gaps") == 0.0 && board_answer(rig, "overrun") == 0.0);
     assert_non_null(strstr(rig->outcome.err, "folded"));
     read_table(rig, "slow.csv", &t);
-    assert_whole(&t, 5, 1000.0);
-    assert_true(t.step[0] < 5.0);
+    assert_whole(&t, 6, 1000.0);
+    assert_true(t.step[0] < 6.0);
     board_run_expect(
         rig, rig->line.port, 2,
         (const char *[]){"record", "--key", "key", "-o", "x.csv", "--baud", "115200", "--prescale", "1", NULL});
-    assert_non_null(strstr(rig->outcome.err, "--prescale 5"));
+    assert_non_null(strstr(rig->outcome.err, "--prescale 6"));
 }
 
 /* Bytes are damaged both ways: what is in the file is whole, and what is missing is named. */

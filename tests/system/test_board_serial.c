@@ -60,7 +60,7 @@ static void the_rate_counts(void **state)
     board_run_expect(rig, port, 0,
                      (const char *[]){"record", "--key", "key", "-o", "run.csv", "--samples", "100", "--settle", "0",
                                       "--json", NULL});
-    assert_true(board_answer(rig, "prescale") == 5.0);
+    assert_true(board_answer(rig, "prescale") == 6.0);
 }
 
 static void noise_and_cuts(void **state)

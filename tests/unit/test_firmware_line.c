@@ -109,7 +109,7 @@ static void allocate(uint8_t prescaler)
     assert_int_equal(RIG(BEAM_XCP_ALLOC_ODT_ENTRY, 0, 0, 0, 0, 1), 0);
     assert_int_equal(RIG(BEAM_XCP_ALLOC_ODT_ENTRY, 0, 0, 0, 1, 2), 0);
     assert_int_equal(RIG(BEAM_XCP_SET_DAQ_PTR, 0, 0, 0, 0, 0), 0);
-    assert_int_equal(RIG(BEAM_XCP_WRITE_DAQ, 0xFF, 40, 0, 0, 0, 2, 0), 0);
+    assert_int_equal(RIG(BEAM_XCP_WRITE_DAQ, 0xFF, sizeof(struct beam_live), 0, 0, 0, 2, 0), 0);
     assert_int_equal(RIG(BEAM_XCP_SET_DAQ_PTR, 0, 0, 0, 1, 0), 0);
     assert_int_equal(RIG(BEAM_XCP_WRITE_DAQ, 0xFF, 4, 0, 0, 0, 2, 0), 0);
     assert_int_equal(RIG(BEAM_XCP_WRITE_DAQ, 0xFF, 4, 0, 12, 0, 2, 0), 0);
@@ -128,9 +128,9 @@ static void note(const uint8_t packet[], uint16_t n)
     uint32_t sequence;
     float measured;
     if (packet[0] == 0) {
-        assert_int_equal(n, 45);
+        assert_int_equal(n, 5 + sizeof live);
         memcpy(&live, packet + 5, sizeof live);
-        assert_int_equal(live.crc32, beam_crc32(0, 36, (const uint8_t *)&live));
+        assert_int_equal(live.crc32, beam_crc32(0, offsetof(struct beam_live, crc32), (const uint8_t *)&live));
         if (seen.samples++ > 0 && live.sequence != seen.sequence + 1)
             seen.gaps += live.sequence - seen.sequence - 1;
         seen.sequence = live.sequence;

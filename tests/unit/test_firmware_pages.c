@@ -327,7 +327,7 @@ static void test_a_hundred_downloads_while_streaming(void **state)
     assert_int_equal(RIG(BEAM_XCP_ALLOC_ODT, 0, 0, 0, 1), 0);
     assert_int_equal(RIG(BEAM_XCP_ALLOC_ODT_ENTRY, 0, 0, 0, 0, 1), 0);
     assert_int_equal(RIG(BEAM_XCP_SET_DAQ_PTR, 0, 0, 0, 0, 0), 0);
-    assert_int_equal(RIG(BEAM_XCP_WRITE_DAQ, 0xFF, 40, 0, 0, 0, 2, 0), 0);
+    assert_int_equal(RIG(BEAM_XCP_WRITE_DAQ, 0xFF, sizeof(struct beam_live), 0, 0, 0, 2, 0), 0);
     assert_int_equal(RIG(BEAM_XCP_SET_DAQ_LIST_MODE, 0x10, 0, 0, 0, 0, 1, 0), 0);
     assert_int_equal(RIG(BEAM_XCP_START_STOP_DAQ_LIST, 1, 0, 0), 0);
     const uint64_t switches = rig_switches, checked = rig_checked;

@@ -61,7 +61,7 @@ static void test_memory(void **state)
     assert_int_equal(rig_read(BEAM_WIRE_IMAGE, sizeof file, &file), 0);
     assert_memory_equal(&file, built_in_image, sizeof file);
     assert_int_equal(rig_read(BEAM_WIRE_LIVE, sizeof live, &live), 0);
-    assert_int_equal(live.crc32, beam_crc32(0, 36, (const uint8_t *)&live));
+    assert_int_equal(live.crc32, beam_crc32(0, offsetof(struct beam_live, crc32), (const uint8_t *)&live));
     assert_true(live.status & BEAM_LIVE_BUILT_IN);
 
     assert_int_equal(ASK(BEAM_XCP_SET_MTA, 0, 0, 0, 0, 0, 1, 0), 0); /* the image */
@@ -81,7 +81,7 @@ static void test_memory(void **state)
     static const uint32_t nowhere[] = {0,
                                        BEAM_WIRE_IMAGE - 1,
                                        BEAM_WIRE_IMAGE + BEAM_IMAGE_BYTES - 3,
-                                       BEAM_WIRE_LIVE + 37,
+                                       BEAM_WIRE_LIVE + 45,
                                        BEAM_WIRE_INFO + (uint32_t)sizeof(struct beam_info) - 3,
                                        BEAM_WIRE_DRIVE + 25,
                                        UINT32_MAX,
@@ -237,7 +237,7 @@ static void test_daq_commands(void **state)
     assert_int_equal(ASK(BEAM_XCP_GET_DAQ_PROCESSOR_INFO), 0);
     assert_memory_equal(packet, ((uint8_t[]){0xFF, 0x13, 2, 0, 1, 0, 0, 0}), 8);
     assert_int_equal(ASK(BEAM_XCP_GET_DAQ_RESOLUTION_INFO), 0);
-    assert_memory_equal(packet, ((uint8_t[]){0xFF, 1, 40, 0, 0, 0x34, 1, 0}), 8);
+    assert_memory_equal(packet, ((uint8_t[]){0xFF, 1, 48, 0, 0, 0x34, 1, 0}), 8);
     assert_int_equal(ASK(BEAM_XCP_GET_DAQ_EVENT_INFO, 0, 0, 0), 0);
     assert_memory_equal(packet, ((uint8_t[]){0xFF, 4, 2, 6, 100, 4, 0}), 7); /* 100 × 10 µs */
     assert_int_equal(ASK(BEAM_XCP_UPLOAD, 6), 0);
@@ -272,12 +272,12 @@ static void test_daq_commands(void **state)
     assert_int_equal(ASK(BEAM_XCP_SET_DAQ_PTR, 0, 2, 0, 0, 0), BEAM_XCP_ERR_OUT_OF_RANGE);
     assert_int_equal(ASK(BEAM_XCP_SET_DAQ_PTR, 0, 1, 0, 0, 0), 0);
     assert_int_equal(ASK(BEAM_XCP_WRITE_DAQ, 3, 4, 0, 0, 0, 2, 0), BEAM_XCP_ERR_OUT_OF_RANGE);
-    assert_int_equal(ASK(BEAM_XCP_WRITE_DAQ, 0xFF, 41, 0, 0, 0, 2, 0), BEAM_XCP_ERR_OUT_OF_RANGE);
-    assert_int_equal(ASK(BEAM_XCP_WRITE_DAQ, 0xFF, 4, 0, 37, 0, 2, 0), BEAM_XCP_ERR_ACCESS_DENIED);
+    assert_int_equal(ASK(BEAM_XCP_WRITE_DAQ, 0xFF, 49, 0, 0, 0, 2, 0), BEAM_XCP_ERR_OUT_OF_RANGE);
+    assert_int_equal(ASK(BEAM_XCP_WRITE_DAQ, 0xFF, 4, 0, 45, 0, 2, 0), BEAM_XCP_ERR_ACCESS_DENIED);
     assert_int_equal(ASK(BEAM_XCP_WRITE_DAQ, 0xFF, 4, 0, 0, 0, 3, 0), BEAM_XCP_ERR_ACCESS_DENIED);
     assert_int_equal(ASK(BEAM_XCP_WRITE_DAQ, 0xFF, 4, 0, 0xFF, 0xFF, 1, 0), BEAM_XCP_ERR_ACCESS_DENIED);
-    assert_int_equal(ASK(BEAM_XCP_WRITE_DAQ, 0xFF, 40, 0, 0, 0, 2, 0), 0);
-    assert_int_equal(ASK(BEAM_XCP_WRITE_DAQ, 0xFF, 9, 0, 0, 0, 2, 0), 0);
+    assert_int_equal(ASK(BEAM_XCP_WRITE_DAQ, 0xFF, 48, 0, 0, 0, 2, 0), 0);
+    assert_int_equal(ASK(BEAM_XCP_WRITE_DAQ, 0xFF, 1, 0, 0, 0, 2, 0), 0);
     assert_int_equal(ASK(BEAM_XCP_WRITE_DAQ, 0xFF, 4, 0, 0, 0, 2, 0), BEAM_XCP_ERR_DAQ_CONFIG); /* behind the end */
     assert_int_equal(ASK(BEAM_XCP_SET_DAQ_LIST_MODE, 2, 1, 0, 0, 0, 1, 0), BEAM_XCP_ERR_MODE_NOT_VALID);
     assert_int_equal(ASK(BEAM_XCP_SET_DAQ_LIST_MODE, 0, 1, 0, 1, 0, 1, 0), BEAM_XCP_ERR_OUT_OF_RANGE);
@@ -285,6 +285,8 @@ static void test_daq_commands(void **state)
     assert_int_equal(ASK(BEAM_XCP_SET_DAQ_LIST_MODE, 0, 1, 0, 0, 0, 1, 0), 0);
     assert_int_equal(ASK(BEAM_XCP_START_STOP_DAQ_LIST, 1, 1, 0), BEAM_XCP_ERR_DAQ_CONFIG); /* 49 bytes in a frame */
     assert_int_equal(ASK(BEAM_XCP_SET_DAQ_PTR, 0, 1, 0, 0, 1), 0);
+    assert_int_equal(ASK(BEAM_XCP_SET_DAQ_PTR, 0, 1, 0, 0, 0), 0);
+    assert_int_equal(ASK(BEAM_XCP_WRITE_DAQ, 0xFF, 40, 0, 0, 0, 2, 0), 0);
     assert_int_equal(ASK(BEAM_XCP_WRITE_DAQ, 0xFF, 8, 0, 0, 0, 2, 0), 0);
     assert_int_equal(ASK(BEAM_XCP_START_STOP_DAQ_LIST, 1, 2, 0), BEAM_XCP_ERR_OUT_OF_RANGE);
     assert_int_equal(ASK(BEAM_XCP_START_STOP_DAQ_LIST, 3, 1, 0), BEAM_XCP_ERR_MODE_NOT_VALID);

@@ -142,7 +142,7 @@ static void a_record_keeps_every_bit(void **state)
     assert_int_equal(record_write(path, &written, RECORDING_DIGITS, &err), BF_OK);
     assert_int_equal(record_read(path, &read, &err), BF_OK);
     assert_int_equal(read.n, 100);
-    assert_int_equal(read.n_columns, 9);
+    assert_int_equal(read.n_columns, 11);
     assert_float_equal(read.dt_s, 1e-3, 1e-12);
     assert_true(read.t0_s == 0.0);
     assert_string_equal(record_meta(&read, "start"), "model at rest, step 0");

@@ -139,7 +139,7 @@ static void files_of_another_size(void **state)
         char *path = temporary_file("some.bfi", bytes, (size_t)size);
         assert_int_equal(target_image_read(path, &file, &err), i == 0 ? BF_OK : BF_BAD_FILE);
         if (i != 0)
-            assert_contains(err.text, i < 0 ? "fewer than 4948" : "more than 4948");
+            assert_contains(err.text, i < 0 ? "fewer than 5024" : "more than 5024");
         unlink(path);
         free(path);
     }

@@ -67,9 +67,9 @@ void reset(void)
 {
     *(volatile uint32_t *)0xE000ED88u |= 0xFu << 20;           /* the FPU, before any instruction of its */
     __asm__ volatile("dsb\n isb\n vmsr fpscr, %0" : : "r"(0)); /* to nearest, denormal numbers kept: as the host */
-    for (uint32_t *to = &data_begin, *from = &data_load; to < &data_end;)
+    for (uint32_t *to = &data_begin, *from = &data_load; (uintptr_t)to < (uintptr_t)&data_end;)
         *to++ = *from++;
-    for (uint32_t *to = &bss_begin; to < &bss_end;)
+    for (uint32_t *to = &bss_begin; (uintptr_t)to < (uintptr_t)&bss_end;)
         *to++ = 0;
     (void)main();
 }

@@ -130,7 +130,7 @@ static void at_exit(qemu_plugin_id_t id, void *user)
 
 int qemu_plugin_install(qemu_plugin_id_t id, const qemu_info_t *info, int argc, char **argv)
 {
-    struct adc_options adc = {.live_bytes = 40};
+    struct adc_options adc = {.live_bytes = 48};
     struct flash_options flash = {.erase_ns = 0};
     uint64_t begin_at = 0;
     const struct {
