@@ -323,7 +323,7 @@ $(B)/survival_steps: tests/survival/steps.c $(B)/libbeamt.a
 survival: $(B)/beamfit $(LIVE_$(BOARD)) $(B)/survival_steps ## test: what a board must survive [SHARE=0.02 CASES='kills noise' BOARD=stm32f405]
 	@python3 -B tests/survival/run.py --build $(B) --board $(BOARD) --share $(SHARE) $(CASES)
 WHAT ?=
-results: ## documents: docs/results/NAME.md for each NAME of WHAT [WHAT='bench boards experiments fuzz live_demo survival']
+results: ## documents: docs/results/NAME.md for each NAME of WHAT [WHAT='bench boards desk experiments fuzz live_demo survival']
 	@tools/results_page.sh $(WHAT)
 constants: ## documents: docs/constants.md from the sources of the host
 	@tools/constants.py
