@@ -11,7 +11,8 @@
 #include "record/record.h"
 
 static const char help[] =
-    "Usage: beamfit modes MODEL [-n COUNT] [--band HZ] [--shapes FILE] [--convergence] [--plot DIR] [--json]\n"
+    "Usage: beamfit modes MODEL [-n COUNT] [--band HZ] [--shapes FILE] [--measured LIST] [--convergence] [--plot DIR] "
+    "[--json]\n"
     "\n"
     "Natural frequencies, damping ratios and shapes of a model, linear effects included, from a converged spline "
     "model;\n"
@@ -21,13 +22,18 @@ static const char help[] =
     "  -n, --count COUNT   modes to print (default 5, at most 24)\n"
     "  --band HZ           modes up to this frequency must be right on the target (default: all it spans)\n"
     "  --shapes FILE       mode shapes as CSV: x_m, then one column a mode, largest deflection 1\n"
+    "  --measured LIST     beside frequencies that were measured: a file with a mode a line, frequency_Hz[, sd_Hz[, "
+    "damping_ratio]]; says\n"
+    "                      which mode each is, whether all are off by one factor, and which is no mode of the model\n"
     "  --convergence       also the error of each mode against the number of elements, for equidistant knots and for\n"
     "                      double knots on the region edges\n"
     "  --plot DIR          shapes, and with --convergence the errors, as PNG and PDF in DIR\n"
     "  --force             replace outputs even when `modes` has not made them or somebody has changed them\n"
     "  --json              {\"modes\": [{\"frequency_Hz\", \"damping_ratio\", ...}], \"deployed\": {\"dimension\", "
     "\"basis\",\n"
-    "                      \"relative_error\": [one for each mode in band]}}\n"
+    "                      \"relative_error\": [one for each mode in band]}, with --measured also \"measured\":\n"
+    "                      [{\"frequency_Hz\", \"sd_Hz\", \"damping_ratio\", \"mode\", \"model_Hz\", \"ratio\"}], "
+    "\"common_factor\", \"spread\", \"text\"}\n"
     "\n"
     "Example:\n"
     "  beamfit modes data/paper/b1tapih.yaml --convergence\n"
@@ -38,19 +44,23 @@ enum { MOST_MODES = 24, SHAPE_POINTS = 201, SIZES = 5, REFERENCE = 320 };
 static const size_t elements[SIZES] = {9, 18, 36, 72, 144}; /* equidistant: dimension = elements + 1 */
 
 struct arguments {
-    const char *model, *shapes, *plot;
+    const char *model, *shapes, *plot, *measured;
     size_t count;
     double band_Hz;
-    bool json, convergence;
+    bool json, convergence, counted;
 };
 
 static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
 {
-    static const struct option options[] = {
-        {"count", required_argument, NULL, 'n'},  {"band", required_argument, NULL, 'b'},
-        {"shapes", required_argument, NULL, 's'}, {"convergence", no_argument, NULL, 'c'},
-        {"plot", required_argument, NULL, 'p'},   OPTIONS_FORCE,
-        {"json", no_argument, NULL, 'j'},         {NULL, 0, NULL, 0}};
+    static const struct option options[] = {{"count", required_argument, NULL, 'n'},
+                                            {"band", required_argument, NULL, 'b'},
+                                            {"shapes", required_argument, NULL, 's'},
+                                            {"convergence", no_argument, NULL, 'c'},
+                                            {"plot", required_argument, NULL, 'p'},
+                                            {"measured", required_argument, NULL, 'm'},
+                                            OPTIONS_FORCE,
+                                            {"json", no_argument, NULL, 'j'},
+                                            {NULL, 0, NULL, 0}};
     int code;
     double number;
     while ((code = options_next(argc, argv, ":n:", options, err)) != -1) {
@@ -61,6 +71,7 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
             if (!(number >= 1.0 && number <= MOST_MODES))
                 return bf_fail(err, BF_USAGE, "--count %s: between 1 and %d modes can be printed", optarg, MOST_MODES);
             a->count = (size_t)number;
+            a->counted = true;
             break;
         case 'b':
             if (options_number("--band", optarg, &a->band_Hz, err) != BF_OK)
@@ -74,6 +85,9 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
             break;
         case 'p':
             a->plot = optarg;
+            break;
+        case 'm':
+            a->measured = optarg;
             break;
         case 'j':
             a->json = true;
@@ -250,16 +264,22 @@ static struct json *make_json(const struct arguments *a, const struct modes *m, 
 }
 
 static enum bf_status answer(const struct arguments *a, const struct model *model, const struct modes *m,
-                             struct bf_error *err)
+                             const struct pole_table *table, struct bf_error *err)
 {
     struct convergence *c = bf_alloc(1, sizeof *c);
     enum bf_status status = a->convergence ? converge(model, m->n, c, err) : BF_OK;
     if (status == BF_OK && a->shapes != NULL)
         status = write_shapes(a, m, err);
     if (status == BF_OK && a->json) {
-        status = json_print_and_free(make_json(a, m, c), stdout, err);
+        struct json *root = make_json(a, m, c);
+        if (a->measured != NULL)
+            pole_table_json(root, table);
+        status = json_print_and_free(root, stdout, err);
     } else if (status == BF_OK) {
-        print_table(m);
+        if (a->measured != NULL)
+            pole_table_print(stdout, table, m);
+        else
+            print_table(m);
         if (a->convergence)
             print_convergence(c, m->n);
     }
@@ -271,23 +291,44 @@ static enum bf_status answer(const struct arguments *a, const struct model *mode
     return status;
 }
 
+/* As many modes as the list has, and some above, unless --count says. */
+static enum bf_status compute(struct arguments *a, const struct frequency_list *measured, const struct model *model,
+                              struct modes *modes, struct pole_table *table, struct bf_error *err)
+{
+    double model_Hz[MOST_MODES];
+    if (measured->n > 0 && !a->counted)
+        a->count = measured->n + 4 < MOST_MODES ? measured->n + 4 : MOST_MODES;
+    const enum bf_status status = modes_compute(model, a->count, a->band_Hz, SHAPE_POINTS, modes, err);
+    for (size_t k = 0; status == BF_OK && k < modes->n; k++)
+        model_Hz[k] = modes->mode[k].undamped_Hz;
+    if (status == BF_OK && measured->n > 0)
+        pole_table_make(measured, model_Hz, modes->n, table);
+    return status;
+}
+
 static enum bf_status run(int argc, char **argv, struct bf_error *err)
 {
     struct arguments a = {.count = 5};
     struct model model;
     struct modes modes;
+    struct frequency_list measured = {0};
+    struct pole_table table = {0};
     if (parse(argc, argv, &a, err) != BF_OK)
         return BF_USAGE;
-    enum bf_status status = model_read(a.model, &model, err);
+    enum bf_status status = a.measured != NULL ? frequency_list_read(a.measured, &measured, err) : BF_OK;
+    if (status == BF_OK && (status = model_read(a.model, &model, err)) != BF_OK)
+        frequency_list_free(&measured);
     if (status != BF_OK)
         return status;
     if (a.plot != NULL)
         (void)plot_can_draw(a.plot);
-    status = modes_compute(&model, a.count, a.band_Hz, SHAPE_POINTS, &modes, err);
+    status = compute(&a, &measured, &model, &modes, &table, err);
     if (status == BF_OK) {
-        status = answer(&a, &model, &modes, err);
+        status = answer(&a, &model, &modes, &table, err);
         modes_free(&modes);
     }
+    pole_table_free(&table);
+    frequency_list_free(&measured);
     model_free(&model);
     return status;
 }
