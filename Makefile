@@ -305,6 +305,12 @@ drawn-imperfect: $(B)/beamfit $(B)/beam_truth ## measure: judge diagnose and its
 	@tools/deps.sh build test
 	@python3 -B tests/calibrate/run.py --build $(B) --work $(CALIBRATE) --jobs $(JOBS) --number $(N) --seed $(JUDGED)
 	@python3 -B tests/calibrate/fit.py --judge --work $(CALIBRATE) --number $(N) --seeds $(JUDGED)
+# Recordings of ../shared/data/real; answers are kept below MEASURED. SETS: names of tests/measured/sets.py.
+MEASURED ?= build/measured
+SETS ?=
+measured: $(B)/beamfit ## measure: the bench of measured beams; its table becomes docs/results/measured.md [SETS='unb_2 strip']
+	@tools/deps.sh build test
+	@python3 -B tests/measured/run.py --build $(B) --work $(MEASURED) --page docs/results/measured.md $(SETS)
 own-effect: $(B)/beamfit $(B)/libbeamf.a $(B)/beam_truth ## test: a user's effect in a copy of the tree, built and diagnosed (docs/own_effect.md)
 	@tools/own_effect.sh $(B)
 BOARD  ?= host
@@ -379,5 +385,5 @@ help: ## build: this list
 DEPFILES = $(FW_OBJ:.o=.d) $(BOARD_HOST_OBJ:.o=.d) $(SHADOWS:.o=.d) $(BEAM_SHADOWS:.o=.d) $(LIB_OBJ:.o=.d) $(FLOAT_OBJ:.o=.d) $(TARGET_OBJ:.o=.d) $(CPLX_OBJ:.o=.d) $(HOST_OBJ:.o=.d) $(B)/host/main.d \
            $(UNIT_TESTS:%=%.d) $(SYSTEM_TESTS:%=%.d) $(SYSTEM_COMMON:.o=.d) $(TRUTH_OBJ:.o=.d)
 -include $(wildcard $(DEPFILES))
-.PHONY: calibrate drawn-imperfect live-demo conformance survival results constants docs
+.PHONY: calibrate drawn-imperfect measured live-demo conformance survival results constants docs
 .PHONY: FORCE all tests unit test test-both demo deps lint layers size coverage bench hidden drawn false-alarms own-effect experiments data fuzz install deb uninstall clean help

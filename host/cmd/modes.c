@@ -32,16 +32,31 @@ static const struct answer_field convergence_fields[] = {
     {0},
 };
 
+static const struct answer_field measured_fields[] = {
+    ANSWER_ROW(NUMBER, "frequency_Hz", "measured"),
+    ANSWER_ROW(NUMBER, "sd_Hz", "its standard error, as the list says"),
+    ANSWER_ROW(NUMBER, "damping_ratio", "measured"),
+    {ANSWER_COUNT, "mode", "of the model, 1 the lowest; null: it has none there", NULL, ANSWER_NULL, NULL},
+    ANSWER_ROW(NUMBER, "model_Hz", "of that mode"),
+    ANSWER_ROW(NUMBER, "ratio", "measured over the model's"),
+    {0},
+};
+
 static const struct answer_field fields[] = {
     ANSWER_ROW_OF(LIST, "modes", "lowest first", mode_fields),
     ANSWER_ROW_OF(OBJECT, "deployed", "the space that would go on the target", deployed_fields),
     ANSWER_ROW(NUMBER, "spline_doubling_relative_change", "of the frequencies, at most"),
     {ANSWER_LIST, "convergence", "with --convergence", convergence_fields, ANSWER_MAYBE, NULL},
+    {ANSWER_LIST, "measured", "with --measured, as the list has them", measured_fields, ANSWER_MAYBE, NULL},
+    {ANSWER_NUMBER, "common_factor", "with --measured: by which all are off", NULL, ANSWER_MAYBE, NULL},
+    {ANSWER_NUMBER, "spread", "with --measured: of the factors, relative", NULL, ANSWER_MAYBE, NULL},
+    {ANSWER_TEXT, "text", "with --measured: what that says", NULL, ANSWER_MAYBE, NULL},
     {0},
 };
 
 static const char help[] =
-    "Usage: beamfit modes MODEL [-n COUNT] [--band HZ] [--shapes FILE] [--convergence] [--plot DIR] [--json]\n"
+    "Usage: beamfit modes MODEL [-n COUNT] [--band HZ] [--shapes FILE] [--measured LIST] [--convergence] [--plot DIR] "
+    "[--json]\n"
     "\n"
     "Natural frequencies, damping ratios and shapes of a model, linear effects included, from a converged spline "
     "model;\n"
@@ -52,6 +67,9 @@ static const struct option_row options[] = {
     {'n', 'n', "count", "COUNT", NULL, "modes to print (default 5, at most 24)"},
     {'b', 0, "band", "HZ", NULL, "modes up to this frequency must be right on the target (default: all it spans)"},
     {'s', 0, "shapes", "FILE", NULL, "mode shapes as CSV: x_m, then one column a mode, largest deflection 1"},
+    {'m', 0, "measured", "LIST", NULL,
+     "beside frequencies that were measured: a file with a mode a line, frequency_Hz[, sd_Hz[, damping_ratio]]; says "
+     "which mode each is, whether all are off by one factor, and which is no mode of the model"},
     {'c', 0, "convergence", NULL, NULL,
      "also the error of each mode against the number of elements, for equidistant knots and for double "
      "knots on the region edges"},
@@ -73,10 +91,10 @@ enum { MOST_MODES = 24, SHAPE_POINTS = 201, SIZES = 5, REFERENCE = 320 };
 static const size_t elements[SIZES] = {9, 18, 36, 72, 144}; /* equidistant: dimension = elements + 1 */
 
 struct arguments {
-    const char *model, *shapes, *plot;
+    const char *model, *shapes, *plot, *measured;
     size_t count;
     double band_Hz;
-    bool json, convergence, all;
+    bool json, convergence, all, counted;
 };
 
 static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
@@ -89,6 +107,7 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
             if (options_count("--count", optarg, 1, MOST_MODES, &count, err) != BF_OK)
                 return BF_USAGE;
             a->count = (size_t)count;
+            a->counted = true;
             break;
         case 'b':
             if (options_number("--band", optarg, &a->band_Hz, err) != BF_OK)
@@ -105,6 +124,9 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
             break;
         case 'p':
             a->plot = optarg;
+            break;
+        case 'm':
+            a->measured = optarg;
             break;
         case 'j':
             a->json = true;
@@ -294,16 +316,22 @@ static struct json *make_json(const struct arguments *a, const struct modes *m, 
 }
 
 static enum bf_status answer(const struct arguments *a, const struct model *model, const struct modes *m,
-                             struct bf_error *err)
+                             const struct pole_table *table, struct bf_error *err)
 {
     struct convergence *c = bf_alloc(1, sizeof *c);
     enum bf_status status = a->convergence ? converge(model, m->n, c, err) : BF_OK;
     if (status == BF_OK && a->shapes != NULL)
         status = write_shapes(a, m, err);
     if (status == BF_OK && a->json) {
-        status = answer_print_and_free(make_json(a, m, c), fields, err);
+        struct json *root = make_json(a, m, c);
+        if (a->measured != NULL)
+            pole_table_json(root, table);
+        status = answer_print_and_free(root, fields, err);
     } else if (status == BF_OK) {
-        print_table(m, a->all);
+        if (a->measured != NULL)
+            pole_table_print(stdout, table, m);
+        else
+            print_table(m, a->all);
         if (a->convergence)
             print_convergence(c, m->n);
     }
@@ -315,23 +343,44 @@ static enum bf_status answer(const struct arguments *a, const struct model *mode
     return status;
 }
 
+/* As many modes as the list has, and some above, unless --count says. */
+static enum bf_status compute(struct arguments *a, const struct frequency_list *measured, const struct model *model,
+                              struct modes *modes, struct pole_table *table, struct bf_error *err)
+{
+    double model_Hz[MOST_MODES];
+    if (measured->n > 0 && !a->counted)
+        a->count = measured->n + 4 < MOST_MODES ? measured->n + 4 : MOST_MODES;
+    const enum bf_status status = modes_compute(model, a->count, a->band_Hz, SHAPE_POINTS, modes, err);
+    for (size_t k = 0; status == BF_OK && k < modes->n; k++)
+        model_Hz[k] = modes->mode[k].undamped_Hz;
+    if (status == BF_OK && measured->n > 0)
+        pole_table_make(measured, model_Hz, modes->n, table);
+    return status;
+}
+
 static enum bf_status run(int argc, char **argv, struct bf_error *err)
 {
     struct arguments a = {.count = 5};
     struct model model;
     struct modes modes;
+    struct frequency_list measured = {0};
+    struct pole_table table = {0};
     if (parse(argc, argv, &a, err) != BF_OK)
         return BF_USAGE;
-    enum bf_status status = model_read(a.model, &model, err);
+    enum bf_status status = a.measured != NULL ? frequency_list_read(a.measured, &measured, err) : BF_OK;
+    if (status == BF_OK && (status = model_read(a.model, &model, err)) != BF_OK)
+        frequency_list_free(&measured);
     if (status != BF_OK)
         return status;
     if (a.plot != NULL)
         (void)plot_can_draw(a.plot);
-    status = modes_compute(&model, a.count, a.band_Hz, SHAPE_POINTS, &modes, err);
+    status = compute(&a, &measured, &model, &modes, &table, err);
     if (status == BF_OK) {
-        status = answer(&a, &model, &modes, err);
+        status = answer(&a, &model, &modes, &table, err);
         modes_free(&modes);
     }
+    pole_table_free(&table);
+    frequency_list_free(&measured);
     model_free(&model);
     return status;
 }

@@ -310,4 +310,25 @@ double history_error(double x);
 /* How many of the models were fitted. */
 int history_fits(const struct history *history);
 
+/*
+ * POLE TABLE — measured frequencies beside the undamped ones of a model, each with the mode that it belongs to, and what their ratios say together: one factor on
+ * all is a scale; a frequency that is 10 % from every mode, once the common factor is off, is no mode of the model.
+ */
+struct pole_pair {
+    struct measured_frequency measured;
+    size_t mode;            /* 1: the lowest; 0: no mode of the model */
+    double model_Hz, ratio; /* measured/model; NAN where there is no mode */
+};
+struct pole_table {
+    size_t n, n_pairs;
+    struct pole_pair *pairs; /* [n] as measured */
+    double factor, spread;   /* mean of the ratios, and their standard deviation as a share of it */
+    char text[1600];         /* sentences; "" with fewer than three pairs */
+};
+
+/* model_Hz[n_model] ascending. O(measured · modes). Free with pole_table_free(). */
+void pole_table_make(const struct frequency_list *measured, const double model_Hz[], size_t n_model,
+                     struct pole_table *out);
+void pole_table_free(struct pole_table *table);
+
 #endif

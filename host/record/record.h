@@ -8,6 +8,7 @@
  *     record_findings_find()                   what is wrong with a measured record before any model: overload, a second hit, hum …
  *     record_gate()                            a hammer's force without what its sensor says between hits
  *     record_write(), record_free()
+ *     frequency_list_read()                    a list of measured frequencies
  *
  * Recordings of other programs: import/import.h.
  */
@@ -221,5 +222,23 @@ enum { RECORDING_DIGITS = 10 };
 enum bf_status recording_make_record(const struct recording *recording, const struct recording_summary *summary,
                                      const char *input, const char *output, int latency, struct record *out,
                                      struct bf_error *err);
+
+/*
+ * FREQUENCY LIST — frequencies that somebody measured, one mode a line: frequency_Hz, and where they are known its standard error in Hz and the damping ratio.
+ * Separated by commas, semicolons or blanks; '#' lines are comments, and a first line of names is skipped.
+ */
+enum { FREQUENCY_LIST_MOST = 64 };
+struct measured_frequency {
+    double frequency_Hz, sd_Hz; /* sd_Hz 0: not known */
+    double damping_ratio;       /* NAN: not known */
+};
+struct frequency_list {
+    size_t n;
+    struct measured_frequency *modes; /* ascending */
+};
+
+/* BF_BAD_FILE: "file:line: ..." what is wrong. Free with frequency_list_free(); after a failure there is nothing to free. */
+enum bf_status frequency_list_read(const char *path, struct frequency_list *out, struct bf_error *err);
+void frequency_list_free(struct frequency_list *list);
 
 #endif

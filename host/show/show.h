@@ -98,6 +98,11 @@ struct json *compare_json(const struct comparison *comparison);
  */
 enum bf_status compare_plot(const struct comparison *comparison, const char *directory, struct bf_error *err);
 
+/* POLE TABLE — measured frequencies beside the modes that they were paired with; of the object root the keys "measured", "common_factor", "spread", "text". */
+
+void pole_table_print(FILE *out, const struct pole_table *table, const struct modes *modes);
+void pole_table_json(struct json *root, const struct pole_table *table);
+
 /* HISTORY — models in order of descent, with the errors that their files state. */
 
 void history_print(FILE *out, const struct history *history);

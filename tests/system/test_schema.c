@@ -35,6 +35,8 @@ static const char journey[] =
     "j a init -o start.yaml --input drive_V=patch_moment --output piezo_V=patch_strain --patch 0.02 0.08\n"
     "j a modes start.yaml\n"
     "j b modes start.yaml --convergence\n"
+    "printf '# frequency_Hz, sd_Hz\\n3, 0.1\\n19\\n7000\\n' >list.csv\n"
+    "j c modes start.yaml --measured list.csv\n"
     "j a add start.yaml tip_mass -o heavy.yaml\n"
     "j a drop heavy.yaml tip_mass -o light.yaml\n"
     "j a effects\n"
