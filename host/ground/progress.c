@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <signal.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -108,7 +109,7 @@ void progress_end(struct progress *progress)
     free(progress);
 }
 
-static volatile sig_atomic_t interrupted;
+static atomic_int interrupted; /* by the signal on any thread, and by progress_interrupt() */
 
 static void on_interrupt(int number)
 {

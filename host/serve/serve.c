@@ -16,7 +16,7 @@ struct server {
     serve_handler *handler;
     void *context;
     char *policy;
-    unsigned port;
+    _Atomic unsigned port; /* 0 until it is known: then no request is from here */
     char token[SERVE_TOKEN], address[SERVE_ADDRESS];
 };
 

@@ -100,6 +100,7 @@ enum bf_status compare_plot_bode(const struct comparison *all, const struct comp
         const struct plot_bode bode = {.directory = directory,
                                        .stem = stem,
                                        .title = title,
+                                       .note = text_base_name(record->path),
                                        .quantity = c->name,
                                        .per = per,
                                        .n = l.n,

@@ -24,10 +24,10 @@ static void name_picture(const struct comparison *all, const struct comparison_c
         (void)snprintf(stem, size, "%.*s-%s", length < 60 ? length : 60, name, c->name);
 }
 
-static void name_title(const struct comparison *all, const struct comparison_channel *c, char *title, size_t size)
+/* What was measured and how well it is predicted; whose record it is stands in the corner. */
+static void name_title(const struct comparison_channel *c, char *title, size_t size)
 {
-    (void)snprintf(title, size, "%.80s, %s: error %.3g %%", text_base_name(all->records[c->record].path), c->name,
-                   100.0 * c->nrmse);
+    (void)snprintf(title, size, "%s: error %.3g %%", c->name, 100.0 * c->nrmse);
     const size_t n = strlen(title);
     if (c->noise.rms > 0.0 && n < size)
         (void)snprintf(title + n, size - n, ", %.3g times the noise", c->noise_ratio);
@@ -50,13 +50,14 @@ double compare_worth_showing_Hz(const struct comparison_channel *c)
     return top_Hz < 0.6 * nyquist_Hz ? top_Hz : 0.0;
 }
 
-static enum bf_status draw_residual(const struct comparison_channel *c, const char *directory, const char *stem,
-                                    const char *title, struct bf_error *err)
+static enum bf_status draw_residual(const struct comparison_channel *c, const char *note, const char *directory,
+                                    const char *stem, const char *title, struct bf_error *err)
 {
     double edge_Hz[64], share[64];
     struct plot_residual page = {.directory = directory,
                                  .stem = stem,
                                  .title = title,
+                                 .note = note,
                                  .quantity = c->name,
                                  .n = c->n,
                                  .t0_s = c->t0_s,
@@ -93,10 +94,12 @@ enum bf_status compare_plot_channel(const struct comparison *all, size_t channel
     if (c->n < COMPARE_PLOT)
         return bf_fail(err, BF_NUMERIC, "a picture of '%s' needs at least %d samples; it has %zu", c->name,
                        COMPARE_PLOT, c->n);
-    name_title(all, c, title, sizeof title);
+    const char *note = text_base_name(all->records[c->record].path);
+    name_title(c, title, sizeof title);
     const struct plot_panels panels = {.directory = directory,
                                        .stem = stem,
                                        .title = title,
+                                       .note = note,
                                        .quantity = c->name,
                                        .n = c->n,
                                        .t0_s = c->t0_s,
@@ -111,7 +114,7 @@ enum bf_status compare_plot_channel(const struct comparison *all, size_t channel
     if (status != BF_OK)
         return status;
     (void)snprintf(residual, sizeof residual, "%s-residual", stem);
-    return draw_residual(c, directory, residual, title, err);
+    return draw_residual(c, note, directory, residual, title, err);
 }
 
 enum bf_status compare_plot(const struct comparison *all, const char *directory, struct bf_error *err)

@@ -11,6 +11,7 @@
  * input, and the share of the misfit per band. Parts that are absent (NULL) leave their panel out. */
 struct plot_residual {
     const char *directory, *stem, *title, *quantity;
+    const char *note; /* small, in the corner: whose record it is; NULL: none */
     size_t n;
     double t0_s, dt_s;
     const double *residual;  /* [n] */
@@ -32,6 +33,7 @@ enum bf_status plot_residual(const struct plot_residual *residual, struct bf_err
 /* A frequency response: magnitude and phase, measured and of the model; with `noise` its standard error and the coherence. */
 struct plot_bode {
     const char *directory, *stem, *title;
+    const char *note;           /* as of plot_residual */
     const char *quantity, *per; /* output, as in plot_panels; what it is divided by, "/N" */
     size_t n;
     const double *frequency_Hz;             /* [n] */
@@ -118,5 +120,10 @@ void plot_quantity(const char *name, const char *suffix, char *out, size_t size)
 
 /* The start of the `length` (1 to n) samples of z[n] with the most energy. */
 size_t plot_most_motion(const double z[], size_t n, size_t length);
+
+/* "m" for a value of 0.02 V, "" where the unit takes no prefix; its values times *factor have that prefix. */
+const char *plot_prefix(double x, const char *unit, double *factor);
+/* plot_quantity() with the prefix of its largest value, "piezo (mV)"; returns the factor of its values. */
+double plot_scaled(const char *name, double largest, char *out, size_t size);
 
 #endif

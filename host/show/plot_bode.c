@@ -44,35 +44,49 @@ static void coherence_panel(struct picture *p)
                   p->stem);
 }
 
+/* Room for both curves; noise far below them is cut. */
+static void magnitude_axis(const struct plot_bode *q, struct picture *p)
+{
+    double low = HUGE_VAL, high = 0.0;
+    for (size_t k = 0; k < q->n; k++) {
+        const double a = cabs(q->measured[k]), b = cabs(q->model[k]);
+        low = fmin(low, fmin(a > 0.0 ? a : low, b > 0.0 ? b : low));
+        high = fmax(high, fmax(a, b));
+    }
+    if (high > 0.0)
+        plot_si_logarithmic(p->script, 'y', fmax(low, 1e-9 * high) / 1.4, 1.4 * high);
+}
+
 static void magnitude_panel(const struct plot_bode *q, struct picture *p)
 {
     char label[160];
     plot_quantity(q->quantity, q->per, label, sizeof label);
     plot_panel_title(p->script, q->noise != NULL ? "(b) magnitude" : "(a) magnitude");
     plot_axes(p->script, "", label);
-    (void)fprintf(p->script,
-                  "set logscale y\nset format y '10^{%%T}'\nset yrange [*:*]\n"
-                  "plot '%s-measured.dat' using 1:2 with lines linewidth 1.2 linecolor rgb '" PLOT_BLUE
-                  "' title 'measured', "
-                  "'%s-model.dat' using 1:2 with lines linewidth 1.4 dashtype 2 linecolor rgb '" PLOT_VERMILLION
-                  "' title 'model'",
-                  p->stem, p->stem);
+    magnitude_axis(q, p);
+    (void)fprintf(
+        p->script,
+        "plot '%s-measured.dat' using 1:2 with lines linewidth 1.2 linecolor rgb '" PLOT_MEASURED "' title 'measured', "
+        "'%s-model.dat' using 1:2 with lines linewidth 1.4 dashtype 2 linecolor rgb '" PLOT_MODEL "' title 'model'",
+        p->stem, p->stem);
     if (q->noise != NULL)
         (void)fprintf(p->script,
-                      ", '%s-noise.dat' using 1:2 with lines linewidth 1 linecolor rgb 'black' title 'noise'", p->stem);
-    (void)fprintf(p->script, "\nunset logscale\nset format y '%%h'\n");
+                      ", '%s-noise.dat' using 1:2 with lines linewidth 1 linecolor rgb '" PLOT_NOISE "' title 'noise'",
+                      p->stem);
+    (void)fputc('\n', p->script);
+    plot_linear(p->script, 'y');
 }
 
 static void phase_panel(const struct plot_bode *q, struct picture *p)
 {
     plot_panel_title(p->script, q->noise != NULL ? "(c) phase" : "(b) phase");
     plot_axes(p->script, "Frequency (Hz)", "Phase (deg)");
-    (void)fprintf(p->script,
-                  "set yrange [-190:190]\nset ytics 90\n"
-                  "plot '%s-measured.dat' using 1:3 with lines linewidth 1.2 linecolor rgb '" PLOT_BLUE "' notitle, "
-                  "'%s-model.dat' using 1:3 with lines linewidth 1.4 dashtype 2 linecolor rgb '" PLOT_VERMILLION
-                  "' notitle\n",
-                  p->stem, p->stem);
+    (void)fprintf(
+        p->script,
+        "set yrange [-190:190]\nset ytics 90\n"
+        "plot '%s-measured.dat' using 1:3 with lines linewidth 1.2 linecolor rgb '" PLOT_MEASURED "' notitle, "
+        "'%s-model.dat' using 1:3 with lines linewidth 1.4 dashtype 2 linecolor rgb '" PLOT_MODEL "' notitle\n",
+        p->stem, p->stem);
 }
 
 enum bf_status plot_bode(const struct plot_bode *q, struct bf_error *err)
@@ -86,9 +100,10 @@ enum bf_status plot_bode(const struct plot_bode *q, struct bf_error *err)
     if (q->noise != NULL)
         write_noise(q, &p);
     plot_sheet(p.script,
-               q->noise != NULL ? "layout 3,1 margins 0.11,0.985,0.075,0.9 spacing 0.1,0.09"
-                                : "layout 2,1 margins 0.11,0.985,0.09,0.88 spacing 0.1,0.12",
+               q->noise != NULL ? "layout 3,1 margins 0.11,0.985,0.085,0.885 spacing 0.1,0.115"
+                                : "layout 2,1 margins 0.11,0.985,0.1,0.865 spacing 0.1,0.15",
                q->title);
+    plot_note(p.script, q->note);
     (void)fprintf(p.script, "set xrange [%.9g:%.9g]\n", q->frequency_Hz[0], q->frequency_Hz[q->n - 1]);
     if (q->noise != NULL)
         coherence_panel(&p);

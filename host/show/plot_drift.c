@@ -83,21 +83,22 @@ static void panel(const struct plot_drift *q, struct picture *p, enum column col
     (void)fprintf(p->script,
                   "set label 1 '%s' at graph 0, graph 1.06 left\nset key at graph 1, graph 1.02 right bottom "
                   "horizontal maxrows 1 width -1 samplen 4\n"
-                  "set logscale x\nset format x '10^{%%T}'\nset format y '%%.7g'\nset xrange [%.6g:%.6g]\nset yrange "
-                  "[%.9g:%.9g]\n",
-                  column == FREQUENCY ? "(a) frequency" : "(b) damping", left / 1.5, right * 1.5, low, high);
+                  "set format y '%%.7g'\nset yrange [%.9g:%.9g]\n",
+                  column == FREQUENCY ? "(a) frequency" : "(b) damping", low, high);
+    if (right > 0.0)
+        plot_si_logarithmic(p->script, 'x', left / 1.5, right * 1.5);
     (void)fprintf(p->script,
-                  "plot '%s-before.dat' using 1:%d with lines dashtype 2 linewidth 2 linecolor rgb '" PLOT_VERMILLION
+                  "plot '%s-before.dat' using 1:%d with lines dashtype 2 linewidth 2 linecolor rgb '" PLOT_MODEL_BEFORE
                   "' title 'model before'",
                   p->stem, y);
     if (q->n_after > 0)
         (void)fprintf(p->script,
-                      ", '%s-after.dat' using 1:%d with lines linewidth 2 linecolor rgb '" PLOT_BLUE
+                      ", '%s-after.dat' using 1:%d with lines linewidth 2 linecolor rgb '" PLOT_MODEL
                       "' title 'model after'",
                       p->stem, y);
     (void)fprintf(p->script,
                   ", '%s-measured.dat' using 1:%d:%d with yerrorbars pointtype 7 pointsize 0.8*mark linewidth 0.8 "
-                  "linecolor rgb 'black' title 'measured'\n",
+                  "linecolor rgb '" PLOT_MEASURED "' title 'measured'\n",
                   p->stem, y, sd);
 }
 

@@ -112,12 +112,12 @@ static void motion_panel(const struct plot_force *q, struct picture *p, bool vel
     plot_panel_title(p->script, velocity ? "(b) what the mean in (a) leaves" : "(a) against displacement");
     plot_axes(p->script, velocity ? q->velocity : q->displacement, q->force);
     (void)fprintf(p->script,
-                  "set key bottom right\nset xtics %.6g\nset xrange [%.6g:%.6g]\nset yrange [%.6g:%.6g]\n"
+                  "set xtics %.6g\nset xrange [%.6g:%.6g]\nset yrange [%.6g:%.6g]\n"
                   "plot '%s-samples.dat' using %d:%d with points pointtype 7 pointsize 0.6*dot linecolor rgb '#B8C4CE'"
                   ", '%s-%s.dat' using 1:2 with linespoints pointtype 7 pointsize 0.8*mark linewidth 1.6 linecolor "
                   "rgb '%s'\n",
                   plot_tick_step(1.5 * (high - low)), 1.05 * low, 1.05 * high, -y, y, p->stem, velocity ? 2 : 1,
-                  velocity ? 4 : 3, p->stem, velocity ? "of_v" : "of_w", velocity ? PLOT_VERMILLION : PLOT_BLUE);
+                  velocity ? 4 : 3, p->stem, velocity ? "of_v" : "of_w", PLOT_RESIDUAL);
 }
 
 static void size_panel(const struct plot_force *q, struct picture *p)
@@ -139,14 +139,14 @@ static void spectrum_panel(const struct plot_force *q, struct picture *p, double
     (void)fprintf(p->script, "set autoscale\nset logscale y\nset format y '10^{%%T}'\nset xrange [0:%.6g]\n", top_Hz);
     if (largest > 0.0)
         (void)fprintf(p->script, "set yrange [%.6g:%.6g]\n", 1e-4 * largest, 5.0 * largest);
-    (void)fprintf(p->script, "set xtics %.6g\nset key top right\n", plot_tick_step(top_Hz));
+    (void)fprintf(p->script, "set xtics %.6g\n", plot_tick_step(top_Hz));
     for (size_t m = 0; m < q->n_modes && q->mode_Hz[m] < top_Hz; m++)
         (void)fprintf(p->script,
                       "set arrow from %.6g, graph 0 to %.6g, graph 1 nohead back dashtype 3 linewidth 1 linecolor rgb "
                       "'" PLOT_GREY "'\n",
                       q->mode_Hz[m], q->mode_Hz[m]);
     (void)fprintf(p->script,
-                  "plot '%s-spectrum.dat' using 1:2 with lines linewidth 0.8 linecolor rgb '" PLOT_PURPLE
+                  "plot '%s-spectrum.dat' using 1:2 with lines linewidth 0.8 linecolor rgb '" PLOT_RESIDUAL
                   "', NaN with lines dashtype 3 linewidth 1 linecolor rgb '" PLOT_GREY "' title 'modes'\n",
                   p->stem);
 }
@@ -162,7 +162,7 @@ enum bf_status plot_force(const struct plot_force *q, struct bf_error *err)
     write_pairs(&p, "sizes", "displacement_rms force_rms", q->size_w, q->size_f, q->n_sizes);
     const double top_Hz = write_spectrum(q, &p, &largest);
     plot_sheet(p.script,
-               "layout 2,2 margins screen 0.11, screen 0.97, screen 0.08, screen 0.9 spacing screen 0.14, screen 0.15",
+               "layout 2,2 margins screen 0.11, screen 0.97, screen 0.08, screen 0.88 spacing screen 0.14, screen 0.19",
                q->title);
     motion_panel(q, &p, false);
     motion_panel(q, &p, true);

@@ -158,7 +158,26 @@ void plot_panel_title(FILE *script, const char *title)
 {
     (void)fputs("set label 1 ", script);
     plot_quote(script, title);
-    (void)fputs(" at graph 0, graph 1.06 left noenhanced\nset key inside top right horizontal width -2\n", script);
+    (void)fputs(" at graph 0, graph 1 offset 0,1.75 left noenhanced\nset key at graph 1, graph 1 right bottom "
+                "horizontal maxrows 1 "
+                "width -1 samplen 2 height 0.2\n",
+                script);
+}
+
+void plot_note(FILE *script, const char *note)
+{
+    if (note == NULL)
+        return;
+    (void)fputs("set label 9 ", script);
+    plot_quote(script, note);
+    (void)fputs(" at screen 0.992, screen 0.012 right noenhanced font ',' . (kind eq 'pdf' ? '6.5' : '15') textcolor "
+                "rgb '" PLOT_GREY "'\n",
+                script);
+}
+
+void plot_ticks(FILE *script, char axis, double low, double high)
+{
+    (void)fprintf(script, "set %ctics %.6g\n", axis, plot_tick_step(high > low ? high - low : 1.0));
 }
 
 void plot_axes(FILE *script, const char *x_label, const char *y_label)
@@ -185,24 +204,6 @@ double plot_tick_step(double range)
 {
     const double power = pow(10.0, floor(log10(range / 4.0))), x = range / 4.0 / power;
     return power * (x < 1.5 ? 1.0 : x < 3.5 ? 2.0 : x < 7.5 ? 5.0 : 10.0);
-}
-
-void plot_quantity(const char *name, const char *suffix, char *out, size_t size)
-{
-    static const struct {
-        const char *ending, *unit;
-    } units[] = {{"_V", "V"},       {"_N", "N"},         {"_m", "m"},   {"_mps", "m/s"}, {"_mps2", "m/s²"},
-                 {"_rad", "rad"},   {"_radps", "rad/s"}, {"_Pa", "Pa"}, {"_A", "A"},     {"_mm", "mm"},
-                 {"_mmps", "mm/s"}, {"_g", "g"},         {"_Nm", "N·m"}};
-    const char *ending = strrchr(name, '_');
-    for (size_t i = 0; ending != NULL && ending != name && i < sizeof units / sizeof *units; i++)
-        if (strcmp(ending, units[i].ending) == 0) {
-            const bool power = strncmp(suffix, "²", strlen("²")) == 0 && strpbrk(units[i].unit, "/") != NULL;
-            (void)snprintf(out, size, power ? "%.*s ((%s)%s)" : "%.*s (%s%s)", (int)(ending - name), name,
-                           units[i].unit, suffix);
-            return;
-        }
-    (void)snprintf(out, size, "%s", name);
 }
 
 static void write_row(FILE *f, double t, const double *const y[], size_t n_series, size_t i)

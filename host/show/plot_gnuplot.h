@@ -25,6 +25,15 @@
 #define PLOT_PURPLE     "#CC79A7"
 #define PLOT_GREY       "#8C8C8C"
 
+/* What is what, in every picture and on the page (host/show/page/explore.css). */
+#define PLOT_MEASURED     PLOT_BLUE
+#define PLOT_MODEL        PLOT_VERMILLION
+#define PLOT_MODEL_BEFORE PLOT_PURPLE
+#define PLOT_RESIDUAL     PLOT_GREEN
+#define PLOT_NOISE        "#595959"
+#define PLOT_FITTED       PLOT_BLUE /* records, where curves are of records and not of signals */
+#define PLOT_HELD_OUT     PLOT_ORANGE
+
 struct picture {
     char *directory;
     char stem[120]; /* sanitised */
@@ -44,8 +53,15 @@ enum bf_status picture_end(struct picture *p, struct bf_error *err);
 
 /* 'text' as a gnuplot string: control characters and markup cannot leave it. */
 void plot_quote(FILE *script, const char *text);
-/* Panel title at the upper left, its key at the upper right, both outside the data. */
+/* Panel title above the panel at its left; its key below the title at the right, both outside the data. */
 void plot_panel_title(FILE *script, const char *title);
+/* Small and grey in the lower right corner; NULL: nothing. */
+void plot_note(FILE *script, const char *note);
+/* About four ticks of an axis, 'x' or 'y'. */
+void plot_ticks(FILE *script, char axis, double low, double high);
+/* A logarithmic axis, 'x' or 'y', over this range, with a tick each power of ten as "10 m", "1 µ"; plot_linear() ends it. */
+void plot_si_logarithmic(FILE *script, char axis, double low, double high);
+void plot_linear(FILE *script, char axis);
 void plot_axes(FILE *script, const char *x_label, const char *y_label);
 /* Begins a multiplot; layout: gnuplot's words after `set multiplot`. title may be NULL. */
 void plot_sheet(FILE *script, const char *layout, const char *title);

@@ -81,25 +81,26 @@ enum bf_status plot_history(const struct plot_history *q, struct bf_error *err)
     if (q->title != NULL) {
         (void)fprintf(p.script, "set title ");
         plot_quote(p.script, q->title);
-        (void)fprintf(p.script, " noenhanced\n");
+        (void)fprintf(p.script, " noenhanced offset 0,%d\n", two ? 2 : 1); /* above the key */
     }
     plot_axes(p.script, "Model", "error of the prediction (%)");
     history_ticks(q, &p);
     (void)fprintf(
         p.script,
-        "set key inside top right horizontal width -2 maxcols %d\nset logscale y\nset xrange [0.5:%zu.5]\nset yrange "
+        "set key at graph 1, graph 1 right bottom horizontal width -1 maxcols %d\nset logscale y\nset xrange "
+        "[0.5:%zu.5]\nset yrange "
         "[%.6g:%.6g]\n"
         "plot '%s-errors.dat' using 1:2 with linespoints pointtype 7 pointsize mark linewidth 1.6 linecolor rgb "
-        "'" PLOT_BLUE "' title 'fitted records', '' using 1:3 with linespoints pointtype 5 pointsize mark linewidth "
-        "1.6 dashtype 2 linecolor rgb '" PLOT_VERMILLION "' title 'held out'",
-        two ? 2 : 3, q->n, 0.6 * least, (two ? 6.0 : 3.0) * largest, p.stem);
+        "'" PLOT_FITTED "' title 'fitted records', '' using 1:3 with linespoints pointtype 5 pointsize mark linewidth "
+        "1.6 dashtype 2 linecolor rgb '" PLOT_HELD_OUT "' title 'held out'",
+        two ? 2 : 3, q->n, 0.6 * least, 1.6 * largest, p.stem);
     for (int j = 0; j < 2; j++)
         if (drawable(floors[j]) && (two || j == 0 || !drawable(floors[0])))
             (void)fprintf(p.script, ", %.6g with lines linewidth 1.4 dashtype %d linecolor rgb '%s' title '%s'",
                           100.0 * floors[j], j + 1,
-                          !two     ? "black"
-                          : j == 0 ? PLOT_BLUE
-                                   : PLOT_VERMILLION,
+                          !two     ? PLOT_NOISE
+                          : j == 0 ? PLOT_FITTED
+                                   : PLOT_HELD_OUT,
                           !two     ? "noise"
                           : j == 0 ? "noise, fitted"
                                    : "noise, held out");
@@ -165,9 +166,9 @@ enum bf_status plot_convergence(const struct plot_convergence *q, struct bf_erro
 {
     static const char *const colours[] = {PLOT_BLUE, PLOT_VERMILLION, PLOT_GREEN, PLOT_PURPLE, PLOT_ORANGE, "black"};
     static const int points[] = {7, 5, 9, 13, 11, 6}, dashes[] = {1, 2, 4, 5, 3, 1};
-    enum { STYLES = sizeof colours / sizeof *colours };
+    enum { STYLES = sizeof colours / sizeof *colours, FEW = 16 }; /* points that are worth a mark each */
     struct picture p;
-    picture_begin(q->directory, q->stem, 14.0, 10.0, &p);
+    picture_begin(q->directory, q->stem, 19.0, 10.0, &p);
     double range[4];
     const bool any = write_lines(q, &p, range) > 0;
     if (!any && p.error.status == BF_OK)
@@ -183,13 +184,15 @@ enum bf_status plot_convergence(const struct plot_convergence *q, struct bf_erro
         print_range(p.script, 'y', range[2], range[3], q->linear_y);
         own_ticks(q, p.script);
     }
-    (void)fprintf(p.script, "%sset key outside bottom center horizontal\nplot ",
+    (void)fprintf(p.script, "%sset key outside right center vertical width 1\nplot ",
                   q->linear_y ? "" : "set format y '10^{%T}'\n");
     for (size_t i = 0; i < q->n_lines; i++) {
-        (void)fprintf(p.script,
-                      "%s'%s-lines.dat' index %zu using 1:2 with linespoints pointtype %d pointsize mark dashtype %d "
-                      "linewidth 1.5 linecolor rgb '%s' title ",
-                      i > 0 ? ", " : "", p.stem, i, points[i % STYLES], dashes[i % STYLES], colours[i % STYLES]);
+        char marks[80] = "lines";
+        if (q->lines[i].n <= FEW)
+            (void)snprintf(marks, sizeof marks, "linespoints pointtype %d pointsize mark dashtype %d",
+                           points[i % STYLES], dashes[i % STYLES]);
+        (void)fprintf(p.script, "%s'%s-lines.dat' index %zu using 1:2 with %s linewidth 1.5 linecolor rgb '%s' title ",
+                      i > 0 ? ", " : "", p.stem, i, marks, colours[i % STYLES]);
         plot_quote(p.script, q->lines[i].legend);
     }
     (void)fprintf(p.script, "\n");

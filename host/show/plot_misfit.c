@@ -10,7 +10,7 @@
 
 static const char *const state_name[PLOT_STATES] = {"before, fitted", "before, held out", "after, fitted",
                                                     "after, held out"};
-static const char *const state_colour[PLOT_STATES] = {PLOT_VERMILLION, "#F2B78E", PLOT_BLUE, "#8FC3E3"};
+static const char *const state_colour[PLOT_STATES] = {PLOT_MODEL_BEFORE, "#E9CBDC", PLOT_MODEL, "#F2B78E"};
 
 #define KEY_ABOVE "set key at graph 1, graph 1.02 right bottom horizontal maxrows 2 width -2\n"
 
@@ -104,7 +104,7 @@ static void band_panel(const struct plot_misfit *q, struct picture *p, struct sp
                           p->stem, (position + 0.5) * width - 0.4, s + 3, state_colour[s], state_name[s]);
             position++;
         }
-    (void)fprintf(p->script, "1 with lines linewidth 1.4 linecolor rgb 'black' title 'noise'\n");
+    (void)fprintf(p->script, "1 with lines linewidth 1.4 linecolor rgb '" PLOT_NOISE "' title 'noise'\n");
 }
 
 static void level_panel(const struct plot_misfit *q, struct picture *p, struct span range)
@@ -127,9 +127,9 @@ static void level_panel(const struct plot_misfit *q, struct picture *p, struct s
             (void)fprintf(p->script,
                           "'%s-levels.dat' using (100*$1):%d with linespoints pointtype %d pointsize mark dashtype %d "
                           "linewidth 1.6 linecolor rgb '%s' title '%s', ",
-                          p->stem, s + 2, point[s], dash[s], s < PLOT_AFTER ? PLOT_VERMILLION : PLOT_BLUE,
+                          p->stem, s + 2, point[s], dash[s], s < PLOT_AFTER ? PLOT_MODEL_BEFORE : PLOT_MODEL,
                           state_name[s]);
-    (void)fprintf(p->script, "1 with lines linewidth 1.4 linecolor rgb 'black' title 'noise'\n");
+    (void)fprintf(p->script, "1 with lines linewidth 1.4 linecolor rgb '" PLOT_NOISE "' title 'noise'\n");
 }
 
 enum bf_status plot_misfit(const struct plot_misfit *q, struct bf_error *err)
@@ -216,7 +216,7 @@ enum bf_status plot_ranking(const struct plot_ranking *q, struct bf_error *err)
     if (q->title != NULL) {
         (void)fprintf(p.script, "set title ");
         plot_quote(p.script, q->title);
-        (void)fprintf(p.script, " noenhanced offset 0,0.8\n");
+        (void)fprintf(p.script, " noenhanced offset 0,1.2\n");
     }
     plot_axes(p.script, "misfit after adding the effect / noise", "");
     log_axis(p.script, 'x', range);
@@ -230,16 +230,16 @@ enum bf_status plot_ranking(const struct plot_ranking *q, struct bf_error *err)
                           i, i + 1);
     }
     (void)fprintf(p.script,
-                  "set arrow from 1, graph 0 to 1, graph 1 nohead back linewidth 1.4 linecolor rgb 'black'\n"
+                  "set arrow from 1, graph 0 to 1, graph 1 nohead back linewidth 1.4 linecolor rgb '" PLOT_NOISE "'\n"
                   "set label 'noise' at 1, graph 1 offset 0,0.6 center\n"
                   "set yrange [%zu.5:0.5]\nset key at screen 0.5, screen 0.01 center bottom horizontal maxrows 1 "
                   "width 1\nset bmargin 5\n"
-                  "plot '%s-rows.dat' using 2:1 with points pointtype 7 pointsize 1.6*mark linecolor rgb '" PLOT_BLUE
+                  "plot '%s-rows.dat' using 2:1 with points pointtype 7 pointsize 1.6*mark linecolor rgb '" PLOT_FITTED
                   "' title 'fitted records'",
                   q->n, p.stem);
     if (held_out)
         (void)fprintf(p.script, ", '' using 3:1 with points pointtype 4 pointsize 2.2*mark linewidth 1.6 linecolor rgb "
-                                "'" PLOT_VERMILLION "' title 'held out'");
+                                "'" PLOT_HELD_OUT "' title 'held out'");
     (void)fprintf(p.script, "\n");
     return picture_end(&p, err);
 }

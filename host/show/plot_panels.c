@@ -92,7 +92,7 @@ static struct axis write_spectra(const struct plot_panels *q, struct picture *p,
     free(b);
     if (!(largest > 0.0))
         largest = 1.0;
-    return (struct axis){floor > 0.0 ? fmax(0.05 * floor, 1e-9 * largest) : 1e-6 * largest, 20.0 * largest};
+    return (struct axis){floor > 0.0 ? fmax(0.05 * floor, 1e-9 * largest) : 1e-6 * largest, 3.0 * largest};
 }
 
 /* Panel (d): both as the band-limited signals that their samples stand for, and the measured samples. */
@@ -130,13 +130,16 @@ static void time_panel(const struct plot_panels *q, struct picture *p, const cha
                        const char *colour)
 {
     char label[160];
-    plot_quantity(q->quantity, "", label, sizeof label);
+    const struct axis y = common_range(q->measured, q->model, q->n);
+    const double k = plot_scaled(q->quantity, fmax(-y.low, y.high), label, sizeof label);
     plot_panel_title(p->script, title);
     plot_axes(p->script, "Time (s)", label);
+    plot_ticks(p->script, 'y', k * y.low, k * y.high);
     (void)fprintf(p->script,
-                  "set xrange [%.9g:%.9g]\n"
-                  "plot '%s-time.dat' using 1:%d with lines linewidth 0.8 linecolor rgb '%s'\n",
-                  q->t0_s, q->t0_s + (double)q->n * q->dt_s, p->stem, column, colour);
+                  "unset key\nset xrange [%.9g:%.9g]\nset yrange [%.6g:%.6g]\n"
+                  "plot '%s-time.dat' using 1:(%.9g*$%d) with lines linewidth 0.8 linecolor rgb '%s'\n"
+                  "set ytics autofreq\n",
+                  q->t0_s, q->t0_s + (double)q->n * q->dt_s, k * y.low, k * y.high, p->stem, k, column, colour);
 }
 
 static void spectrum_panel(const struct plot_panels *q, struct picture *p, struct axis y)
@@ -146,41 +149,45 @@ static void spectrum_panel(const struct plot_panels *q, struct picture *p, struc
     plot_quantity(q->quantity, "", label, sizeof label);
     plot_panel_title(p->script, "(c) amplitude spectrum");
     plot_axes(p->script, "Frequency (Hz)", label);
+    plot_si_logarithmic(p->script, 'y', y.low, y.high);
+    (void)fprintf(p->script, "set xrange [%.9g:%.9g]\nplot ", q->from_Hz, to);
     (void)fprintf(p->script,
-                  "set logscale y\nset format y '10^{%%T}'\nset xrange [%.9g:%.9g]\nset yrange [%.6g:%.6g]\nplot ",
-                  q->from_Hz, to, y.low, y.high);
-    (void)fprintf(p->script,
-                  "'%s-spectrum.dat' using 1:2 with lines linewidth 1 linecolor rgb '" PLOT_BLUE "' title 'measured', "
-                  "'' using 1:3 with lines linewidth 1 dashtype 2 linecolor rgb '" PLOT_VERMILLION "' title 'model'",
+                  "'%s-spectrum.dat' using 1:2 with lines linewidth 1 linecolor rgb '" PLOT_MEASURED
+                  "' title 'measured', "
+                  "'' using 1:3 with lines linewidth 1 dashtype 2 linecolor rgb '" PLOT_MODEL "' title 'model'",
                   p->stem);
     if (q->noise_psd != NULL)
-        (void)fprintf(p->script, ", '' using 1:4 with lines linewidth 1.6 linecolor rgb 'black' title 'noise'");
-    (void)fprintf(p->script, "\nunset logscale\nset format y '%%h'\nset yrange [*:*]\n");
+        (void)fprintf(p->script,
+                      ", '' using 1:4 with lines linewidth 1.6 linecolor rgb '" PLOT_NOISE "' title 'noise'");
+    (void)fputc('\n', p->script);
+    plot_linear(p->script, 'y');
 }
 
 static void detail_panel(const struct plot_panels *q, struct picture *p, size_t from, size_t to)
 {
     char label[160];
-    plot_quantity(q->quantity, "", label, sizeof label);
+    const struct axis y = common_range(q->measured + from, q->model + from, to - from);
+    const double k = plot_scaled(q->quantity, fmax(-y.low, y.high), label, sizeof label);
     plot_panel_title(p->script, "(d) a short interval");
     plot_axes(p->script, "Time (s)", label);
     const double start = q->t0_s + (double)from * q->dt_s, end = q->t0_s + (double)(to - 1) * q->dt_s;
-    struct axis y = common_range(q->measured + from, q->model + from, to - from);
-    y.high += 0.2 * (y.high - y.low); /* the key */
+    plot_ticks(p->script, 'x', start, end);
+    plot_ticks(p->script, 'y', k * y.low, k * y.high);
     (void)fprintf(p->script,
-                  "set yrange [%.6g:%.6g]\nset xtics %.6g\nset xrange [%.9g:%.9g]\n"
-                  "plot '%s-detail.dat' using 1:2 with lines linewidth 1.4 linecolor rgb '" PLOT_BLUE
+                  "set yrange [%.6g:%.6g]\nset xrange [%.9g:%.9g]\n"
+                  "plot '%s-detail.dat' using 1:(%.9g*$2) with lines linewidth 1.4 linecolor rgb '" PLOT_MEASURED
                   "' title 'measured', ",
-                  y.low, y.high, plot_tick_step(end - start), start, end, p->stem);
+                  k * y.low, k * y.high, start, end, p->stem, k);
     if (to - from <= MOST_DOTS)
-        (void)fprintf(p->script,
-                      "'%s-samples.dat' using 1:2 with points pointtype 7 pointsize dot linecolor rgb '" PLOT_BLUE
-                      "', ",
-                      p->stem);
+        (void)fprintf(
+            p->script,
+            "'%s-samples.dat' using 1:(%.9g*$2) with points pointtype 7 pointsize dot linecolor rgb '" PLOT_MEASURED
+            "', ",
+            p->stem, k);
     (void)fprintf(p->script,
-                  "'%s-detail.dat' using 1:3 with lines linewidth 1.4 dashtype 2 linecolor rgb '" PLOT_VERMILLION
+                  "'%s-detail.dat' using 1:(%.9g*$3) with lines linewidth 1.4 dashtype 2 linecolor rgb '" PLOT_MODEL
                   "' title 'model'\n",
-                  p->stem);
+                  p->stem, k);
 }
 
 enum bf_status plot_panels(const struct plot_panels *q, struct bf_error *err)
@@ -191,18 +198,17 @@ enum bf_status plot_panels(const struct plot_panels *q, struct bf_error *err)
     if (q->n < 4)
         return bf_fail(err, BF_NUMERIC, "a picture needs at least 4 samples; %s has %zu", q->quantity, q->n);
     choose_detail(q, &from, &to);
-    picture_begin(q->directory, q->stem, 18.0, 13.5, &p);
+    picture_begin(q->directory, q->stem, 18.0, 14.5, &p);
     write_time(q, &p);
     write_detail(q, &p, from, to, &failed);
     const struct axis spectrum = write_spectra(q, &p, &failed);
-    const struct axis y = common_range(q->measured, q->model, q->n);
     plot_sheet(p.script,
-               q->title != NULL ? "layout 2,2 margins 0.09,0.985,0.085,0.885 spacing 0.105,0.155"
-                                : "layout 2,2 margins 0.09,0.985,0.085,0.94 spacing 0.105,0.155",
+               q->title != NULL ? "layout 2,2 margins 0.09,0.985,0.095,0.865 spacing 0.105,0.19"
+                                : "layout 2,2 margins 0.09,0.985,0.095,0.91 spacing 0.105,0.19",
                q->title);
-    (void)fprintf(p.script, "set yrange [%.6g:%.6g]\n", y.low, y.high);
-    time_panel(q, &p, "(a) measured", 2, PLOT_BLUE);
-    time_panel(q, &p, "(b) model", 3, PLOT_VERMILLION);
+    plot_note(p.script, q->note);
+    time_panel(q, &p, "(a) measured", 2, PLOT_MEASURED);
+    time_panel(q, &p, "(b) model", 3, PLOT_MODEL);
     spectrum_panel(q, &p, spectrum);
     detail_panel(q, &p, from, to);
     (void)fprintf(p.script, "unset multiplot\n");

@@ -27,21 +27,23 @@ static void time_panel(const struct plot_residual *q, struct picture *p)
     (void)fprintf(f, "# time_s residual\n");
     plot_write_series(f, q->t0_s, q->dt_s, &q->residual, 1, 0, q->n);
     picture_data_end(p);
-    plot_quantity(q->quantity, "", label, sizeof label);
-    place(p, 0.095, 0.985, 0.735, 0.905);
+    const double k = plot_scaled(q->quantity, largest, label, sizeof label);
+    place(p, 0.095, 0.985, 0.735, 0.885);
     plot_panel_title(p->script, "(a) residual = measured − model");
     plot_axes(p->script, "Time (s)", label);
+    plot_ticks(p->script, 'y', -k * largest, k * largest);
     (void)fprintf(p->script, "set xrange [%.9g:%.9g]\nset yrange [%.6g:%.6g]\nplot ", q->t0_s,
-                  q->t0_s + (double)q->n * q->dt_s, -1.08 * largest, 1.5 * largest);
+                  q->t0_s + (double)q->n * q->dt_s, -1.08 * k * largest, 1.08 * k * largest);
     (void)fprintf(p->script,
-                  "'%s-time.dat' using 1:2 with lines linewidth 0.8 linecolor rgb '" PLOT_BLUE "' title 'residual'",
-                  p->stem);
+                  "'%s-time.dat' using 1:(%.9g*$2) with lines linewidth 0.8 linecolor rgb '" PLOT_RESIDUAL
+                  "' title 'residual'",
+                  p->stem, k);
     if (q->noise_rms > 0.0)
         (void)fprintf(p->script,
-                      ", %.6g with lines linewidth 1.4 linecolor rgb 'black' title '±2σ of the noise', "
-                      "%.6g with lines linewidth 1.4 linecolor rgb 'black'",
-                      2.0 * q->noise_rms, -2.0 * q->noise_rms);
-    (void)fprintf(p->script, "\nset yrange [*:*]\n");
+                      ", %.6g with lines linewidth 1.4 linecolor rgb '" PLOT_NOISE "' title '±2σ of the noise', "
+                      "%.6g with lines linewidth 1.4 linecolor rgb '" PLOT_NOISE "'",
+                      2.0 * k * q->noise_rms, -2.0 * k * q->noise_rms);
+    (void)fprintf(p->script, "\nset yrange [*:*]\nset ytics autofreq\n");
 }
 
 /* Returns the largest value. */
@@ -74,17 +76,18 @@ static void density_panel(const struct plot_residual *q, struct picture *p, stru
     char label[160];
     const double largest = write_density(q, p, err);
     plot_quantity(q->quantity, "²/Hz", label, sizeof label);
-    place(p, 0.095, 0.49, 0.405, 0.6);
+    place(p, 0.095, 0.49, 0.41, 0.58);
     plot_panel_title(p->script, "(b) spectral density");
     plot_axes(p->script, "Frequency (Hz)", label);
     (void)fprintf(p->script,
                   "set logscale y\nset format y '10^{%%T}'\nset xrange [0:%.9g]\nset yrange [*:%.6g]\nplot "
                   "'%s-density.dat' using 1:2 with lines "
-                  "linewidth 1 linecolor rgb '" PLOT_BLUE "' title 'residual'",
-                  0.5 / q->dt_s, 100.0 * largest, p->stem);
+                  "linewidth 1 linecolor rgb '" PLOT_RESIDUAL "' title 'residual'",
+                  0.5 / q->dt_s, 3.0 * largest, p->stem);
     if (q->n_noise > 1)
         (void)fprintf(p->script,
-                      ", '%s-noise.dat' using 1:2 with lines linewidth 1.6 linecolor rgb 'black' title 'noise'",
+                      ", '%s-noise.dat' using 1:2 with lines linewidth 1.6 linecolor rgb '" PLOT_NOISE
+                      "' title 'noise'",
                       p->stem);
     (void)fprintf(p->script, "\nunset logscale\nset format y '%%h'\nset yrange [*:*]\n");
 }
@@ -108,13 +111,13 @@ static void autocorrelation_panel(const struct plot_residual *q, struct picture 
         largest = fmax(largest, fabs(q->autocorrelation[k]));
     }
     picture_data_end(p);
-    place(p, 0.59, 0.985, 0.405, 0.6);
+    place(p, 0.59, 0.985, 0.41, 0.58);
     plot_panel_title(p->script, "(c) autocorrelation");
     plot_axes(p->script, "Lag (s)", "correlation");
     (void)fprintf(p->script, "set xtics %.6g\nset xrange [0:%.9g]\nset yrange [%.6g:%.6g]\n",
                   plot_tick_step((double)q->n_autocorrelation * q->dt_s), (double)q->n_autocorrelation * q->dt_s,
-                  -1.15 * largest, 1.6 * largest);
-    stems(p, "autocorrelation", q->autocorrelation_bound, PLOT_BLUE, "95 % of white noise");
+                  -1.15 * largest, 1.15 * largest);
+    stems(p, "autocorrelation", q->autocorrelation_bound, PLOT_RESIDUAL, "95 % of white noise");
 }
 
 static void input_panel(const struct plot_residual *q, struct picture *p)
@@ -129,13 +132,13 @@ static void input_panel(const struct plot_residual *q, struct picture *p)
     }
     picture_data_end(p);
     (void)snprintf(title, sizeof title, "(d) correlation with %s", q->input_name);
-    place(p, 0.095, 0.49, 0.075, 0.27);
+    place(p, 0.095, 0.49, 0.085, 0.255);
     plot_panel_title(p->script, title);
     plot_axes(p->script, "Lag (s)", "correlation");
     const double reach = ((double)q->n_lags + 1.0) * q->dt_s;
     (void)fprintf(p->script, "set xtics %.6g\nset xrange [%.9g:%.9g]\nset yrange [%.6g:%.6g]\n",
-                  plot_tick_step(2.0 * reach), -reach, reach, -1.15 * largest, 1.6 * largest);
-    stems(p, "input", q->input_bound, PLOT_GREEN, "99 % over all lags");
+                  plot_tick_step(2.0 * reach), -reach, reach, -1.15 * largest, 1.15 * largest);
+    stems(p, "input", q->input_bound, PLOT_RESIDUAL, "99 % over all lags");
 }
 
 static void band_panel(const struct plot_residual *q, struct picture *p)
@@ -149,7 +152,7 @@ static void band_panel(const struct plot_residual *q, struct picture *p)
     }
     picture_data_end(p);
     const bool wide = q->input_correlation == NULL; /* the page has room to the left then */
-    place(p, wide ? 0.095 : 0.59, 0.985, 0.075, 0.27);
+    place(p, wide ? 0.095 : 0.59, 0.985, 0.085, 0.255);
     plot_panel_title(p->script, wide ? "(d) share of the misfit" : "(e) share of the misfit");
     plot_axes(p->script, "Band (Hz)", "share (%)");
     (void)fprintf(p->script, "set xrange [0.4:%zu.6]\nset yrange [0:%.6g]\nset xtics (", q->n_bands,
@@ -157,7 +160,7 @@ static void band_panel(const struct plot_residual *q, struct picture *p)
     for (size_t i = 0; i < q->n_bands; i++) /* edges stand between the bars */
         (void)fprintf(p->script, "'%.0f' %zu.5, ", q->edge_Hz[i], i);
     (void)fprintf(p->script,
-                  "'%.0f' %zu.5)\nplot '%s-bands.dat' using 1:4:(0.8) with boxes linecolor rgb '" PLOT_ORANGE "'\n",
+                  "'%.0f' %zu.5)\nplot '%s-bands.dat' using 1:4:(0.8) with boxes linecolor rgb '" PLOT_RESIDUAL "'\n",
                   q->edge_Hz[q->n_bands], q->n_bands, p->stem);
 }
 
@@ -169,6 +172,7 @@ enum bf_status plot_residual(const struct plot_residual *q, struct bf_error *err
         return bf_fail(err, BF_NUMERIC, "a picture needs at least 4 samples; %s has %zu", q->quantity, q->n);
     picture_begin(q->directory, q->stem, 18.0, 17.0, &p);
     plot_sheet(p.script, "", q->title);
+    plot_note(p.script, q->note);
     time_panel(q, &p);
     density_panel(q, &p, &failed);
     if (q->autocorrelation != NULL)

@@ -21,22 +21,10 @@ void report_unit(const char *name, char unit[24])
 
 double report_prefix(double x, const char *unit, char format[40])
 {
-    static const char *const taking[] = {"V", "N", "m", "m/s", "m/s²", "rad", "rad/s", "Pa", "A", "N·m"};
-    static const struct {
-        const char *prefix;
-        double size;
-    } prefixes[] = {{"n", 1e-9}, {"µ", 1e-6}, {"m", 1e-3}, {"", 1.0}, {"k", 1e3}};
-    enum { PREFIXES = sizeof prefixes / sizeof *prefixes, PLAIN = 3 };
-    size_t k = 0;
-    bool takes = false;
-    for (size_t i = 0; i < sizeof taking / sizeof *taking; i++)
-        takes = takes || strcmp(unit, taking[i]) == 0;
-    while (k + 1 < PREFIXES && fabs(x) >= 0.9995 * prefixes[k + 1].size)
-        k++;
-    if (!takes || !(fabs(x) >= 1e-9 && fabs(x) < 1e6))
-        k = PLAIN;
-    (void)snprintf(format, 40, "%%.3g%s%s%s", unit[0] ? " " : "", prefixes[k].prefix, unit);
-    return 1.0 / prefixes[k].size;
+    double factor;
+    const char *prefix = plot_prefix(x, unit, &factor);
+    (void)snprintf(format, 40, "%%.3g%s%s%s", unit[0] ? " " : "", prefix, unit);
+    return factor;
 }
 
 void report_error_cells(FILE *out, double nrmse, double noise_ratio)

@@ -150,6 +150,7 @@ bool plot_can_draw(const char *directory);
 struct plot_panels {
     const char *directory, *stem;
     const char *title;    /* NULL: none */
+    const char *note;     /* small, in the corner: whose record it is; NULL: none */
     const char *quantity; /* "piezo_V": the unit is read from the name's last part */
     size_t n;
     double t0_s, dt_s;

@@ -358,6 +358,41 @@ static void units_of_names(void **state)
     assert_true(fabs(plot_tick_step(1.0) - 0.2) < 1e-12 && fabs(plot_tick_step(0.04) - 0.01) < 1e-12);
 }
 
+static void scaled_is(const char *name, double largest, const char *label, double factor)
+{
+    char text[64];
+    const double k = plot_scaled(name, largest, text, sizeof text);
+    assert_string_equal(text, label);
+    assert_true(fabs(k / factor - 1.0) < 1e-12);
+}
+
+static void axes_take_prefixes(void **state)
+{
+    (void)state;
+    scaled_is("piezo_V", 0.02, "piezo (mV)", 1e3);
+    scaled_is("accel_mps2", 2500.0, "accel (km/s²)", 1e-3);
+    scaled_is("tip_m", 3e-6, "tip (µm)", 1e6);
+    scaled_is("tip_mm", 3e-6, "tip (mm)", 1.0); /* it has one */
+    scaled_is("drive", 1e-3, "drive", 1.0);
+    scaled_is("piezo_V", 0.0, "piezo (V)", 1.0);
+}
+
+static void decades_have_prefixes(void **state)
+{
+    (void)state;
+    char *text = NULL;
+    size_t n = 0;
+    FILE *f = open_memstream(&text, &n);
+    assert_non_null(f);
+    plot_si_logarithmic(f, 'y', 3e-5, 2e1);
+    plot_linear(f, 'y');
+    assert_int_equal(fclose(f), 0);
+    assert_contains(text, "set yrange [3e-05:20]");
+    assert_contains(text, "('100 µ' 1e-4, '1 m' 1e-3, '10 m' 1e-2, '100 m' 1e-1, '1' 1e0, '10' 1e1)");
+    assert_contains(text, "unset logscale y");
+    free(text);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -371,6 +406,8 @@ int main(void)
         cmocka_unit_test(missing_gnuplot_leaves_script_and_data),
         cmocka_unit_test(a_directory_that_cannot_be),
         cmocka_unit_test(units_of_names),
+        cmocka_unit_test(axes_take_prefixes),
+        cmocka_unit_test(decades_have_prefixes),
     };
     return cmocka_run_group_tests_name("plot", tests, make_place, clear_place);
 }
