@@ -29,15 +29,27 @@ $(BEARSSL_OBJ): $(B)/arm/bearssl/%.o: $(BEARSSL)/inc/bearssl_hash.h
 	    -fstack-usage -fcallgraph-info=su -c $(BEARSSL)/src/$*.c -o $@
 
 # ---- Firmware: what every board shares, and each board's own ----
-FIRMWARE_BOARDS := stm32f405 mps2
+# Every folder firmware/board_NAME with a linker script NAME.ld is a controller's board; docs/porting.md.
+FIRMWARE_BOARDS := $(patsubst %.ld,%,$(notdir $(wildcard firmware/board_*/*.ld)))
+# A board may take the sources of another one, with flags of its own: BOARD_FROM_NAME, BOARD_FLAGS_NAME in its board.mk.
+-include $(wildcard firmware/board_*/board.mk)
+# Settings of a board for this build, e.g. BOARD_SETTINGS='-DBOARD_SAMPLE_HZ=2000' BUILT_IN_HZ=2000
+BOARD_SETTINGS ?=
 FIRMWARE_SRC := $(wildcard firmware/*.c)
 FIRMWARE_OBJ  = $(FIRMWARE_SRC:%.c=$(B)/arm/%.o) $(B)/arm/built_in_image.o
-BOARD_OBJ     = $(patsubst %.c,$(B)/arm/%.o,$(wildcard firmware/board_$(1)/*.c))
+BOARD_DIR     = firmware/board_$(or $(BOARD_FROM_$(1)),$(1))
+BOARD_OBJ     = $(patsubst $(BOARD_DIR)/%.c,$(B)/arm/firmware/board_$(1)/%.o,$(wildcard $(BOARD_DIR)/*.c))
 FIRMWARE_ELF := $(FIRMWARE_BOARDS:%=$(B)/firmware_%.elf)
-FIRMWARE_FLAGS = $(CROSS_FLAGS) -Ifirmware -isystem $(BEARSSL)/inc
+FIRMWARE_FLAGS = $(CROSS_FLAGS) $(BOARD_SETTINGS) -Ifirmware -isystem $(BEARSSL)/inc
 $(B)/arm/firmware/%.o: firmware/%.c $(BEARSSL)/inc/bearssl_hash.h
 	@mkdir -p $(@D)
 	$(call say,$@)$(CROSS)gcc $(FIRMWARE_FLAGS) -fstack-usage -fcallgraph-info=su -MMD -MP -c $< -o $@
+define borrowed_objects
+$(B)/arm/firmware/board_$(1)/%.o: firmware/board_$(BOARD_FROM_$(1))/%.c $(BEARSSL)/inc/bearssl_hash.h
+	@mkdir -p $$(@D)
+	$$(call say,$$@)$(CROSS)gcc $$(FIRMWARE_FLAGS) $(BOARD_FLAGS_$(1)) -fstack-usage -fcallgraph-info=su -MMD -MP -c $$< -o $$@
+endef
+$(foreach board,$(FIRMWARE_BOARDS),$(if $(BOARD_FROM_$(board)),$(eval $(call borrowed_objects,$(board)))))
 define firmware_elf
 $(B)/firmware_$(1).elf: $(call BOARD_OBJ,$(1)) $(FIRMWARE_OBJ) $(BEARSSL_OBJ) $(B)/arm/libbeamt.a \
     firmware/board_$(1)/$(1).ld firmware/sections.ld

@@ -160,7 +160,7 @@ bool beam_arithmetic_is_exact(void);
  */
 enum {
     BEAM_IMAGE_INTERRUPT =
-        1500 /* instructions of the sample interrupt beside the step, observer and streaming included */
+        1700 /* instructions of the sample interrupt beside the step, observer and streaming included */
 };
 static inline uint32_t beam_image_budget(uint32_t core_Hz, uint32_t sample_mHz)
 {

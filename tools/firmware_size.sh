@@ -10,8 +10,8 @@ flash_bound=$((64 * 1024)) ram=$((16 * 1024))
 ram_bound=$((ram * 95 / 100)) # a twentieth stays free
 cross=${CROSS:-arm-none-eabi-}
 # Exception frames that can lie on each other: background (with FPU), sample (with FPU), port. 8 bytes of alignment each.
-declare -A frames=([stm32f405]=$((104 + 104 + 32 + 3 * 8)) [mps2]=$((104 + 104 + 2 * 8)))
-declare -A interrupts=([stm32f405]='board_sample_isr board_port_isr board_tick_isr' [mps2]='board_tick_isr board_port_isr')
+declare -A frames=([default]=$((104 + 104 + 2 * 8)) [stm32f405]=$((104 + 104 + 32 + 3 * 8)) [mps2]=$((104 + 104 + 2 * 8)))
+declare -A interrupts=([default]='board_tick_isr board_port_isr' [stm32f405]='board_sample_isr board_port_isr board_tick_isr' [mps2]='board_tick_isr board_port_isr')
 must_not='malloc|free|calloc|realloc|_sbrk|v?f?s?n?i?printf|puts|putchar|strto[dlfu]+|__aeabi_(d[a-z0-9]+|[a-z0-9]+2d)|__(add|sub|mul|div)df3|_Unwind_.*|exit|abort'
 bad=0
 must() { echo "size: $*" >&2; bad=1; }
@@ -39,8 +39,8 @@ for board in "$@"; do
     printf '\n%s: deepest calls, bytes of stack\n' "$elf"
     boot=$(worst "$objects" app_init)
     poll=$(worst "$objects" app_poll)
-    stack=$((frames[$board] + 8 + poll))
-    for isr in ${interrupts[$board]}; do
+    stack=$((${frames[$board]:-${frames[default]}} + 8 + poll))
+    for isr in ${interrupts[$board]:-${interrupts[default]}}; do
         # a tick that finds a sample under way only counts it
         [ "$board $isr" = 'stm32f405 board_tick_isr' ] && { stack=$((stack + 16)); continue; }
         stack=$((stack + $(worst "$objects" "$isr")))

@@ -2,9 +2,9 @@
 /*
  * QEMU's mps2-an386 (Cortex-M4F) as a board without a converter. Its 16 MB PSRAM, which a file can back, stands for
  * what a real board has outside the core:
- *     0x21000000  three slots of non-volatile memory
- *     0x21700000  struct provision: identity and key, put there by the loader
- *     0x21800000  struct record: the sensor's codes, repeated for ever; without one the sensor reads mid scale
+ *     +0x000000  three slots of non-volatile memory
+ *     +0x700000  struct provision: identity and key, put there by the loader
+ *     +0x800000  struct record: the sensor's codes, repeated for ever; without one the sensor reads mid scale
  */
 #include "parts.h"
 
@@ -31,8 +31,8 @@ struct record {
     uint32_t magic, n;
     uint16_t code[];
 };
-#define PROVISION     ((const volatile struct provision *)0x21700000u)
-#define RECORD        ((const volatile struct record *)0x21800000u)
+#define PROVISION     ((const volatile struct provision *)(PSRAM + 0x700000u))
+#define RECORD        ((const volatile struct record *)(PSRAM + 0x800000u))
 #define WAKEFUL       (*(const volatile uint32_t *)0x2001FF00u) /* as on the STM32: an emulator that wants no sleep */
 #define WAKEFUL_MAGIC 0x5EEDu
 

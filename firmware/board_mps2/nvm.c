@@ -3,7 +3,7 @@
 #include "parts.h"
 
 enum { SLOTS = 3, WORDS = NVM_SLOT_BYTES / 4 };
-#define SLOT_0 0x21000000u
+#define SLOT_0 PSRAM
 
 static volatile uint32_t *words_of(int slot)
 {

@@ -8,6 +8,11 @@
 struct cmsdk_uart {
     volatile uint32_t DATA, STATE, CTRL, INTSTATUS, BAUDDIV;
 };
+/* What a file can back, and a kill leaves: 16 MB at another place on each image of the FPGA. */
+#ifndef PSRAM
+#define PSRAM 0x21000000u
+#endif
+
 #define UART0          ((struct cmsdk_uart *)0x40004000u)
 #define SYSTICK_CSR    (*(volatile uint32_t *)0xE000E010u)
 #define SYSTICK_RVR    (*(volatile uint32_t *)0xE000E014u)

@@ -103,7 +103,7 @@ static double disturbance_s(const struct target_image *image, size_t n_blocks, c
 
 enum bf_status deploy_observer(struct target_image *image, struct bf_error *err)
 {
-    struct observed_block blocks[BEAM_BLOCKS];
+    struct observed_block blocks[BEAM_BLOCKS] = {{0, 0.0}};
     struct beam_image_observer *out = &image->file.front.observer;
     const size_t n_blocks = choose_blocks(image, blocks);
     struct filter *f = bf_alloc(1, sizeof *f);

@@ -14,7 +14,7 @@ import board
 import emulator
 from emulator import in_build
 
-OPERATIONS = 1345  # of one life that stores an image: mark, words, record, boot bit, sector erase; the last are never reached
+OPERATIONS = 1299  # of one life that stores an image: mark, words, record, boot bit, sector erase; the last are never reached
 
 
 class Chain:
@@ -91,8 +91,8 @@ def mps2_memory(path, key=bytes(range(32)), device=b"mps2-an386-1"):
         file.truncate(MPS2_BYTES)
 
 
-def mps2(elf, memory, *options):
-    return ["qemu-system-arm", "-M", "mps2-an386,memory-backend=nv", "-object",
+def mps2(elf, memory, *options, machine="mps2-an386"):
+    return ["qemu-system-arm", "-M", f"{machine},memory-backend=nv", "-object",
             f"memory-backend-file,id=nv,size=16M,mem-path={memory},share=on", "-display", "none", "-monitor", "none",
             "-kernel", elf, *options]
 
@@ -145,9 +145,9 @@ def random_kills(build, kills, jobs=2):
         return list(pool.map(lambda seed: kill_chain(build, folder, seed, kills // jobs), range(1, jobs + 1)))
 
 
-def second_port(build, folder, kills):
+def second_port(build, folder, kills, name="mps2", machine="mps2-an386"):
     """
-    The mps2 board under its firmware: downloads, and SIGKILL at random inside them. After each the running model is the last
+    A board of the mps2 family under its firmware: downloads, and SIGKILL at random inside them. After each the running model is the last
     one that was acknowledged, or the one under way. (kills, downloads done, lost)
     """
     chance, memory, image = random.Random(7), os.path.join(folder, "memory"), os.path.join(folder, "model.img")
@@ -155,7 +155,8 @@ def second_port(build, folder, kills):
     mps2_memory(memory, secret)
     done, held, lost = 0, 0, []
     for life in range(kills + 1):
-        target = board.Served(build, folder, mps2(in_build(build, "firmware_mps2.elf"), memory, "-serial", "pty"))
+        target = board.Served(build, folder, mps2(in_build(build, f"firmware_{name}.elf"), memory, "-serial", "pty",
+                                                          machine=machine))
         try:
             info = target.info()
             if not held <= info["counter"] <= held + 1:

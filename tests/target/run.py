@@ -194,12 +194,13 @@ def test_kills(build):
 
 
 def test_port(build):
-    """The firmware's second port, mps2: downloads to a board that is killed in the middle; what it then runs."""
-    with tempfile.TemporaryDirectory() as folder:
-        kills, done, lost = power.second_port(build, folder, FIRMWARE_KILLS)
-    check(not lost, f"{len(lost)} lost, first: {lost[:1]}")
-    check(done > 0, "no download came through")
-    print(f"  {kills} kills inside downloads, {done} downloads came through, lost 0")
+    """The firmware's other ports, Cortex-M4 and M7: downloads to a board that is killed in the middle; what it then runs."""
+    for name, machine in (("mps2", "mps2-an386"), ("an500", "mps2-an500")):
+        with tempfile.TemporaryDirectory() as folder:
+            kills, done, lost = power.second_port(build, folder, FIRMWARE_KILLS, name, machine)
+        check(not lost, f"{name}: {len(lost)} lost, first: {lost[:1]}")
+        check(done > 0, f"{name}: no download came through")
+        print(f"  {machine}: {kills} kills inside downloads, {done} downloads came through, lost 0")
 
 
 def test_product(build):

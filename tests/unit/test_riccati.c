@@ -110,7 +110,7 @@ static void solves_the_equation(void **state)
 static void a_random_walk(void **state)
 {
     const double one = 1.0, q = 0.04, r = 3.0, wanted = 0.5 * (q + sqrt(q * q + 4.0 * q * r));
-    double p, gain;
+    double p = 0.0, gain = 0.0;
     struct kalman kalman = {.covariance = &p, .gain = &gain};
     struct bf_error err;
     (void)state;
