@@ -320,7 +320,7 @@ LIVE_stm32f405 := $(B)/firmware_stm32f405.elf $(B)/stm32f405.so
 live-demo: $(B)/beamfit $(B)/beam_truth $(LIVE_$(BOARD)) ## test: a board with a wrong model, from its alarm to the noise (docs/live_demo.md) [BOARD=stm32f405 HIDES=spring]
 	@tools/live_demo.sh $(B) $(B)/live_demo $(BOARD) $(HIDES)
 LOAD ?= 0
-conformance: $(B)/beamfit $(LIVE_$(BOARD)) ## test: pyxcp and pya2ldb (PyPI, pinned) on a board [BOARD=stm32f405 LOAD=0.8]
+conformance: $(B)/beamfit $(LIVE_$(BOARD)) ## test: pyxcp and pya2ldb (PyPI, pinned) on a board, pyuff on a frequency response [BOARD=stm32f405 LOAD=0.8]
 	@tools/deps.sh build test
 	@tests/conformance/run.sh $(B) $(BOARD) $(LOAD)
 SHARE ?= 1

@@ -9,6 +9,7 @@
  *     record_gate()                            a hammer's force without what its sensor says between hits
  *     record_write(), record_free()
  *     frequency_list_read()                    a list of measured frequencies
+ *     response_write_uff()                     a frequency response for other programs
  *
  * Recordings of other programs: import/import.h.
  */
@@ -17,6 +18,7 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdio.h>
 
 #include "beam_wire.h"
 #include "ground/ground.h"
@@ -240,5 +242,28 @@ struct frequency_list {
 /* BF_BAD_FILE: "file:line: ..." what is wrong. Free with frequency_list_free(); after a failure there is nothing to free. */
 enum bf_status frequency_list_read(const char *path, struct frequency_list *out, struct bf_error *err);
 void frequency_list_free(struct frequency_list *list);
+
+/* UFF — a frequency response as a Universal File Format 58, for other programs to overlay. What an axis is, by the numbers of the format (dataset 58, specific data type). */
+enum uff_quantity {
+    UFF_UNKNOWN = 0,
+    UFF_DISPLACEMENT = 8,
+    UFF_VELOCITY = 11,
+    UFF_ACCELERATION = 12,
+    UFF_FORCE = 13,
+    UFF_FREQUENCY = 18
+};
+
+struct uff_response {
+    const char *output, *input; /* names; written as the title, "OUTPUT/INPUT" */
+    size_t output_node, input_node;
+    enum uff_quantity output_quantity, input_quantity;
+    const char *output_unit, *input_unit;
+    double first_Hz, step_Hz;
+    size_t n;
+    const double _Complex *H; /* [n] */
+};
+
+/* One dataset, complex double precision, as text: values to 12 digits. Write errors show in the stream. */
+void response_write_uff(FILE *out, const struct uff_response *response, const char *comment);
 
 #endif
