@@ -115,11 +115,11 @@ static void print_observer(FILE *out, const struct beam_image_file *file)
 {
     const struct beam_image_observer *o = &file->front.observer;
     if (o->blocks == 0 && !(o->gain_offset > 0.0F))
-        (void)fprintf(out, "observer   none: any motion that is not driven is taken for a wrong model\n");
+        text_say(out, "observer", LABEL, "none: any motion that is not driven is taken for a wrong model");
     else
-        (void)fprintf(out,
-                      "observer   follows %d modes and an offset; innovation %.4g rms; a push is over after %.3g s\n",
-                      observed_blocks(file), (double)o->innovation_rms, (double)o->disturbance_s);
+        text_say(out, "observer", LABEL,
+                 "follows %d modes and an offset; innovation %.4g rms; a push is over after %.3g s",
+                 observed_blocks(file), (double)o->innovation_rms, (double)o->disturbance_s);
 }
 
 static void print_plan(FILE *out, const struct beam_image_file *file)

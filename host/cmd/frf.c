@@ -10,6 +10,16 @@
 #include "maths/maths.h"
 #include "record/record.h"
 #include "response/response.h"
+#include "show/show.h"
+
+static const struct answer_field fields[] = {
+    ANSWER_ROW(TEXT, "file", "the file that was written"),
+    ANSWER_ROW(COUNT, "lines", "of each response"),
+    ANSWER_ROW(NUMBER, "first_Hz", "frequency of the first line"),
+    ANSWER_ROW(NUMBER, "step_Hz", "distance of the lines"),
+    ANSWER_ROW(TEXTS, "responses", "OUTPUT/INPUT, as they stand in the file"),
+    {0},
+};
 
 static const char help[] =
     "Usage: beamfit frf MODEL -o OUT.uff [--to HZ] [--step HZ] [--json]\n"
@@ -19,20 +29,23 @@ static const char help[] =
     "double precision), for other programs to draw over measured ones. Sensors, filters and gains are in them. "
     "`import` "
     "reads\n"
-    "the file back.\n"
-    "\n"
-    "  -o, --output OUT    the file to write\n"
-    "  --to HZ             highest frequency (default: some 1.2 times the fifth mode)\n"
-    "  --step HZ           distance of the lines (default: a thousandth of the highest)\n"
-    "  --force             replace OUT\n"
-    "  --json              {\"file\", \"lines\", \"first_Hz\", \"step_Hz\", \"responses\": [\"OUTPUT/INPUT\"]}\n"
-    "\n"
+    "the file back.\n";
+
+static const struct option_row options[] = {
+    {'o', 'o', "output", "OUT", NULL, "the file to write"},
+    {'t', 0, "to", "HZ", NULL, "highest frequency (default: some 1.2 times the fifth mode)"},
+    {'s', 0, "step", "HZ", NULL, "distance of the lines (default: a thousandth of the highest)"},
+    {OPTION_FORCE, 0, "force", NULL, NULL, "replace OUT even when `frf` has not made it or somebody has changed it"},
+    OPTIONS_ANSWER('j'),
+    {0},
+};
+
+static const char closing[] =
     "Example:\n"
     "  beamfit frf fitted.yaml --to 500 --step 0.5 -o fitted.uff\n"
     "\n"
     "Exit status: 0 done; 2 usage, or a model that is not linear; 3 bad model file or OUT not writable; 4 the model "
-    "cannot be\n"
-    "evaluated.\n";
+    "cannot be evaluated.\n";
 
 enum { MOST_LINES = 1 << 18, DEFAULT_LINES = 1000, DEFAULT_MODES = 5 };
 static const double above_the_last = 1.2;
@@ -45,12 +58,8 @@ struct arguments {
 
 static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
 {
-    static const struct option options[] = {
-        {"output", required_argument, NULL, 'o'}, {"to", required_argument, NULL, 't'},
-        {"step", required_argument, NULL, 's'},   OPTIONS_FORCE,
-        {"json", no_argument, NULL, 'j'},         {NULL, 0, NULL, 0}};
     int code;
-    while ((code = options_next(argc, argv, ":o:", options, err)) != -1) {
+    while ((code = options_next(argc, argv, options, err)) != -1) {
         enum bf_status status = BF_OK;
         switch (code) {
         case 'o':
@@ -117,7 +126,7 @@ static enum bf_status respond(const struct model *model, size_t input, const str
                               double complex H[], struct bf_error *err)
 {
     const size_t n = fft_good_size(2 * (lines + 1));
-    const struct predict_options options = {.quiet = true};
+    const struct predict_options how = {.quiet = true};
     struct record record;
     struct predictor *predictor = NULL;
     struct prediction y;
@@ -127,7 +136,7 @@ static enum bf_status respond(const struct model *model, size_t input, const str
     const char *name = record_base_name(&record);
     enum bf_status status = fft_get(n, &plan, err);
     if (status == BF_OK)
-        status = predictor_new(model, &record, 1, &options, &predictor, err);
+        status = predictor_new(model, &record, 1, &how, &predictor, err);
     const size_t n_refs = model_parameters(model, &name, 1, &refs);
     double *theta = bf_alloc(n_refs, sizeof *theta);
     for (size_t i = 0; i < n_refs; i++)
@@ -213,7 +222,7 @@ static enum bf_status answer(const struct arguments *a, const struct model *mode
             (void)snprintf(name, sizeof name, "%s/%s", model->outputs[o].name, model->inputs[i].name);
             json_push_text(list, name);
         }
-    return json_print_and_free(root, stdout, err);
+    return answer_print_and_free(root, fields, err);
 }
 
 static enum bf_status run(int argc, char **argv, struct bf_error *err)
@@ -243,5 +252,8 @@ const struct command command_frf = {
     .name = "frf",
     .summary = "a model's frequency responses as UFF 58, for other programs",
     .help = help,
+    .options = options,
+    .closing = closing,
+    .answer = fields,
     .run = run,
 };

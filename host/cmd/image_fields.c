@@ -19,6 +19,13 @@ const struct answer_field target_image_board_fields[] = {
     {0},
 };
 
+const struct answer_field target_image_observer_fields[] = {
+    ANSWER_ROW(COUNT, "modes", "that it follows; 0: there is none"),
+    ANSWER_ROW(NUMBER, "innovation_rms", "expected of the right model, in the sensor's unit"),
+    ANSWER_ROW(NUMBER, "disturbance_s", "after which a push is over"),
+    {0},
+};
+
 const struct answer_field target_image_use_fields[] = {
     ANSWER_ROW(TEXT, "effect", "its id"),
     ANSWER_ROW(NUMBERS, "parameters", "in the order of the catalogue, 0 beyond"),

@@ -5,8 +5,8 @@
 
 #include "show/show.h"
 
-extern const struct answer_field target_image_board_fields[], target_image_use_fields[], target_image_pole_fields[],
-    target_image_effect_fields[], target_image_deployed_fields[];
+extern const struct answer_field target_image_board_fields[], target_image_observer_fields[], target_image_use_fields[],
+    target_image_pole_fields[], target_image_effect_fields[], target_image_deployed_fields[];
 extern const struct answer_field target_image_file_fields[]; /* of target_image_file_json(), and file */
 extern const struct answer_field target_image_fields[];      /* of target_image_json(), file and a2l */
 
@@ -17,6 +17,7 @@ extern const struct answer_field target_image_fields[];      /* of target_image_
         ANSWER_ROW(TEXT, "device", "it is for, 24 hexadecimal digits"), ANSWER_ROW(COUNT, "counter", "of the image"),  \
         ANSWER_ROW(TEXT, "model_sha256", "of the model file"), ANSWER_ROW(COUNT, "crc32", "of the image"),             \
         ANSWER_ROW_OF(OBJECT, "board", "what the controller is wired to", target_image_board_fields),                  \
+        ANSWER_ROW_OF(OBJECT, "observer", "what a push is told from a wrong model by", target_image_observer_fields),  \
         ANSWER_ROW(TEXT, "step", "what a step costs, in words"),                                                       \
         ANSWER_ROW(COUNT, "step_bound", "instructions of a step, at most"),                                            \
         ANSWER_ROW(NUMBER, "least_core_MHz", "clock that the step needs"),                                             \

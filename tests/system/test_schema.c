@@ -37,6 +37,7 @@ static const char journey[] =
     "j b modes start.yaml --convergence\n"
     "printf '# frequency_Hz, sd_Hz\\n3, 0.1\\n19\\n7000\\n' >list.csv\n"
     "j c modes start.yaml --measured list.csv\n"
+    "j a frf start.yaml -o start.uff\n"
     "j a add start.yaml tip_mass -o heavy.yaml\n"
     "j a drop heavy.yaml tip_mass -o light.yaml\n"
     "j a effects\n"
