@@ -97,7 +97,7 @@ live() { # NAME MODEL: give the board this model, record, watch
         done
         "$beamfit" replay "$out/$1_${level}V.csv" --image "$out/$1.running" --json > "$out/replay_$1_$level.json"
     done
-    "$beamfit" monitor "${port[@]}" "${key[@]}" --model "$2" --chirp "4:200:4:${volts[-1]}" --seconds 6 --plot "$out/$1" --json > "$out/monitor_$1.json"
+    "$beamfit" monitor "${port[@]}" "${key[@]}" --model "$2" --chirp "4:200:4:${volts[-1]}" --seconds 16 --plot "$out/$1" --json > "$out/monitor_$1.json"
 }
 say() {
     echo "live-demo: $*"
