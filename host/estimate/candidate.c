@@ -127,7 +127,7 @@ static void fill_grid(const struct scan *s, struct candidate *c, int slot)
         return;
     if (info->role == BEAM_ROLE_PLACE) {
         for (int i = PLACES; i >= 1; i--)
-            add_value(c, slot, s->model->length_m * ((double)i / PLACES));
+            add_value(c, slot, fmin(s->model->length_m * ((double)i / PLACES), model_last_place_m(s->model)));
     } else if (info->role == BEAM_ROLE_TIME) {
         time_constants(s, c, slot);
     } else if (info->role == BEAM_ROLE_FREQUENCY) {
@@ -154,6 +154,10 @@ static void fill(const struct scan *s, const struct beam_effect *effect, const c
         c->start[i] = info->start * unit;
         c->lower[i] = info->minimum * unit;
         c->upper[i] = info->maximum * unit;
+        if (info->role == BEAM_ROLE_PLACE) {
+            c->start[i] = fmin(c->start[i], model_last_place_m(s->model));
+            c->upper[i] = fmin(c->upper[i], model_last_place_m(s->model));
+        }
         if (c->strength < 0 && (c->role[i] == CANDIDATE_STRENGTH || c->role[i] == CANDIDATE_INVERSE))
             c->strength = i;
         fill_grid(s, c, i);

@@ -151,7 +151,7 @@ static size_t values_of(const struct fit_problem *p, size_t i, int density, bool
     if (is_position(info)) {
         const int places = density > 1 ? 12 : 6;
         for (int k = 1; k <= places; k++)
-            out[k - 1] = p->model->length_m * k / places;
+            out[k - 1] = fmin(p->model->length_m * k / places, model_last_place_m(p->model));
         return (size_t)places;
     }
     if (info->role == BEAM_ROLE_PHASE) {

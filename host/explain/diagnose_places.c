@@ -70,7 +70,8 @@ static enum bf_status push_jobs(const struct hypothesis *h, struct place_jobs *j
             const int here = (int)lround(own->parameters[i].value / h->model.length_m * PLACES);
             for (int k = 1; k <= PLACES && !status && jobs->n < ALL_JOBS; k++)
                 if (k != here && (status = push_copy(h, jobs, err)) == BF_OK)
-                    jobs->job[jobs->n - 1].model.effects[e].parameters[i].value = h->model.length_m * k / PLACES;
+                    jobs->job[jobs->n - 1].model.effects[e].parameters[i].value =
+                        fmin(h->model.length_m * k / PLACES, model_last_place_m(&h->model));
         }
     }
     return status;

@@ -239,6 +239,8 @@ size_t model_plain_material(const struct model *model); /* 'beam', or the first 
 /* weight(x) of a form over a region of this material. */
 double model_weight(const struct model *model, const struct material *material, enum beam_weight weight);
 struct beam_place model_place(const struct model *model);
+/* The last place an effect can have, m: the end of the beam, or 1 % of the length before it when the length is a parameter, which moves the end. */
+double model_last_place_m(const struct model *model);
 
 /*
  * GEOMETRY — the beam with its patch elsewhere, of another length. Metres that are added to what the model says: a shift of the whole patch, the

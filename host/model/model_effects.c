@@ -2,6 +2,7 @@
 /* model_effects.c — the effects of a model: found in the catalogue, appended, dropped. */
 #include "model_parts.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -40,6 +41,8 @@ void model_effect_parameter(const struct model *model, const struct beam_effect 
     out->value = info->start * scale;
     out->min = info->minimum * scale;
     out->max = info->maximum * scale;
+    if (info->role == BEAM_ROLE_PLACE)
+        out->value = fmin(out->value, model_last_place_m(model));
     out->fixed = info->role == BEAM_ROLE_PLACE || (info->flags & BEAM_PARAMETER_HELD) != 0;
     out->logarithmic = (info->flags & BEAM_PARAMETER_LOG) != 0 && out->value > 0.0;
 }

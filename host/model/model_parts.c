@@ -222,6 +222,12 @@ size_t model_plain_material(const struct model *model)
     return bare < model->n_materials ? bare : 0;
 }
 
+double model_last_place_m(const struct model *model)
+{
+    static const double before_the_end = 0.01;
+    return model->own.lists_length ? (1.0 - before_the_end) * model->length_m : model->length_m;
+}
+
 struct beam_place model_place(const struct model *model)
 {
     struct beam_place place = {.length_m = model->length_m};

@@ -40,7 +40,7 @@ static json_t *answer(struct rig *rig, const char *const arguments[])
 /* The simulator stands beside the program. */
 static void simulate(const struct rig *rig, int number)
 {
-    char text[1024], name[16], command[1024];
+    char text[1024], name[32], command[1024];
     const char *program = getenv("BEAMFIT");
     assert_non_null(program);
     (void)snprintf(text, sizeof text, spec, 40 * number, number);
@@ -56,7 +56,7 @@ static void the_drag_of_free_decays_is_named_and_found(void **state)
     struct rig *rig = *state;
     write_text(rig->dir, "still.yaml", model);
     for (int k = 1; k <= 3; k++) {
-        char from[16], to[16];
+        char from[32], to[32];
         simulate(rig, k);
         (void)snprintf(from, sizeof from, "d%d.csv", k);
         (void)snprintf(to, sizeof to, "f%d.csv", k);

@@ -139,6 +139,25 @@ static void what_is_in_the_model_or_left_out_is_refused(void **state)
     assert_contains(err.text, "tip_mass");
 }
 
+/* An effect at the end of a beam whose length is found would be off it at once: its search begins before the end. */
+static void effects_at_places_are_tried_though_the_length_is_free(void **state)
+{
+    (void)state;
+    struct candidate_list list;
+    model.own.lists_length = true;
+    list_of(NULL, &list);
+    for (size_t k = 0; k < list.n; k++) {
+        const struct candidate *c = &list.candidates[k];
+        for (int i = 0; i < c->effect->n_parameters; i++)
+            if (c->effect->parameters[i].role == BEAM_ROLE_PLACE)
+                assert_true(c->start[i] < model.length_m && c->upper[i] < model.length_m);
+    }
+    assert_non_null(candidate_of(&list, "point_spring", ""));
+    assert_non_null(candidate_of(&list, "point_mass", ""));
+    assert_non_null(candidate_of(&list, "cubic_stiffness", ""));
+    candidate_list_free(&list);
+}
+
 static void a_clamp_that_is_none_cannot_turn(void **state)
 {
     (void)state;
@@ -201,6 +220,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(grids_lie_inside_the_physical_range, setup, teardown),
         cmocka_unit_test_setup_teardown(grids_follow_the_beam_and_the_records, setup, teardown),
         cmocka_unit_test_setup_teardown(what_is_in_the_model_or_left_out_is_refused, setup, teardown),
+        cmocka_unit_test_setup_teardown(effects_at_places_are_tried_though_the_length_is_free, setup, teardown),
         cmocka_unit_test_setup_teardown(a_clamp_that_is_none_cannot_turn, setup, teardown),
         cmocka_unit_test_setup_teardown(single_channels_are_offered_on_request, setup, teardown),
         cmocka_unit_test_setup_teardown(the_model_gains_the_effect_with_its_place_free, setup, teardown),
