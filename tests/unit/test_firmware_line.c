@@ -335,8 +335,8 @@ static void test_two_hosts(void **state)
     for (int i = 0; i < 4000; i++) {
         uint8_t one[BEAM_WIRE_MAX_FRAME], two[BEAM_WIRE_MAX_FRAME], packet[BEAM_WIRE_MAX_PACKET];
         memcpy(packet, (uint8_t[]){BEAM_XCP_SHORT_DOWNLOAD, 200, 0, 0}, 4);
-        xcp_put(4, BEAM_WIRE_IMAGE + random_word() % 5000, packet + 4);
-        memcpy(packet + 8, (const uint8_t *)&file + random_word() % 5000, 200);
+        xcp_put(4, (uint32_t)(BEAM_WIRE_IMAGE + random_word() % (sizeof file - 200)), packet + 4);
+        memcpy(packet + 8, (const uint8_t *)&file + random_word() % (sizeof file - 200), 200);
         const size_t n = rig_frame(packet, 208, one);
         const size_t m = rig_frame((uint8_t[]){BEAM_XCP_SET_CAL_PAGE, 3, 0, 1}, 4, two);
         size_t a = 0, b = 0;
