@@ -28,7 +28,7 @@ from pyxcp.master import Master  # noqa: E402
 sys.excepthook = sys.__excepthook__  # pyxcp installs one that prints every local variable, keys included
 
 FIELDS = [("sequence", "U32"), ("step", "U32"), ("input", "F32"), ("measured", "F32"), ("predicted", "F32"),
-          ("residual", "F32"), ("ratio", "F32"), ("codes", "U32"), ("status", "U32"), ("crc32", "U32")]
+          ("residual", "F32"), ("innovation", "F32"), ("ratio", "F32"), ("innovation_ratio", "F32"), ("codes", "U32"), ("status", "U32"), ("crc32", "U32")]
 STREAM_SAMPLES = 3000  # of the board: its own time, since an emulated one on a busy machine has another than the wall
 WALL_LIMIT_S = 300.0  # no verdict on time: only so that a board that has died ends the test
 
@@ -215,7 +215,7 @@ def stream(check, port, key, prescaler=1):
     check(f"only {passed} of the board's samples passed in {WALL_LIMIT_S} s", passed >= STREAM_SAMPLES)
     check("samples are one prescaler apart", all((b[0] - a[0]) % prescaler == 0 for a, b in zip(rows, rows[1:])))
     lost = sum((b[0] - a[0]) // prescaler - 1 for a, b in zip(rows, rows[1:]))
-    bad = sum(zlib.crc32(struct.pack("<2I5f2I", *row[:9])) != row[9] for row in rows)
+    bad = sum(zlib.crc32(struct.pack("<2I7f2I", *row[:11])) != row[11] for row in rows)
     check(f"{lost} samples lost, the board counts {overrun}", lost == overrun - overrun_before)
     check(f"{bad} CRC failures", bad == 0)
     return len(rows), lost, len(rows) / seconds
@@ -249,7 +249,7 @@ def describe(check, path):
     names = {m.name: m for m in session.query(model.Measurement).all()}
     check(f"measurements {sorted(names)}", len(names) >= len(FIELDS))
     addresses = {m.ecu_address.address for m in names.values() if m.ecu_address}
-    check("addresses of the live sample", {wire.LIVE + 4 * i for i in range(7)} <= addresses)
+    check("addresses of the live sample", {wire.LIVE + 4 * i for i in range(9)} <= addresses)
     characteristics = session.query(model.Characteristic).all()
     module = session.query(model.Module).first()
     parsed = session.parse_ifdata(list(module.if_data))
