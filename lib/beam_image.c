@@ -112,7 +112,6 @@ struct piece {
 
 static struct piece piece_of(struct beam_image *image, int which)
 {
-    struct beam_use *use = &image->plan.use[(which - USES) / 2 % BEAM_USES];
     switch (which) {
     case HEADER:
         return (struct piece){(uint8_t *)&image->front.header, sizeof image->front.header};
@@ -127,10 +126,12 @@ static struct piece piece_of(struct beam_image *image, int which)
     case CODE:
         return (struct piece){image->code, BEAM_IMAGE_CODE_BYTES};
     default:
-        if ((which - USES) % 2 == 0)
-            return (struct piece){(uint8_t *)&image->effect[(which - USES) / 2], sizeof *image->effect};
-        return (struct piece){(uint8_t *)&use->channels, sizeof use->channels + sizeof use->p};
+        break;
     }
+    struct beam_use *use = &image->plan.use[(which - USES) / 2];
+    if ((which - USES) % 2 == 0)
+        return (struct piece){(uint8_t *)&image->effect[(which - USES) / 2], sizeof *image->effect};
+    return (struct piece){(uint8_t *)&use->channels, sizeof use->channels + sizeof use->p};
 }
 
 /* Between the page and a row of bytes, of which one is left as it is. */
