@@ -21,7 +21,7 @@ FUZZ_SECONDS ?= 20
 WARN  := -Wall -Wextra -Wpedantic -Wno-overlength-strings -Wconversion -Wdouble-promotion -Wshadow -Wstrict-prototypes -Wmissing-prototypes \
          $(if $(WERROR),-Werror)
 STD   := -std=c11 -D_GNU_SOURCE -DBEAMFIT_VERSION='"$(VERSION)"'
-PKGS  := libmicrohttpd nlopt libserialport libfyaml jansson matio fftw3 lapacke openblas sndfile
+PKGS  := libmicrohttpd nlopt libserialport libfyaml jansson matio fftw3 lapacke openblas sndfile sqlite3
 INC   := -Ilib -Ihost -I/usr/include/suitesparse -I/usr/include/arpack $(shell pkg-config --cflags $(PKGS) 2>/dev/null)
 LIBS  := $(shell pkg-config --libs $(PKGS) 2>/dev/null) -lcholmod -larpack -lbearssl -lpthread -lm
 # Position independent, so that the objects of the program also make the shared library of the tests; calls bind as in a program.
@@ -37,7 +37,7 @@ say = $(if $(V),,@echo "  $1";) # V=1 prints whole commands
 
 # ---- Sources: found, not listed ----
 LIB_SRC    := $(wildcard lib/*.c) $(wildcard lib/effects/*.c)
-HOST_SRC   := $(filter-out host/main.c,$(wildcard host/*.c host/*/*.c host/*/*/*.c))
+HOST_SRC   := $(filter-out host/main.c host/cmd/fleet_mpi.c,$(wildcard host/*.c host/*/*.c host/*/*/*.c))
 UNIT_SRC   := $(wildcard tests/unit/test_*.c)
 SYSTEM_SRC := $(wildcard tests/system/test_*.c)
 LIB_OBJ   = $(LIB_SRC:%.c=$(B)/double/%.o) $(B)/double/effects_table.o $(B)/double/galerkin_tables.o
@@ -48,7 +48,11 @@ HOST_OBJ  = $(HOST_SRC:%.c=$(B)/%.o) $(B)/host/commands_table.o $(B)/host/import
 PAGES     = $(B)/man/done $(B)/completion/bash $(B)/completion/zsh
 TESTED    = $(B)/libhost.a $(B)/libtruth.a $(B)/libbeam.a $(B)/libbeamf.a $(B)/libbeamt.a $(B)/libbeamc.a
 
-all: $(B)/beamfit $(PAGES) $(B)/libbeamf.a $(B)/libbeamt.a ## build: the program, its manual pages and the libraries
+# The same fleet on the ranks of MPI: a program of its own, so that beamfit needs no MPI. Only where the compiler of MPI is.
+MPI       := $(if $(shell command -v mpicc 2>/dev/null),$(B)/beamfit-fleet)
+MPI_INC    = $(patsubst -I%,-isystem %,$(filter -I%,$(shell mpicc --showme:compile 2>/dev/null)))
+
+all: $(B)/beamfit $(MPI) $(PAGES) $(B)/libbeamf.a $(B)/libbeamt.a ## build: the program, its manual pages and the libraries
 
 # ---- Objects ----
 $(B)/gen/effects_table.c: tools/effects_table.sh $(wildcard lib/effects/*.c)
@@ -149,6 +153,10 @@ $(B)/board_host: $(BOARD_HOST_OBJ) $(B)/libfirmware.a $(B)/libbeamt.a
 $(B)/beamfit: $(B)/host/main.o $(B)/libhost.a $(B)/libbeam.a $(B)/libbeamt.a
 	$(call say,$@)$(CC) $(OPT) $(CFLAGS) $^ $(LIBS) -o $@
 
+$(B)/host/cmd/fleet_mpi.o: private ALLFLAGS += $(MPI_INC)
+$(B)/beamfit-fleet: $(B)/host/cmd/fleet_mpi.o $(B)/libhost.a $(B)/libbeam.a $(B)/libbeamt.a
+	$(call say,$@)$(CC) $(OPT) $(CFLAGS) $^ $(LIBS) $(shell mpicc --showme:link) -o $@
+
 # ---- Manual pages and completion, from the tables of the commands ----
 $(B)/gen/manual $(B)/gen/completion: $(B)/gen/%: tools/%.c $(B)/libhost.a $(B)/libbeam.a $(B)/libbeamt.a
 	@mkdir -p $(@D)
@@ -205,7 +213,7 @@ $(filter $(B)/tests/test_beam%,$(UNIT_TESTS)): $(BEAM_SHADOWS)
 $(B)/host/tests/observed_image.o: tests/observed_image.c
 	@mkdir -p $(@D)
 	$(call say,$@)$(CC) $(ALLFLAGS) -MMD -MP -c $< -o $@
-$(B)/tests/test_firmware_observer: $(B)/host/tests/observed_image.o
+$(B)/tests/test_firmware_observer $(B)/tests/test_firmware_track: $(B)/host/tests/observed_image.o
 # main() of the firmware under the name that the PC's build gives it
 $(B)/tests/test_firmware_main: $(B)/firmware/board_host/main.o
 # the link's test starts a board and a bad line as the system tests do
@@ -242,7 +250,7 @@ deps: ## install: every Debian package that is missing (apt-get; sudo when not r
 	@tools/deps.sh build test check target
 
 # ---- Checks ----
-lint: export LINT_FLAGS = $(STD) $(INC)
+lint: export LINT_FLAGS = $(STD) $(INC) $(MPI_INC)
 lint: ## check: clang-format, clang-tidy, cppcheck and shell syntax of every source
 	+@JOBS='$(JOBS)' tools/lint.sh $(FILES)
 layers: $(B)/libhost.a ## check: who includes whom, who calls whom, circles, which file sees which library
@@ -253,12 +261,12 @@ size: ## check: sizes and stacks of functions; flash, RAM, stack, instructions o
 	@tools/size.sh $(B)/size
 	@tools/firmware_size.sh $(B) $(FIRMWARE_BOARDS)
 	@python3 -B tests/target/run.py --build $(B) counts
-# Only what tests lib/ and firmware/ is built: the host's archive stays out, and so do tests of images as it makes them.
-COVERAGE_TESTS := $(filter-out test_effects_docs test_firmware_observer,$(notdir $(basename $(wildcard $(addprefix tests/unit/test_,beam_*.c effects*.c firmware_*.c)))))
-coverage: ## check: lines of lib/ and firmware/ that their unit tests run; fails below 95 %
+# Only lib/ and firmware/ are built anew; tests of images as the host makes them use the host as it is.
+COVERAGE_TESTS := $(filter-out test_effects_docs,$(notdir $(basename $(wildcard $(addprefix tests/unit/test_,beam_*.c effects*.c firmware_*.c)))))
+coverage: $(B)/libhost.a $(B)/libtruth.a ## check: lines of lib/ and firmware/ that their unit tests run; fails below 95 %
 	@tools/deps.sh build test
 	$(SUBMAKE) B=$(B)/coverage OPT=-O0 CFLAGS='--coverage $(CFLAGS)' \
-	    TESTED='$$(addprefix $$(B)/libbeam,.a f.a t.a c.a)' $(COVERAGE_TESTS:%=$(B)/coverage/tests/%)
+	    TESTED='$(B)/libhost.a $(B)/libtruth.a $$(addprefix $$(B)/libbeam,.a f.a t.a c.a)' $(COVERAGE_TESTS:%=$(B)/coverage/tests/%)
 	@tools/coverage.sh $(B)/coverage
 BENCH := $(addprefix $(B)/bench/,reference_fit_24x16 reference_fit_40x64 reference_fit_60x128 simulate step_float step_double)
 bench: all $(B)/beam_truth $(BENCH) ## measure: fit, diagnosis and one step beside plain references
@@ -311,14 +319,30 @@ SETS ?=
 measured: $(B)/beamfit ## measure: the bench of measured beams; its table becomes docs/results/measured.md [SETS='unb_2 strip']
 	@tools/deps.sh build test
 	@python3 -B tests/measured/run.py --build $(B) --work $(MEASURED) --page docs/results/measured.md $(SETS)
+spectra: $(B)/beamfit $(B)/beam_truth ## measure: a beam from responses, spectra without phase, lists; coverage of intervals; docs/results/spectra.md [N=200]
+	@tools/deps.sh build test
+	@python3 -B tests/spectra/run.py --build $(B) --work $(B)/spectra --page docs/results/spectra.md $(N)
+# Units, their records and the results are kept below FLEET.
+FLEET ?= build/fleet
+UNITS ?= 200
+RANKS ?= 1 2
+KILLS ?= 50
+PARTS ?= ranks kills growth
+fleet-bench: $(B)/beamfit $(MPI) $(B)/beam_truth ## measure: a drawn fleet on ranks of MPI; its page becomes docs/results/fleet.md [UNITS=200 RANKS='1 2' KILLS=50 PARTS='kills growth']
+	@python3 -B tests/fleet/bench.py --build $(B) --work $(FLEET) --units $(UNITS) --ranks $(RANKS) --kills $(KILLS) --jobs $(JOBS) --parts $(PARTS) --page docs/results/fleet.md
+SAMPLES ?= 100000 1000000
+long-bench: $(B)/beamfit $(B)/beam_truth ## measure: time and memory of simulate, compare, fit on long recordings [SAMPLES='100000 1000000']
+	@tests/bench/long.sh $(B) $(B)/long $(SAMPLES)
 own-effect: $(B)/beamfit $(B)/libbeamf.a $(B)/beam_truth ## test: a user's effect in a copy of the tree, built and diagnosed (docs/own_effect.md)
 	@tools/own_effect.sh $(B)
 BOARD  ?= host
 HIDES  ?= mass
+MOVING ?= 0
+OFFSET_CODES ?= 0
 LIVE_host := $(B)/board_host
 LIVE_stm32f405 := $(B)/firmware_stm32f405.elf $(B)/stm32f405.so
-live-demo: $(B)/beamfit $(B)/beam_truth $(LIVE_$(BOARD)) ## test: a board with a wrong model, from its alarm to the noise (docs/live_demo.md) [BOARD=stm32f405 HIDES=spring]
-	@tools/live_demo.sh $(B) $(B)/live_demo $(BOARD) $(HIDES)
+live-demo: $(B)/beamfit $(B)/beam_truth $(LIVE_$(BOARD)) ## test: a board with a wrong model, from its alarm to the noise (docs/live_demo.md) [BOARD=stm32f405 HIDES=spring MOVING=1 OFFSET_CODES=6]
+	@tools/live_demo.sh $(B) $(B)/live_demo $(BOARD) $(HIDES) $(MOVING) $(OFFSET_CODES)
 LOAD ?= 0
 conformance: $(B)/beamfit $(LIVE_$(BOARD)) ## test: pyxcp and pya2ldb (PyPI, pinned) on a board, pyuff on a frequency response [BOARD=stm32f405 LOAD=0.8]
 	@tools/deps.sh build test
@@ -329,7 +353,7 @@ $(B)/survival_steps: tests/survival/steps.c $(B)/libbeamt.a
 survival: $(B)/beamfit $(LIVE_$(BOARD)) $(B)/survival_steps ## test: what a board must survive [SHARE=0.02 CASES='kills noise' BOARD=stm32f405]
 	@python3 -B tests/survival/run.py --build $(B) --board $(BOARD) --share $(SHARE) $(CASES)
 WHAT ?=
-results: ## documents: docs/results/NAME.md for each NAME of WHAT [WHAT='bench boards desk experiments fuzz live_demo survival']
+results: ## documents: docs/results/NAME.md for each NAME of WHAT [WHAT='bench board_checks boards desk experiments fuzz journey live_demo survival survival_stm32f405 wrong_inputs']
 	@tools/results_page.sh $(WHAT)
 constants: ## documents: docs/constants.md from the sources of the host
 	@tools/constants.py
@@ -356,7 +380,7 @@ install: all $(B)/gen/effects_table.c $(B)/gen/galerkin_tables.c ## install: pro
 	install -d $(DESTDIR)$(PREFIX)/bin $(DESTDIR)$(PREFIX)/lib/pkgconfig $(DESTDIR)$(PREFIX)/include/beamfit \
 	    $(DESTDIR)$(PREFIX)/share/man/man1 $(SHARED)/lib/effects $(SHARED)/examples/cortex_m4 \
 	    $(DESTDIR)$(BASH_COMPLETIONS) $(DESTDIR)$(ZSH_COMPLETIONS)
-	install -m 755 $(B)/beamfit $(DESTDIR)$(PREFIX)/bin/
+	install -m 755 $(B)/beamfit $(MPI) $(DESTDIR)$(PREFIX)/bin/
 	install -m 644 $(B)/libbeam.a $(B)/libbeamf.a $(B)/libbeamt.a $(DESTDIR)$(PREFIX)/lib/
 	install -m 644 $(PUBLIC_H) $(DESTDIR)$(PREFIX)/include/beamfit/
 	$(call PC,beamfit,-lbeam,,double precision)
@@ -370,8 +394,12 @@ install: all $(B)/gen/effects_table.c $(B)/gen/galerkin_tables.c ## install: pro
 	install -m 644 $(B)/completion/zsh $(DESTDIR)$(ZSH_COMPLETIONS)/_beamfit
 deb: all ## install: Debian packages beamfit and libbeam-dev, in build/
 	@tools/deb.sh $(B) $(VERSION)
+# The system that is made once stays below DEB_ROOT; the packages go into a copy of it.
+DEB_ROOT ?= $(B)/deb_root
+deb-root: deb ## test: both packages in a Debian of its own (debootstrap; root): doctor, a fit, a program, man pages [MIRROR=]
+	@tools/deb_root.sh $(B) $(DEB_ROOT) $(VERSION)
 uninstall: ## install: remove what install put there
-	rm -f $(DESTDIR)$(PREFIX)/bin/beamfit $(addprefix $(DESTDIR)$(PREFIX)/lib/,libbeam.a libbeamf.a libbeamt.a) \
+	rm -f $(DESTDIR)$(PREFIX)/bin/beamfit $(DESTDIR)$(PREFIX)/bin/beamfit-fleet $(addprefix $(DESTDIR)$(PREFIX)/lib/,libbeam.a libbeamf.a libbeamt.a) \
 	    $(addprefix $(DESTDIR)$(PREFIX)/lib/pkgconfig/,beamfit.pc beamfit-float.pc beamfit-target.pc) $(DESTDIR)$(PREFIX)/share/man/man1/beamfit.1 \
 	    $(DESTDIR)$(PREFIX)/share/man/man1/beamfit-*.1 $(DESTDIR)$(BASH_COMPLETIONS)/beamfit $(DESTDIR)$(ZSH_COMPLETIONS)/_beamfit
 	rm -rf $(DESTDIR)$(PREFIX)/include/beamfit $(SHARED)
@@ -382,8 +410,8 @@ clean: ## build: remove everything built
 help: ## build: this list
 	@tools/help.sh $(MAKEFILE_LIST)
 
-DEPFILES = $(FW_OBJ:.o=.d) $(BOARD_HOST_OBJ:.o=.d) $(SHADOWS:.o=.d) $(BEAM_SHADOWS:.o=.d) $(LIB_OBJ:.o=.d) $(FLOAT_OBJ:.o=.d) $(TARGET_OBJ:.o=.d) $(CPLX_OBJ:.o=.d) $(HOST_OBJ:.o=.d) $(B)/host/main.d \
+DEPFILES = $(FW_OBJ:.o=.d) $(BOARD_HOST_OBJ:.o=.d) $(SHADOWS:.o=.d) $(BEAM_SHADOWS:.o=.d) $(LIB_OBJ:.o=.d) $(FLOAT_OBJ:.o=.d) $(TARGET_OBJ:.o=.d) $(CPLX_OBJ:.o=.d) $(HOST_OBJ:.o=.d) $(B)/host/main.d $(B)/host/cmd/fleet_mpi.d \
            $(UNIT_TESTS:%=%.d) $(SYSTEM_TESTS:%=%.d) $(SYSTEM_COMMON:.o=.d) $(TRUTH_OBJ:.o=.d)
 -include $(wildcard $(DEPFILES))
-.PHONY: calibrate drawn-imperfect measured live-demo conformance survival results constants docs
-.PHONY: FORCE all tests unit test test-both demo deps lint layers size coverage bench hidden drawn false-alarms own-effect experiments data fuzz install deb uninstall clean help
+.PHONY: fleet-bench long-bench calibrate drawn-imperfect measured spectra live-demo conformance survival results constants docs
+.PHONY: FORCE all tests unit test test-both demo deps lint layers size coverage bench hidden drawn false-alarms own-effect experiments data fuzz install deb deb-root uninstall clean help

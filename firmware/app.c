@@ -54,6 +54,7 @@ void app_init(struct app *app, const struct board_facts *facts)
     pages_init(&app->pages, facts);
     store_open(&app->store, facts);
     choose_image(app);
+    store_prepare(&app->store);
     sampler_rest(&app->sampler, pages_active(&app->pages));
     drive_start(&app->drive, &app->drive_bytes, facts->drive_code_zero);
     app->drive_code = drive_next(&app->drive);

@@ -2,6 +2,7 @@
 /* The memory map of beam_wire.h. */
 #include "app.h"
 #include "resets.h"
+#include "track.h"
 #include <string.h>
 
 static const char event_name[] = "sample";
@@ -24,6 +25,19 @@ static void read_live(const struct app *app, struct beam_live *out)
             break;
     }
     out->crc32 = beam_crc32(0, offsetof(struct beam_live, crc32), (const uint8_t *)out);
+}
+
+/* The sample interrupt may come meanwhile: then it is read again. */
+static void read_tracking(struct app *app, struct beam_tracking *out)
+{
+    for (int tries = 0; tries < 4; tries++) {
+        const uint32_t before = atomic_load(&app->published);
+        const struct beam_image *image = pages_active(&app->pages);
+        track_report(image, track_of(image, &app->sampler.state), out);
+        atomic_signal_fence(memory_order_seq_cst);
+        if (atomic_load(&app->published) == before)
+            break;
+    }
 }
 
 static void fill_info(const struct app *app, struct beam_info *out)
@@ -49,7 +63,7 @@ static void fill_info(const struct app *app, struct beam_info *out)
         .worst_step_us = atomic_load(&app->worst_us),
         .core_Hz = app->facts->core_Hz,
         .step_budget = beam_image_budget(app->facts->core_Hz, app->facts->sample_mHz),
-        .step_bound = beam_step_bound(&pages_active(&app->pages)->plan),
+        .step_bound = beam_image_bound(pages_active(&app->pages)),
         .proof_us = pages_longest_us(&app->pages),
         .sequence = app->latest.sequence,
         .latched = atomic_load(&app->latch.bits),
@@ -65,6 +79,28 @@ static void fill_info(const struct app *app, struct beam_info *out)
     memcpy(out->model_sha256, header->model_sha256, sizeof out->model_sha256);
 }
 
+/* Each with its copy on a stack of its own, so that the largest does not lie below the deepest. */
+static __attribute__((noinline)) void copy_live(const struct app *app, uint32_t offset, uint32_t n, uint8_t out[])
+{
+    struct beam_live live;
+    read_live(app, &live);
+    memcpy(out, (const uint8_t *)&live + offset, n);
+}
+
+static __attribute__((noinline)) void copy_info(const struct app *app, uint32_t offset, uint32_t n, uint8_t out[])
+{
+    struct beam_info info;
+    fill_info(app, &info);
+    memcpy(out, (const uint8_t *)&info + offset, n);
+}
+
+static __attribute__((noinline)) void copy_tracking(struct app *app, uint32_t offset, uint32_t n, uint8_t out[])
+{
+    struct beam_tracking tracking;
+    read_tracking(app, &tracking);
+    memcpy(out, (const uint8_t *)&tracking + offset, n);
+}
+
 int app_read(struct app *app, uint32_t address, uint32_t n, uint8_t out[])
 {
     uint32_t offset;
@@ -74,15 +110,15 @@ int app_read(struct app *app, uint32_t address, uint32_t n, uint8_t out[])
         return 0;
     }
     if (inside(address, n, BEAM_WIRE_LIVE, sizeof(struct beam_live), &offset)) {
-        struct beam_live live;
-        read_live(app, &live);
-        memcpy(out, (const uint8_t *)&live + offset, n);
+        copy_live(app, offset, n, out);
         return 0;
     }
     if (inside(address, n, BEAM_WIRE_INFO, sizeof(struct beam_info), &offset)) {
-        struct beam_info info;
-        fill_info(app, &info);
-        memcpy(out, (const uint8_t *)&info + offset, n);
+        copy_info(app, offset, n, out);
+        return 0;
+    }
+    if (inside(address, n, BEAM_WIRE_TRACKING, sizeof(struct beam_tracking), &offset)) {
+        copy_tracking(app, offset, n, out);
         return 0;
     }
     if (inside(address, n, BEAM_WIRE_DRIVE, sizeof(struct beam_drive), &offset)) {
@@ -132,7 +168,8 @@ int app_write(struct app *app, uint32_t address, uint32_t n, const uint8_t in[])
         return app->xcp.unlocked ? 0 : BEAM_XCP_ERR_ACCESS_LOCKED;
     }
     if (inside(address, n, BEAM_WIRE_LIVE, sizeof(struct beam_live), &offset) ||
-        inside(address, n, BEAM_WIRE_INFO, sizeof(struct beam_info), &offset))
+        inside(address, n, BEAM_WIRE_INFO, sizeof(struct beam_info), &offset) ||
+        inside(address, n, BEAM_WIRE_TRACKING, sizeof(struct beam_tracking), &offset))
         return BEAM_XCP_ERR_WRITE_PROTECTED;
     if (!inside(address, n, BEAM_WIRE_IMAGE, BEAM_IMAGE_BYTES, &offset))
         return BEAM_XCP_ERR_ACCESS_DENIED;

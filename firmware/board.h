@@ -15,17 +15,29 @@
 
 /* Facts of the board, constant while it runs. */
 struct board_facts {
-    uint8_t device[12];       /* unique identity */
-    const uint8_t *key;       /* 32 bytes, of this device; never leaves the board */
-    uint32_t sample_mHz;      /* sample rate, 1/1000 Hz */
-    uint32_t core_Hz;         /* clock of the processor: what a step may cost follows from it and the rate */
-    uint16_t sensor_code_max; /* 4095 */
-    uint16_t drive_code_zero; /* 2048 */
-    uint32_t nvm_slot_bytes;  /* capacity of one slot, a multiple of 4 */
-    uint8_t reset;            /* enum beam_reset: why it started */
-    uint32_t *kept;           /* BOARD_KEPT_WORDS that a reset leaves as they were; NULL: the board has none */
+    uint8_t device[12];         /* unique identity */
+    const uint8_t *key;         /* 32 bytes, of this device, that sign its images; never leave the board */
+    const uint8_t *session_key; /* 32 bytes that unlock a session; the same ones where one key does both */
+    uint32_t sample_mHz;        /* sample rate, 1/1000 Hz */
+    uint32_t core_Hz;           /* clock of the processor: what a step may cost follows from it and the rate */
+    uint16_t sensor_code_max;   /* 4095 */
+    uint16_t drive_code_zero;   /* 2048 */
+    uint32_t nvm_slot_bytes;    /* capacity of one slot, a multiple of 4 */
+    uint8_t reset;              /* enum beam_reset: why it started */
+    uint32_t *kept;             /* BOARD_KEPT_WORDS that a reset leaves as they were; NULL: the board has none */
 };
 enum { BOARD_KEPT_WORDS = 5 };
+
+/* A key that was never programmed: ones, as an erased flash reads, or zeros. */
+static inline bool board_key_is_blank(const uint8_t key[32])
+{
+    uint8_t ones = 0xFF, zeros = 0;
+    for (int i = 0; i < 32; i++) {
+        ones &= key[i];
+        zeros |= key[i];
+    }
+    return ones == 0xFF || zeros == 0;
+}
 
 /* Clocks, converter, port, memory; not yet sampling. Background, once. Returns NULL when the board is broken. */
 const struct board_facts *board_init(void);
@@ -63,6 +75,12 @@ uint32_t board_time_us(void);
 bool board_nvm_read(int slot, uint32_t offset, size_t n, uint8_t out[]);
 bool board_nvm_program(int slot, uint32_t offset, size_t words, const uint32_t data[]);
 bool board_nvm_erase(int slot);
+
+/*
+ * Would the next erase of this slot stop the processor, the sample interrupt included? What the store can spare is then erased before
+ * sampling begins, at power-on. Background; false: it would not, or there is no such slot.
+ */
+bool board_nvm_erase_stalls(int slot);
 
 /*
  * A turn of the background loop is over. busy: there is more to do, or a frame on its way to the port: returns soon;

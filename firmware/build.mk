@@ -30,7 +30,7 @@ $(BEARSSL_OBJ): $(B)/arm/bearssl/%.o: $(BEARSSL)/inc/bearssl_hash.h
 
 # ---- Firmware: what every board shares, and each board's own ----
 # Every folder firmware/board_NAME with a linker script NAME.ld is a controller's board; docs/porting.md.
-FIRMWARE_BOARDS := $(patsubst %.ld,%,$(notdir $(wildcard firmware/board_*/*.ld)))
+FIRMWARE_BOARDS := $(filter-out template,$(patsubst %.ld,%,$(notdir $(wildcard firmware/board_*/*.ld))))
 # A board may take the sources of another one, with flags of its own: BOARD_FROM_NAME, BOARD_FLAGS_NAME in its board.mk.
 -include $(wildcard firmware/board_*/board.mk)
 # Settings of a board for this build, e.g. BOARD_SETTINGS='-DBOARD_SAMPLE_HZ=2000' BUILT_IN_HZ=2000
@@ -57,7 +57,8 @@ $(B)/firmware_$(1).elf: $(call BOARD_OBJ,$(1)) $(FIRMWARE_OBJ) $(BEARSSL_OBJ) $(
 	    -Wl,-Map=$$(@:.elf=.map) -Wl,--fatal-warnings -Tfirmware/board_$(1)/$(1).ld $$(filter %.o %.a,$$^) -lm -o $$@
 endef
 $(foreach board,$(FIRMWARE_BOARDS),$(eval $(call firmware_elf,$(board))))
-firmware-elf: $(FIRMWARE_ELF)
+# The template of a board is compiled, and has no part to be linked with.
+firmware-elf: $(FIRMWARE_ELF) $(patsubst %.c,$(B)/arm/%.o,$(wildcard firmware/board_template/*.c))
 firmware: ## build: cross-compile the firmware of every board; link maps beside the ELF files
 	@tools/deps.sh build target
 	$(SUBMAKE) firmware-elf

@@ -32,7 +32,7 @@ static enum beam_image_fault check_image(const struct pages *p, struct beam_imag
     if (fault != BEAM_IMAGE_FINE)
         return fault;
     const uint32_t budget = beam_image_budget(p->facts->core_Hz, p->facts->sample_mHz);
-    return beam_step_bound(&image->plan) > budget ? BEAM_IMAGE_TOO_SLOW : BEAM_IMAGE_FINE;
+    return beam_image_bound(image) > budget ? BEAM_IMAGE_TOO_SLOW : BEAM_IMAGE_FINE;
 }
 
 /* ---- The code ---- */

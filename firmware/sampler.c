@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Measured against predicted, sample by sample. */
 #include "sampler.h"
+#include "track.h"
 
 enum { CONFIRM = 4 /* an alarm's cause must last this part of averaging_s, without an observer */, OFFSET_SHARE = 8 };
 #define LARGEST_SQUARE   1.25F /* of an innovation, in alarm_ratio²: a push is no louder than this */
@@ -142,6 +143,7 @@ void sampler_step(struct sampler *s, const struct beam_image *image, uint16_t se
         out->predicted = y[0];
         out->residual = residual;
         out->innovation = innovation;
+        track_sample(image, &s->state, residual, !s->sensor_fault);
     }
     out->ratio = beam_sqrt(s->variance) / setup->noise_rms;
     out->innovation_ratio = beam_image_observed(image) ? beam_sqrt(s->innovation_square) : out->ratio;

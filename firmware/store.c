@@ -104,6 +104,13 @@ void store_authentic(struct store *s, int slot, bool authentic)
     }
 }
 
+void store_prepare(struct store *s)
+{
+    for (int slot = 0; slot < 2; slot++)
+        if (slot != s->newest && board_nvm_erase_stalls(slot))
+            s->slot[slot] = erase(s, slot) ? STORE_EMPTY : STORE_SPOILT;
+}
+
 /* ---- Power-ons ---- */
 
 static uint32_t zeros(uint32_t word)

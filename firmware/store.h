@@ -43,6 +43,12 @@ bool store_load(struct store *s, int slot, struct beam_image *image);
 /* What the boot found of a valid slot: an image that is not this device's and signed is spoilt and counts for nothing. */
 void store_authentic(struct store *s, int slot, bool authentic);
 
+/*
+ * After the last store_authentic(), before sampling: a slot without the newest image whose next erase would stop the processor is erased now.
+ * So the first store after a power-on never does that. What such a slot held is lost: once in as many stores as it has windows.
+ */
+void store_prepare(struct store *s);
+
 /* Begin to write this image, which stays unchanged until STORE_DONE or STORE_FAILED. One that is stored is left there. */
 void store_begin(struct store *s, const struct beam_image *image);
 

@@ -105,14 +105,14 @@ static void end_delay(struct xcp *xcp, uint32_t now_us)
         xcp->delayed = false;
 }
 
-/* HMAC(key, "seed" ‖ power-ons ‖ seeds): new each time because the store has counted this power-on. */
+/* HMAC(session key, "seed" ‖ power-ons ‖ seeds): new each time because the store has counted this power-on. */
 static void make_seed(struct app *app)
 {
     struct authentic *a = &app->pages.scratch.authentic; /* free: no check is under way when a command is taken */
     uint8_t text[12] = {'s', 'e', 'e', 'd'}, code[AUTHENTIC_CODE_BYTES];
     xcp_put(4, app->store.boots, text + 4);
     xcp_put(4, app->xcp.seeds++, text + 8);
-    authentic_begin(a, app->facts->key);
+    authentic_begin(a, app->facts->session_key);
     authentic_feed(a, sizeof text, text);
     authentic_end(a, code);
     memcpy(app->xcp.seed, code, sizeof app->xcp.seed);
@@ -167,7 +167,7 @@ static int unlock(struct app *app, uint16_t n, uint8_t packet[])
     xcp->seeded = false; /* one try a seed */
     if (n < 2 + BEAM_XCP_KEY_BYTES || packet[1] != BEAM_XCP_KEY_BYTES)
         return refuse_key(app);
-    authentic_begin(a, app->facts->key);
+    authentic_begin(a, app->facts->session_key);
     authentic_feed(a, 1, &resource);
     authentic_feed(a, sizeof xcp->seed, xcp->seed);
     authentic_end(a, code);

@@ -55,12 +55,16 @@ static void list(void)
 
 static enum bf_status unknown(const char *name, struct bf_error *err)
 {
+    static const char *const own[] = {"--help", "--version", "-h"};
+    const bool option = name[0] == '-';
     const char **names = bf_alloc((size_t)commands_count, sizeof *names);
     for (int i = 0; i < commands_count; i++)
         names[i] = commands[i]->name;
-    const char *closest = text_closest(name, names, (size_t)commands_count);
+    const char *closest = option ? text_closest(name, own, 3) : text_closest(name, names, (size_t)commands_count);
     free(names);
-    return bf_fail(err, BF_USAGE, "unknown command '%.60s'; a bare `beamfit` lists them%s%s%s", name,
+    return bf_fail(err, BF_USAGE, "%s '%.60s'; %s%s%s%s", option ? "no such option" : "unknown command", name,
+                   option ? "options stand behind a command, and a bare `beamfit` lists those"
+                          : "a bare `beamfit` lists them",
                    closest ? "; did you mean '" : "", closest ? closest : "", closest ? "'?" : "");
 }
 
@@ -75,7 +79,7 @@ static bool asks_for(const char *word, const char *or_word, int argc, char **arg
 static enum bf_status run(int argc, char **argv, struct bf_error *err)
 {
     const char *name = argc > 1 ? argv[1] : "help";
-    if (strcmp(name, "--version") == 0) {
+    if (strcmp(name, "--version") == 0 || strcmp(name, "version") == 0) {
         (void)puts("beamfit " BEAMFIT_VERSION);
         return BF_OK;
     }
@@ -101,6 +105,7 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
 int main(int argc, char **argv)
 {
     struct bf_error err = {BF_OK, ""};
+    bf_warn_listen(answer_take_warning, NULL);
     enum bf_status status = run(argc, argv, &err);
     if ((fflush(stdout) != 0 || ferror(stdout)) && (status == BF_OK || status == BF_NO))
         status =

@@ -95,6 +95,7 @@ const struct beam_effect *beam_image_effect(uint32_t key)
 enum {
     SETUP,
     OBSERVER,
+    TRACKING,
     USES, /* of each its effect, then channels and parameters */
     COUNTS = USES + 2 * BEAM_USES,
     NUMBERS,
@@ -119,6 +120,8 @@ static struct piece piece_of(struct beam_image *image, int which)
         return (struct piece){(uint8_t *)&image->front.setup, sizeof image->front.setup};
     case OBSERVER:
         return (struct piece){(uint8_t *)&image->front.observer, sizeof image->front.observer};
+    case TRACKING:
+        return (struct piece){(uint8_t *)&image->front.tracking, sizeof image->front.tracking};
     case COUNTS:
         return (struct piece){(uint8_t *)&image->plan.n, 2 * BEAM_IMAGE_COUNTS};
     case NUMBERS:
@@ -224,6 +227,43 @@ static bool observer_is_sound(const struct beam_image *image)
            beam_image_number(o->proof);
 }
 
+/* Samples of the history that the plan's rings use; they stand at its beginning. */
+static int history_used(const struct beam_plan_counts *n)
+{
+    const struct beam_ring *rings[3 + BEAM_CHAIN] = {&n->input_ring[0], &n->command_ring, &n->output_ring[0]};
+    int used = 0, n_rings = 3;
+    for (int c = 0; c < n->n_links[0]; c++)
+        if (n->link[0][c].n_taps > 0)
+            rings[n_rings++] = &n->link[0][c].ring;
+    for (int i = 0; i < n_rings; i++)
+        used = rings[i]->offset + rings[i]->length > used ? rings[i]->offset + rings[i]->length : used;
+    return used;
+}
+
+static bool tracking_is_sound(const struct beam_image *image)
+{
+    const struct beam_image_tracking *t = &image->front.tracking;
+    const float most_s = 1e9F;
+    int n = 0;
+    for (uint32_t blocks = t->blocks; blocks != 0; blocks &= blocks - 1)
+        n++;
+    if (n > BEAM_TRACKED || (t->blocks & ~image->front.observer.blocks) != 0 ||
+        (n > 0 && history_used(&image->plan.n) + BEAM_TRACK_WORDS > BEAM_HISTORY))
+        return false;
+    for (int i = 0; i < BEAM_TRACKED; i++)
+        for (int j = 0; j < 2; j++)
+            if (!beam_image_number(t->heard[i][j]) || (i >= n && t->heard[i][j] != 0.0F))
+                return false;
+    for (int b = 0, blocks = (int)t->blocks; blocks != 0; b++, blocks >>= 1) { /* an oscillation that decays */
+        const float *psi = image->plan.x.phi[b], half = 0.5F * (psi[0] + psi[3]);
+        const float square = psi[0] * psi[3] - psi[1] * psi[2] - half * half;
+        if ((blocks & 1) != 0 && !(square > 0.0F && half * half + square < -2.0F * half))
+            return false;
+    }
+    return beam_image_number(t->wander_s) && beam_image_number(t->kappa) && t->kappa >= 0.0F && t->kappa < 1.0F &&
+           (n == 0 || (t->wander_s >= image->plan.x.dt_s && t->wander_s <= most_s));
+}
+
 /* Of the plan, and of the effects' parameters. */
 static bool numbers_are_sound(const struct beam_image *image)
 {
@@ -265,12 +305,17 @@ enum beam_image_fault beam_image_check(struct beam_image *image, float dt_s)
         return fault;
     if (beam_plan_check(&image->plan) != BEAM_OK || image->plan.n.n_inputs < 1 || image->plan.n.n_outputs != 1)
         return BEAM_IMAGE_BAD_PLAN;
-    if (!observer_is_sound(image))
+    if (!observer_is_sound(image) || !tracking_is_sound(image))
         return BEAM_IMAGE_BAD_SETUP;
     if (setup->averaging_s > most_samples * image->plan.x.dt_s) /* the mean counts them in single precision */
         return BEAM_IMAGE_BAD_SETUP;
     const float wanted = dt_s * (1.0F + setup->clock_relative), off = beam_fabs(image->plan.x.dt_s - wanted);
     return dt_s > 0.0F && off > 1e-6F * wanted ? BEAM_IMAGE_BAD_RATE : BEAM_IMAGE_FINE;
+}
+
+uint32_t beam_image_bound(const struct beam_image *image)
+{
+    return beam_step_bound(&image->plan) + beam_image_tracking_bound(image->front.tracking.blocks);
 }
 
 /* ---- The proof run ---- */

@@ -21,7 +21,7 @@ BEAM_C_BEGIN
 
 enum {
     BEAM_IMAGE_MAGIC = 0x494D4642, /* "BFMI" in the order of the bytes */
-    BEAM_IMAGE_LAYOUT = 3,         /* raised with every change of the bytes' meaning */
+    BEAM_IMAGE_LAYOUT = 4,         /* raised with every change of the bytes' meaning */
     BEAM_IMAGE_DEVICE_BYTES = 12,
     BEAM_IMAGE_CODE_BYTES = 32, /* HMAC-SHA256 */
     BEAM_IMAGE_KEY_BYTES = 32,
@@ -72,6 +72,21 @@ struct beam_image_observer {
     float gain[BEAM_OBSERVED][2]; /* of each observed block in order; the rest 0 */
 };
 
+/*
+ * On request, modes that the board follows beside the model: firmware/track.h. Each a complex amplitude ζ with ζ₀ the first coordinate of
+ * its block, of which the sensor, its filters included, hears Re(heard ζ).
+ */
+enum {
+    BEAM_TRACKED = 3 /* modes at most */,
+    BEAM_TRACK_WORDS = 54 /* of the state's history that the plan must leave */
+};
+struct beam_image_tracking {
+    uint32_t blocks; /* bit b: block b of the plan is followed, an observed one; 0: none is, and the rest is 0 */
+    float wander_s;  /* time in which a parameter may change as much as it may be wrong at first; > 0 */
+    float kappa;     /* of an innovation, what corrects a mode's motion; 0..1 */
+    float heard[BEAM_TRACKED][2]; /* of each followed block in order, real and imaginary part */
+};
+
 /* Codes to values: the one expression that controller and replay share, since they must agree bit for bit. */
 static inline float beam_image_sensor_value(const struct beam_image_setup *setup, uint32_t code)
 {
@@ -92,6 +107,7 @@ struct beam_image_front {
     struct beam_image_header header;
     struct beam_image_setup setup;
     struct beam_image_observer observer;
+    struct beam_image_tracking tracking;
     struct beam_image_use use[BEAM_USES];
 };
 
@@ -103,8 +119,9 @@ enum {
 BEAM_ASSERT(sizeof(struct beam_image_header) == 64, "header");
 BEAM_ASSERT(sizeof(struct beam_image_setup) == 72, "setup");
 BEAM_ASSERT(sizeof(struct beam_image_observer) == 84, "observer");
+BEAM_ASSERT(sizeof(struct beam_image_tracking) == 36, "tracking");
 BEAM_ASSERT(sizeof(struct beam_image_use) == 24, "use");
-BEAM_ASSERT(sizeof(struct beam_image_front) == 412, "front");
+BEAM_ASSERT(sizeof(struct beam_image_front) == 448, "front");
 
 /* Why an image is refused, in the order of the checks (the bound is looked at before the proof run); the controller reports the number. */
 enum beam_image_fault {
@@ -170,6 +187,16 @@ static inline uint32_t beam_image_budget(uint32_t core_Hz, uint32_t sample_mHz)
     return half < BEAM_IMAGE_INTERRUPT ? 0 : (uint32_t)(half - BEAM_IMAGE_INTERRUPT);
 }
 
+/* What following modes adds to the bound of a step. */
+enum { BEAM_IMAGE_TRACK_FIXED = 480, BEAM_IMAGE_TRACK_MODE = 400 };
+static inline uint32_t beam_image_tracking_bound(uint32_t blocks)
+{
+    uint32_t n = 0;
+    for (; blocks != 0; blocks &= blocks - 1)
+        n++;
+    return n == 0 ? 0 : BEAM_IMAGE_TRACK_FIXED + n * BEAM_IMAGE_TRACK_MODE;
+}
+
 /* One English clause with the remedy; never NULL. */
 #define beam_image_fault_text BEAM_NAME(image_fault_text)
 const char *beam_image_fault_text(enum beam_image_fault fault);
@@ -192,6 +219,7 @@ struct beam_image {
         struct beam_image_header header;
         struct beam_image_setup setup;
         struct beam_image_observer observer;
+        struct beam_image_tracking tracking;
     } front;
     uint32_t effect[BEAM_USES]; /* beam_image_effect_key() of each use */
     uint8_t code[BEAM_IMAGE_CODE_BYTES];
@@ -207,6 +235,7 @@ BEAM_ASSERT(sizeof(beam_count) == 2 && sizeof(beam_real) == 4, "words");
 #define beam_image_crc          BEAM_NAME(image_crc)
 #define beam_image_header_check BEAM_NAME(image_header_check)
 #define beam_image_check        BEAM_NAME(image_check)
+#define beam_image_bound        BEAM_NAME(image_bound)
 #define beam_image_prove        BEAM_NAME(image_prove)
 
 /* n bytes of the image at this offset; false and nothing done when offset + n > BEAM_IMAGE_BYTES. */
@@ -226,6 +255,9 @@ enum beam_image_fault beam_image_header_check(const struct beam_image *image,
  * Call it only after the code was found right: it is then safe, not merely likely, that the numbers are the host's.
  */
 enum beam_image_fault beam_image_check(struct beam_image *image, float dt_s);
+
+/* beam_step_bound() of the plan, and what is followed beside it; only after a check without fault. */
+uint32_t beam_image_bound(const struct beam_image *image);
 
 /* The observer's state: zeros at rest. */
 struct beam_observed {

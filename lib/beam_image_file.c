@@ -61,7 +61,7 @@ enum beam_image_fault beam_image_run_check(struct beam_image_run *run, const uin
 
 uint32_t beam_image_run_bound(const struct beam_image_run *run)
 {
-    return beam_step_bound(&run->page.plan);
+    return beam_image_bound(&run->page);
 }
 
 enum beam_image_fault beam_image_run_seal(struct beam_image_run *run, struct beam_image_file *file, float dt_s)

@@ -84,7 +84,7 @@ enum beam_image_fault beam_image_run_header(const struct beam_image_run *run,
 enum beam_image_fault beam_image_run_check(struct beam_image_run *run, const uint8_t device[BEAM_IMAGE_DEVICE_BYTES],
                                            float dt_s);
 
-/* beam_step_bound() of the page; only after a check without fault. */
+/* beam_image_bound() of the page; only after a check without fault. */
 uint32_t beam_image_run_bound(const struct beam_image_run *run);
 
 /*

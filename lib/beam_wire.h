@@ -98,6 +98,7 @@ enum {
     BEAM_WIRE_INFO = 0x00030000, /* struct beam_info, read only */
     BEAM_WIRE_DRIVE =
         0x00040000, /* struct beam_drive, read and, unlocked, write; takes effect when `generation` is written */
+    BEAM_WIRE_TRACKING = 0x00070000, /* struct beam_tracking, read only */
     BEAM_WIRE_LATCH =
         0x00060000 /* u32: writing it, unlocked, acknowledges the latch of beam_info; reads as info.latched */
 };
@@ -173,7 +174,7 @@ struct beam_info {
     uint8_t model_sha256[32];
     uint32_t core_Hz;     /* clock of the processor */
     uint32_t step_budget; /* instructions that the bound of a step may have: beam_image_budget() */
-    uint32_t step_bound;  /* of the active image: beam_step_bound() */
+    uint32_t step_bound;  /* of the active image: beam_image_bound() */
     uint32_t proof_us;    /* longest step in the active image's proof run; 0: below 1 µs, or the built-in model */
     uint32_t sequence;    /* of the newest sample: what the next four are counted from */
     /* The latch: what came since power-on, or since it was acknowledged; no session begins or ends it. */
@@ -187,6 +188,24 @@ struct beam_info {
     uint32_t resets[BEAM_RESETS]; /* starts for each reason since power was applied, this one included */
 };
 BEAM_ASSERT(sizeof(struct beam_info) == 180, "info");
+
+/*
+ * Modes that the board follows, when the image asks for it (struct beam_image_tracking); the model stays as it is. The standard errors hold for
+ * white noise and for modes that wander as much as the image says, and begin at a tenth of the frequency, all of the damping, 0.3 of the gain.
+ */
+struct beam_tracked {
+    float frequency_Hz, frequency_se_Hz; /* |pole|/2π */
+    float damping, damping_se;           /* share of critical damping */
+    float gain, gain_se;                 /* from drive to sensor, of the model's */
+};
+struct beam_tracking {
+    uint32_t modes;   /* that are followed: 0 to 3, in the order of the image's blocks */
+    uint32_t samples; /* since it began, at power-on or when the model was put to rest; stays at 2²⁴ */
+    float
+        innovation_rms; /* of what the followed modes leave of the residual, each cut at three times this; output's unit */
+    struct beam_tracked mode[3];
+};
+BEAM_ASSERT(sizeof(struct beam_tracking) == 84, "tracking");
 
 /*
  * The drive: a linear or repeated chirp, made on the controller so that host and controller know it exactly.

@@ -21,6 +21,8 @@ struct rig_queue {
 struct rig_board {
     struct board_facts facts;
     uint8_t key[32];
+    bool stalls[RIG_SLOTS]; /* the next erase of the slot would stop the processor */
+    uint32_t stalled;       /* erases that did */
     _Alignas(4) uint8_t flash[RIG_SLOTS][RIG_SLOT_BYTES];
     uint64_t operations, cut_at; /* of words programmed and slots erased; 0: no cut */
     uint32_t tear;               /* which bits of the cut word, which words of the cut slot get through */
@@ -67,6 +69,7 @@ static inline void board_reset(void)
         board.key[i] = (uint8_t)(7 * i + 1);
     board.facts = (struct board_facts){.device = "device-no-12",
                                        .key = board.key,
+                                       .session_key = board.key,
                                        .sample_mHz = 1000000,
                                        .core_Hz = 168000000,
                                        .sensor_code_max = 4095,
@@ -147,10 +150,17 @@ bool board_nvm_program(int slot, uint32_t offset, size_t words, const uint32_t d
     return true;
 }
 
+bool board_nvm_erase_stalls(int slot)
+{
+    return board.stalls[slot];
+}
+
 bool board_nvm_erase(int slot)
 {
     if (slot < 0 || slot >= RIG_SLOTS)
         abort();
+    board.stalled += board.stalls[slot];
+    board.stalls[slot] = false;
     const bool cut = flash_is_cut();
     if (board.broken)
         return false;

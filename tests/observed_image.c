@@ -11,7 +11,7 @@ int observed_image(const char *path, double stiffness, size_t n, uint8_t out[])
     static struct target_image image;
     struct model model;
     struct bf_error err;
-    const struct target_options options = {.hold = BEAM_HOLD_ZERO_ORDER};
+    const struct target_options options = {.hold = BEAM_HOLD_ZERO_ORDER, .tracks = true};
     if (model_read(path, &model, &err) != BF_OK) {
         (void)fprintf(stderr, "%s\n", err.text);
         return -1;

@@ -13,7 +13,8 @@ done
 rm -rf "$stage"
 mkdir -p "$stage"
 umask 022
-make -s --no-print-directory -C "$top" B="$build" DESTDIR="$stage/beamfit" PREFIX=/usr install >/dev/null
+# without beamfit-fleet: the package would need MPI
+make -s --no-print-directory -C "$top" B="$build" MPI= DESTDIR="$stage/beamfit" PREFIX=/usr install >/dev/null
 
 # What a program of one's own needs is a package of its own.
 mkdir -p "$stage/libbeam-dev/usr/share"
@@ -29,7 +30,9 @@ for package in beamfit libbeam-dev; do
     [ "$package" = libbeam-dev ] || cat /usr/share/doc/libjs-dygraphs/copyright >>"$stage/$package/usr/share/doc/$package/copyright" # it is in the program
     gzip -9nc "$top/CHANGELOG.md" >"$stage/$package/usr/share/doc/$package/changelog.gz"
 done
-cp "$top/docs/tutorial.md" "$stage/beamfit/usr/share/doc/beamfit/"
+# The pages that help texts name, with what they lead to.
+cp "$top/README.md" "$stage/beamfit/usr/share/doc/beamfit/"
+cp -r "$top/docs" "$stage/beamfit/usr/share/doc/beamfit/"
 
 mkdir -p "$stage/debian"
 printf 'Source: beamfit\n\nPackage: beamfit\nArchitecture: %s\n' "$arch" >"$stage/debian/control" # what dpkg-shlibdeps asks for

@@ -9,6 +9,7 @@ trap 'rm -rf "$work"' EXIT
 cd "$work"
 cp "$top"/data/paper/b1tapih.yaml beam.yaml
 cp "$top"/data/paper/b1tapih.csv tap.csv
+(cat beam.yaml && printf 'board:\n  sample_Hz: 1000\n  sensor: {output: piezo_V, per_code: 0.001, zero_code: 2048}\n  drive: {input: hammer_N, per_code: 0.02, zero_code: 2048}\n  noise_rms: 0.002\n') >board.yaml
 run() { # WORDS: `status` and `said`, the last line of standard error
     status=0
     said=$("$build/beamfit" "$@" 2>&1 >/dev/null) || status=$?
@@ -18,14 +19,17 @@ run() { # WORDS: `status` and `said`, the last line of standard error
 echo 'Overwriting: the output names a file of somebody else, its own file, its own that was edited, the first again with --force'
 echo
 printf '%-66s %-10s %-10s %-10s %s\n' command foreign own edited --force
+echo 'years of work' >years
 overwrite() { # FILE WORDS
     local file=$1 results=()
     shift
-    echo 'years of work' >"$file"
+    mkdir -p "$(dirname "$file")"
+    cp years "$file"
     run "$@"
-    results+=("$([ "$(cat "$file")" = 'years of work' ] && echo kept || echo replaced) $status")
+    results+=("$(cmp -s "$file" years && echo kept || echo replaced) $status")
     run "$@" --force
-    local forced="$([ "$(head -c 13 "$file")" = 'years of work' ] && echo kept || echo replaced) $status"
+    local forced
+    forced="$(cmp -s "$file" years && echo kept || echo replaced) $status"
     run "$@"
     results+=("$([ "$status" = 0 ] && echo replaced || echo kept) $status")
     echo '# looked at' >>"$file"
@@ -41,6 +45,42 @@ overwrite mass.yaml add beam.yaml tip_mass -o mass.yaml
 overwrite less.yaml drop mass.yaml tip_mass -o less.yaml
 overwrite again.csv import sim.csv -o again.csv
 overwrite page.html report beam.yaml tap.csv -o page.html --pictures 0
+overwrite lines.uff frf beam.yaml -o lines.uff
+overwrite found.yaml diagnose beam.yaml tap.csv -o found.yaml
+overwrite shots/shapes.png modes beam.yaml --plot shots
+overwrite looks/tap-piezo_V.png compare beam.yaml tap.csv --plot looks
+overwrite chain/history.png history fitted.yaml --plot chain
+overwrite model.img export board.yaml -o model.img
+run export board.yaml -o model.img --force
+(umask 077 && head -c 32 /dev/urandom >key)
+overwrite signed.img sign model.img --key key --device 0123456789abcdef01234567 --counter 1 -o signed.img
+overwrite model.a2l export board.yaml -o other.img --a2l model.a2l
+
+printf '\nAn output that names a file which the command reads\n\n'
+onto() { # FILE WORDS: named last, behind the option
+    local file=$1 before
+    shift
+    before=$(sha256sum <"$file")
+    run "$@" "$file"
+    printf '%-66s %s %s\n' "$* $file" "$([ "$(sha256sum <"$file")" = "$before" ] && echo kept || echo replaced)" "$status"
+}
+for file in beam.yaml tap.csv; do
+    onto $file fit beam.yaml tap.csv -o
+    onto $file simulate beam.yaml --input tap.csv -o
+    onto $file diagnose beam.yaml tap.csv -o
+    onto $file report beam.yaml tap.csv -o
+    onto $file compare beam.yaml tap.csv --plot
+done
+onto beam.yaml modes beam.yaml --shapes
+onto beam.yaml modes beam.yaml --plot
+onto beam.yaml add beam.yaml tip_mass -o
+onto mass.yaml drop mass.yaml tip_mass -o
+onto beam.yaml frf beam.yaml -o
+onto tap.csv import tap.csv -o
+onto board.yaml export board.yaml -o
+onto board.yaml export board.yaml -o new.img --a2l
+onto model.img sign model.img --key key --device 0123456789abcdef01234567 --counter 2 -o
+onto key sign model.img --key key --device 0123456789abcdef01234567 --counter 2 -o
 run fit beam.yaml tap.csv -o beam.yaml
 printf '\nfit onto the model that it reads: status %s, %s\n' "$status" "$said"
 

@@ -36,7 +36,7 @@ fit() { # NAME RECORD OPTIONS...: NAME_start.yaml -> NAME.yaml, NAME.out
     "$beamfit" fit "$1_start.yaml" "$2.csv" -o "$1.yaml" --no-search "${@:3}" >"$1.out"
 }
 estimate() { sed -n "s/^  $1: {value: \([^,}]*\).*/\1/p" "$2.yaml"; } # all digits
-channel_error() { awk '$1 ~ /\.csv$/ {for (i = 1; i < NF; i++) if ($i == "error") {print $(i + 1); exit}}' "$1.out"; }
+channel_error() { awk '$1 ~ /\.csv$/ {print $3; exit}' "$1.out"; } # record, channel, error in %, times the noise
 relative() { awk -v a="$1" -v b="$2" 'BEGIN {print a / b - 1}'; }
 
 channels() {

@@ -12,7 +12,7 @@ tools/first_error.sh "$out/make.log" make --no-print-directory -j"$JOBS" B="$out
     "$out/libhost.a" "$out/libbeam.a" "$out/libbeamt.a" "$out/libfirmware.a" WARN=-Wall
 mkdir -p "$out/found"
 
-packages='libmicrohttpd nlopt libserialport libfyaml jansson matio fftw3 lapacke openblas sndfile'
+packages='libmicrohttpd nlopt libserialport libfyaml jansson matio fftw3 lapacke openblas sndfile sqlite3'
 fuzz_one=$(cat <<'SH'
 set -eu
 source=$1 out=$2 sanitize=$3 packages=$4

@@ -24,7 +24,7 @@ LIBRARIES = {
     'libfyaml': r'libfyaml\.h', 'jansson': r'jansson\.h', 'matio': r'matio(_pubconf)?\.h', 'libsndfile': r'sndfile\.h',
     'BearSSL': r'bearssl.*\.h', 'FFTW': r'fftw3?\.h', 'CHOLMOD': r'(suitesparse/)?(cholmod|SuiteSparse).*\.h',
     'ARPACK': r'(arpack/)?arpack.*\.h', 'LAPACKE': r'(openblas/)?lapacke?.*\.h', 'CBLAS': r'(openblas/)?cblas.*\.h',
-    'NLopt': r'nlopt\.h', 'libserialport': r'libserialport\.h', 'libmicrohttpd': r'microhttpd\.h',
+    'NLopt': r'nlopt\.h', 'libserialport': r'libserialport\.h', 'libmicrohttpd': r'microhttpd\.h', 'SQLite': r'sqlite3\.h', 'MPI': r'mpi\.h',
     'SUNDIALS': r'(sundials|cvode|cvodes|arkode|nvector|sunmatrix|sunlinsol)/.*\.h'}
 AREAS = ('lib', 'host', 'firmware', 'tests', 'tools')
 

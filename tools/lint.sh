@@ -14,7 +14,7 @@ echo "clang-format: ${#sources[@]} files"
 printf '%s\0' "${sources[@]}" | xargs -0 -r clang-format --dry-run -Werror || failed+=' clang-format'
 
 # A controller's sizes where a controller's code is; elsewhere cppcheck must not suppose them.
-controller='^(firmware/|tests/target/|tests/unit/test_firmware|tests/fuzz/fuzz_slave)'
+controller='^(firmware/|tests/target/|tests/driver/|tests/unit/test_firmware|tests/fuzz/fuzz_slave)'
 cppcheck_all() {
     xargs -0 -r cppcheck -q -j "$JOBS" --std=c11 --language=c --platform=unix64 --error-exitcode=1 --inline-suppr \
         --enable=warning,performance,portability --library=posix --suppressions-list=tools/cppcheck.suppressions \
@@ -43,6 +43,7 @@ firmware/board_stm32f405/* | firmware/board_mps2/* | firmware/examples/* | tests
 esac
 case $file in
 tests/target/shim/* | tests/target/plugin/*) ;;
+tests/driver/*) set -- "$@" -DBEAM_FLOAT -DBEAM_TARGET -DDRIVER_ON_PC -Ifirmware ;;
 tests/target/*) set -- "$@" -DBEAM_FLOAT -DBEAM_TARGET -Ifirmware ;;
 esac
 answer=$(clang-tidy --quiet "$file" -- "$@" 2>/dev/null) || { printf '%s\n' "$answer"; exit 1; }

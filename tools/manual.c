@@ -210,6 +210,8 @@ static void put_answer(const struct answer_field fields[], const char *within)
     for (const struct answer_field *f = fields; f->name != NULL; f++) {
         char name[200];
         const bool list = f->kind == ANSWER_LIST, map = f->kind == ANSWER_MAP;
+        if (!answer_is_name(f))
+            continue;
         (void)snprintf(name, sizeof name, "%s%s", within, f->name);
         (void)printf(".It Li \\&%s\n", name);
         if (answer_unit(f)[0] != '\0')

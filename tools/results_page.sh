@@ -8,25 +8,33 @@ cd "$(dirname "$0")/.."
 
 declare -A title=(
     [bench]='Time and instructions: fit, prediction, diagnosis, one step'
+    [board_checks]='The board, attack by attack'
     [boards]='Boards: flash, RAM, stack, instructions, and what was tried on the emulated boards'
     [conformance]='Another host on the line: pyxcp and pya2ldb'
     [coverage]='Line coverage of lib/ and firmware/ by their unit tests'
-    [desk]='At the desk: what is overwritten, and what is said of mistakes'
+    [desk]='At the desk: what is overwritten, what is said of mistakes, how soon a click is answered'
     [experiments]='Two experiments with the numbers'
     [fuzz]='Hostile bytes for every reader'
+    [journey]='The way of a new user: each command as typed, and its output'
     [live_demo]='The live demonstration'
-    [survival]='What a board survived')
+    [survival]='What a board survived'
+    [survival_stm32f405]='What the emulated product survived'
+    [wrong_inputs]='Wrong inputs, and what is said of them')
 # the commands of a page, one a line
 declare -A made_by=(
     [bench]='make bench'
+    [board_checks]='tools/board_checks.py build'
     [boards]=$'make size | sed -n \'/deepest calls/,$p\'\nmake target'
     [conformance]=$'make conformance\nmake conformance BOARD=stm32f405'
     [coverage]='make coverage'
-    [desk]='tools/desk_tables.sh build'
+    [desk]=$'tools/desk_tables.sh build\ntools/watch_clicks.sh build'
     [experiments]='make experiments'
     [fuzz]='make fuzz'
-    [live_demo]=$'make live-demo\nmake live-demo HIDES=spring\nmake live-demo BOARD=stm32f405'
-    [survival]='make survival')
+    [journey]='tools/journey.sh build'
+    [live_demo]=$'make live-demo\nmake live-demo HIDES=spring\nmake live-demo BOARD=stm32f405\nmake live-demo MOVING=1 OFFSET_CODES=6\nmake live-demo BOARD=stm32f405 MOVING=1 OFFSET_CODES=6\nmake live-demo HIDES=spring MOVING=1 OFFSET_CODES=6'
+    [survival]='make survival'
+    [survival_stm32f405]='make survival BOARD=stm32f405 SHARE=0.35'
+    [wrong_inputs]='tools/wrong_inputs.py build')
 
 head_of() { # TITLE COMMAND
     printf '# %s\n\nMade by `%s`: %s, beamfit %s (commit %s), %s cores, load %s when it began.\nWritten by a program: run the command again instead of editing.\n' \

@@ -17,7 +17,7 @@ enum { CODE_MAX = 4095, CODE_ZERO = 2048 };
 
 static struct host_options options;
 static struct board_facts facts;
-static uint8_t key[32];
+static uint8_t key[32], session_key[32];
 static uint64_t ticks;
 static uint16_t drive_code = CODE_ZERO;
 static int timer = -1, alarm_file = -1, turns;
@@ -36,7 +36,11 @@ const struct board_facts *board_init(void)
         host_key_read(options.key, key);
     else if (getrandom(key, sizeof key, 0) != sizeof key)
         return NULL;
+    memcpy(session_key, key, sizeof session_key);
+    if (options.unlock_key)
+        host_key_read(options.unlock_key, session_key);
     facts = (struct board_facts){.key = key,
+                                 .session_key = session_key,
                                  .sample_mHz = (uint32_t)(options.sample_Hz * 1000.0 + 0.5),
                                  .core_Hz = (uint32_t)(options.core_MHz * 1e6 + 0.5),
                                  .sensor_code_max = CODE_MAX,
@@ -146,5 +150,6 @@ int main(int argc, char **argv)
     const int status = firmware_main();
     host_port_close();
     explicit_bzero(key, sizeof key);
+    explicit_bzero(session_key, sizeof session_key);
     return status;
 }

@@ -13,7 +13,7 @@
 enum { HOST_NVM_SLOTS = 3, HOST_NVM_SLOT_BYTES = 8192, HOST_TURNS_PER_TICK = 8 };
 
 struct host_options {
-    const char *pty_link, *key, *nvm, *plant, *replay, *alarm;
+    const char *pty_link, *key, *unlock_key, *nvm, *plant, *replay, *alarm;
     uint8_t device[12];
     double sample_Hz;
     double core_MHz;    /* of the controller that the PC stands for */

@@ -65,7 +65,7 @@ static uint32_t torn(uint32_t word)
 
 bool board_nvm_program(int slot, uint32_t offset, size_t words, const uint32_t data[])
 {
-    if (offset % 4 != 0 || !inside(slot, offset, 4 * words))
+    if (offset % 4 != 0 || words > HOST_NVM_SLOT_BYTES / 4 || !inside(slot, offset, 4 * words))
         return false;
     uint32_t *at = (uint32_t *)(void *)(flash + (size_t)slot * HOST_NVM_SLOT_BYTES + offset);
     for (size_t i = 0; i < words; i++) {
@@ -76,6 +76,13 @@ bool board_nvm_program(int slot, uint32_t offset, size_t words, const uint32_t d
         at[i] &= data[i];
     }
     return true;
+}
+
+/* Time is counted in ticks, and none takes place meanwhile. */
+bool board_nvm_erase_stalls(int slot)
+{
+    (void)slot;
+    return false;
 }
 
 bool board_nvm_erase(int slot)

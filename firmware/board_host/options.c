@@ -23,7 +23,8 @@ void host_fail(const char *format, ...)
 }
 
 static const char usage[] =
-    "usage: board_host [--sample-Hz F] [--core-MHz F] [--key FILE] [--device HEX] [--nvm FILE] [--pty-link PATH]\n"
+    "usage: board_host [--sample-Hz F] [--core-MHz F] [--key FILE] [--unlock-key FILE] [--device HEX] [--nvm FILE] "
+    "[--pty-link PATH]\n"
     "                  [--plant SOCKET | --replay CODES] [--virtual] [--ticks N] [--power-cut N] [--alarm FILE]\n"
     "The firmware on this machine. Prints 'port: /dev/pts/N', then READY.\n"
     "Time is counted in samples: a busy machine makes the board late, and it misses none.\n"
@@ -31,6 +32,7 @@ static const char usage[] =
     "  --core-MHz F     clock of the controller that this machine stands for, default 168: what a step may cost\n"
     "  --key FILE       the device's key: 32 bytes or 64 hexadecimal digits, mode 0600; without it nothing can be "
     "unlocked\n"
+    "  --unlock-key F   another key that unlocks sessions; --key then only signs images\n"
     "  --device HEX     identity, 24 hexadecimal digits, default that of 'board_host_1'\n"
     "  --nvm FILE       the flash's contents, made when absent; without it they are forgotten\n"
     "  --pty-link PATH  symbolic link to the port, replaced when it exists\n"
@@ -98,6 +100,9 @@ static void take(int c, struct host_options *out)
     case 'k':
         out->key = optarg;
         break;
+    case 'u':
+        out->unlock_key = optarg;
+        break;
     case 'n':
         out->nvm = optarg;
         break;
@@ -128,13 +133,11 @@ static void take(int c, struct host_options *out)
 
 void host_options_read(int argc, char **argv, struct host_options *out)
 {
-    static const struct option names[] = {{"pty-link", 1, 0, 'l'},  {"key", 1, 0, 'k'},
-                                          {"device", 1, 0, 'd'},    {"nvm", 1, 0, 'n'},
-                                          {"sample-Hz", 1, 0, 's'}, {"plant", 1, 0, 'p'},
-                                          {"replay", 1, 0, 'r'},    {"virtual", 0, 0, 'v'},
-                                          {"ticks", 1, 0, 't'},     {"power-cut", 1, 0, 'c'},
-                                          {"core-MHz", 1, 0, 'm'},  {"alarm", 1, 0, 'a'},
-                                          {"help", 0, 0, 'h'},      {0, 0, 0, 0}};
+    static const struct option names[] = {{"pty-link", 1, 0, 'l'},   {"key", 1, 0, 'k'},       {"device", 1, 0, 'd'},
+                                          {"nvm", 1, 0, 'n'},        {"sample-Hz", 1, 0, 's'}, {"plant", 1, 0, 'p'},
+                                          {"replay", 1, 0, 'r'},     {"virtual", 0, 0, 'v'},   {"ticks", 1, 0, 't'},
+                                          {"power-cut", 1, 0, 'c'},  {"core-MHz", 1, 0, 'm'},  {"alarm", 1, 0, 'a'},
+                                          {"unlock-key", 1, 0, 'u'}, {"help", 0, 0, 'h'},      {0, 0, 0, 0}};
     *out = (struct host_options){.sample_Hz = 1000.0, .core_MHz = 168.0};
     memcpy(out->device, "board_host_1", sizeof out->device);
     for (int c; (c = getopt_long(argc, argv, "", names, NULL)) != -1;)

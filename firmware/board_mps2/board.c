@@ -25,7 +25,7 @@ enum {
 
 struct provision {
     uint32_t magic;
-    uint8_t device[12], key[32];
+    uint8_t device[12], key[32], session_key[32]; /* the last one blank: the first does both */
 };
 struct record {
     uint32_t magic, n;
@@ -55,6 +55,9 @@ const struct board_facts *board_init(void)
     for (int i = 0; i < 12; i++)
         facts.device[i] = PROVISION->device[i];
     facts.key = (const uint8_t *)PROVISION->key;
+    facts.session_key = (const uint8_t *)PROVISION->session_key;
+    if (board_key_is_blank(facts.session_key))
+        facts.session_key = facts.key;
     facts.reset = (uint8_t)(last.magic == LAST_MAGIC && last.reason < BEAM_RESETS ? last.reason : BEAM_RESET_POWER);
     facts.kept = kept;
     last.magic = 0;

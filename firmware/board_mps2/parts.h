@@ -23,11 +23,9 @@ struct cmsdk_uart {
 #define SCB_ICSR       (*(volatile uint32_t *)0xE000ED04u)
 #define SCB_AIRCR      (*(volatile uint32_t *)0xE000ED0Cu)
 #define SCB_SHPR       ((volatile uint8_t *)0xE000ED18u) /* [11]: SysTick */
-#define SCB_CPACR      (*(volatile uint32_t *)0xE000ED88u)
 #define FPGAIO_LED0    (*(volatile uint32_t *)0x40028000u)
 #define FPGAIO_COUNTER (*(volatile uint32_t *)0x40028018u) /* up, once in PRESCALE + 1 cycles */
 #define FPGAIO_SCALE   (*(volatile uint32_t *)0x4002801Cu)
-#define FPU_FPDSCR     (*(volatile uint32_t *)0xE000EF3Cu)
 #define ICSR_PENDSTSET (1u << 26)
 
 #define WATCHDOG_LOAD (*(volatile uint32_t *)0x40008000u)

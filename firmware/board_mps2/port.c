@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /* UART0: received bytes through an interrupt into a ring; bytes to send go as the transmitter takes them. */
+#include "../byte_ring.h"
 #include "parts.h"
 
 enum {
-    RING = 128,
     PRIORITY_UART = 0x80,
     STATE_TX_FULL = 1,
     STATE_RX_FULL = 2,
@@ -12,12 +12,10 @@ enum {
     CTRL_RX_INTERRUPT = 8,
     INTERRUPT_RX = 2
 };
-_Static_assert((RING & (RING - 1)) == 0, "a power of two");
 
 void board_port_isr(void);
 
-static volatile uint8_t ring[RING];
-static volatile uint32_t written, read_out; /* free-running; written by the interrupt, read_out by the background */
+static struct byte_ring ring;
 
 void port_init(void)
 {
@@ -34,22 +32,17 @@ void board_port_isr(void)
     UART0->INTSTATUS = INTERRUPT_RX;
     if (!(UART0->STATE & STATE_RX_FULL))
         return;
-    if (written - read_out == RING) {
+    if (byte_ring_full(&ring)) {
         NVIC_ICER0 = 1u << IRQ_UART0_RX;
         return;
     }
-    ring[written % RING] = (uint8_t)UART0->DATA;
-    written = written + 1;
+    byte_ring_put(&ring, (uint8_t)UART0->DATA);
 }
 
 size_t board_receive(size_t n, uint8_t out[])
 {
-    size_t taken = 0;
-    for (; taken < n && read_out != written; taken++) {
-        out[taken] = ring[read_out % RING];
-        read_out = read_out + 1;
-    }
-    if (UART0->STATE & STATE_RX_FULL && written - read_out < RING) { /* one that came while the ring was full */
+    const size_t taken = byte_ring_take(&ring, n, out);
+    if (UART0->STATE & STATE_RX_FULL && !byte_ring_full(&ring)) { /* one that came while the ring was full */
         NVIC_ICER0 = 1u << IRQ_UART0_RX;
         board_port_isr();
     }

@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* Vectors, reset, faults: a fault starts again, and so does the watchdog. */
-#include "../sections.h"
+#include "../start.h"
 #include "parts.h"
 
-int main(void);
 void board_reset(void);
 void board_fault(void);
 void board_tick_isr(void);
@@ -23,14 +22,7 @@ void board_watchdog_isr(void)
 
 void board_reset(void)
 {
-    SCB_CPACR |= 0xFu << 20; /* the FPU, before any instruction of its */
-    __asm__ volatile("dsb\n isb");
-    FPU_FPDSCR = 0; /* interrupts and background alike: to nearest, denormal numbers kept, as on the host */
-    __asm__ volatile("vmsr fpscr, %0" : : "r"(0));
-    sections_init();
-    (void)main();
-    for (;;) /* nothing that could run: no provision, or main() has ended */
-        __asm__ volatile("wfi");
+    start_program();
 }
 
 __attribute__((section(".vectors"), used)) static const struct {

@@ -4,8 +4,9 @@
 
 enum { KEY_BYTES = 32 };
 #define ALARM_PIN (1u << 5)
-/* Sector 4 holds the key alone, written once in production; readout protection level 1 keeps debuggers out of it. */
-#define KEY ((const uint8_t *)0x08010000u)
+/* Sector 4 holds the keys alone, written once in production; readout protection level 1 keeps debuggers out of it. */
+#define KEY         ((const uint8_t *)0x08010000u) /* signs images */
+#define SESSION_KEY (KEY + KEY_BYTES)              /* unlocks sessions; blank: KEY does both */
 /* A debugger or emulator that wants no sleep (its virtual time would stand still) writes the magic here. */
 #define WAKEFUL       (*(const volatile uint32_t *)0x2001FF00u)
 #define WAKEFUL_MAGIC 0x5EEDu
@@ -53,6 +54,7 @@ const struct board_facts *board_init(void)
             facts.device[4 * i + byte] = (uint8_t)(word >> 8 * byte);
     }
     facts.key = KEY;
+    facts.session_key = board_key_is_blank(SESSION_KEY) ? KEY : SESSION_KEY;
     facts.reset = reason();
     facts.kept = kept;
     facts.sample_mHz = BOARD_SAMPLE_HZ * 1000u;

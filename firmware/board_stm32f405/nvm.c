@@ -143,6 +143,12 @@ bool board_nvm_program(int slot, uint32_t offset, size_t words, const uint32_t d
     return program_words(word_at(slot, window[slot], offset / 4), words, data);
 }
 
+bool board_nvm_erase_stalls(int slot)
+{
+    return slot >= 0 && slot < NVM_SLOTS && window[slot] >= WINDOWS - 1 &&
+           (window[slot] == WINDOWS || !is_blank(slot, WINDOWS - 1));
+}
+
 bool board_nvm_erase(int slot)
 {
     if (slot < 0 || slot >= NVM_SLOTS)

@@ -56,9 +56,7 @@ _Static_assert(offsetof(struct gpio, AFR) == 0x20, "GPIO");
 #define NVIC_ICER         ((volatile uint32_t *)0xE000E180u)
 #define NVIC_IPR          ((volatile uint8_t *)0xE000E400u)
 #define SCB_AIRCR         (*(volatile uint32_t *)0xE000ED0Cu)
-#define SCB_SHPR          ((volatile uint8_t *)0xE000ED18u) /* [11]: SysTick */
-#define SCB_CPACR         (*(volatile uint32_t *)0xE000ED88u)
-#define FPU_FPDSCR        (*(volatile uint32_t *)0xE000EF3Cu)
+#define SCB_SHPR          ((volatile uint8_t *)0xE000ED18u)        /* [11]: SysTick */
 #define UNIQUE_ID         ((const volatile uint32_t *)0x1FFF7A10u) /* three words */
 #define AIRCR_SYSRESETREQ 0x05FA0004u
 

@@ -162,6 +162,7 @@ struct system {
     size_t n_all;        /* 2 n_pairs + reals; rows of Z in this order: pairs, reals, conjugates of the pairs */
     double complex *p;   /* [n_poles] */
     double complex *phi; /* [n × n_poles] */
+    size_t *cluster; /* [n_poles] the first of the poles that nearly coincide with it: of a free beam's rigid motions */
     /* The whole space may move by the numbers d of enum model_move, each parameter by one of them; set before system_evaluate(), not owned. */
     double *const *block_by_move[MODEL_MOVES]; /* [n_blocks][n × n] dB/dd of every block; NULL: it does not move */
     const double *move_by;                     /* [map->n][MODEL_MOVES] dd/d parameter */

@@ -14,6 +14,11 @@ static const double real_pole = 1e-9;
 /* Modes slower than this part of the fastest are scaled as if they had it: rigid modes have no ω of their own. */
 static const double rigid_scale = 1e-6;
 
+/* Real poles that are nearer to each other than this part of the fastest ω have computed vectors that may be any of their span. */
+static const double nearly_coincide = 1e-8;
+/* The poles are put this part of it apart, once their vectors are scaled: a change of the model may part them in other directions. */
+static const double least_gap = 1e-11;
+
 /* A direction whose part in a memory term is smaller than this part of the largest has no memory. */
 static const double no_memory = 1e-7;
 
@@ -156,9 +161,9 @@ static enum bf_status first_order_new(const struct system *s, struct first_order
 
 /* ---- Normalisation ---- */
 
-/* φᵀ A(s) φ and φᵀ A'(s) φ from φᵀBφ of every block. */
-static void quadratic_forms(const struct system *s, const double complex phi[], double complex at, double complex *A,
-                            double complex *A_s)
+/* ψᵀ A(s) φ and ψᵀ A'(s) φ from ψᵀBφ of every block. */
+static void bilinear_forms(const struct system *s, const double complex psi[], const double complex phi[],
+                           double complex at, double complex *A, double complex *A_s)
 {
     size_t n = s->n;
     *A = *A_s = 0.0;
@@ -168,7 +173,7 @@ static void quadratic_forms(const struct system *s, const double complex phi[], 
         for (size_t j = 0; j < n; j++) {
             double complex column = 0.0;
             for (size_t i = 0; i < n; i++)
-                column += use->B[i + j * n] * phi[i];
+                column += use->B[i + j * n] * psi[i];
             q += column * phi[j];
         }
         double complex t = 1.0 + at * use->value[OF_RELAXATION];
@@ -178,9 +183,37 @@ static void quadratic_forms(const struct system *s, const double complex phi[], 
     }
 }
 
+/*
+ * Of poles that differ, ψᵀ (A(p) − A(q))/(p − q) φ is 0. Where two nearly coincide the eigenvectors are any of their span, and are made so; the
+ * divided difference is A' half-way then.
+ */
+static void separate(struct system *s, double complex value, size_t k)
+{
+    const double fastest = s->omega_rad[s->n - 1];
+    double complex *phi = s->phi + k * s->n;
+    for (size_t j = k; j-- > s->n_pairs;) {
+        if (cabs(value - s->p[j]) > nearly_coincide * fastest)
+            continue;
+        double complex A, A_s;
+        const double complex *psi = s->phi + j * s->n;
+        bilinear_forms(s, psi, phi, 0.5 * (value + s->p[j]), &A, &A_s);
+        for (size_t i = 0; i < s->n; i++)
+            phi[i] -= A_s * psi[i];
+        s->cluster[k] = s->cluster[j];
+    }
+}
+
+static void keep_apart(struct system *s, size_t k)
+{
+    const double gap = least_gap * s->omega_rad[s->n - 1];
+    for (size_t j = s->cluster[k]; j < k; j++)
+        if (s->cluster[j] == s->cluster[k] && cabs(s->p[k] - s->p[j]) < gap)
+            s->p[k] = s->p[j] - gap;
+}
+
 /* φ from an eigenvector of the first-order form; one Newton step on p; scaled to φᵀA'(p)φ = 1. */
 static enum bf_status finish_pole(struct system *s, const struct first_order *f, const double complex vector[],
-                                  double complex value, size_t k, struct bf_error *err)
+                                  double complex value, bool real, size_t k, struct bf_error *err)
 {
     size_t n = s->n;
     double complex *phi = s->phi + k * n, A, A_s;
@@ -188,7 +221,10 @@ static enum bf_status finish_pole(struct system *s, const struct first_order *f,
     for (size_t j = 0; j < n; j++)
         for (size_t i = 0; i < n; i++)
             phi[i] += s->modes[i + j * n] * (vector[j] / f->scale[j]);
-    quadratic_forms(s, phi, value, &A, &A_s);
+    s->cluster[k] = k;
+    if (real)
+        separate(s, value, k);
+    bilinear_forms(s, phi, phi, value, &A, &A_s);
     if (!(cabs(A_s) > 0.0) || !isfinite(cabs(A_s)))
         return bf_fail(err, BF_NUMERIC, "two poles of the model coincide at %.4g%+.4gi 1/s", creal(value),
                        cimag(value));
@@ -196,6 +232,7 @@ static enum bf_status finish_pole(struct system *s, const struct first_order *f,
     if (cabs(step) < 1e-6 * cabs(value))
         value -= step;
     s->p[k] = value;
+    keep_apart(s, k);
     double complex scale = 1.0 / csqrt(A_s);
     for (size_t i = 0; i < n; i++)
         phi[i] *= scale;
@@ -213,12 +250,13 @@ static enum bf_status collect(struct system *s, const struct first_order *f, con
     size_t d = f->dimension, k = 0;
     s->p = bf_grow(s->p, d, sizeof *s->p);
     s->phi = bf_grow(s->phi, d * s->n, sizeof *s->phi);
+    s->cluster = bf_grow(s->cluster, d, sizeof *s->cluster);
     enum bf_status status = BF_OK;
     for (int reals = 0; reals < 2; reals++) {
         for (size_t i = 0; status == BF_OK && i < d; i++) {
             bool real = is_real(values[i]);
             if (real == (reals == 1) && (real || cimag(values[i]) > 0.0))
-                status = finish_pole(s, f, vectors + i * d, values[i], k++, err);
+                status = finish_pole(s, f, vectors + i * d, values[i], real, k++, err);
         }
         if (reals == 0)
             s->n_pairs = k;

@@ -9,8 +9,13 @@
 
 #include "maths/maths.h"
 
-/* Two poles closer than this (relative) are one semisimple pole: their vectors do not mix. */
-static const double same_pole = 1e-10;
+/* But for rounding it is: what does not cancel of W_jk − W_kj a rigid motion with light damping would show large. */
+static void make_symmetric(size_t n, double G[])
+{
+    for (size_t k = 0; k < n; k++)
+        for (size_t j = 0; j < k; j++)
+            G[j + k * n] = G[k + j * n] = 0.5 * (G[j + k * n] + G[k + j * n]);
+}
 
 /* Q[n_all × n_poles] = φ_allᵀ B φ through one real product of [Re φ, Im φ]. */
 static void pole_products(const struct system *s, const double B[], double work[], double complex Q[])
@@ -25,6 +30,7 @@ static void pole_products(const struct system *s, const double B[], double work[
     }
     dense_gemm(false, false, n, m, n, 1.0, B, R, 0.0, BR);
     dense_gemm(true, false, m, m, n, 1.0, R, BR, 0.0, G);
+    make_symmetric(m, G);
     for (size_t k = 0; k < P; k++) {
         for (size_t j = 0; j < P; j++) {
             double rr = G[j + k * m], ii = G[(P + j) + (P + k) * m];
@@ -50,7 +56,7 @@ static void coefficient_change(const double value[COEFFICIENTS], const double d[
 
 struct pole_change {
     double complex *W;   /* [n_all × n_poles] */
-    double complex *W_s; /* [n_poles] W'_kk */
+    double complex *W_s; /* [n_poles × n_poles] W' of poles in one cluster */
 };
 
 static void add_change(const struct system *s, const struct block_use *use, const double d[COEFFICIENTS],
@@ -59,9 +65,11 @@ static void add_change(const struct system *s, const struct block_use *use, cons
     for (size_t k = 0; k < s->n_poles; k++) {
         double complex a, a_s;
         coefficient_change(use->value, d, s->p[k], &a, &a_s);
-        change->W_s[k] += a_s * Q[k + k * s->n_all];
         for (size_t j = 0; j < s->n_all; j++)
             change->W[j + k * s->n_all] += a * Q[j + k * s->n_all];
+        for (size_t j = s->cluster[k]; j < s->n_poles; j++)
+            if (s->cluster[j] == s->cluster[k])
+                change->W_s[j + k * s->n_poles] += a_s * Q[j + k * s->n_all];
     }
 }
 
@@ -126,6 +134,18 @@ static void modal_damping_change(const struct system *s, size_t parameter, doubl
     free(dK);
 }
 
+/*
+ * Z_jk of poles that nearly coincide: W_jk/(p_k − p_j) with its symmetric part, which keeps their vectors apart, as the derivative that it tends to,
+ * ½ (W_jk − W_kj)/(p_k − p_j) → ½ W'_jk.
+ */
+static double complex together(const struct system *s, const struct pole_change *change, size_t j, size_t k)
+{
+    const double complex W_s = change->W_s[j + k * s->n_poles];
+    if (j == k)
+        return 0.5 * W_s;
+    return 0.5 * (W_s + (change->W[j + k * s->n_all] + change->W[k + j * s->n_all]) / (s->p[k] - s->p[j]));
+}
+
 /* Z and δp of one parameter from its W. */
 static void finish_derivative(const struct system *s, const struct pole_change *change, struct pole_derivative *out)
 {
@@ -135,12 +155,11 @@ static void finish_derivative(const struct system *s, const struct pole_change *
     for (size_t k = 0; k < P; k++) {
         out->p[k] = -change->W[k + k * J];
         for (size_t j = 0; j < J; j++) {
-            double complex pj = j < P ? s->p[j] : conj(s->p[j - P]);
-            double complex gap = s->p[k] - pj;
-            double complex z = 0.5 * change->W_s[k];
-            if (j != k)
-                z = cabs(gap) > same_pole * cabs(pj) ? change->W[j + k * J] / gap : 0.0;
-            out->Z[j + k * J] = z;
+            const double complex pj = j < P ? s->p[j] : conj(s->p[j - P]);
+            if (j < P && s->cluster[j] == s->cluster[k])
+                out->Z[j + k * J] = together(s, change, j, k);
+            else
+                out->Z[j + k * J] = change->W[j + k * J] / (s->p[k] - pj);
         }
     }
 }
@@ -211,7 +230,7 @@ enum bf_status poles_differentiate(struct system *s, const bool want[], struct b
     size_t J = s->n_all, P = s->n_poles, n_blocks = s->reduced->n_blocks, size = J * P;
     double *work = bf_alloc(4 * s->n * P + 4 * P * P, sizeof *work);
     double complex *Q = bf_alloc((2 * n_blocks + 1) * size, sizeof *Q), *Q_at = Q + n_blocks * size;
-    struct pole_change change = {.W = bf_alloc(size, sizeof *Q), .W_s = bf_alloc(P, sizeof *Q)};
+    struct pole_change change = {.W = bf_alloc(size, sizeof *Q), .W_s = bf_alloc(P * P, sizeof *Q)};
     for (size_t b = 0; b < n_blocks; b++) {
         pole_products(s, s->use[b].B, work, Q + b * size);
         if (s->use[b].position != SIZE_MAX)
@@ -221,7 +240,7 @@ enum bf_status poles_differentiate(struct system *s, const bool want[], struct b
         if (!want[i] || !depends_on(s, i))
             continue;
         memset(change.W, 0, size * sizeof *change.W);
-        memset(change.W_s, 0, P * sizeof *change.W_s);
+        memset(change.W_s, 0, P * P * sizeof *change.W_s);
         for (size_t b = 0; b < n_blocks; b++)
             add_block_changes(s, i, b, Q + b * size, Q_at + b * size, &change);
         add_shift(s, i, work, Q_at + n_blocks * size, &change);

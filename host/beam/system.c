@@ -51,6 +51,7 @@ void system_free(struct system *s)
     free(s->modes);
     free(s->p);
     free(s->phi);
+    free(s->cluster);
     free(s);
 }
 

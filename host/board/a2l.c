@@ -36,6 +36,22 @@ struct member {
             offsetof(struct beam_image_front, setup) + offsetof(struct beam_image_setup, member), 1, method            \
     }
 
+#define TRACKING(member, type, method, what)                                                                           \
+    {                                                                                                                  \
+        "tracking_" #member, what, type, offsetof(struct beam_tracking, member), 1, method                             \
+    }
+#define TRACKED_ONE(i, member, method, what)                                                                           \
+    {                                                                                                                  \
+        "tracking_" #i "_" #member, what, F32, offsetof(struct beam_tracking, mode[i].member), 1, method               \
+    }
+#define TRACKED(i)                                                                                                     \
+    TRACKED_ONE(i, frequency_Hz, "cm_hertz", "frequency of a followed mode"),                                          \
+        TRACKED_ONE(i, frequency_se_Hz, "cm_hertz", "its standard error"),                                             \
+        TRACKED_ONE(i, damping, "NO_COMPU_METHOD", "damping ratio of a followed mode"),                                \
+        TRACKED_ONE(i, damping_se, "NO_COMPU_METHOD", "its standard error"),                                           \
+        TRACKED_ONE(i, gain, "NO_COMPU_METHOD", "gain of a followed mode over the model's"),                           \
+        TRACKED_ONE(i, gain_se, "NO_COMPU_METHOD", "its standard error")
+
 static const struct member live[] = {
     LIVE(sequence, U32, "NO_COMPU_METHOD", "sample intervals since power-on"),
     LIVE(step, U32, "NO_COMPU_METHOD", "steps since the model was last put to rest"),
@@ -85,6 +101,14 @@ static const struct member info[] = {
     INFO(drive_stops, U32, 1, "drives stopped because their session ended or fell silent"),
     INFO(reset, U32, 1, "why it started: 0 power, 1 pin, 2 fault, 3 watchdog"),
     INFO(resets, U32, BEAM_RESETS, "starts for each of these reasons since power was applied"),
+};
+static const struct member tracking[] = {
+    TRACKING(modes, U32, "NO_COMPU_METHOD", "modes that the board follows"),
+    TRACKING(samples, U32, "NO_COMPU_METHOD", "since it began"),
+    TRACKING(innovation_rms, F32, "cm_sensor", "of what the followed modes leave of the residual"),
+    TRACKED(0),
+    TRACKED(1),
+    TRACKED(2),
 };
 static const struct member drive[] = {
     DRIVE(amplitude, F32, "cm_code", "of the chirp, in codes of the D/A"),
@@ -162,6 +186,7 @@ static void print_module(FILE *f, const struct target_image *image)
                   (int)BEAM_DAQ_EVENTS, (int)sizeof(struct beam_live), (int)BEAM_DAQ_LISTS, cycle, unit);
     print_measurements(f, live, sizeof live / sizeof *live, BEAM_WIRE_LIVE);
     print_measurements(f, info, sizeof info / sizeof *info, BEAM_WIRE_INFO);
+    print_measurements(f, tracking, sizeof tracking / sizeof *tracking, BEAM_WIRE_TRACKING);
     print_characteristics(f, drive, sizeof drive / sizeof *drive, BEAM_WIRE_DRIVE, false);
     print_characteristics(f, setup, sizeof setup / sizeof *setup, BEAM_WIRE_IMAGE, true);
     print_method(f, "cm_sensor", image->board.sensor, image->sensor_unit);
@@ -169,6 +194,7 @@ static void print_module(FILE *f, const struct target_image *image)
     print_method(f, "cm_code", "converter code", "code");
     print_method(f, "cm_ratio", "times the expected noise", "1");
     print_method(f, "cm_second", "seconds", "s");
+    print_method(f, "cm_hertz", "frequency", "Hz");
     for (int t = F32; t <= U8; t++)
         (void)fprintf(f, "    /begin RECORD_LAYOUT %s FNC_VALUES 1 %s ROW_DIR DIRECT /end RECORD_LAYOUT\n",
                       layout_name[t], type_name[t]);

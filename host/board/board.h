@@ -137,6 +137,9 @@ enum bf_status link_unlock(struct link *link, const struct device_key *key, cons
 /* Scales, expected noise and alarm of the running model. */
 enum bf_status link_read_setup(struct link *link, struct beam_image_setup *out, struct bf_error *err);
 
+/* The modes that the board follows; out->modes 0 when its image asks for none. */
+enum bf_status link_read_tracking(struct link *link, struct beam_tracking *out, struct bf_error *err);
+
 /* A whole page, compared by CRC-32. */
 enum bf_status link_upload(struct link *link, int page, struct beam_image_file *out, struct bf_error *err);
 
@@ -193,6 +196,7 @@ struct target_options {
     struct model_board board;     /* what the command line says; it overrides the model's block, member by member */
     bool sensor_zero, drive_zero; /* board.sensor_zero_code, board.drive_zero_code are said */
     enum beam_hold hold;          /* of the drive: zero order (after a D/A) or first order */
+    bool tracks;                  /* the board follows the lowest modes beside the model */
     bool plain;                   /* the ten-dimensional model alone, without the two blocks beside it */
     size_t n_without;
     const char *const *without; /* ids of effects to leave out */
@@ -223,6 +227,7 @@ struct target_image {
     int law_evaluations; /* in one step at most: 16, fewer when the bound would not fit; 0: no law */
     double unsolved;     /* share of steps under half the full drive in which the laws wanted more of them */
     size_t n_observed;   /* blocks that the observer follows, BEAM_OBSERVED at most */
+    size_t n_tracked;    /* modes that the board follows, BEAM_TRACKED at most */
     double observer_s;   /* time constant with which it takes up a push */
     double float_error;  /* rms of float − double ÷ rms of double over a random run, by the controller's own code */
     size_t n_effects;
@@ -265,11 +270,9 @@ struct target_controller {
 enum beam_image_fault target_image_check(const struct beam_image_file *file, const struct target_controller *against);
 
 /* The answers of export and verify, for a person and for programs. */
-/* beam_step_bound() of a file's plan; 0 when a controller would not take the plan. */
+/* beam_image_bound() of a file; 0 when a controller would not take the plan. */
 uint32_t target_image_bound(const struct beam_image_file *file);
 
-void target_image_print(FILE *out, const struct target_image *image);
-void target_image_print_file(FILE *out, const struct beam_image_file *file);
 struct json *target_image_json(const struct target_image *image);
 struct json *target_image_file_json(const struct beam_image_file *file);
 

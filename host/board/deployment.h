@@ -64,6 +64,10 @@ enum bf_status deploy_judge(struct deployment *d, bool mending, struct target_im
  * has nothing to observe gets an offset alone.
  */
 enum bf_status deploy_observer(struct target_image *image, struct bf_error *err);
+/*
+ * target_image_tracking.c: the modes that the board follows, the lowest observed ones, into the file. BF_BAD_FILE: there is none.
+ */
+enum bf_status deploy_tracking(struct target_image *image, struct bf_error *err);
 void deployment_free(struct deployment *d);
 
 #endif

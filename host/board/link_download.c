@@ -19,6 +19,11 @@ enum bf_status link_read_setup(struct link *link, struct beam_image_setup *out, 
                      out, err);
 }
 
+enum bf_status link_read_tracking(struct link *link, struct beam_tracking *out, struct bf_error *err)
+{
+    return link_read(link, "reading the tracked modes", BEAM_WIRE_TRACKING, sizeof *out, out, err);
+}
+
 /* ---- Blocks, with a bar ---- */
 
 enum { PIECE = 512 };

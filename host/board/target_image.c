@@ -52,17 +52,18 @@ static enum bf_status make_plan(const struct deployment *d, const struct target_
 /* ---- What a step costs ---- */
 
 /* Laws that would not fit with all their evaluations get fewer of them: few steps want more than four. */
-static enum bf_status fit_interval(struct target_image *image, struct bf_error *err)
+static enum bf_status fit_interval(struct target_image *image, bool tracks, struct bf_error *err)
 {
     const struct model_board *b = &image->board;
     struct beam_plan_counts *n = &image->plan.n;
+    const uint32_t beside = beam_image_tracking_bound(tracks ? (1u << BEAM_TRACKED) - 1u : 0u);
     image->step_budget = beam_image_budget((uint32_t)(1e6 * b->core_MHz), (uint32_t)(1e3 * b->sample_Hz + 0.5));
     n->law_evaluations = EVALUATIONS_MOST;
     while (n->n_ports > 0 && n->law_evaluations > EVALUATIONS_LEAST &&
-           beam_step_bound(&image->plan) > image->step_budget)
+           beam_step_bound(&image->plan) + beside > image->step_budget)
         n->law_evaluations--;
     image->law_evaluations = n->n_ports > 0 ? n->law_evaluations : 0;
-    image->step_bound = beam_step_bound(&image->plan);
+    image->step_bound = beam_step_bound(&image->plan) + beside;
     if (image->step_bound <= image->step_budget)
         return BF_OK;
     return bf_fail(
@@ -249,11 +250,13 @@ enum bf_status target_image_make(const struct model *model, const struct target_
     if (status == BF_OK)
         status = make_plan(d, options, out, err);
     if (status == BF_OK)
-        status = fit_interval(out, err);
+        status = fit_interval(out, options->tracks, err);
     if (status == BF_OK)
         status = pack_plan(out, err);
     if (status == BF_OK)
         status = deploy_observer(out, err);
+    if (status == BF_OK && options->tracks)
+        status = deploy_tracking(out, err);
     if (status == BF_OK)
         status = seal(model, out, err);
     deployment_free(d);

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* target_image_text.c — an image for a person and for programs. */
+/* target_image_text.c — what is in an image, as an answer. */
 #include "board.h"
 
 #include <complex.h>
 #include <math.h>
 #include <string.h>
 
-enum { COST_TEXT = 240, LABEL = 11 };
+enum { COST_TEXT = 240 };
 
 /* ---- What the bytes say ---- */
 
@@ -65,130 +65,10 @@ static void hex_of(const uint8_t bytes[], size_t n, char text[])
         (void)snprintf(text + 2 * i, 3, "%02x", bytes[i]);
 }
 
-/* ---- For a person ---- */
-
-static void print_owner(FILE *out, const struct beam_image_file *file)
-{
-    const struct beam_image_header *h = &file->front.header;
-    char device[DEVICE_ID_TEXT], sha[65];
-    device_id_print(h->device, device);
-    hex_of(h->model_sha256, sizeof h->model_sha256, sha);
-    if (target_image_is_signed(file))
-        text_say(out, "signed", LABEL, "for device %s, counter %lu", device, (unsigned long)h->counter);
-    else
-        text_say(out, "unsigned", LABEL, "no controller takes it: beamfit sign");
-    text_say(out, "sha256", LABEL, "%s of the model", sha);
-    text_say(out, "image", LABEL, "%d bytes, layout %lu, crc32 %08lx", (int)BEAM_IMAGE_BYTES, (unsigned long)h->layout,
-             (unsigned long)h->crc32);
-}
-
-static double noise_codes(const struct beam_image_setup *s)
-{
-    return fabs((double)s->noise_rms / (double)s->sensor_V_per_code);
-}
-
-static void print_board(FILE *out, const struct beam_image_file *file)
-{
-    const struct beam_image_setup *s = &file->front.setup;
-    text_say(out, "interval", LABEL, "%.9g s (%.6g Hz%s)", (double)file->numbers.dt_s,
-             (1.0 + (double)s->clock_relative) / (double)file->numbers.dt_s,
-             fabs((double)s->clock_relative) > 0.0 ? " by the controller's clock" : "");
-    text_say(out, "sensor", LABEL, "%.6g a code, zero at %.6g", (double)s->sensor_V_per_code,
-             (double)s->sensor_zero_code);
-    text_say(out, "drive", LABEL, "%.6g a code, zero at %.6g", (double)s->drive_V_per_code, (double)s->drive_zero_code);
-    text_say(out, "residual", LABEL, "noise %.4g rms, alarm above %.3g times, off below %.3g times, over %.3g s",
-             (double)s->noise_rms, (double)s->alarm_ratio, (double)s->clear_ratio, (double)s->averaging_s);
-    char stuck[80] = "a stuck one is not told from one code of noise";
-    if (s->stuck_samples > 0)
-        (void)snprintf(stuck, sizeof stuck, "stuck after %lu equal codes", (unsigned long)s->stuck_samples);
-    text_say(out, "sensor's", LABEL, "quiet below %.3g of the noise%s; offset above %.3g of it; %s",
-             (double)s->quiet_ratio, noise_codes(s) < 1.0 ? " (not heard: below one code)" : "",
-             (double)s->offset_ratio, stuck);
-}
-
 static int observed_blocks(const struct beam_image_file *file)
 {
     return __builtin_popcount(file->front.observer.blocks);
 }
-
-static void print_observer(FILE *out, const struct beam_image_file *file)
-{
-    const struct beam_image_observer *o = &file->front.observer;
-    if (o->blocks == 0 && !(o->gain_offset > 0.0F))
-        text_say(out, "observer", LABEL, "none: any motion that is not driven is taken for a wrong model");
-    else
-        text_say(out, "observer", LABEL,
-                 "follows %d modes and an offset; innovation %.4g rms; a push is over after %.3g s",
-                 observed_blocks(file), (double)o->innovation_rms, (double)o->disturbance_s);
-}
-
-static void print_plan(FILE *out, const struct beam_image_file *file)
-{
-    char cost[COST_TEXT];
-    describe_cost(file, cost);
-    text_say(out, "step", LABEL, "%s", cost);
-    for (int u = 0; u < least(file->counts.n_uses, BEAM_USES); u++) {
-        (void)fprintf(out, "effect     %s:", effect_name(file->front.use[u].effect));
-        for (int i = 0; i < BEAM_EFFECT_PARAMETERS; i++)
-            (void)fprintf(out, " %.6g", (double)file->front.use[u].p[i]);
-        (void)fprintf(out, "\n");
-    }
-}
-
-void target_image_print_file(FILE *out, const struct beam_image_file *file)
-{
-    print_owner(out, file);
-    print_board(out, file);
-    print_observer(out, file);
-    print_plan(out, file);
-    char text[BEAM_BLOCKS * 40] = "";
-    size_t n = 0;
-    for (int b = 0; b < least(file->counts.n_blocks, BEAM_BLOCKS); b++) {
-        const double complex pole = block_pole(file, b);
-        if (oscillates(pole) && n < sizeof text)
-            n += (size_t)snprintf(text + n, sizeof text - n, "%s%.5g Hz (%.2g %%)", n > 0 ? ", " : "",
-                                  cabs(pole) / (2.0 * acos(-1.0)), -100.0 * creal(pole) / cabs(pole));
-    }
-    text_say(out, "poles", LABEL, "%s; damping ratios in brackets", text);
-}
-
-static void print_space(FILE *out, const struct target_image *image)
-{
-    text_say(out, "\n", 0, "Modes in the space: %zu; static responses: %zu; blocks beside it, for what is faster: %d.",
-             image->n_modes, image->n_statics, image->n_beside);
-    text_say(out, "mode", LABEL, "frequency    error on the controller");
-    for (size_t k = 0; k < image->in_band && k < image->n_modes; k++)
-        if (isnan(image->relative_error[k]))
-            (void)fprintf(out, "%4zu  %10.5f Hz   -\n", k + 1, image->frequency_Hz[k]);
-        else
-            (void)fprintf(out, "%4zu  %10.5f Hz   %+.1e\n", k + 1, image->frequency_Hz[k], image->relative_error[k]);
-    if (!isnan(image->held_error))
-        text_say(out, "", 0, "A held %s to %s: off by %.1e of its rms.", image->board.drive, image->board.sensor,
-                 image->held_error);
-    (void)fprintf(out, "Float against double: %.1e.\n", image->float_error);
-}
-
-void target_image_print(FILE *out, const struct target_image *image)
-{
-    print_owner(out, &image->file);
-    text_say(out, "channels", LABEL, "%s at the A/D, %s at the D/A; noise from %s", image->board.sensor,
-             image->board.drive, image->noise_from);
-    print_board(out, &image->file);
-    print_observer(out, &image->file);
-    char cost[COST_TEXT];
-    describe_cost(&image->file, cost);
-    text_say(out, "step", LABEL, "%s; a controller of %g MHz leaves %lu at this rate", cost, image->board.core_MHz,
-             (unsigned long)image->step_budget);
-    for (size_t e = 0; e < image->n_effects; e++)
-        text_say(out, "effect", LABEL, "%s: %s", image->effects[e].id, image->effects[e].fate);
-    print_space(out, image);
-    if (image->band_is_wider)
-        (void)fprintf(out, "Below half the sample rate the beam has more modes than the space.\n");
-    for (size_t i = 0; i < image->n_notes; i++)
-        (void)fprintf(out, "Note: %s.\n", image->notes[i]);
-}
-
-/* ---- For programs ---- */
 
 static void put_owner(struct json *root, const struct beam_image_file *file)
 {
@@ -210,6 +90,7 @@ static void put_board(struct json *root, const struct beam_image_file *file)
     const struct beam_image_setup *s = &file->front.setup;
     struct json *board = json_put(root, "board", json_new_object());
     json_put_number(board, "dt_s", (double)file->numbers.dt_s);
+    json_put_number(board, "sample_Hz", (1.0 + (double)s->clock_relative) / (double)file->numbers.dt_s);
     json_put_number(board, "clock_relative", (double)s->clock_relative);
     json_put_number(board, "sensor_per_code", (double)s->sensor_V_per_code);
     json_put_number(board, "sensor_zero_code", (double)s->sensor_zero_code);
@@ -231,6 +112,13 @@ static void put_observer(struct json *root, const struct beam_image_file *file)
     json_put_number(observer, "modes", (double)observed_blocks(file));
     json_put_number(observer, "innovation_rms", (double)o->innovation_rms);
     json_put_number(observer, "disturbance_s", (double)o->disturbance_s);
+}
+
+static void put_tracking(struct json *root, const struct beam_image_file *file)
+{
+    struct json *tracking = json_put(root, "tracking", json_new_object());
+    json_put_number(tracking, "modes", (double)__builtin_popcount(file->front.tracking.blocks));
+    json_put_number(tracking, "wander_s", (double)file->front.tracking.wander_s);
 }
 
 static void put_plan(struct json *root, const struct beam_image_file *file)
@@ -267,6 +155,7 @@ struct json *target_image_file_json(const struct beam_image_file *file)
     put_owner(root, file);
     put_board(root, file);
     put_observer(root, file);
+    put_tracking(root, file);
     put_plan(root, file);
     return root;
 }

@@ -8,26 +8,28 @@
 #include "model/model.h"
 
 static const struct answer_field parameter_fields[] = {
-    ANSWER_ROW(NUMBER, "value", "in SI units"),
+    ANSWER_ROW(NUMBER, "value", "in SI units", .digits = 9),
     ANSWER_ROW(TEXT, "unit", "of the value"),
     ANSWER_ROW(BOOL, "fixed", "held in fits"),
+    ANSWER_SAY("  {@} = {value}[ {unit}], {fixed?held|free in the next fit}"),
     {0},
 };
 
 static const struct answer_field fields[] = {
     ANSWER_ROW(TEXT, "file", "the file that was written"),
     ANSWER_ROW(TEXT, "effect", "its id"),
-    ANSWER_ROW_OF(MAP, "parameters", "of the effect, as the file has them", parameter_fields),
+    ANSWER_ROW(TEXT, "title", "in words"),
+    ANSWER_SAY("{file}: {effect}, {title}"),
+    ANSWER_ROW_OF(MAP, "parameters", "of the effect, as the file has them", parameter_fields, .text = ""),
     {0},
 };
 
-static const char help[] = "Usage: beamfit add MODEL ID [--at X] [--channel NAME] [NAME=VALUE...] -o NEW\n"
-                           "\n"
-                           "Adds a physical effect to a model. Its parameters start small, at the values of the "
-                           "catalogue, and are free in the\n"
-                           "next fit, except places, which are held. Comments and order of the file are kept; standard "
-                           "errors and the results\n"
-                           "of the last fit are left out, because they do not describe the new model.\n";
+static const char help[] =
+    "Usage: beamfit add MODEL ID [--at X] [--channel NAME] [NAME=VALUE...] -o NEW\n"
+    "\n"
+    "Adds a physical effect to a model. Its parameters start small, at the values of the catalogue, and are free\n"
+    "in the next fit, except places, which are held. Comments and order of the file are kept; standard errors and\n"
+    "the results of the last fit are left out, because they do not describe the new model.\n";
 
 static const struct option_row options[] = {
     {.name = "NAME=VALUE", .what = "a parameter's value in SI units, NAME as in the catalogue (`beamfit effects ID`)"},
@@ -38,21 +40,21 @@ static const struct option_row options[] = {
     {'f', 0, "free", "NAME", NULL, "let fits change this parameter, e.g. a place (again for more)"},
     {'o', 'o', "output", "NEW", NULL, "the file to write; - is standard output"},
     {OPTION_FORCE, 0, "force", NULL, NULL, "replace NEW even when `add` has not made it or somebody has changed it"},
-    OPTIONS_ANSWER('j'),
+    OPTIONS_ANSWER,
     {0},
 };
 
-static const char closing[] = "Example:\n"
-                              "  beamfit add fitted.yaml point_mass --at 0.44 mass_kg=0.0005 -o with_mass.yaml\n"
-                              "\n"
-                              "Exit status: 0 done; 2 usage, no such effect, or the model has it already; 3 bad model "
-                              "file or NEW not writable.\n";
+static const char closing[] =
+    "Example:\n"
+    "  beamfit add fitted.yaml point_mass --at 0.44 mass_kg=0.0005 -o with_mass.yaml\n"
+    "\n"
+    "Exit status: 0 done; 2 usage, no such effect, or the model has it already; 3 bad model file or NEW not\n"
+    "writable.\n";
 
 enum { MOST_SETTINGS = 16 };
 
 struct arguments {
     const char *model, *id, *output, *channel;
-    bool json;
     size_t n_values, n_fixed;
     struct {
         const char *name;
@@ -72,7 +74,9 @@ static enum bf_status take_value(struct arguments *a, const char *name, size_t n
         return bf_fail(err, BF_USAGE, "more than %d values", MOST_SETTINGS);
     a->values[a->n_values].name = name;
     a->values[a->n_values].n_name = n_name;
-    return options_number(name, value, &a->values[a->n_values++].value, err);
+    char option[80];
+    (void)snprintf(option, sizeof option, "%.*s", (int)n_name, name);
+    return options_number(option, value, &a->values[a->n_values++].value, err);
 }
 
 static enum bf_status take_option(struct arguments *a, int code, struct bf_error *err)
@@ -85,9 +89,6 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
         return BF_OK;
     case 'o':
         a->output = optarg;
-        return BF_OK;
-    case 'j':
-        a->json = true;
         return BF_OK;
     case 'x':
     case 'f':
@@ -120,7 +121,7 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
     }
     if (!a->output)
         return bf_fail(err, BF_USAGE, "say where to write the new model: -o NEW");
-    if (options_one_answer(a->json, a->output, err) != BF_OK)
+    if (options_one_answer(a->output, err) != BF_OK)
         return BF_USAGE;
     return BF_OK;
 }
@@ -162,20 +163,10 @@ static enum bf_status set_parameters(const struct arguments *a, struct model_eff
 
 static enum bf_status answer(const struct arguments *a, const struct model_effect *effect, struct bf_error *err)
 {
-    if (!a->json) {
-        (void)printf("%s: %s, %s\n", a->output, effect->effect->id, effect->effect->title);
-        for (int i = 0; i < effect->effect->n_parameters; i++) {
-            const struct parameter *p = &effect->parameters[i];
-            char value[DECIMAL_TEXT];
-            decimal_print(value, p->value);
-            (void)printf("  %s = %s%s%s%s\n", p->name, value, p->unit[0] ? " " : "", p->unit,
-                         p->fixed ? ", held" : ", free in the next fit");
-        }
-        return BF_OK;
-    }
     struct json *root = json_new_object();
     json_put_text(root, "file", a->output);
     json_put_text(root, "effect", effect->effect->id);
+    json_put_text(root, "title", effect->effect->title);
     struct json *parameters = json_put(root, "parameters", json_new_object());
     for (int i = 0; i < effect->effect->n_parameters; i++) {
         struct json *one = json_put(parameters, effect->parameters[i].name, json_new_object());

@@ -5,8 +5,8 @@
 
 #include "noise/noise.h"
 
-/* A failure is a warning and leaves *out without modes. n_records 0 is no failure. */
+/* Of the records, and what it leaves of the checks. A failure is a warning and leaves *out without modes. n_records 0 is no failure. */
 void attainable_or_warn(const struct model *model, const struct record records[], size_t n_records,
-                        struct attainable *out);
+                        const struct record checks[], size_t n_checks, struct attainable *out);
 
 #endif

@@ -6,19 +6,19 @@
 #include "compare/compare.h"
 #include "explain/explain.h"
 #include "factors_or_warn.h"
+#include "findings_of.h"
 #include "ground/ground.h"
 #include "record_sets.h"
+#include "repeats_or_warn.h"
 #include "show/show.h"
 
 static const char help[] =
     "Usage: beamfit diagnose MODEL RECORD... [--check RECORD...] [options]\n"
     "\n"
-    "Says whether physics is missing from a model, where it shows, which effect of the catalogue it is, how sure that "
-    "is,\n"
-    "how much of the misfit it explains, and what remains. The model is fitted, then effects are added, one by one and "
-    "in\n"
-    "sets, and everything is fitted again. What stands out of the others is named with its probability.\n"
-    "Wrong signs and units are named and put right.\n";
+    "Says whether physics is missing from a model, where it shows, which effect of the catalogue it is, how sure\n"
+    "that is, how much of the misfit it explains, and what remains. The model is fitted, then effects are added,\n"
+    "one by one and in sets, and everything is fitted again. What stands out of the others is named with its\n"
+    "probability. Wrong signs and units are named and put right.\n";
 
 static const struct option_row options[] = {
     RECORD_SETS_CHECK(
@@ -40,28 +40,27 @@ static const struct option_row options[] = {
      "steps a sample of nonlinear effects, 1 to 64 (default: the model's steps_per_sample, else 8 for "
      "forces at a point and 4 over the span, and more where the best laws need them)"},
     {'t', 0, "threads", "N", NULL, "default: one a processor"},
-    OPTIONS_ANSWER('j'),
+    {OPTION_ALL, 'A', "all", NULL, NULL, "text with every candidate, not the best twelve"},
+    OPTIONS_ANSWER,
     {0},
 };
 
 static const char closing[] =
-    "Verdicts: complete (nothing is missing that the records could show), missing (one explanation stands out), "
-    "ambiguous\n"
-    "(the cause is probably among the listed ones), unknown (something is missing and no effect stands out).\n"
-    "Ctrl-C ends the search: what is known so far is reported, nothing is named (\"interrupted\": true).\n"
+    "Verdicts: complete (nothing is missing that the records could show), missing (one explanation stands out),\n"
+    "ambiguous (the cause is probably among the listed ones), unknown (something is missing and no effect stands\n"
+    "out). Ctrl-C ends the search: what is known so far is reported, nothing is named (\"interrupted\": true).\n"
     "\n"
     "Example:\n"
     "  beamfit diagnose fitted.yaml hit1.csv chirp1.csv --check hit2.csv --plot pictures\n"
     "\n"
-    "Exit status: 0 done, whatever the verdict, or interrupted; 2 usage; 3 bad model or record; 4 the model cannot be "
-    "evaluated.\n";
+    "Exit status: 0 done, whatever the verdict, or interrupted; 2 usage; 3 bad model or record; 4 the model\n"
+    "cannot be evaluated.\n";
 
 struct arguments {
     struct record_sets sets;
     char *without_text;
     const char **without; /* n_without of the options */
     const char *plot, *output;
-    bool json;
     struct diagnose_options options;
 };
 
@@ -114,9 +113,6 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
         return BF_OK;
     case 'i':
         return intersample_from_text(optarg, &a->options.predict.intersample, err);
-    case 'j':
-        a->json = true;
-        return BF_OK;
     default:
         return BF_USAGE;
     }
@@ -161,24 +157,40 @@ static enum bf_status print(const struct arguments *a, const struct model *model
                             const struct channel_factors *factors, struct bf_error *err)
 {
     struct disagreements held_out;
-    enum bf_status status = BF_OK;
+    struct record_findings *findings = findings_of(model, a->sets.fitted.records, a->sets.fitted.n);
+    struct repeatability repeats = repeats_or_warn(model, a->sets.fitted.records, a->sets.fitted.n);
     find_disagreements(a, diagnosis, &held_out);
-    if (a->json) {
-        struct json *root = diagnose_json(diagnosis, a->output), *notes = json_put(root, "notes", json_new_array());
-        for (size_t i = 0; i < held_out.n; i++)
-            json_push_text(notes, held_out.notes[i]);
-        channel_factors_json(root, model, factors);
-        status = answer_print_and_free(root, diagnose_fields, err);
-    } else {
-        channel_factors_print(stdout, factors);
-        if (factors->n > 0)
-            (void)fprintf(stdout, "What follows is the diagnosis of the model with that changed.\n\n");
-        diagnose_print(stdout, diagnosis, a->output);
-    }
+    struct json *root = diagnose_json(diagnosis, a->output), *notes = json_put(root, "notes", json_new_array());
+    for (size_t i = 0; i < held_out.n; i++)
+        json_push_text(notes, held_out.notes[i]);
+    channel_factors_json(root, model, factors);
+    record_findings_json(root, a->sets.fitted.records, findings, a->sets.fitted.n);
+    repeatability_json(root, model, a->sets.fitted.records, &repeats);
+    const enum bf_status status = answer_print_and_free(root, diagnose_fields, err);
     for (size_t i = 0; i < held_out.n; i++)
         bf_warn("%s", held_out.notes[i]);
     disagreements_free(&held_out);
+    findings_free(findings, a->sets.fitted.n);
+    repeatability_free(&repeats);
     return status;
+}
+
+/* BF_BAD_FILE: nothing drives any of the records, so that every model explains them. */
+static enum bf_status say_silent_records(const struct model *model, const struct record_list *fitted,
+                                         struct bf_error *err)
+{
+    static const char why[] =
+        "every input is zero throughout, so the model predicts silence: is it the right column, or a "
+        "free decay (beamfit import --free-decay)?";
+    size_t silent = 0;
+    for (size_t r = 0; r < fitted->n; r++)
+        silent += !record_is_driven(model, &fitted->records[r]);
+    if (silent == fitted->n)
+        return bf_fail(err, BF_BAD_FILE, "%s: %s", fitted->names[0], why);
+    for (size_t r = 0; r < fitted->n; r++)
+        if (!record_is_driven(model, &fitted->records[r]))
+            bf_warn("%s: %s", fitted->names[r], why);
+    return BF_OK;
 }
 
 static enum bf_status answer(const struct arguments *a, const struct model *model, struct diagnosis *diagnosis,
@@ -186,15 +198,7 @@ static enum bf_status answer(const struct arguments *a, const struct model *mode
 {
     const struct record_list *fitted = &a->sets.fitted, *held_out = &a->sets.held_out;
     progress_catch_interrupts();
-    for (size_t r = 0; r < fitted->n; r++)
-        if (!record_is_driven(model, &fitted->records[r]))
-            bf_warn(
-                "%s: every input is zero throughout, so the model predicts silence: is it the right column, or a free "
-                "decay (beamfit import --free-decay)?",
-                fitted->names[r]);
-    enum bf_status status = atomic_check(a->output, err);
-    if (!status && a->plot)
-        (void)plot_can_draw(a->plot);
+    enum bf_status status = say_silent_records(model, fitted, err);
     if (!status)
         status = diagnose_run(model, fitted->records, fitted->n, held_out->records, held_out->n, &a->options, diagnosis,
                               err);
@@ -209,6 +213,19 @@ static enum bf_status answer(const struct arguments *a, const struct model *mode
     return status;
 }
 
+/* The diagnosis is of model and records with that put right. BF_BAD_FILE: there is no beam in the records. */
+static enum bf_status take_factors(struct arguments *a, const struct channel_factors *factors, struct model *model,
+                                   struct bf_error *err)
+{
+    for (size_t i = 0; i < factors->n; i++)
+        if (factors->all[i].kind == FACTOR_NO_TIME)
+            return bf_fail(err, BF_BAD_FILE, "%s: %s", a->sets.fitted.names[0], factors->all[i].text);
+    channel_factors_apply_to_records(factors, model, a->sets.fitted.records, a->sets.fitted.n);
+    channel_factors_apply_to_records(factors, model, a->sets.held_out.records, a->sets.held_out.n);
+    channel_factors_apply(factors, model);
+    return BF_OK;
+}
+
 static enum bf_status run(int argc, char **argv, struct bf_error *err)
 {
     struct arguments a = {0};
@@ -220,11 +237,16 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
         status = model_read(a.sets.model, &model, err);
     if (!status)
         status = record_sets_read(&a.sets, &model, err);
+    if (!status)
+        status = atomic_check_file(a.output, err);
+    if (!status)
+        status = diagnose_plot_prepare(a.plot, err);
     if (!status) {
         factors_or_warn(&model, a.sets.fitted.records, a.sets.fitted.n, &a.options.predict, &factors);
-        channel_factors_apply(&factors, &model);
-        status = answer(&a, &model, &diagnosis, &factors, err);
+        status = take_factors(&a, &factors, &model, err);
     }
+    if (!status)
+        status = answer(&a, &model, &diagnosis, &factors, err);
     diagnose_free(&diagnosis);
     channel_factors_free(&factors);
     model_free(&model);

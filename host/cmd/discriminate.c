@@ -11,16 +11,13 @@
 static const char help[] =
     "Usage: beamfit discriminate MODEL RIVAL RIVAL... [RECORD...] [-o DRIVE] [options]\n"
     "\n"
-    "Says which next experiment tells rival effects apart best, when the records so far cannot. Each rival is added "
-    "to\n"
-    "MODEL and fitted to the RECORDs; then every experiment of a menu is predicted by all of them: hits and a release "
-    "at\n"
-    "several places, chirp and multisine on the patch, each at a quarter of, at and at four times the largest level "
-    "of\n"
-    "the records, with the sensors of MODEL alone and with one more (displacement, velocity or acceleration at a\n"
-    "quarter, the middle and the end of the beam). An experiment is worth what is left of the difference of two "
-    "rivals,\n"
-    "in units of the noise, after the wrong one has been fitted again; of several pairs the worst counts.\n";
+    "Says which next experiment tells rival effects apart best, when the records so far cannot. Each rival is\n"
+    "added to MODEL and fitted to the RECORDs; then every experiment of a menu is predicted by all of them: hits\n"
+    "and a release at several places, chirp and multisine on the patch, each at a quarter of, at and at four\n"
+    "times the largest level of the records, with the sensors of MODEL alone and with one more (displacement,\n"
+    "velocity or acceleration at a quarter, the middle and the end of the beam). An experiment is worth what is\n"
+    "left of the difference of two rivals, in units of the noise, after the wrong one has been fitted again; of\n"
+    "several pairs the worst counts.\n";
 
 static const struct option_row options[] = {
     {.name = "RIVAL",
@@ -42,21 +39,21 @@ static const struct option_row options[] = {
     {'r', 0, "rows", "N", NULL, "rows of the table (default 12)"},
     OPTION_INTERSAMPLE('i'),
     {'t', 0, "threads", "N", NULL, "default: one a processor"},
-    OPTIONS_ANSWER('j'),
+    OPTIONS_ANSWER,
     {0},
 };
 
 static const char closing[] =
-    "Evidence (separation) is the expected 2 log of the likelihood ratio: above 10 is decisive. It adds up over "
-    "repeated\n"
-    "experiments. The best one stays within the largest level so far, and asks for a sensor only where that gains "
-    "half\n"
-    "as much again; what four times the level would bring is listed as 'beyond the largest so far'.\n"
+    "Evidence (separation) is the expected 2 log of the likelihood ratio: above 10 is decisive. It adds up over\n"
+    "repeated experiments. The best one stays within the largest level so far, and asks for a sensor only where\n"
+    "that gains half as much again; what four times the level would bring is listed as 'beyond the largest so\n"
+    "far'.\n"
     "\n"
     "Example:\n"
     "  beamfit discriminate fitted.yaml square_root_damping hysteretic_damping hit1.csv chirp1.csv -o next.csv\n"
     "\n"
-    "Exit status: 0 done; 2 usage; 3 bad model or record, or DRIVE not writable; 4 no experiment can be predicted.\n";
+    "Exit status: 0 done; 2 usage; 3 bad model or record, or DRIVE not writable; 4 no experiment can be\n"
+    "predicted.\n";
 
 enum { ROWS = 12 };
 
@@ -71,7 +68,6 @@ struct arguments {
     size_t n_rivals;
     struct rival_argument rivals[DISCRIMINATE_RIVALS];
     struct record_list records;
-    bool json;
     long rows;
     struct discriminate_options options;
 };
@@ -121,9 +117,6 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
         return status;
     case 'i':
         return intersample_from_text(optarg, &a->options.predict.intersample, err);
-    case 'j':
-        a->json = true;
-        return BF_OK;
     default:
         return BF_USAGE;
     }
@@ -206,7 +199,7 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
     if (argc - optind < 1)
         return bf_fail(err, BF_USAGE,
                        "give a model and at least two rival effects: beamfit discriminate MODEL ID ID...");
-    if (options_one_answer(a->json, a->output, err) != BF_OK)
+    if (options_one_answer(a->output, err) != BF_OK)
         return BF_USAGE;
     a->model = argv[optind++];
     for (; optind < argc; optind++) {
@@ -239,13 +232,8 @@ static enum bf_status answer(const struct arguments *a, const struct model *mode
         bf_warn("%s", d.warning);
     if (!status && a->output != NULL)
         status = record_write(a->output, &d.signal, 0, err);
-    if (!status && a->json)
-        status = answer_print_and_free(discriminate_json(&d, a->output), discriminate_fields, err);
-    else if (!status && !(a->output != NULL && strcmp(a->output, "-") == 0)) {
-        discriminate_print(stdout, &d, (size_t)a->rows);
-        if (a->output != NULL)
-            (void)printf("Its drive signal: %s\n", a->output);
-    }
+    if (!status && !(a->output != NULL && strcmp(a->output, "-") == 0))
+        status = answer_print_and_free(discriminate_json(&d, a->output, (size_t)a->rows), discriminate_fields, err);
     discrimination_free(&d);
     return status;
 }

@@ -17,20 +17,31 @@ static const struct answer_field check_fields[] = {
     ANSWER_ROW(BOOL, "ok", "nothing is to be done"),
     ANSWER_ROW(TEXT, "text", "what was found"),
     ANSWER_ROW(TEXT, "remedy", "what to do; empty: nothing"),
+    ANSWER_CELL("", "{ok?ok|missing}"),
+    ANSWER_CELL("", "{name}"),
+    ANSWER_CELL("", "{text}"),
+    {0},
+};
+
+static const struct answer_field remedy_fields[] = {
+    /* a line of its own, so that a command is not broken */
+    ANSWER_SAY("[{remedy?}{name}: {remedy}]"),
     {0},
 };
 
 static const struct answer_field fields[] = {
     ANSWER_ROW(TEXT, "version", "of the program"),
     ANSWER_ROW(BOOL, "ok", "all is there"),
-    ANSWER_ROW_OF(LIST, "checks", "one each", check_fields),
+    ANSWER_ROW_OF(LIST, "checks", "one each", check_fields, .flags = ANSWER_TABLE, .text = ""),
+    ANSWER_ROW_OF(LIST, "checks", "", remedy_fields, .flags = ANSWER_AGAIN, .text = ""),
     {0},
 };
 
-static const char help[] = "Usage: beamfit doctor [--json]\n"
-                           "\n"
-                           "Looks at what the program needs on this machine, and says what to do where something is "
-                           "missing. Nothing is changed.\n";
+static const char help[] =
+    "Usage: beamfit doctor [--json]\n"
+    "\n"
+    "Looks at what the program needs on this machine, and says what to do where something is missing. Nothing is\n"
+    "changed.\n";
 
 static const struct option_row options[] = {
     {.name = "computation",
@@ -40,7 +51,7 @@ static const struct option_row options[] = {
     {.name = "serial",
      .what = "may you read and write the serial ports that are plugged in? (info, record, monitor ...)"},
     {.name = "directory", .what = "can files be written here, and pictures below TMPDIR?"},
-    OPTIONS_ANSWER('j'),
+    OPTIONS_ANSWER,
     {0},
 };
 
@@ -82,7 +93,7 @@ static void check_computation(struct check *check)
                            fabs(off));
             if (!(fabs(off) < agrees))
                 (void)snprintf(check->remedy, sizeof check->remedy,
-                               "that is wrong: reinstall libopenblas0, libarpack2 and libsuitesparse-dev");
+                               "that is wrong: apt-get install --reinstall libopenblas0 libarpack2 libcholmod3");
             modes_free(&modes);
         }
         model_free(&model);
@@ -90,7 +101,7 @@ static void check_computation(struct check *check)
     if (err.status != BF_OK) {
         (void)snprintf(check->said, sizeof check->said, "%.200s", err.text);
         (void)snprintf(check->remedy, sizeof check->remedy,
-                       "reinstall libopenblas0, libarpack2 and libsuitesparse-dev");
+                       "apt-get install --reinstall libopenblas0 libarpack2 libcholmod3");
     }
     free(text);
 }
@@ -202,7 +213,7 @@ static void check_directory(struct check *check)
 
 /* ---- The answer ---- */
 
-static enum bf_status print_json(const struct check checks[], size_t n, bool fine, struct bf_error *err)
+static enum bf_status print(const struct check checks[], size_t n, bool fine, struct bf_error *err)
 {
     struct json *root = json_new_object();
     json_put_text(root, "version", BEAMFIT_VERSION);
@@ -218,19 +229,6 @@ static enum bf_status print_json(const struct check checks[], size_t n, bool fin
     return answer_print_and_free(root, fields, err);
 }
 
-static void print(const struct check checks[], size_t n)
-{
-    enum { NAME = 22 };
-    char text[500];
-    for (size_t i = 0; i < n; i++) {
-        const bool fine = checks[i].remedy[0] == '\0';
-        text_print_padded(stdout, fine ? "ok" : "missing", 9);
-        text_print_padded(stdout, checks[i].name, NAME - 9);
-        (void)snprintf(text, sizeof text, "%s%s%s", checks[i].said, fine ? "" : ": ", checks[i].remedy);
-        text_print_wrapped(stdout, text, NAME, text_columns());
-    }
-}
-
 static enum bf_status run(int argc, char **argv, struct bf_error *err)
 {
     static void (*const look[])(struct check *) = {check_computation, check_gnuplot, check_fonts, check_serial,
@@ -239,20 +237,14 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
         {.name = "computation"}, {.name = "gnuplot"}, {.name = "fonts"}, {.name = "serial"}, {.name = "directory"}};
     enum { CHECKS = sizeof checks / sizeof *checks };
     size_t missing = 0;
-    bool json = false;
-    for (int code; (code = options_next(argc, argv, options, err)) != -1; json = true)
-        if (code == '?')
-            return BF_USAGE;
-    if (options_only(argc, argv, err) != BF_OK)
+    if (options_next(argc, argv, options, err) != -1 || options_only(argc, argv, err) != BF_OK)
         return BF_USAGE;
     for (size_t i = 0; i < CHECKS; i++) {
         look[i](&checks[i]);
         missing += checks[i].remedy[0] != '\0';
     }
-    if (json && print_json(checks, CHECKS, missing == 0, err) != BF_OK)
+    if (print(checks, CHECKS, missing == 0, err) != BF_OK)
         return err->status;
-    if (!json)
-        print(checks, CHECKS);
     return missing == 0 ? BF_OK : bf_fail(err, BF_NO, "%zu of %d checks found something to do", missing, CHECKS);
 }
 

@@ -10,19 +10,20 @@ static const struct answer_field fields[] = {
     ANSWER_ROW(TEXT, "file", "the file that was written"),
     ANSWER_ROW(TEXT, "effect", "the id that was taken out"),
     ANSWER_ROW(TEXTS, "effects", "ids that remain"),
+    ANSWER_SAY("{file}: without {effect}[; left: {effects}][{effects!}; no effect is left]"),
     {0},
 };
 
 static const char help[] =
     "Usage: beamfit drop MODEL ID -o NEW\n"
     "\n"
-    "Takes an effect out of a model (every use of it). Comments and order of the rest of the file are kept; standard\n"
-    "errors and the results of the last fit are left out, because they do not describe the new model.\n";
+    "Takes an effect out of a model (every use of it). Comments and order of the rest of the file are kept;\n"
+    "standard errors and the results of the last fit are left out, because they do not describe the new model.\n";
 
 static const struct option_row options[] = {
     {'o', 'o', "output", "NEW", NULL, "the file to write; - is standard output"},
     {OPTION_FORCE, 0, "force", NULL, NULL, "replace NEW even when `drop` has not made it or somebody has changed it"},
-    OPTIONS_ANSWER('j'),
+    OPTIONS_ANSWER,
     {0},
 };
 
@@ -32,14 +33,8 @@ static const char closing[] =
     "\n"
     "Exit status: 0 done; 2 usage, or the model has no such effect; 3 bad model file or NEW not writable.\n";
 
-static enum bf_status answer(const char *output, const char *id, const struct model *model, bool json,
-                             struct bf_error *err)
+static enum bf_status answer(const char *output, const char *id, const struct model *model, struct bf_error *err)
 {
-    if (!json) {
-        (void)printf("%s: without %s; %zu effect%s left\n", output, id, model->n_effects,
-                     model->n_effects == 1 ? "" : "s");
-        return BF_OK;
-    }
     struct json *root = json_new_object();
     json_put_text(root, "file", output);
     json_put_text(root, "effect", id);
@@ -53,20 +48,16 @@ static enum bf_status answer(const char *output, const char *id, const struct mo
 static enum bf_status run(int argc, char **argv, struct bf_error *err)
 {
     const char *output = NULL;
-    bool json = false;
     int code;
     while ((code = options_next(argc, argv, options, err)) != -1) {
         if (code == '?')
             return BF_USAGE;
-        if (code == 'o')
-            output = optarg;
-        else
-            json = true;
+        output = optarg;
     }
     if (argc - optind != 2 || !output)
         return bf_fail(err, BF_USAGE, "give a model, an effect and an output: beamfit drop MODEL ID -o NEW");
     bool to_stdout = strcmp(output, "-") == 0;
-    if (options_one_answer(json, output, err) != BF_OK)
+    if (options_one_answer(output, err) != BF_OK)
         return BF_USAGE;
     const char *path = argv[optind], *id = argv[optind + 1];
     struct model model;
@@ -77,7 +68,7 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     if (status == BF_OK)
         status = model_write(output, &model, err);
     if (status == BF_OK && !to_stdout)
-        status = answer(output, id, &model, json, err);
+        status = answer(output, id, &model, err);
     model_free(&model);
     return status;
 }

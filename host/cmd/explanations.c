@@ -93,7 +93,8 @@ void explanations_add_diagnosis(struct explanations *e, const struct diagnosis *
 
 struct curves explanations_curves(const struct explanations *e, size_t most_channels)
 {
-    return (struct curves){e->n, e->all, e->before, e->after, most_channels};
+    return (struct curves){
+        .n = e->n, .explanations = e->all, .before = e->before, .after = e->after, .most_channels = most_channels};
 }
 
 void explanations_free(struct explanations *e)

@@ -12,11 +12,10 @@
 static const char help[] =
     "Usage: beamfit export MODEL -o IMAGE [--key FILE --device HEX --counter N] [options]\n"
     "\n"
-    "Makes the image that a controller runs: MODEL in ten dimensions with the drive as input and the sensor as "
-    "output,\n"
-    "its exact step in 24-bit numbers, the board's scales, the expected noise, and a proof run that the controller\n"
-    "repeats bit for bit before it takes the image. The model file says what the controller is wired to, where a value "
-    "is (code - zero_code) x per_code:\n"
+    "Makes the image that a controller runs: MODEL in ten dimensions with the drive as input and the sensor as\n"
+    "output, its exact step in 24-bit numbers, the board's scales, the expected noise, and a proof run that the\n"
+    "controller repeats bit for bit before it takes the image. The model file says what the controller is wired\n"
+    "to, where a value is (code - zero_code) x per_code:\n"
     "\n"
     "  board:\n"
     "    sample_Hz: 1024\n"
@@ -59,11 +58,15 @@ static const struct option_row options[] = {
     {'p', 0, "plain", NULL, NULL,
      "the ten-dimensional model alone. Without it two more blocks of the step answer for what is faster "
      "than the model's modes (62 instructions): a tenth of the error under a held drive"},
+    {'t', 0, "track", NULL, NULL,
+     "the board follows frequency, damping and gain of the lowest modes, three at most, beside the model, which stays "
+     "as it "
+     "is (beamfit monitor shows them)"},
     {'w', 0, "without", "ID", NULL, "leave this effect out of the image; again for more"},
     {'a', 0, "a2l", "FILE", NULL, "also write the A2L description for measurement and calibration tools"},
     {OPTION_FORCE, 0, "force", NULL, NULL,
      "replace a file even when `export` has not made it or somebody has changed it"},
-    OPTIONS_ANSWER('j'),
+    OPTIONS_ANSWER,
     {.what = "Instead of what the model's board block says:"},
     {SAMPLE, 0, "sample-Hz", "HZ", NULL, "samples a second"},
     {CORE, 0, "core-MHz", "MHZ", NULL, "clock of the processor"},
@@ -83,15 +86,13 @@ static const struct option_row options[] = {
 };
 
 static const char closing[] =
-    "A bound of the step's instructions is computed from the plan, every law with all its evaluations, and must fit "
-    "the\n"
-    "interval at the board's rate and clock: laws get fewer than 16 evaluations where that helps (4 at least), else "
-    "there\n"
-    "is no image. The board computes the bound again, and refuses what does not fit.\n"
+    "A bound of the step's instructions is computed from the plan, every law with all its evaluations, and must\n"
+    "fit the interval at the board's rate and clock: laws get fewer than 16 evaluations where that helps (4 at\n"
+    "least), else there is no image. The board computes the bound again, and refuses what does not fit.\n"
     "\n"
-    "Effects of the structure are inside the matrices; laws, filters, maps and drives run in the step. Effects whose\n"
-    "time or phase begins with a recording (mains_hum, base_motion, thermal_drift) and large_rotation cannot run on a\n"
-    "controller: export says so.\n"
+    "Effects of the structure are inside the matrices; laws, filters, maps and drives run in the step. Effects\n"
+    "whose time or phase begins with a recording (mains_hum, base_motion, thermal_drift) and large_rotation\n"
+    "cannot run on a controller: export says so.\n"
     "\n"
     "Example:\n"
     "  beamfit export fitted.yaml -o fitted.bfi --key board.key --device 0123456789abcdef01234567 --counter 7\n"
@@ -103,7 +104,6 @@ struct arguments {
     struct signing signing;
     struct target_options target;
     const char **without;
-    bool json;
 };
 
 static enum bf_status take_name(const char *option, char out[MODEL_NAME], struct bf_error *err)
@@ -182,14 +182,14 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
         a->without = bf_grow(a->without, a->target.n_without + 1, sizeof *a->without);
         a->without[a->target.n_without++] = optarg;
         return BF_OK;
+    case 't':
+        a->target.tracks = true;
+        return BF_OK;
     case 'p':
         a->target.plain = true;
         return BF_OK;
     case 'a':
         a->a2l = optarg;
-        return BF_OK;
-    case 'j':
-        a->json = true;
         return BF_OK;
     default:
         return take_board(&a->target, code, err);
@@ -214,11 +214,6 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
 
 static enum bf_status answer(const struct arguments *a, const struct target_image *image, struct bf_error *err)
 {
-    if (!a->json) {
-        (void)printf("%s\n", a->output);
-        target_image_print(stdout, image);
-        return BF_OK;
-    }
     struct json *root = target_image_json(image);
     json_put_text(root, "file", a->output);
     if (a->a2l != NULL)
@@ -232,7 +227,11 @@ static enum bf_status answer(const struct arguments *a, const struct target_imag
 static enum bf_status make(const struct arguments *a, const struct model *model, struct bf_error *err)
 {
     struct target_image *image = bf_alloc(1, sizeof *image);
-    enum bf_status status = target_image_make(model, &a->target, image, err);
+    enum bf_status status = atomic_check_file(a->output, err);
+    if (status == BF_OK)
+        status = atomic_check_file(a->a2l, err);
+    if (status == BF_OK)
+        status = target_image_make(model, &a->target, image, err);
     if (status == BF_OK && a->signing.key_file != NULL)
         status = signing_sign(&a->signing, &image->file, err);
     if (status == BF_OK)

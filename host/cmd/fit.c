@@ -10,17 +10,19 @@
 #include "factors_or_warn.h"
 #include "findings_of.h"
 #include "record_sets.h"
+#include "repeats_or_warn.h"
 #include "show/show.h"
 
 static const char help[] =
     "Usage: beamfit fit MODEL RECORD... -o FITTED [--check RECORD...] [options]\n"
     "\n"
-    "Estimates the model's free parameters from recordings by weighted least squares, and says how well each is known\n"
-    "and what the records cannot determine. The start values are those of MODEL; they may be far off (handbook\n"
-    "values), because the search begins with short windows of the records and widens them. A channel that points the\n"
-    "other way, is in g, or off by 10 or 1000 is named first, with the line of MODEL to write; the fit is of MODEL as "
-    "it\n"
-    "is.\n";
+    "Estimates the model's free parameters from recordings by weighted least squares, and says how well each is\n"
+    "known and what the records cannot determine. The start values are those of MODEL; they may be far off\n"
+    "(handbook values), because the search begins with short windows of the records and widens them. A channel\n"
+    "that points the other way, is in g, or off by 10 or 1000 is named first, with the line of MODEL to write;\n"
+    "the fit is of MODEL as it is. A RECORD may be a list of measured frequencies (columns freq_Hz, and sd_Hz,\n"
+    "damping_ratio, damping_sd where they are known) or a spectrum without phase (docs/records.md), alone or\n"
+    "beside others.\n";
 
 static const struct option_row options[] = {
     {'o', 'o', "output", "FITTED", NULL, "the fitted model: MODEL with new values, standard errors and a 'fit:' block"},
@@ -39,8 +41,8 @@ static const struct option_row options[] = {
      "wrong"},
     {OPTION_FORCE, 0, "force", NULL, NULL,
      "replace FITTED even when it is MODEL, `fit` has not made it, or somebody has changed it"},
-    {'A', 0, "all", NULL, NULL, "all columns: intervals of 95 % and start values, too"},
-    OPTIONS_ANSWER('j'),
+    {OPTION_ALL, 'A', "all", NULL, NULL, "all columns: intervals of 95 % and start values, too"},
+    OPTIONS_ANSWER,
     {0},
 };
 
@@ -50,15 +52,13 @@ static const char closing[] =
     "Example:\n"
     "  beamfit fit model.yaml tap1.csv tap2.csv -o fitted.yaml --check tap3.csv\n"
     "\n"
-    "Exit status: 0 done (see 'converged'); 1 nothing was fitted, because the records determine no free parameter (an\n"
-    "input that is zero) or all ended at bounds: FITTED is not written; 2 usage; 3 bad model or record, or FITTED not "
-    "writable; 4 the model cannot\n"
-    "be evaluated at the start values.\n";
+    "Exit status: 0 done (see 'converged'); 1 nothing was fitted, because the records determine no free parameter\n"
+    "(an input that is zero) or all ended at bounds: FITTED is not written; 2 usage; 3 bad model or record, or\n"
+    "FITTED not writable; 4 the model cannot be evaluated at the start values.\n";
 
 struct arguments {
     const char *output;
     struct record_sets sets;
-    bool json, all;
     struct fit_options fit;
 };
 
@@ -87,12 +87,6 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
     case 'N':
         status = splines_from_text(optarg, &a->fit.predict, err);
         break;
-    case 'A':
-        a->all = true;
-        break;
-    case 'j':
-        a->json = true;
-        break;
     default:
         status = BF_USAGE;
     }
@@ -109,7 +103,7 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
         return bf_fail(err, BF_USAGE, "give a model and at least one record: beamfit fit MODEL RECORD... -o FITTED");
     if (!a->output)
         return bf_fail(err, BF_USAGE, "say where to write the fitted model: -o FITTED");
-    if (options_one_answer(a->json, a->output, err) != BF_OK)
+    if (options_one_answer(a->output, err) != BF_OK)
         return BF_USAGE;
     return BF_OK;
 }
@@ -121,6 +115,7 @@ struct work {
     struct channel_factors factors;   /* of the model as given */
     struct record_findings *findings; /* [n_fitted] */
     size_t n_fitted;
+    struct repeatability repeats;
     struct fit_channel_error *check;
     size_t n_check;
     struct own_values own; /* of the held-out records */
@@ -132,6 +127,7 @@ static void work_free(struct work *w)
     own_values_free(&w->own);
     channel_factors_free(&w->factors);
     findings_free(w->findings, w->n_fitted);
+    repeatability_free(&w->repeats);
     fit_free(&w->result);
     model_free(&w->model);
 }
@@ -139,20 +135,18 @@ static void work_free(struct work *w)
 static enum bf_status answer(const struct arguments *a, const struct work *w, const struct fit_check *check,
                              struct bf_error *err)
 {
-    if (a->json) {
-        struct json *root = fit_json(&w->result, a->sets.fitted.records, check);
-        channel_factors_json(root, &w->model, &w->factors);
-        record_findings_json(root, a->sets.fitted.records, w->findings, a->sets.fitted.n);
-        if (fit_learned(&w->result)) {
-            answer_next(root, "beamfit", "compare", a->output, a->sets.fitted.names[0], NULL);
-            answer_next(root, "beamfit", "diagnose", a->output, a->sets.fitted.names[0], NULL);
-        }
-        return answer_print_and_free(root, fit_fields, err);
+    struct json *root = fit_json(&w->result, a->sets.fitted.records, check);
+    channel_factors_json(root, &w->model, &w->factors);
+    record_findings_json(root, a->sets.fitted.records, w->findings, a->sets.fitted.n);
+    repeatability_json(root, &w->model, a->sets.fitted.records, &w->repeats);
+    if (fit_learned(&w->result)) {
+        answer_next(root, "beamfit", "compare", a->output, a->sets.fitted.names[0], NULL);
+        answer_next(root, "beamfit", "diagnose", a->output, a->sets.fitted.names[0], NULL);
     }
-    FILE *out = strcmp(a->output, "-") == 0 ? stderr : stdout;
-    record_findings_print(out, a->sets.fitted.records, w->findings, a->sets.fitted.n);
-    channel_factors_print(out, &w->factors);
-    fit_print(out, &w->result, a->sets.fitted.records, check, a->all);
+    if (strcmp(a->output, "-") != 0)
+        return answer_print_and_free(root, fit_fields, err);
+    answer_print_text(stderr, root, fit_fields); /* the model is on standard output */
+    json_discard(root);
     return BF_OK;
 }
 
@@ -162,8 +156,8 @@ static void note_disagreements(const struct arguments *a, struct work *w)
     const struct record_list *held_out = &a->sets.held_out;
     struct disagreements found;
     struct bf_error ignored;
-    (void)disagreements_find(w->own.model, held_out->records, held_out->n, &a->fit.predict, w->result.nrmse, &found,
-                             &ignored);
+    (void)disagreements_find(w->own.model, held_out->records, record_list_sampled(held_out), &a->fit.predict,
+                             w->result.nrmse, &found, &ignored);
     w->own.notes = bf_grow(w->own.notes, w->own.n_notes + found.n, sizeof *w->own.notes);
     for (size_t i = 0; i < found.n; i++)
         w->own.notes[w->own.n_notes++] = bf_strdup(found.notes[i]);
@@ -173,17 +167,20 @@ static void note_disagreements(const struct arguments *a, struct work *w)
 static enum bf_status fit_and_answer(const struct arguments *a, struct work *w, struct bf_error *err)
 {
     const struct record *fitted = a->sets.fitted.records, *held_out = a->sets.held_out.records;
-    const size_t n_held_out = a->sets.held_out.n;
+    const size_t n_held_out = a->sets.held_out.n, n_sampled = record_list_sampled(&a->sets.fitted);
     struct fit_check check = {.records = held_out, .n = n_held_out};
     progress_catch_interrupts();
     w->n_fitted = a->sets.fitted.n;
     w->findings = findings_of(&w->model, fitted, w->n_fitted);
-    factors_or_warn(&w->model, fitted, a->sets.fitted.n, &a->fit.predict, &w->factors);
+    w->repeats = repeats_or_warn(&w->model, fitted, n_sampled);
+    factors_or_warn(&w->model, fitted, n_sampled, &a->fit.predict, &w->factors);
     enum bf_status status = fit_run(&w->model, fitted, a->sets.fitted.n, &a->fit, &w->result, err);
     if (status)
         return status;
-    if (!w->result.interrupted) /* from the model as given: a fit may end where modes have left the band */
-        attainable_or_warn(&w->model, fitted, a->sets.fitted.n, &w->result.attainable);
+    if (!w->result.interrupted &&
+        n_sampled == a->sets.fitted.n) /* from the model as given: a fit may end where modes have left the band */
+        attainable_or_warn(&w->model, fitted, n_sampled, held_out, record_list_sampled(&a->sets.held_out),
+                           &w->result.attainable);
     fit_into_model(&w->result, fitted, &check, &w->model);
     status = own_values_find(&w->model, held_out, n_held_out, &a->fit, &w->own, err);
     if (!status)

@@ -17,26 +17,25 @@ static const struct answer_field fields[] = {
     ANSWER_ROW(COUNT, "lines", "of each response"),
     ANSWER_ROW(NUMBER, "first_Hz", "frequency of the first line"),
     ANSWER_ROW(NUMBER, "step_Hz", "distance of the lines"),
-    ANSWER_ROW(TEXTS, "responses", "OUTPUT/INPUT, as they stand in the file"),
+    ANSWER_ROW(NUMBER, "last_Hz", "frequency of the last line"),
+    ANSWER_SAY("{file}: {lines} lines, {first_Hz} to {last_Hz}"),
+    ANSWER_ROW(TEXTS, "responses", "OUTPUT/INPUT, as they stand in the file", .flags = ANSWER_VERBATIM, .text = ""),
     {0},
 };
 
 static const char help[] =
     "Usage: beamfit frf MODEL -o OUT.uff [--to HZ] [--step HZ] [--json]\n"
     "\n"
-    "Writes the frequency responses of a model, every output over every input, as a Universal File Format 58 (text, "
-    "complex,\n"
-    "double precision), for other programs to draw over measured ones. Sensors, filters and gains are in them. "
-    "`import` "
-    "reads\n"
-    "the file back.\n";
+    "Writes the frequency responses of a model, every output over every input, as a Universal File Format 58\n"
+    "(text, complex, double precision), for other programs to draw over measured ones. Sensors, filters and gains\n"
+    "are in them. `import` reads the file back.\n";
 
 static const struct option_row options[] = {
     {'o', 'o', "output", "OUT", NULL, "the file to write"},
     {'t', 0, "to", "HZ", NULL, "highest frequency (default: some 1.2 times the fifth mode)"},
     {'s', 0, "step", "HZ", NULL, "distance of the lines (default: a thousandth of the highest)"},
     {OPTION_FORCE, 0, "force", NULL, NULL, "replace OUT even when `frf` has not made it or somebody has changed it"},
-    OPTIONS_ANSWER('j'),
+    OPTIONS_ANSWER,
     {0},
 };
 
@@ -44,8 +43,8 @@ static const char closing[] =
     "Example:\n"
     "  beamfit frf fitted.yaml --to 500 --step 0.5 -o fitted.uff\n"
     "\n"
-    "Exit status: 0 done; 2 usage, or a model that is not linear; 3 bad model file or OUT not writable; 4 the model "
-    "cannot be evaluated.\n";
+    "Exit status: 0 done; 2 usage, or a model that is not linear; 3 bad model file or OUT not writable; 4 the\n"
+    "model cannot be evaluated.\n";
 
 enum { MOST_LINES = 1 << 18, DEFAULT_LINES = 1000, DEFAULT_MODES = 5 };
 static const double above_the_last = 1.2;
@@ -53,7 +52,6 @@ static const double above_the_last = 1.2;
 struct arguments {
     const char *model, *output;
     double to_Hz, step_Hz;
-    bool json;
 };
 
 static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
@@ -71,9 +69,6 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
         case 's':
             status = options_number("--step", optarg, &a->step_Hz, err);
             break;
-        case 'j':
-            a->json = true;
-            break;
         default:
             status = BF_USAGE;
         }
@@ -83,7 +78,7 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
     if (optind + 1 != argc || a->output == NULL)
         return bf_fail(err, BF_USAGE, "say MODEL -o OUT.uff; beamfit frf --help explains");
     a->model = argv[optind];
-    return BF_OK;
+    return options_one_answer(a->output, err);
 }
 
 /* Where none were asked for: up to above the fifth mode, in a thousand lines. */
@@ -195,8 +190,10 @@ static enum bf_status write_all(const struct arguments *a, const struct model *m
         }
     }
     free(H);
-    if (status == BF_OK)
+    if (status == BF_OK) {
+        outputs_mark(&out, "", "\n"); /* outside of datasets, where readers look for the next one */
         return atomic_commit(&out, err);
+    }
     atomic_abort(&out);
     return status;
 }
@@ -204,18 +201,12 @@ static enum bf_status write_all(const struct arguments *a, const struct model *m
 static enum bf_status answer(const struct arguments *a, const struct model *model, size_t lines, struct bf_error *err)
 {
     char name[2 * MODEL_NAME + 2];
-    if (!a->json) {
-        (void)printf("%s: %zu lines, %.6g to %.6g Hz\n", a->output, lines, a->step_Hz, a->step_Hz * (double)lines);
-        for (size_t i = 0; i < model->n_inputs; i++)
-            for (size_t o = 0; o < model->n_outputs; o++)
-                (void)printf("  %s/%s\n", model->outputs[o].name, model->inputs[i].name);
-        return BF_OK;
-    }
     struct json *root = json_new_object();
     json_put_text(root, "file", a->output);
     json_put_number(root, "lines", (double)lines);
     json_put_number(root, "first_Hz", a->step_Hz);
     json_put_number(root, "step_Hz", a->step_Hz);
+    json_put_number(root, "last_Hz", a->step_Hz * (double)lines);
     struct json *list = json_put(root, "responses", json_new_array());
     for (size_t i = 0; i < model->n_inputs; i++)
         for (size_t o = 0; o < model->n_outputs; o++) {
@@ -235,7 +226,8 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     enum bf_status status = model_read(a.model, &model, err);
     if (status != BF_OK)
         return status;
-    if (model.n_inputs == 0 || model.n_outputs == 0)
+    status = atomic_check(a.output, err);
+    if (status == BF_OK && (model.n_inputs == 0 || model.n_outputs == 0))
         status = bf_fail_at(err, a.model, 0, "a frequency response needs an input and an output; the model lacks one");
     if (status == BF_OK)
         status = choose_lines(&a, &model, &lines, err);

@@ -9,13 +9,13 @@
 static const char help[] =
     "Usage: beamfit history MODEL... [--json] [--plot DIR]\n"
     "\n"
-    "Puts models in the order in which they were made from each other (each file knows the SHA-256 of the file it was\n"
-    "made from) and shows what each step brought: the effects gained and lost, and the errors its fit stated, on\n"
-    "fitted records and on held-out ones. Nothing is computed again. A model whose parent is not given hangs on the\n"
-    "nearest ancestor that is.\n";
+    "Puts models in the order in which they were made from each other (each file knows the SHA-256 of the file it\n"
+    "was made from) and shows what each step brought: the effects gained and lost, and the errors its fit stated,\n"
+    "on fitted records and on held-out ones. Nothing is computed again. A model whose parent is not given hangs\n"
+    "on the nearest ancestor that is.\n";
 
 static const struct option_row options[] = {
-    OPTIONS_ANSWER('j'),
+    OPTIONS_ANSWER,
     {'p', 0, "plot", "DIR", NULL, "error against model, with the noise floor as a line, as DIR/history.png and .pdf"},
     {OPTION_FORCE, 0, "force", NULL, NULL,
      "replace pictures even when `history` has not made them or somebody has changed them"},
@@ -32,25 +32,19 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
 {
     const char *directory = NULL;
     struct history h = {0};
-    bool json = false;
     int code;
     while ((code = options_next(argc, argv, options, err)) != -1) {
         if (code == '?')
             return BF_USAGE;
-        if (code == 'p')
-            directory = optarg;
-        else
-            json = true;
+        directory = optarg;
     }
     if (optind == argc)
         return bf_fail(err, BF_USAGE, "give the models to put in order; see 'beamfit history --help'");
-    if (directory)
-        (void)plot_can_draw(directory);
     enum bf_status status = history_read((const char *const *)argv + optind, (size_t)(argc - optind), &h, err);
-    if (status == BF_OK && json)
+    if (status == BF_OK)
+        status = plot_prepare(directory, (const char *const[]){"history"}, 1, err);
+    if (status == BF_OK)
         status = answer_print_and_free(history_json(&h), history_fields, err);
-    else if (status == BF_OK)
-        history_print(stdout, &h);
     if (status == BF_OK && directory)
         status = history_plot(&h, directory, err);
     history_free(&h);

@@ -160,9 +160,6 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
     case OPTION_LIST:
         a->list = true;
         return BF_OK;
-    case OPTION_JSON:
-        a->job.json = true;
-        return BF_OK;
     case OPTION_FREE_DECAY:
         a->choice.free_decay = true;
         return BF_OK;
@@ -237,7 +234,7 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
     outputs_note_input(a->input);
     if (a->second != NULL)
         outputs_note_input(a->second);
-    return a->list ? BF_OK : atomic_check(a->job.output, err);
+    return a->list ? BF_OK : atomic_check_file(a->job.output, err);
 }
 
 static enum bf_status work(const struct arguments *a, struct bf_error *err)
@@ -249,7 +246,7 @@ static enum bf_status work(const struct arguments *a, struct bf_error *err)
         import_free(&files[0]);
         return err->status;
     }
-    const enum bf_status status = a->list ? import_print_list(&files[0], a->job.json, err)
+    const enum bf_status status = a->list ? import_print_list(&files[0], err)
                                           : import_write(files, a->second != NULL ? 2 : 1, &a->choice, &a->job, err);
     import_free(&files[0]);
     if (a->second != NULL)

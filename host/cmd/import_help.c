@@ -5,11 +5,11 @@ const char import_about[] =
     "Usage: beamfit import FILE [FILE2] -o OUT.csv [options]\n"
     "       beamfit import FILE --list [--json]\n"
     "\n"
-    "Turns a foreign recording into a record: CSV with a header row, 'time_s' first, uniform in time.\n"
-    "Reads Universal File Format 58 (ASCII and 58b binary), MATLAB .mat (5 and 7.3), LabVIEW .lvm, NumPy .npy,\n"
-    "WAV, and text tables (separator , ; tab or blank; decimal point or comma; header and units rows or none).\n"
-    "Nothing is converted silently: units that the file states are written down, numbers stay as they are.\n"
-    "Where the data come from (file, SHA-256, this command) is written into '#' lines of the record.\n";
+    "Turns a foreign recording into a record: CSV with a header row, 'time_s' first, uniform in time. Reads\n"
+    "Universal File Format 58 (ASCII and 58b binary), MATLAB .mat (5 and 7.3), LabVIEW .lvm, NumPy .npy, WAV, and\n"
+    "text tables (separator , ; tab or blank; decimal point or comma; header and units rows or none). Nothing is\n"
+    "converted silently: units that the file states are written down, numbers stay as they are. Where the data\n"
+    "come from (file, SHA-256, this command) is written into '#' lines of the record.\n";
 
 const struct option_row import_options[] = {
     {.what = "First look what is there, then choose:"},
@@ -57,7 +57,7 @@ const struct option_row import_options[] = {
      "the kind of file where the content does not tell: uff, mat ...; a wrong FORMAT lists all"},
     {OPTION_SEPARATOR, 0, "separator", "C", NULL, "of a text table: ',' ';' ' ' or 'tab'"},
     {OPTION_DECIMAL, 0, "decimal", "C", NULL, "its decimal point: '.' or ','"},
-    OPTIONS_JSON(OPTION_JSON),
+    OPTIONS_JSON,
     {0},
 };
 

@@ -26,8 +26,7 @@ enum option_code {
     OPTION_DIGITS,
     OPTION_FORMAT,
     OPTION_SEPARATOR,
-    OPTION_DECIMAL,
-    OPTION_JSON
+    OPTION_DECIMAL
 };
 
 extern const char import_about[], import_closing[];

@@ -7,33 +7,59 @@
 #include <stdio.h>
 
 static const struct answer_field channel_fields[] = {
-    ANSWER_ROW(TEXT, "name", "in the file"),
-    ANSWER_ROW(TEXT, "unit", "that the file states"),
-    ANSWER_ROW(COUNT, "samples", "of it"),
-    {ANSWER_NUMBER, "dt_s", "sampling interval", NULL, ANSWER_MAYBE, NULL},
-    {ANSWER_NUMBER, "df_Hz", "distance of frequencies", NULL, ANSWER_MAYBE, NULL},
+    ANSWER_CELL("#", "{@}"),
+    ANSWER_ROW(TEXT, "name", "in the file", .text = "channel"),
+    ANSWER_ROW(TEXT, "unit", "that the file states", .text = "unit"),
+    ANSWER_ROW(COUNT, "samples", "of it", .text = "samples"),
+    ANSWER_ROW(NUMBER, "dt_s", "sampling interval", .flags = ANSWER_MAYBE),
+    ANSWER_ROW(NUMBER, "df_Hz", "distance of frequencies", .flags = ANSWER_MAYBE),
     ANSWER_ROW(BOOL, "usable", "it can be a column"),
+    ANSWER_ROW(TEXT, "axis", "its times or frequencies, in words"),
     ANSWER_ROW(TEXT, "note", "why not, or what the file says"),
+    ANSWER_CELL("time axis; notes", "{axis}[{axis?}{note?}; ]{note}"),
+    {0},
+};
+
+static const struct answer_field range_fields[] = {
+    ANSWER_ROW(TEXT, "name", "of the column", .text = "column"),
+    ANSWER_ROW(NUMBER, "least", "value in it", .text = "least"),
+    ANSWER_ROW(NUMBER, "most", "value in it", .text = "most"),
+    ANSWER_ROW(TEXT, "from", "where it comes from", .text = "from"),
     {0},
 };
 
 const struct answer_field import_fields[] = {
-    {ANSWER_TEXT, "format", "of the file, with --list", NULL, ANSWER_MAYBE, NULL},
-    {ANSWER_TEXT, "sha256", "of the file, with --list", NULL, ANSWER_MAYBE, NULL},
-    {ANSWER_NUMBER, "rate_Hz", "that the file states, with --list", NULL, ANSWER_MAYBE, NULL},
-    {ANSWER_LIST, "channels", "of the file, with --list", channel_fields, ANSWER_MAYBE, NULL},
-    {ANSWER_TEXTS, "columns", "of the record", NULL, ANSWER_MAYBE, NULL},
-    {ANSWER_COUNT, "samples", "of the record", NULL, ANSWER_MAYBE, NULL},
-    {ANSWER_NUMBER, "dt_s", "sampling interval", NULL, ANSWER_MAYBE, NULL},
-    {ANSWER_NUMBER, "t0_s", "time of the first sample", NULL, ANSWER_MAYBE, NULL},
-    {ANSWER_NUMBER, "df_Hz", "distance of frequencies", NULL, ANSWER_MAYBE, NULL},
-    {ANSWER_NUMBER, "f0_Hz", "the first frequency", NULL, ANSWER_MAYBE, NULL},
-    {ANSWER_TEXT, "resampled", "line '# resampled:' of the record", NULL, ANSWER_MAYBE, NULL},
-    {ANSWER_TEXT, "resampled_2", "line '# resampled_2:' of the record", NULL, ANSWER_MAYBE, NULL},
-    {ANSWER_TEXT, "joined", "line '# joined:' of the record", NULL, ANSWER_MAYBE, NULL},
-    {ANSWER_TEXT, "gate", "line '# gate:' of the record", NULL, ANSWER_MAYBE, NULL},
-    {ANSWER_LIST, "record_findings", "what is wrong with it before any model", record_finding_fields, ANSWER_MAYBE,
-     NULL},
+    ANSWER_ROW(TEXT, "file", "that was listed or written"),
+    ANSWER_ROW(TEXT, "format", "of the file, with --list", .flags = ANSWER_MAYBE),
+    ANSWER_ROW(TEXT, "sha256", "of the file, with --list", .flags = ANSWER_MAYBE),
+    ANSWER_ROW(NUMBER, "rate_Hz", "that the file states, with --list; of the record", .flags = ANSWER_MAYBE,
+               .digits = 9),
+    ANSWER_ROW(TEXT, "rate_from", "where the file states it, with --list", .flags = ANSWER_MAYBE),
+    ANSWER_SAY("[{file}: {format}, {channels#} {channels#channel|channels}][{format?}, {rate_Hz} ({rate_from})]"),
+    ANSWER_ROW_OF(LIST, "channels", "of the file, with --list", channel_fields, .flags = ANSWER_MAYBE | ANSWER_TABLE,
+                  .text = ""),
+    ANSWER_ROW(TEXTS, "columns", "of the record", .flags = ANSWER_MAYBE),
+    ANSWER_ROW(COUNT, "samples", "of the record", .flags = ANSWER_MAYBE),
+    ANSWER_ROW(NUMBER, "dt_s", "sampling interval", .flags = ANSWER_MAYBE),
+    ANSWER_ROW(NUMBER, "t0_s", "time of the first sample", .flags = ANSWER_MAYBE, .digits = 6),
+    ANSWER_ROW(NUMBER, "t1_s", "time of the last sample", .flags = ANSWER_MAYBE, .digits = 6),
+    ANSWER_ROW(NUMBER, "df_Hz", "distance of frequencies", .flags = ANSWER_MAYBE, .digits = 9),
+    ANSWER_ROW(NUMBER, "f0_Hz", "the first frequency", .flags = ANSWER_MAYBE, .digits = 6),
+    ANSWER_ROW(NUMBER, "f1_Hz", "the last frequency", .flags = ANSWER_MAYBE, .digits = 6),
+    ANSWER_ROW(TEXT, "axis_from", "where times or frequencies come from", .flags = ANSWER_MAYBE),
+    ANSWER_SAY("[{file}: {samples} samples, {rate_Hz}, {t0_s} to {t1_s}; time: {axis_from}]"),
+    ANSWER_SAY("[{file}: {samples} lines, {df_Hz} apart, {f0_Hz} to {f1_Hz}; frequencies: {axis_from}]"),
+    ANSWER_ROW(TEXT, "resampled", "line '# resampled:' of the record", .flags = ANSWER_MAYBE),
+    ANSWER_ROW(TEXT, "resampled_2", "line '# resampled_2:' of the record", .flags = ANSWER_MAYBE),
+    ANSWER_ROW(TEXT, "joined", "line '# joined:' of the record", .flags = ANSWER_MAYBE),
+    ANSWER_ROW(TEXT, "gate", "line '# gate:' of the record", .flags = ANSWER_MAYBE),
+    ANSWER_SAY("[    resampled: {resampled}]"),
+    ANSWER_SAY("[    resampled_2: {resampled_2}]"),
+    ANSWER_SAY("[    joined: {joined}]"),
+    ANSWER_SAY("[    gate: {gate}]"),
+    ANSWER_ROW_OF(LIST, "ranges", "of the columns", range_fields, .flags = ANSWER_MAYBE | ANSWER_TABLE, .text = ""),
+    ANSWER_ROW_OF(LIST, "record_findings", "what is wrong with it before any model", record_finding_fields,
+                  .flags = ANSWER_MAYBE, .text = "\nIn the records:"),
     {0},
 };
 
@@ -52,75 +78,38 @@ static void describe_axis(const struct import_file *file, const struct import_ch
         text[0] = '\0';
 }
 
-enum bf_status import_print_list(const struct import_file *file, bool json, struct bf_error *err)
+enum bf_status import_print_list(const struct import_file *file, struct bf_error *err)
 {
     char axis[64];
-    struct json *root = json ? json_new_object() : NULL, *channels = NULL;
-    if (json) {
-        json_put_text(root, "format", import_format_name(file->format));
-        json_put_text(root, "sha256", file->sha256);
-        json_put_number(root, "rate_Hz", file->rate_Hz > 0 ? file->rate_Hz : (double)NAN);
-        channels = json_put(root, "channels", json_new_array());
-    } else {
-        printf("%s: %s, %zu channels", file->path, import_format_name(file->format), file->n_channels);
-        if (file->rate_Hz > 0)
-            printf(", %.9g Hz (%s)", file->rate_Hz, file->rate_from);
-        printf("\n%4s  %-28s %-10s %10s  %s\n", "#", "channel", "unit", "samples", "time axis; notes");
-    }
+    struct json *root = json_new_object();
+    json_put_text(root, "file", file->path);
+    json_put_text(root, "format", import_format_name(file->format));
+    json_put_text(root, "sha256", file->sha256);
+    json_put_number(root, "rate_Hz", file->rate_Hz > 0 ? file->rate_Hz : (double)NAN);
+    if (file->rate_Hz > 0)
+        json_put_text(root, "rate_from", file->rate_from);
+    struct json *channels = json_put(root, "channels", json_new_array());
     for (size_t i = 0; i < file->n_channels; i++) {
         const struct import_channel *c = &file->channels[i];
+        struct json *one = json_push(channels, json_new_object());
         describe_axis(file, c, axis);
-        const char *note = c->unusable != NULL ? c->unusable : c->about;
-        if (json) {
-            struct json *one = json_push(channels, json_new_object());
-            json_put_text(one, "name", c->name);
-            json_put_text(one, "unit", c->unit);
-            json_put_number(one, "samples", (double)c->n);
-            json_put_number(one, c->over_frequency ? "df_Hz" : "dt_s", c->dt_s > 0 ? c->dt_s : (double)NAN);
-            json_put_bool(one, "usable", c->unusable == NULL);
-            json_put_text(one, "note", note);
-        } else {
-            printf("%4zu  %-28s %-10s %10zu  %s%s%s\n", i + 1, c->name, c->unit, c->n, axis,
-                   axis[0] != '\0' && note[0] != '\0' ? "; " : "", note);
-        }
+        json_put_text(one, "name", c->name);
+        json_put_text(one, "unit", c->unit);
+        json_put_number(one, "samples", (double)c->n);
+        json_put_number(one, c->over_frequency ? "df_Hz" : "dt_s", c->dt_s > 0 ? c->dt_s : (double)NAN);
+        json_put_bool(one, "usable", c->unusable == NULL);
+        json_put_text(one, "axis", axis);
+        json_put_text(one, "note", c->unusable != NULL ? c->unusable : c->about);
     }
-    return json ? answer_print_and_free(root, import_fields, err) : BF_OK;
+    return answer_print_and_free(root, import_fields, err);
 }
 
 /* What was done to the times, where anything was. */
 static const char *const told[] = {"resampled", "resampled_2", "joined", "gate"};
 
-static enum bf_status print_record(const struct record *record, const struct record_findings *findings,
-                                   const struct import_job *job, struct bf_error *err)
+static void put_ranges(struct json *root, const struct record *record)
 {
-    if (job->json) {
-        struct json *root = json_new_object(), *columns = json_put(root, "columns", json_new_array());
-        for (size_t i = 0; i < record->n_columns; i++)
-            json_push_text(columns, record->columns[i].name);
-        json_put_number(root, "samples", (double)record->n);
-        json_put_number(root, record->over_frequency ? "df_Hz" : "dt_s", record->dt_s);
-        json_put_number(root, record->over_frequency ? "f0_Hz" : "t0_s", record->t0_s);
-        for (size_t i = 0; i < sizeof told / sizeof *told; i++)
-            if (record_meta(record, told[i]) != NULL)
-                json_put_text(root, told[i], record_meta(record, told[i]));
-        record_findings_json(root, record, findings, 1);
-        answer_next(root, "beamfit", "fit", "MODEL", job->output, "-o", "FITTED", NULL);
-        return answer_print_and_free(root, import_fields, err);
-    }
-    const double last = record->t0_s + (double)(record->n - 1) * record->dt_s;
-    if (record->over_frequency)
-        printf("%s: %zu lines, %.9g Hz apart, %.6g Hz to %.6g Hz; frequencies: %s\n", job->output, record->n,
-               record->dt_s, record->t0_s, last, record_meta(record, "frequency_from"));
-    else
-        printf("%s: %zu samples, %.9g Hz, %.6g s to %.6g s; time: %s\n", job->output, record->n, 1 / record->dt_s,
-               record->t0_s, last, record_meta(record, "time_from"));
-    for (size_t i = 0; i < sizeof told / sizeof *told; i++) {
-        char text[480];
-        if (record_meta(record, told[i]) == NULL)
-            continue;
-        snprintf(text, sizeof text, "%s: %s", told[i], record_meta(record, told[i]));
-        text_print_wrapped(stdout, text, 4, text_columns());
-    }
+    struct json *list = json_put(root, "ranges", json_new_array());
     for (size_t i = 0; i < record->n_columns; i++) {
         char key[128];
         const double *x = record->columns[i].x;
@@ -129,12 +118,44 @@ static enum bf_status print_record(const struct record *record, const struct rec
             low = fmin(low, x[k]);
             high = fmax(high, x[k]);
         }
-        snprintf(key, sizeof key, "channel_%.60s", record->columns[i].name);
+        (void)snprintf(key, sizeof key, "channel_%.60s", record->columns[i].name);
         const char *from = record_meta(record, key);
-        printf("  %-20s %12.5g to %-12.5g from %s\n", record->columns[i].name, low, high, from != NULL ? from : "");
+        struct json *one = json_push(list, json_new_object());
+        json_put_text(one, "name", record->columns[i].name);
+        json_put_number(one, "least", low);
+        json_put_number(one, "most", high);
+        json_put_text(one, "from", from != NULL ? from : "");
     }
-    record_findings_print(stdout, record, findings, 1);
-    return BF_OK;
+}
+
+static void put_axis(struct json *root, const struct record *record)
+{
+    const bool frequency = record->over_frequency;
+    const char *from = record_meta(record, frequency ? "frequency_from" : "time_from");
+    json_put_number(root, frequency ? "df_Hz" : "dt_s", record->dt_s);
+    json_put_number(root, frequency ? "f0_Hz" : "t0_s", record->t0_s);
+    json_put_number(root, frequency ? "f1_Hz" : "t1_s", record->t0_s + (double)(record->n - 1) * record->dt_s);
+    if (!frequency)
+        json_put_number(root, "rate_Hz", 1.0 / record->dt_s);
+    json_put_text(root, "axis_from", from != NULL ? from : "");
+}
+
+static enum bf_status print_record(const struct record *record, const struct record_findings *findings,
+                                   const struct import_job *job, struct bf_error *err)
+{
+    struct json *root = json_new_object(), *columns = json_put(root, "columns", json_new_array());
+    json_put_text(root, "file", job->output);
+    for (size_t i = 0; i < record->n_columns; i++)
+        json_push_text(columns, record->columns[i].name);
+    json_put_number(root, "samples", (double)record->n);
+    put_axis(root, record);
+    for (size_t i = 0; i < sizeof told / sizeof *told; i++)
+        if (record_meta(record, told[i]) != NULL)
+            json_put_text(root, told[i], record_meta(record, told[i]));
+    put_ranges(root, record);
+    record_findings_json(root, record, findings, 1);
+    answer_next(root, "beamfit", "fit", "MODEL", job->output, "-o", "FITTED", NULL);
+    return answer_print_and_free(root, import_fields, err);
 }
 
 static enum bf_status make(const struct import_file files[], size_t n_files, const struct import_choice *choice,

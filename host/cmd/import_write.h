@@ -8,8 +8,7 @@
 
 struct import_job {
     const char *output;
-    int digits; /* significant; 0: the usual number */
-    bool json;
+    int digits;             /* significant; 0: the usual number */
     const char *trigger[2]; /* columns of two files; NULL: none */
     const char *gate;       /* column; NULL: none */
     double gate_s[2];       /* from, to; equal: its hits */
@@ -19,7 +18,7 @@ struct import_job {
 enum bf_status import_write(const struct import_file files[], size_t n_files, const struct import_choice *choice,
                             const struct import_job *job, struct bf_error *err);
 
-enum bf_status import_print_list(const struct import_file *file, bool json, struct bf_error *err);
+enum bf_status import_print_list(const struct import_file *file, struct bf_error *err);
 
 extern const struct answer_field import_fields[]; /* of both */
 

@@ -8,9 +8,12 @@
 #include "ground/ground.h"
 
 static const struct answer_field drive_fields[] = {
-    ANSWER_ROW(NUMBER, "amplitude", "in the drive's unit"), ANSWER_ROW(NUMBER, "from_Hz", "where the sweep begins"),
-    ANSWER_ROW(NUMBER, "to_Hz", "where it ends"),           ANSWER_ROW(NUMBER, "period_s", "it is repeated so often"),
-    ANSWER_ROW(NUMBER, "burst_s", "and drives so long"),    {0},
+    ANSWER_ROW(NUMBER, "amplitude", "in the drive's unit", .digits = 4),
+    ANSWER_ROW(NUMBER, "from_Hz", "where the sweep begins", .digits = 4),
+    ANSWER_ROW(NUMBER, "to_Hz", "where it ends", .digits = 4),
+    ANSWER_ROW(NUMBER, "period_s", "it is repeated so often", .digits = 4),
+    ANSWER_ROW(NUMBER, "burst_s", "and drives so long", .digits = 4),
+    {0},
 };
 
 static const struct answer_field reset_fields[] = {
@@ -25,8 +28,8 @@ static const struct answer_field fields[] = {
     ANSWER_ROW(TEXT, "port", "of the board"),
     ANSWER_ROW(TEXT, "device", "its identity, 24 hexadecimal digits"),
     ANSWER_ROW(TEXT, "firmware", "its version"),
-    ANSWER_ROW(NUMBER, "sample_Hz", "samples a second"),
-    ANSWER_ROW(NUMBER, "core_MHz", "clock of the processor"),
+    ANSWER_ROW(NUMBER, "sample_Hz", "samples a second", .digits = 6),
+    ANSWER_ROW(NUMBER, "core_MHz", "clock of the processor", .digits = 4),
     ANSWER_ROW(TEXT, "running", "which model runs, and where from"),
     ANSWER_ROW(TEXT, "model_sha256", "of the model file behind it"),
     ANSWER_ROW(COUNT, "counter", "of the running image"),
@@ -48,32 +51,49 @@ static const struct answer_field fields[] = {
     ANSWER_ROW(COUNT, "drive_stops", "drives that the board has stopped by itself"),
     ANSWER_ROW(TEXTS, "slots", "state of each"),
     ANSWER_ROW(TEXT, "last_fault", "why the last image was refused; empty: none was"),
-    ANSWER_ROW(NUMBER, "noise_rms", "expected, in the sensor's unit"),
-    ANSWER_ROW(NUMBER, "alarm_ratio", "the alarm goes on above"),
-    ANSWER_ROW(NUMBER, "clear_ratio", "and off below"),
-    ANSWER_ROW(NUMBER, "averaging_s", "of the running mean and rms"),
+    ANSWER_ROW(NUMBER, "noise_rms", "expected, in the sensor's unit", .digits = 4),
+    ANSWER_ROW(NUMBER, "alarm_ratio", "the alarm goes on above", .digits = 3),
+    ANSWER_ROW(NUMBER, "clear_ratio", "and off below", .digits = 3),
+    ANSWER_ROW(NUMBER, "averaging_s", "of the running mean and rms", .digits = 3),
     ANSWER_ROW(TEXTS, "latched", "alarms and faults that nobody has acknowledged"),
-    {ANSWER_NUMBER, "first_s_ago", "the first of them", NULL, 0, "s"},
-    {ANSWER_NUMBER, "last_s_ago", "the last of them", NULL, 0, "s"},
+    ANSWER_ROW(NUMBER, "first_s_ago", "the first of them", .unit = "s", .digits = 4),
+    ANSWER_ROW(NUMBER, "last_s_ago", "the last of them", .unit = "s", .digits = 4),
     ANSWER_ROW(TEXT, "reset", "why it started last"),
     ANSWER_ROW_OF(OBJECT, "resets", "how often for each reason", reset_fields),
     ANSWER_ROW_OF(OBJECT, "drive", "that is set", drive_fields),
+    ANSWER_SAY("Board     \t{device}, firmware {firmware}, at {port}"),
+    ANSWER_SAY("Sampling  \t{sample_Hz}; longest sample interrupt {worst_step_us}; {missed} samples missed"),
+    ANSWER_SAY("Step      \tat most {step_bound} instructions of the {step_budget} that {core_MHz} leave; longest in "
+               "the proof run {proof_us}"),
+    ANSWER_SAY("Model     \t{running}, counter {counter}, of model file {model_sha256}"),
+    ANSWER_SAY("Alarm     \tresidual above {alarm_ratio} times the expected noise of {noise_rms} (output's unit), over "
+               "{averaging_s}; off below {clear_ratio}"),
+    ANSWER_SAY(
+        "Latched   \t{latched?|nothing since power-on, or since it was acknowledged}[{latched}; {alarms} alarms, "
+        "{sensor_faults} faults of the sensor, the first {first_s_ago} ago, the last {last_s_ago} ago]"),
+    ANSWER_SAY("Started   \tby {reset}, {boots} times since it was made; since power was applied {resets.pin} by its "
+               "pin, {resets.fault} by a fault, {resets.watchdog} by its watchdog"),
+    ANSWER_SAY("Drive     \t{drive.amplitude?|off}[{drive.amplitude?}chirp from {drive.from_Hz} to {drive.to_Hz}, "
+               "amplitude {drive.amplitude} (input's unit)][{drive.amplitude?}{drive.burst_s?}, {drive.burst_s} long]"
+               "[{drive.amplitude?}{drive.period_s?}, again every {drive.period_s}]"),
+    ANSWER_SAY("Store     \tslot 0 {slots.0}, slot 1 {slots.1}, greatest counter {stored}; {nvm_errors} failed writes"),
+    ANSWER_SAY("Line      \t{frames_bad} bad frames, {overrun} samples found no room"),
+    ANSWER_SAY("Refused   \t{refused} images, {wrong_keys} keys[; the last image: {last_fault}]"),
     {0},
 };
 
 static const char help[] =
     "Usage: beamfit info --port PORT [--baud RATE] [--acknowledge --key FILE] [--json]\n"
     "\n"
-    "Says who is at the port: the board's identity and firmware, which model it runs and where from, what its store\n"
-    "holds, and what went wrong since power-on, alarms and faults of the sensor included: those stay until somebody "
-    "with the\n"
-    "key acknowledges them. Nothing is changed and no key is needed otherwise.\n";
+    "Says who is at the port: the board's identity and firmware, which model it runs and where from, what its\n"
+    "store holds, and what went wrong since power-on, alarms and faults of the sensor included: those stay until\n"
+    "somebody with the key acknowledges them. Nothing is changed and no key is needed otherwise.\n";
 
 static const struct option_row options[] = {
     BOARD_OPTIONS,
     {'a', 0, "acknowledge", NULL, NULL, "forget the alarms and faults shown here; needs --key FILE, the board's key"},
     {'k', 0, "key", "FILE", NULL, "the board's secret key, for --acknowledge"},
-    OPTIONS_ANSWER('j'),
+    OPTIONS_ANSWER,
     {0},
 };
 
@@ -86,7 +106,7 @@ static const char closing[] =
 struct arguments {
     struct board_options board;
     const char *key;
-    bool json, acknowledge;
+    bool acknowledge;
 };
 
 /* Everything that was read, and texts made of it. */
@@ -101,9 +121,7 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
 {
     int code;
     while ((code = options_next(argc, argv, options, err)) != -1) {
-        if (code == 'j')
-            a->json = true;
-        else if (code == 'a')
+        if (code == 'a')
             a->acknowledge = true;
         else if (code == 'k')
             a->key = optarg;
@@ -137,7 +155,7 @@ static double sample_Hz(const struct beam_info *info)
     return 1e-3 * (double)info->sample_mHz;
 }
 
-static void print_json_drive(struct json *root, const struct answer *a)
+static void put_drive(struct json *root, const struct answer *a)
 {
     const double rate_Hz = sample_Hz(&a->link->info);
     const struct beam_drive *drive = &a->drive;
@@ -167,7 +185,7 @@ static const struct {
                              {BEAM_LIVE_QUIET, "sensor too quiet"},
                              {BEAM_LIVE_OFFSET, "sensor has an offset"}};
 
-static void print_json_latch(struct json *root, const struct beam_info *info)
+static void put_latch(struct json *root, const struct beam_info *info)
 {
     struct json *names = json_put(root, "latched", json_new_array());
     for (int i = 0; i < LATCH_NAMES; i++)
@@ -177,26 +195,12 @@ static void print_json_latch(struct json *root, const struct beam_info *info)
     json_put_number(root, "last_s_ago", info->latched != 0 ? ago_s(info, info->latch_last) : (double)NAN);
 }
 
-static void print_latch(const struct beam_info *info)
-{
-    (void)printf("Latched   ");
-    for (int i = 0, n = 0; i < LATCH_NAMES; i++)
-        if (info->latched & latch_name[i].bit)
-            (void)printf("%s%s", n++ > 0 ? ", " : "", latch_name[i].name);
-    if (info->latched == 0)
-        (void)printf("nothing since power-on, or since it was acknowledged\n");
-    else
-        (void)printf("; %u alarms, %u faults of the sensor, the first %.4g s ago, the last %.4g s ago\n",
-                     (unsigned)info->alarms, (unsigned)info->faults, ago_s(info, info->latch_first),
-                     ago_s(info, info->latch_last));
-}
-
 static const char *reset_of(const struct beam_info *info)
 {
     return info->reset < BEAM_RESETS ? reset_name[info->reset] : "unknown";
 }
 
-static void print_json_resets(struct json *root, const struct beam_info *info)
+static void put_resets(struct json *root, const struct beam_info *info)
 {
     json_put_text(root, "reset", reset_of(info));
     struct json *counts = json_put(root, "resets", json_new_object());
@@ -204,15 +208,7 @@ static void print_json_resets(struct json *root, const struct beam_info *info)
         json_put_number(counts, reset_name[i], (double)info->resets[i]);
 }
 
-static void print_resets(const struct beam_info *info)
-{
-    (void)printf("Started   by %s, %u times since it was made; since power was applied %u by its pin, %u by a fault, "
-                 "%u by its watchdog\n",
-                 reset_of(info), (unsigned)info->boots, (unsigned)info->resets[BEAM_RESET_PIN],
-                 (unsigned)info->resets[BEAM_RESET_FAULT], (unsigned)info->resets[BEAM_RESET_WATCHDOG]);
-}
-
-static enum bf_status print_json(const struct answer *a, struct bf_error *err)
+static enum bf_status print(const struct answer *a, struct bf_error *err)
 {
     const struct beam_info *info = &a->link->info;
     const struct {
@@ -255,56 +251,10 @@ static enum bf_status print_json(const struct answer *a, struct bf_error *err)
     json_put_number(root, "alarm_ratio", (double)a->setup.alarm_ratio);
     json_put_number(root, "clear_ratio", (double)a->setup.clear_ratio);
     json_put_number(root, "averaging_s", (double)a->setup.averaging_s);
-    print_json_latch(root, info);
-    print_json_resets(root, info);
-    print_json_drive(root, a);
+    put_latch(root, info);
+    put_resets(root, info);
+    put_drive(root, a);
     return answer_print_and_free(root, fields, err);
-}
-
-static void print_drive(const struct answer *a)
-{
-    const double rate_Hz = sample_Hz(&a->link->info);
-    const struct beam_drive *drive = &a->drive;
-    if (!(drive->amplitude > 0.0F)) {
-        (void)printf("Drive     off\n");
-        return;
-    }
-    (void)printf("Drive     chirp from %.4g to %.4g Hz, amplitude %.4g (input's unit)", chirp_start_Hz(drive, rate_Hz),
-                 chirp_end_Hz(drive, rate_Hz), (double)drive->amplitude * (double)a->setup.drive_V_per_code);
-    if (drive->burst > 0)
-        (void)printf(", %.4g s long", (double)drive->burst / rate_Hz);
-    if (drive->period > 0)
-        (void)printf(", again every %.4g s", (double)drive->period / rate_Hz);
-    (void)printf("\n");
-}
-
-static void print_text(const struct answer *a)
-{
-    const struct beam_info *info = &a->link->info;
-    (void)printf("Board     %s, firmware %s, at %s\n", a->device, a->firmware, port_path(a->link->port));
-    (void)printf("Sampling  %.6g Hz; longest sample interrupt %u us; %u samples missed\n", sample_Hz(info),
-                 (unsigned)info->worst_step_us, (unsigned)info->missed);
-    (void)printf("Step      at most %u instructions of the %u that %.4g MHz leave; longest in the proof run %u us\n",
-                 (unsigned)info->step_bound, (unsigned)info->step_budget, 1e-6 * (double)info->core_Hz,
-                 (unsigned)info->proof_us);
-    (void)printf("Model     %s, counter %u, of model file %.12s...\n", link_running_name(info->running),
-                 (unsigned)info->counter, a->sha256);
-    (void)printf(
-        "Alarm     residual above %.3g times the expected noise of %.4g (output's unit), over %.3g s; off below "
-        "%.3g\n",
-        (double)a->setup.alarm_ratio, (double)a->setup.noise_rms, (double)a->setup.averaging_s,
-        (double)a->setup.clear_ratio);
-    print_latch(info);
-    print_resets(info);
-    print_drive(a);
-    (void)printf("Store     slot 0 %s, slot 1 %s, greatest counter %u; %u failed writes\n",
-                 link_slot_name(info->slot_state[0]), link_slot_name(info->slot_state[1]), (unsigned)info->stored,
-                 (unsigned)info->nvm_errors);
-    (void)printf("Line      %u bad frames, %u samples found no room\n", (unsigned)info->frames_bad,
-                 (unsigned)info->overrun);
-    (void)printf("Refused   %u images, %u keys\n", (unsigned)info->refused, (unsigned)info->wrong_keys);
-    if (info->last_fault != BEAM_IMAGE_FINE)
-        (void)printf("          the last image: %s\n", beam_image_fault_text((enum beam_image_fault)info->last_fault));
 }
 
 static enum bf_status acknowledge(const struct arguments *a, struct link *link, struct bf_error *err)
@@ -327,10 +277,8 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     enum bf_status status = a.acknowledge ? acknowledge(&a, &link, err) : BF_OK;
     if (status == BF_OK)
         status = ask(&link, &answer, err);
-    if (status == BF_OK && a.json)
-        status = print_json(&answer, err);
-    else if (status == BF_OK)
-        print_text(&answer);
+    if (status == BF_OK)
+        status = print(&answer, err);
     link_close(&link);
     return status;
 }

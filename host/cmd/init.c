@@ -11,6 +11,7 @@
 static const struct answer_field fields[] = {
     ANSWER_ROW(TEXT, "file", "the file that was written"),
     ANSWER_ROW(NUMBER_MAP, "parameters", "start values by name, in SI units"),
+    ANSWER_SAY("{file}: look through it, then `{next.0}`"),
     {0},
 };
 
@@ -37,8 +38,7 @@ enum option_code {
     OPT_PATCH,
     OPT_PATCH_SIDES,
     OPT_INPUT,
-    OPT_OUTPUT,
-    OPT_JSON
+    OPT_OUTPUT
 };
 
 static const struct option_row options[] = {
@@ -68,7 +68,7 @@ static const struct option_row options[] = {
      "of the record. Default: hammer_N, and piezo_V or accel_mps2"},
     {'o', 'o', NULL, "FILE", NULL, "where to write the model (default: standard output)"},
     {OPTION_FORCE, 0, "force", NULL, NULL, "replace FILE even when `init` has not made it or somebody has changed it"},
-    OPTIONS_ANSWER(OPT_JSON),
+    OPTIONS_ANSWER,
     {0},
 };
 
@@ -89,7 +89,6 @@ struct arguments {
     struct model_input inputs[MOST_CHANNELS];
     struct model_output outputs[MOST_CHANNELS];
     const char *output;
-    bool json;
 };
 
 static enum bf_status take_material(struct arguments *a, const char *name, struct bf_error *err)
@@ -229,9 +228,6 @@ static enum bf_status take_option(struct arguments *a, int code, int argc, char 
             return take_output(a, optarg, err);
         a->output = optarg; /* as --output of the other commands */
         return BF_OK;
-    case OPT_JSON:
-        a->json = true;
-        return BF_OK;
     case 'o':
         a->output = optarg;
         return BF_OK;
@@ -308,7 +304,7 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
             return BF_USAGE;
     if (optind < argc)
         return bf_fail(err, BF_USAGE, "'%.60s' is too much; name the file with -o", argv[optind]);
-    if (options_one_answer(a->json, a->output, err) != BF_OK)
+    if (options_one_answer(a->output, err) != BF_OK)
         return BF_USAGE;
     fill_beam(a);
     return place_on_patches(a, err);
@@ -325,23 +321,18 @@ static enum bf_status write_file(const char *path, const char *text, struct bf_e
     return atomic_commit(&out, err);
 }
 
-static enum bf_status answer(const char *path, const struct model *model, bool json, struct bf_error *err)
+static enum bf_status answer(const char *path, const struct model *model, struct bf_error *err)
 {
     struct parameter_ref *refs;
-    size_t n = model_parameters(model, NULL, 0, &refs);
-    struct json *root = json ? json_new_object() : NULL, *parameters = NULL;
-    if (json) {
-        json_put_text(root, "file", path);
-        parameters = json_put(root, "parameters", json_new_object());
-        for (size_t i = 0; i < n; i++)
-            json_put_number(parameters, refs[i].label, refs[i].value);
-        answer_next(root, "beamfit", "modes", path, NULL);
-        answer_next(root, "beamfit", "fit", path, "RECORD...", "-o", "FITTED", NULL);
-    } else {
-        (void)printf("%s: look through it, then `beamfit modes %s`\n", path, path);
-    }
+    const size_t n = model_parameters(model, NULL, 0, &refs);
+    struct json *root = json_new_object(), *parameters = json_put(root, "parameters", json_new_object());
+    json_put_text(root, "file", path);
+    for (size_t i = 0; i < n; i++)
+        json_put_number(parameters, refs[i].label, refs[i].value);
+    answer_next(root, "beamfit", "modes", path, NULL);
+    answer_next(root, "beamfit", "fit", path, "RECORD...", "-o", "FITTED", NULL);
     free(refs);
-    return json ? answer_print_and_free(root, fields, err) : BF_OK;
+    return answer_print_and_free(root, fields, err);
 }
 
 static enum bf_status run(int argc, char **argv, struct bf_error *err)
@@ -366,7 +357,7 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     } else {
         status = write_file(a.output, text, err);
         if (status == BF_OK)
-            status = answer(a.output, &model, a.json, err);
+            status = answer(a.output, &model, err);
     }
     free(text);
     model_free(&model);

@@ -11,10 +11,14 @@
 #include "record/record.h"
 
 static const struct answer_field mode_fields[] = {
-    ANSWER_ROW(NUMBER, "frequency_Hz", "natural frequency without damping"),
+    ANSWER_CELL("mode", "{@}"),
+    ANSWER_ROW(NUMBER, "frequency_Hz", "natural frequency without damping", .digits = -5, .text = "frequency"),
     ANSWER_ROW(NUMBER, "damped_pole_Hz", "of the damped oscillation"),
-    ANSWER_ROW(NUMBER, "damping_ratio", "share of critical damping"),
-    ANSWER_ROW(NUMBER, "uniform_relative_error", "frequency error of the seed paper's 10 equidistant splines"),
+    ANSWER_ROW(NUMBER, "damping_ratio", "share of critical damping", .digits = -6, .text = "damping ratio"),
+    ANSWER_ROW(NUMBER, "deployed_relative_error", "frequency error in the space for the target; null: beyond it",
+               .digits = 2, .flags = ANSWER_ALL, .text = "on the target"),
+    ANSWER_ROW(NUMBER, "uniform_relative_error", "frequency error of the seed paper's 10 equidistant splines",
+               .digits = -4, .flags = ANSWER_ALL | ANSWER_PERCENT, .text = "of 10 splines"),
     {0},
 };
 
@@ -22,35 +26,50 @@ static const struct answer_field deployed_fields[] = {
     ANSWER_ROW(COUNT, "dimension", "of the space for the target"),
     ANSWER_ROW(TEXT, "basis", "what spans it"),
     ANSWER_ROW(NUMBERS, "relative_error", "frequency error in it, one for each mode in band"),
+    ANSWER_SAY(
+        "\nErrors of the frequency: in the target's space of dimension {dimension} ({basis}), and in the space of "
+        "the seed paper's 10 equidistant splines. Doubling the splines moves these frequencies by "
+        "{spline_doubling_relative_change} at most.",
+        .flags = ANSWER_ALL),
     {0},
 };
+
+/* A row of the errors of the first five modes. */
+#define CONVERGENCE(errors)                                                                                            \
+    ANSWER_CELL("elements", "{elements}"), ANSWER_CELL("mode 1", "[{" errors ".0}]"),                                  \
+        ANSWER_CELL("mode 2", "[{" errors ".1}]"), ANSWER_CELL("mode 3", "[{" errors ".2}]"),                          \
+        ANSWER_CELL("mode 4", "[{" errors ".3}]"), ANSWER_CELL("mode 5", "[{" errors ".4}]")
 
 static const struct answer_field convergence_fields[] = {
     ANSWER_ROW(COUNT, "elements", "cubic splines over the span"),
-    ANSWER_ROW(NUMBERS, "knots_on_edges", "relative frequency error, one for each mode"),
-    ANSWER_ROW(NUMBERS, "equidistant", "the same for evenly spaced knots"),
+    ANSWER_ROW(NUMBERS, "knots_on_edges", "relative frequency error, one for each mode", .digits = 2),
+    ANSWER_ROW(NUMBERS, "equidistant", "the same for evenly spaced knots", .digits = 2),
+    CONVERGENCE("equidistant"),
     {0},
 };
 
-static const struct answer_field measured_fields[] = {
-    ANSWER_ROW(NUMBER, "frequency_Hz", "measured"),
-    ANSWER_ROW(NUMBER, "sd_Hz", "its standard error, as the list says"),
-    ANSWER_ROW(NUMBER, "damping_ratio", "measured"),
-    {ANSWER_COUNT, "mode", "of the model, 1 the lowest; null: it has none there", NULL, ANSWER_NULL, NULL},
-    ANSWER_ROW(NUMBER, "model_Hz", "of that mode"),
-    ANSWER_ROW(NUMBER, "ratio", "measured over the model's"),
+/* The same list again, with the other knots. */
+static const struct answer_field edges_fields[] = {
+    ANSWER_ROW(COUNT, "elements", ""),
+    ANSWER_ROW(NUMBERS, "knots_on_edges", "", .digits = 2),
+    CONVERGENCE("knots_on_edges"),
     {0},
 };
 
 static const struct answer_field fields[] = {
-    ANSWER_ROW_OF(LIST, "modes", "lowest first", mode_fields),
-    ANSWER_ROW_OF(OBJECT, "deployed", "the space that would go on the target", deployed_fields),
-    ANSWER_ROW(NUMBER, "spline_doubling_relative_change", "of the frequencies, at most"),
-    {ANSWER_LIST, "convergence", "with --convergence", convergence_fields, ANSWER_MAYBE, NULL},
-    {ANSWER_LIST, "measured", "with --measured, as the list has them", measured_fields, ANSWER_MAYBE, NULL},
-    {ANSWER_NUMBER, "common_factor", "with --measured: by which all are off", NULL, ANSWER_MAYBE, NULL},
-    {ANSWER_NUMBER, "spread", "with --measured: of the factors, relative", NULL, ANSWER_MAYBE, NULL},
-    {ANSWER_TEXT, "text", "with --measured: what that says", NULL, ANSWER_MAYBE, NULL},
+    ANSWER_ROW_OF(LIST, "modes", "lowest first", mode_fields, .flags = ANSWER_TABLE, .text = ""),
+    ANSWER_ROW_OF(OBJECT, "deployed", "the space that would go on the target", deployed_fields, .text = ""),
+    ANSWER_ROW(NUMBER, "spline_doubling_relative_change", "of the frequencies, at most", .digits = 2),
+    ANSWER_ROW_OF(LIST, "convergence", "with --convergence", convergence_fields, .flags = ANSWER_MAYBE | ANSWER_TABLE,
+                  .text = "\nRelative frequency error, equidistant knots (C²; the seed paper's space)"),
+    ANSWER_ROW_OF(LIST, "convergence", "", edges_fields, .flags = ANSWER_AGAIN | ANSWER_TABLE,
+                  .text = "\nRelative frequency error, double knots on the region edges"),
+    ANSWER_ROW_OF(LIST, "measured", "with --measured, as the list has them", pole_table_fields,
+                  .flags = ANSWER_MAYBE | ANSWER_TABLE, .text = "\nMeasured frequencies beside them"),
+    ANSWER_ROW(NUMBER, "common_factor", "with --measured: by which all are off", .flags = ANSWER_MAYBE),
+    ANSWER_ROW(NUMBER, "spread", "with --measured: of the factors, relative", .flags = ANSWER_MAYBE),
+    ANSWER_ROW(TEXT, "text", "with --measured: what that says", .flags = ANSWER_MAYBE),
+    ANSWER_SAY("[\n{text}]"),
     {0},
 };
 
@@ -58,17 +77,17 @@ static const char help[] =
     "Usage: beamfit modes MODEL [-n COUNT] [--band HZ] [--shapes FILE] [--measured LIST] [--convergence] [--plot DIR] "
     "[--json]\n"
     "\n"
-    "Natural frequencies, damping ratios and shapes of a model, linear effects included, from a converged spline "
-    "model;\n"
-    "and the frequency errors of the 10-dimensional space that would go on the target (lowest modes and static\n"
-    "responses to inputs and outputs) and of the seed paper's 10 equidistant cubic splines.\n";
+    "Natural frequencies, damping ratios and shapes of a model, linear effects included, from a converged spline\n"
+    "model; and the frequency errors of the 10-dimensional space that would go on the target (lowest modes and\n"
+    "static responses to inputs and outputs) and of the seed paper's 10 equidistant cubic splines.\n";
 
 static const struct option_row options[] = {
     {'n', 'n', "count", "COUNT", NULL, "modes to print (default 5, at most 24)"},
     {'b', 0, "band", "HZ", NULL, "modes up to this frequency must be right on the target (default: all it spans)"},
     {'s', 0, "shapes", "FILE", NULL, "mode shapes as CSV: x_m, then one column a mode, largest deflection 1"},
     {'m', 0, "measured", "LIST", NULL,
-     "beside frequencies that were measured: a file with a mode a line, frequency_Hz[, sd_Hz[, damping_ratio]]; says "
+     "beside frequencies that were measured: a file with a mode a line, frequency_Hz[, sd_Hz[, damping_ratio]], or a "
+     "first line of names (docs/records.md); says "
      "which mode each is, whether all are off by one factor, and which is no mode of the model"},
     {'c', 0, "convergence", NULL, NULL,
      "also the error of each mode against the number of elements, for equidistant knots and for double "
@@ -76,8 +95,8 @@ static const struct option_row options[] = {
     {'p', 0, "plot", "DIR", NULL, "shapes, and with --convergence the errors, as PNG and PDF in DIR"},
     {OPTION_FORCE, 0, "force", NULL, NULL,
      "replace outputs even when `modes` has not made them or somebody has changed them"},
-    {'A', 0, "all", NULL, NULL, "all columns: the errors on the target and of the seed paper's splines, too"},
-    OPTIONS_ANSWER('j'),
+    {OPTION_ALL, 'A', "all", NULL, NULL, "all columns: the errors on the target and of the seed paper's splines, too"},
+    OPTIONS_ANSWER,
     {0},
 };
 
@@ -94,7 +113,7 @@ struct arguments {
     const char *model, *shapes, *plot, *measured;
     size_t count;
     double band_Hz;
-    bool json, convergence, all, counted;
+    bool convergence, counted;
 };
 
 static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
@@ -116,9 +135,6 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
         case 's':
             a->shapes = optarg;
             break;
-        case 'A':
-            a->all = true;
-            break;
         case 'c':
             a->convergence = true;
             break;
@@ -127,9 +143,6 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
             break;
         case 'm':
             a->measured = optarg;
-            break;
-        case 'j':
-            a->json = true;
             break;
         default:
             return BF_USAGE;
@@ -202,23 +215,6 @@ static enum bf_status converge(const struct model *model, size_t n, struct conve
     return status;
 }
 
-static void print_convergence(const struct convergence *c, size_t n)
-{
-    size_t shown = n < 5 ? n : 5;
-    for (int uniform = 1; uniform >= 0; uniform--) {
-        (void)printf("\nRelative frequency error, %s\n elements",
-                     uniform ? "equidistant knots (C²; the seed paper's space)" : "double knots on the region edges");
-        for (size_t k = 0; k < shown; k++)
-            (void)printf("    mode %zu", k + 1);
-        for (int i = 0; i < SIZES; i++) {
-            (void)printf("\n  %7zu", elements[i]);
-            for (size_t k = 0; k < shown; k++)
-                (void)printf("  %8.1e", uniform ? c->uniform[i][k] : c->edges[i][k]);
-        }
-        (void)printf("\n");
-    }
-}
-
 static enum bf_status plot_errors(const struct arguments *a, const struct convergence *c, size_t n,
                                   struct bf_error *err)
 {
@@ -249,52 +245,22 @@ static enum bf_status plot_errors(const struct arguments *a, const struct conver
 
 /* ---- Answers ---- */
 
-static void print_errors(const struct mode *mode)
-{
-    if (isnan(mode->deployed_error))
-        (void)printf("%14s", "-");
-    else
-        (void)printf("%+14.1e", mode->deployed_error);
-    if (isnan(mode->uniform_error))
-        (void)printf("%17s", "-");
-    else
-        (void)printf("%+15.4f %%", 100.0 * mode->uniform_error);
-}
-
-static void print_table(const struct modes *m, bool all)
-{
-    (void)printf("mode   frequency    damping ratio%s\n", all ? "   on the target   of 10 splines" : "");
-    for (size_t k = 0; k < m->n; k++) {
-        const struct mode *mode = &m->mode[k];
-        (void)printf("%4zu  %10.5f Hz   %.6f", k + 1, mode->undamped_Hz, mode->damping_ratio);
-        if (all)
-            print_errors(mode);
-        (void)putchar('\n');
-    }
-    if (all) {
-        text_say(
-            stdout, "\n", 0,
-            "Errors of the frequency: in the target's space of dimension %zu (%zu modes, %zu static responses; modes "
-            "in band: %zu), and in the space of the seed paper's 10 equidistant splines. Doubling the splines moves "
-            "these frequencies by %.1e at most.",
-            m->deployed_modes + m->deployed_statics, m->deployed_modes, m->deployed_statics, m->in_band,
-            m->convergence);
-    }
-}
-
 static struct json *make_json(const struct arguments *a, const struct modes *m, const struct convergence *c)
 {
+    char basis[80];
     struct json *root = json_new_object(), *list = json_put(root, "modes", json_new_array());
     for (size_t k = 0; k < m->n; k++) {
         struct json *one = json_push(list, json_new_object());
         json_put_number(one, "frequency_Hz", m->mode[k].undamped_Hz);
         json_put_number(one, "damped_pole_Hz", m->mode[k].frequency_Hz);
         json_put_number(one, "damping_ratio", m->mode[k].damping_ratio);
+        json_put_number(one, "deployed_relative_error", m->mode[k].deployed_error);
         json_put_number(one, "uniform_relative_error", m->mode[k].uniform_error);
     }
     struct json *deployed = json_put(root, "deployed", json_new_object());
     json_put_number(deployed, "dimension", (double)(m->deployed_modes + m->deployed_statics));
-    json_put_text(deployed, "basis", "modes and static responses");
+    (void)snprintf(basis, sizeof basis, "%zu modes and %zu static responses", m->deployed_modes, m->deployed_statics);
+    json_put_text(deployed, "basis", basis);
     struct json *errors = json_put(deployed, "relative_error", json_new_array());
     for (size_t k = 0; k < m->in_band; k++)
         json_push_number(errors, m->mode[k].deployed_error);
@@ -322,21 +288,16 @@ static enum bf_status answer(const struct arguments *a, const struct model *mode
     enum bf_status status = a->convergence ? converge(model, m->n, c, err) : BF_OK;
     if (status == BF_OK && a->shapes != NULL)
         status = write_shapes(a, m, err);
-    if (status == BF_OK && a->json) {
+    if (status == BF_OK) {
         struct json *root = make_json(a, m, c);
         if (a->measured != NULL)
             pole_table_json(root, table);
         status = answer_print_and_free(root, fields, err);
-    } else if (status == BF_OK) {
-        if (a->measured != NULL)
-            pole_table_print(stdout, table, m);
-        else
-            print_table(m, a->all);
-        if (a->convergence)
-            print_convergence(c, m->n);
     }
     if (status == BF_OK && a->plot != NULL)
         status = plot_shapes(a, m, err);
+    if (status == BF_OK && a->plot != NULL && table->n_pairs > 0)
+        status = pole_table_plot(table, text_base_name(a->measured), a->plot, err);
     if (status == BF_OK && a->plot != NULL && a->convergence)
         status = plot_errors(a, c, m->n, err);
     free(c);
@@ -355,7 +316,27 @@ static enum bf_status compute(struct arguments *a, const struct frequency_list *
         model_Hz[k] = modes->mode[k].undamped_Hz;
     if (status == BF_OK && measured->n > 0)
         pole_table_make(measured, model_Hz, modes->n, table);
+    if (status == BF_OK) {
+        pole_table_damping(table, modes);
+        pole_table_shapes(table, measured, modes);
+    }
     return status;
+}
+
+/* What may not be replaced is said before the work. */
+static enum bf_status prepare(const struct arguments *a, struct bf_error *err)
+{
+    char poles[PLOT_STEM];
+    const char *stems[3] = {"shapes"};
+    size_t n = 1;
+    if (a->convergence)
+        stems[n++] = "convergence";
+    if (a->measured != NULL) {
+        pole_table_stem(text_base_name(a->measured), poles);
+        stems[n++] = poles;
+    }
+    const enum bf_status status = atomic_check_file(a->shapes, err);
+    return status == BF_OK ? plot_prepare(a->plot, stems, n, err) : status;
 }
 
 static enum bf_status run(int argc, char **argv, struct bf_error *err)
@@ -372,9 +353,9 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
         frequency_list_free(&measured);
     if (status != BF_OK)
         return status;
-    if (a.plot != NULL)
-        (void)plot_can_draw(a.plot);
-    status = compute(&a, &measured, &model, &modes, &table, err);
+    status = prepare(&a, err);
+    if (status == BF_OK)
+        status = compute(&a, &measured, &model, &modes, &table, err);
     if (status == BF_OK) {
         status = answer(&a, &model, &modes, &table, err);
         modes_free(&modes);

@@ -12,39 +12,17 @@
 #include "show/show.h"
 #include "ground/ground.h"
 
-static const struct answer_field fields[] = {
-    ANSWER_ROW(NUMBER, "time_s", "the board's time since the first line"),
-    ANSWER_ROW(COUNT, "sequence", "the board's number of the newest sample"),
-    ANSWER_ROW(NUMBER, "measured_rms", "of the sensor since the last line, in its unit"),
-    ANSWER_ROW(NUMBER, "predicted_rms", "of the model"),
-    ANSWER_ROW(NUMBER, "residual_rms", "of their difference"),
-    ANSWER_ROW(NUMBER, "ratio", "residual over the expected noise"),
-    ANSWER_ROW(NUMBER, "innovation_ratio", "what the board's observer leaves of it, over the same noise"),
-    ANSWER_ROW(BOOL, "alarm", "the board has raised it"),
-    ANSWER_ROW(BOOL, "disturbed", "the observer explains what the model does not: a push"),
-    ANSWER_ROW(BOOL, "clipped", "the sensor was at an end of its range"),
-    ANSWER_ROW(TEXT, "sensor", "what is wrong with the sensor; empty: in order"),
-    ANSWER_ROW(COUNT, "counter", "of the image"),
-    ANSWER_ROW(COUNT, "samples", "that came"),
-    ANSWER_ROW(COUNT, "lost", "that did not come"),
-    ANSWER_ROW(COUNT, "crc_failures", "frames with a wrong CRC-32"),
-    ANSWER_ROW(COUNT, "bad_frames", "starts of frames that were none"),
-    {0},
-};
-
 static const char help[] =
     "Usage: beamfit monitor --port PORT [--seconds S] [--plot DIR] [options]\n"
     "\n"
-    "Shows live how well the board's model predicts what its sensor measures: measured, predicted, their difference, "
-    "and\n"
-    "that difference over the expected noise. A ratio near 1 means that the model explains all but noise; the board "
-    "raises\n"
-    "its alarm when its observer does not explain the rest either, above a ratio that the image states (`beamfit "
-    "info`): a push\n"
-    "disturbs, a wrong model alarms. A sensor that is stuck, at an end of its range, "
-    "too\n"
-    "quiet or has an offset is said apart from that. Without --chirp nothing is changed.\n"
-    "On a terminal a few lines are redrawn ten times a second; piped, one line is printed each second.\n";
+    "Shows live how well the board's model predicts what its sensor measures: measured, predicted, their\n"
+    "difference, and that difference over the expected noise. A ratio near 1 means that the model explains all\n"
+    "but noise; the board raises its alarm when its observer does not explain the rest either, above a ratio that\n"
+    "the image states (`beamfit info`): a push disturbs, a wrong model alarms. A sensor that is stuck, at an end\n"
+    "of its range, too quiet or has an offset is said apart from that. Modes that the board follows (`beamfit\n"
+    "export --track`) are shown with two standard errors' worth of doubt in the pictures, one in the lines.\n"
+    "Without --chirp nothing is changed. On a\n"
+    "terminal a few lines are redrawn ten times a second; piped, one line is printed each second.\n";
 
 static const struct option_row options[] = {
     BOARD_OPTIONS,
@@ -57,10 +35,11 @@ static const struct option_row options[] = {
      "needs --key FILE, the board's key. Else nothing is driven: a drive ends with its session"},
     {'k', 0, "key", "FILE", NULL, "the board's secret key, for --chirp"},
     {'m', 0, "model", "MODEL", NULL, "name of the sensor's channel (default piezo_V)"},
-    {'d', 0, "plot", "DIR", NULL, "pictures at the end: live (signals, residual, ratio), live-panels (spectra)"},
+    {'d', 0, "plot", "DIR", NULL,
+     "pictures at the end: live (signals, residual, ratio), live-panels (spectra), live-tracking (followed modes)"},
     {OPTION_FORCE, 0, "force", NULL, NULL,
      "replace pictures even when `monitor` has not made them or somebody has changed them"},
-    OPTIONS_JSON('j'),
+    OPTIONS_JSON,
     {0},
 };
 
@@ -68,8 +47,8 @@ static const char closing[] =
     "Example:\n"
     "  beamfit monitor --port /dev/ttyUSB0 --baud 921600 --seconds 60 --plot pictures\n"
     "\n"
-    "Exit status: 0 done; 2 usage; 3 MODEL bad, or DIR not writable; 5 no port, no answer, or the\n"
-    "board fell silent.\n";
+    "Exit status: 0 done; 2 usage; 3 MODEL bad, or DIR not writable; 5 no port, no answer, or the board fell\n"
+    "silent.\n";
 
 struct arguments {
     struct board_options board;
@@ -78,7 +57,6 @@ struct arguments {
     bool drives;
     double seconds, every_s, window_s;
     long prescale;
-    bool json;
 };
 
 static enum bf_status take_option(struct arguments *a, int code, struct bf_error *err)
@@ -104,9 +82,6 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
     case 'c':
         a->drives = true;
         return chirp_read(optarg, &a->chirp, err);
-    case 'j':
-        a->json = true;
-        return BF_OK;
     default:
         return board_take_option(code, &a->board, err);
     }
@@ -160,6 +135,8 @@ static enum bf_status watch(const struct arguments *a, struct capture *c, struct
             next = last;
         if (look(a, c, view->panel, view->panel ? last : next, err) != BF_OK)
             return err->status;
+        if (monitor_track(view, c, err) != BF_OK)
+            return err->status;
         monitor_show(view, c);
         while ((int32_t)(c->newest - next) >= 0)
             next += every;
@@ -184,18 +161,18 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     struct arguments a = {.every_s = 1.0, .window_s = 10.0};
     struct capture c = {0};
     struct monitor_view view = {0};
-    if (parse(argc, argv, &a, err) != BF_OK || capture_name(&c, a.model, err) != BF_OK)
+    if (parse(argc, argv, &a, err) != BF_OK || capture_name(&c, a.model, err) != BF_OK ||
+        plot_prepare(a.plot, (const char *const[]){"live", "live-panels", "live-tracking"}, 3, err) != BF_OK)
         return err->status;
-    if (a.plot != NULL)
-        (void)plot_can_draw(a.plot);
     progress_catch_interrupts();
     if (capture_open(&c, &a.board, a.prescale, err) != BF_OK)
         return err->status;
-    view.json = a.json;
-    view.panel = !a.json && isatty(STDOUT_FILENO) == 1;
+    view.panel = options_format() == OPTIONS_TEXT && isatty(STDOUT_FILENO) == 1;
     view.every_s = a.every_s;
     view.window_s = a.window_s;
-    enum bf_status status = capture_start(&c, err);
+    enum bf_status status = monitor_track(&view, &c, err); /* before the stream: is there anything to follow? */
+    if (status == BF_OK)
+        status = capture_start(&c, err);
     if (status == BF_OK && a.drives)
         status = drive(&a, &c, err);
     if (status == BF_OK)
@@ -207,10 +184,11 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     if (status == BF_OK)
         status = capture_stop(&c, err);
     if (status == BF_OK && a.plot != NULL) {
-        status = monitor_plot(&c, a.plot, err);
-        if (status == BF_OK && !a.json && plot_can_draw(NULL))
+        status = monitor_plot(&view, &c, a.plot, err);
+        if (status == BF_OK && options_format() == OPTIONS_TEXT && plot_can_draw(NULL))
             (void)printf("Pictures: %s/live.png, live-panels.png\n", a.plot);
     }
+    monitor_end(&view);
     capture_close(&c);
     return status;
 }
@@ -222,6 +200,6 @@ const struct command command_monitor = {
     .help = help,
     .options = options,
     .closing = closing,
-    .answer = fields,
+    .answer = monitor_fields,
     .run = run,
 };

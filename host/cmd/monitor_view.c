@@ -17,6 +17,22 @@ void monitor_begin(struct monitor_view *v, const struct capture *c)
     v->seen = v->samples = v->lost = 0;
 }
 
+void monitor_end(struct monitor_view *v)
+{
+    monitor_tracking_free(&v->tracking);
+}
+
+enum bf_status monitor_track(struct monitor_view *v, struct capture *c, struct bf_error *err)
+{
+    const struct monitor_tracking *t = &v->tracking;
+    const double time_s = v->asked ? (double)(c->newest - v->first) / c->recording.sample_Hz : 0.0;
+    if (v->asked && (t->n == 0 || time_s - t->points[t->n - 1].time_s < 0.99 * v->every_s))
+        return BF_OK;
+    const bool first = !v->asked;
+    v->asked = true;
+    return monitor_tracking_read(&v->tracking, &c->link, time_s, first, err);
+}
+
 /* ---- What is shown ---- */
 
 struct now {
@@ -59,27 +75,55 @@ static struct now measure(const struct monitor_view *v, const struct capture *c)
 
 /* ---- Lines ---- */
 
-static void show_line(struct monitor_view *v, const struct capture *c, const struct now *now)
-{
-    const bool alarm = (now->status & BEAM_LIVE_ALARM) != 0;
-    if (alarm != v->alarm)
-        (void)printf("%8.2f s  %s\n", now->time_s,
-                     alarm ? "ALARM: the model no longer explains the measurement" : "alarm off");
-    v->alarm = alarm;
-    const char *fault = link_sensor_fault(now->status);
-    (void)printf(
-        "%8.2f s  %s measured %.4g, predicted %.4g, residual %.4g rms; ratio to noise %.3g, observed %.3g%s%s%s%s; "
-        "%llu lost\n",
-        now->time_s, c->output, now->measured_rms, now->predicted_rms, now->residual_rms, now->ratio,
-        now->innovation_ratio, alarm ? " ALARM" : "", now->status & BEAM_LIVE_DISTURBED ? " disturbed" : "",
-        fault[0] ? " SENSOR " : "", fault, (unsigned long long)v->lost);
-    (void)fflush(stdout);
-}
+static const struct answer_field mode_fields[] = {
+    ANSWER_ROW(COUNT, "mode", "of those that are followed, lowest first"),
+    ANSWER_ROW(NUMBER, "frequency_Hz", "as it is now", .digits = 5),
+    ANSWER_ROW(NUMBER, "frequency_se_Hz", "its standard error", .digits = 2),
+    ANSWER_ROW(NUMBER, "damping_ratio", "share of critical damping", .flags = ANSWER_PERCENT, .digits = 3),
+    ANSWER_ROW(NUMBER, "damping_ratio_se", "its standard error", .flags = ANSWER_PERCENT, .digits = 2),
+    ANSWER_ROW(NUMBER, "gain", "from drive to sensor, of the model's", .digits = 3),
+    ANSWER_ROW(NUMBER, "gain_se", "its standard error", .digits = 2),
+    ANSWER_SAY(
+        "            mode {mode}: {frequency_Hz} ± {frequency_se_Hz}, damping {damping_ratio} ± {damping_ratio_se}, "
+        "gain {gain} ± {gain_se}",
+        .flags = ANSWER_VERBATIM),
+    {0},
+};
 
-static void show_json(const struct monitor_view *v, const struct capture *c, const struct now *now)
+const struct answer_field monitor_fields[] = {
+    ANSWER_ROW(NUMBER, "time_s", "the board's time since the first line", .digits = -2),
+    ANSWER_ROW(COUNT, "sequence", "the board's number of the newest sample"),
+    ANSWER_ROW(NUMBER, "measured_rms", "of the sensor since the last line, in its unit", .digits = 4),
+    ANSWER_ROW(NUMBER, "predicted_rms", "of the model", .digits = 4),
+    ANSWER_ROW(NUMBER, "residual_rms", "of their difference", .digits = 4),
+    ANSWER_ROW(NUMBER, "ratio", "residual over the expected noise", .digits = 3),
+    ANSWER_ROW(NUMBER, "innovation_ratio", "what the board's observer leaves of it, over the same noise", .digits = 3),
+    ANSWER_ROW(BOOL, "alarm", "the board has raised it"),
+    ANSWER_ROW(BOOL, "disturbed", "the observer explains what the model does not: a push"),
+    ANSWER_ROW(BOOL, "clipped", "the sensor was at an end of its range"),
+    ANSWER_ROW(TEXT, "sensor", "what is wrong with the sensor; empty: in order"),
+    ANSWER_ROW(COUNT, "counter", "of the image"),
+    ANSWER_ROW(COUNT, "samples", "that came"),
+    ANSWER_ROW(COUNT, "lost", "that did not come"),
+    ANSWER_ROW(COUNT, "crc_failures", "frames with a wrong CRC-32"),
+    ANSWER_ROW(COUNT, "bad_frames", "starts of frames that were none"),
+    ANSWER_ROW(TEXT, "channel", "of the model, on the sensor"),
+    ANSWER_ROW(TEXT, "event", "what has changed; empty: nothing"),
+    ANSWER_SAY("[{time_s}  {event}]"),
+    ANSWER_SAY("{time_s}  {channel} measured {measured_rms}, predicted {predicted_rms}, residual {residual_rms} rms; "
+               "ratio to noise {ratio}, observed {innovation_ratio}{alarm? ALARM|}{disturbed? disturbed|}[ SENSOR "
+               "{sensor}]; {lost} lost",
+               .flags = ANSWER_VERBATIM),
+    ANSWER_ROW_OF(LIST, "modes", "that the board follows beside the model; empty: its image asks for none", mode_fields,
+                  .text = ""),
+    {0},
+};
+
+static void show_line(struct monitor_view *v, const struct capture *c, const struct now *now)
 {
     struct bf_error ignored;
     struct json *root = json_new_object();
+    const bool alarm = (now->status & BEAM_LIVE_ALARM) != 0;
     json_put_number(root, "time_s", now->time_s);
     json_put_number(root, "sequence", c->newest);
     json_put_number(root, "measured_rms", now->measured_rms);
@@ -87,7 +131,7 @@ static void show_json(const struct monitor_view *v, const struct capture *c, con
     json_put_number(root, "residual_rms", now->residual_rms);
     json_put_number(root, "ratio", now->ratio);
     json_put_number(root, "innovation_ratio", now->innovation_ratio);
-    json_put_bool(root, "alarm", (now->status & BEAM_LIVE_ALARM) != 0);
+    json_put_bool(root, "alarm", alarm);
     json_put_bool(root, "disturbed", (now->status & BEAM_LIVE_DISTURBED) != 0);
     json_put_bool(root, "clipped", (now->status & BEAM_LIVE_CLIPPED) != 0);
     json_put_text(root, "sensor", link_sensor_fault(now->status));
@@ -96,7 +140,14 @@ static void show_json(const struct monitor_view *v, const struct capture *c, con
     json_put_number(root, "lost", (double)v->lost);
     json_put_number(root, "crc_failures", (double)c->stream.crc_failures);
     json_put_number(root, "bad_frames", (double)c->link.xcp.receiver.resyncs);
-    (void)answer_print_line_and_free(root, &ignored); /* main() looks at standard output's state */
+    monitor_tracking_json(&v->tracking, root);
+    json_put_text(root, "channel", c->output);
+    json_put_text(root, "event",
+                  alarm == v->alarm ? ""
+                  : alarm           ? "ALARM: the model no longer explains the measurement"
+                                    : "alarm off");
+    v->alarm = alarm;
+    (void)answer_print_line_and_free(root, monitor_fields, &ignored); /* main() looks at standard output's state */
     (void)fflush(stdout);
 }
 
@@ -168,7 +219,7 @@ static void show_panel(struct monitor_view *v, const struct capture *c, const st
     const size_t width = text_columns(), columns = width - 38 < MOST_COLUMNS ? width - 38 : MOST_COLUMNS;
     double peak[MOST_COLUMNS];
     if (v->drawn)
-        (void)printf("\033[%dA", PANEL_LINES);
+        (void)printf("\033[%dA", PANEL_LINES + (int)monitor_tracking_modes(&v->tracking));
     v->drawn = true;
     (void)printf("board %s  model %u  %.6g Hz  %.1f s  %s\033[K\n", c->device, now->status >> BEAM_LIVE_COUNTER,
                  c->recording.sample_Hz / c->recording.prescale, now->time_s,
@@ -183,6 +234,7 @@ static void show_panel(struct monitor_view *v, const struct capture *c, const st
     const double largest = find_peaks(v, c, RATIO, columns, peak);
     (void)printf("ratio to noise  %8.3g (alarm %5.3g)  ", now->ratio, (double)c->setup.alarm_ratio);
     draw_strip(columns, peak, fmax(largest, (double)c->setup.alarm_ratio));
+    monitor_tracking_print(&v->tracking, "\033[K\n");
     (void)printf("%llu samples, %llu lost, %llu CRC failures, %llu bad frames; Ctrl-C ends\033[K\n",
                  (unsigned long long)v->samples, (unsigned long long)v->lost,
                  (unsigned long long)c->stream.crc_failures, (unsigned long long)c->link.xcp.receiver.resyncs);
@@ -193,9 +245,7 @@ void monitor_show(struct monitor_view *v, const struct capture *c)
 {
     count(v, c);
     const struct now now = measure(v, c);
-    if (v->json)
-        show_json(v, c, &now);
-    else if (v->panel)
+    if (v->panel)
         show_panel(v, c, &now);
     else
         show_line(v, c, &now);
@@ -240,7 +290,8 @@ static double ratio(const struct beam_live *live)
     return (double)live->ratio;
 }
 
-enum bf_status monitor_plot(const struct capture *c, const char *directory, struct bf_error *err)
+enum bf_status monitor_plot(const struct monitor_view *v, const struct capture *c, const char *directory,
+                            struct bf_error *err)
 {
     const struct recording *r = &c->recording;
     const struct recording_summary s = recording_summarise(r);
@@ -275,6 +326,8 @@ enum bf_status monitor_plot(const struct capture *c, const char *directory, stru
     enum bf_status status = plot_live(&live, err);
     if (status == BF_OK)
         status = plot_panels(&panels, err);
+    if (status == BF_OK && v->tracking.n > 1)
+        status = monitor_tracking_plot(&v->tracking, directory, title, err);
     free(y), free(p), free(e), free(q);
     return status;
 }

@@ -11,7 +11,7 @@
 static const struct answer_field fields[] = {
     ANSWER_ROW(TEXT, "file", "the file that was written"),
     ANSWER_ROW(COUNT, "samples", "of the record"),
-    {ANSWER_NUMBER, "seconds", "it lasts", NULL, 0, "s"},
+    ANSWER_ROW(NUMBER, "seconds", "it lasts", .unit = "s", .digits = 4),
     ANSWER_ROW(NUMBER, "sample_Hz", "of the board"),
     ANSWER_ROW(COUNT, "prescale", "every so many samples only"),
     ANSWER_ROW(COUNT, "first_step", "step of the model in the first sample"),
@@ -21,7 +21,7 @@ static const struct answer_field fields[] = {
     ANSWER_ROW(COUNT, "bad_frames", "starts of frames that were none"),
     ANSWER_ROW(COUNT, "missed", "samples that the board was too slow for"),
     ANSWER_ROW(COUNT, "overrun", "samples that the line was too slow for"),
-    ANSWER_ROW(NUMBER, "noise_ratio", "residual over the expected noise"),
+    ANSWER_ROW(NUMBER, "noise_ratio", "residual over the expected noise", .digits = 3),
     ANSWER_ROW(COUNT, "alarms", "samples under alarm"),
     ANSWER_ROW(COUNT, "clipped", "samples at an end of the range"),
     ANSWER_ROW(COUNT, "sensor_faults", "samples in which the sensor was out of order"),
@@ -30,6 +30,8 @@ static const struct answer_field fields[] = {
     ANSWER_ROW(TEXT, "device", "identity of the board, 24 hexadecimal digits"),
     ANSWER_ROW(TEXT, "model_sha256", "of the model file behind the image"),
     ANSWER_ROW(TEXT, "ended", "why it ended early; empty: it did not"),
+    ANSWER_SAY("{file}: {samples} samples at {sample_Hz} ({seconds}), {gaps} {gaps#gap|gaps}[{noise_ratio?}; residual "
+               "{noise_ratio} times the expected noise at its end]"),
     {0},
 };
 
@@ -38,17 +40,15 @@ static const char help[] =
     "[options]\n"
     "\n"
     "Records what the board drives and measures, with what its model predicts, as the CSV that `beamfit fit` and\n"
-    "`beamfit replay` read. It begins at rest: the drive is turned off until the beam has settled, then the model is "
-    "put to\n"
-    "rest and the drive starts, in the same sample. Columns: time_s, INPUT, OUTPUT, predicted, residual, ratio "
-    "(residual\n"
-    "rms over the expected noise), sequence (the board's samples), step (of the model), codes (sensor in bits 0 to "
-    "15,\n"
-    "drive above), status, innovation (of the residual what the board's observer did not expect), innovation_ratio. "
-    "INPUT is held between samples, as a D/A converter does: fit it with --intersample zoh.\n"
+    "`beamfit replay` read. It begins at rest: the drive is turned off until the beam has settled, then the model\n"
+    "is put to rest and the drive starts, in the same sample. Columns: time_s, INPUT, OUTPUT, predicted,\n"
+    "residual, ratio (residual rms over the expected noise), sequence (the board's samples), step (of the model),\n"
+    "codes (sensor in bits 0 to 15, drive above), status, innovation (of the residual what the board's observer\n"
+    "did not expect), innovation_ratio. INPUT is held between samples, as a D/A converter does: fit it with\n"
+    "--intersample zoh.\n"
     "\n"
-    "Every sample carries its number and a CRC-32. A sample that did not come is never made up: OUT.csv is then the\n"
-    "longest stretch without a hole, names every hole in a line '# gap: ...', and a warning says so.\n";
+    "Every sample carries its number and a CRC-32. A sample that did not come is never made up: OUT.csv is then\n"
+    "the longest stretch without a hole, names every hole in a line '# gap: ...', and a warning says so.\n";
 
 static const struct option_row options[] = {
     BOARD_OPTIONS,
@@ -70,23 +70,21 @@ static const struct option_row options[] = {
      "115200 bit/s carries 216 a second and 921600 bit/s 1728. A record with P > 1 says nothing about the "
      "motion between its samples; raise --baud rather"},
     {'m', 0, "model", "MODEL", NULL, "names of the columns INPUT and OUTPUT (default drive_V, piezo_V)"},
-    OPTIONS_ANSWER('j'),
+    OPTIONS_ANSWER,
     {0},
 };
 
 static const char closing[] =
-    "Ctrl-C ends the recording; what has come is written. The drive ends with the recording; "
-    "should this program be killed or\n"
-    "the cable be cut, the board stops it by itself within two seconds.\n"
+    "Ctrl-C ends the recording; what has come is written. The drive ends with the recording; should this program\n"
+    "be killed or the cable be cut, the board stops it by itself within two seconds.\n"
     "\n"
     "Example:\n"
-    "  beamfit record --port /dev/ttyUSB0 --baud 921600 --key board.key --model fitted.yaml "
-    "--chirp 5:200:8:2 --seconds 16 -o run.csv\n"
+    "  beamfit record --port /dev/ttyUSB0 --baud 921600 --key board.key --model fitted.yaml --chirp 5:200:8:2 "
+    "--seconds 16 -o run.csv\n"
     "  beamfit fit fitted.yaml run.csv --intersample zoh -o better.yaml\n"
     "\n"
-    "Exit status: 0 done, also with gaps; 2 usage; 3 OUT.csv not writable, or MODEL bad; 5 no "
-    "port, no answer, the board\n"
-    "fell silent (what had come is written) or no two samples in a row arrived.\n";
+    "Exit status: 0 done, also with gaps; 2 usage; 3 OUT.csv not writable, or MODEL bad; 5 no port, no answer,\n"
+    "the board fell silent (what had come is written) or no two samples in a row arrived.\n";
 
 enum { MOST_SAMPLES = 2000000000, LONGEST_SETTLE_S = 3600 };
 enum drive_choice { BOARD_DRIVE_OFF, BOARD_DRIVE_ON, BOARD_DRIVE_KEEP, BOARD_DRIVE_CHIRP };
@@ -98,7 +96,7 @@ struct arguments {
     long samples, prescale;
     enum drive_choice drive;
     struct chirp chirp;
-    bool json, once, every, given_drive;
+    bool once, every, given_drive;
 };
 
 /* ---- Options ---- */
@@ -149,9 +147,6 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
             !(a->settle_s >= 0.0 && a->settle_s <= LONGEST_SETTLE_S))
             return bf_fail(err, BF_USAGE, "--settle '%.40s': give from 0 to %d seconds", optarg, LONGEST_SETTLE_S);
         return err->status;
-    case 'j':
-        a->json = true;
-        return BF_OK;
     default:
         return board_take_option(code, &a->board, err);
     }
@@ -297,7 +292,7 @@ static void warn(const struct outcome *o)
         bf_warn("the board missed %u samples meanwhile: its model is too large for its rate", missed);
 }
 
-static enum bf_status print_json(const struct outcome *o, struct bf_error *err)
+static enum bf_status print(const struct outcome *o, struct bf_error *err)
 {
     const struct capture *c = o->c;
     const struct recording_summary *summary = &o->summary;
@@ -342,12 +337,7 @@ static enum bf_status write_and_print(struct outcome *o, struct bf_error *err)
     if (record_write(o->a->output, &o->record, RECORDING_DIGITS, err) != BF_OK)
         return err->status;
     warn(o);
-    if (o->a->json)
-        return print_json(o, err);
-    (void)printf("%s: %zu samples at %.6g Hz (%.4g s), %zu gaps; residual %.3g times the expected noise at its end\n",
-                 o->a->output, o->record.n, 1.0 / o->record.dt_s, (double)o->record.n * o->record.dt_s,
-                 o->summary.breaks, o->summary.noise_ratio);
-    return BF_OK;
+    return print(o, err);
 }
 
 /* A board that falls silent ends the recording; what came before is worth keeping. */
@@ -373,7 +363,7 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     struct capture c = {0};
     if (parse(argc, argv, &a, err) != BF_OK || capture_name(&c, a.model, err) != BF_OK)
         return err->status;
-    if (atomic_check(a.output, err) != BF_OK)
+    if (atomic_check_file(a.output, err) != BF_OK)
         return err->status;
     progress_catch_interrupts();
     if (capture_open(&c, &a.board, a.prescale, err) != BF_OK)

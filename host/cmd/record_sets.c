@@ -23,13 +23,38 @@ static enum bf_status find_state(const struct model *model, struct record *recor
     return status;
 }
 
+/* Those over time first, in their order: the others are fitted beside them. */
+static void order(struct record_list *list)
+{
+    struct record *records = bf_alloc(list->n, sizeof *records);
+    const char **names = bf_alloc(list->n, sizeof *names);
+    size_t n = 0;
+    for (int sampled = 1; sampled >= 0; sampled--)
+        for (size_t i = 0; i < list->n; i++)
+            if ((list->records[i].kind == RECORD_SAMPLES) == (sampled == 1)) {
+                names[n] = list->names[i];
+                records[n++] = list->records[i];
+            }
+    free(list->records), free(list->names);
+    list->records = records, list->names = names;
+}
+
+size_t record_list_sampled(const struct record_list *list)
+{
+    size_t n = 0;
+    while (n < list->n && list->records[n].kind == RECORD_SAMPLES)
+        n++;
+    return n;
+}
+
 enum bf_status record_list_read(struct record_list *list, const struct model *model, struct bf_error *err)
 {
     list->records = bf_alloc(list->n_names, sizeof *list->records);
     for (; list->n < list->n_names; list->n++)
         if (record_read(list->names[list->n], &list->records[list->n], err) != BF_OK)
             return err->status;
-    for (size_t i = 0; i < list->n; i++)
+    order(list);
+    for (size_t i = 0; i < record_list_sampled(list); i++)
         if (find_state(model, &list->records[i], err) != BF_OK)
             return err->status;
     return BF_OK;
@@ -102,4 +127,20 @@ void record_sets_free(struct record_sets *sets)
 {
     record_list_free(&sets->fitted);
     record_list_free(&sets->held_out);
+}
+
+void record_sets_join(const struct record_sets *sets, struct record_join *out)
+{
+    const struct record_list *lists[2] = {&sets->fitted, &sets->held_out};
+    const size_t n_sampled[2] = {record_list_sampled(lists[0]), record_list_sampled(lists[1])};
+    size_t n = 0;
+    *out = (struct record_join){.n_sampled = n_sampled[0] + n_sampled[1],
+                                .n_sampled_held_out = n_sampled[1],
+                                .n_lines = lists[0]->n + lists[1]->n - n_sampled[0] - n_sampled[1],
+                                .n_lines_held_out = lists[1]->n - n_sampled[1]};
+    out->records = bf_alloc(lists[0]->n + lists[1]->n + 1, sizeof *out->records);
+    for (int lines = 0; lines < 2; lines++)
+        for (int i = 0; i < 2; i++)
+            for (size_t r = lines ? n_sampled[i] : 0; r < (lines ? lists[i]->n : n_sampled[i]); r++)
+                out->records[n++] = lists[i]->records[r];
 }

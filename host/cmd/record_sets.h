@@ -17,10 +17,12 @@ struct record_list {
 
 void record_list_add(struct record_list *list, const char *name);
 /*
- * Every name, in order; once. A record that begins in motion beside its input (initial_state_find()) is marked, and a warning says so. On failure the records before the bad one stay, to be freed as always.
+ * Every name, once; records over time in order, and then the others. A record that begins in motion beside its input (initial_state_find()) is marked, and a warning says so. On failure the records before the bad one stay, to be freed as always.
  */
 enum bf_status record_list_read(struct record_list *list, const struct model *model, struct bf_error *err);
 void record_list_free(struct record_list *list);
+/* How many of the records that were read are over time; lists of frequencies and spectra without phase stand behind them. */
+size_t record_list_sampled(const struct record_list *list);
 
 /* Starts empty ({0}). */
 struct record_sets {
@@ -45,5 +47,12 @@ int record_sets_next(struct record_sets *sets, int argc, char **argv, const stru
 /* Fitted ones first. BF_USAGE: a record is fitted and held out, by its content. */
 enum bf_status record_sets_read(struct record_sets *sets, const struct model *model, struct bf_error *err);
 void record_sets_free(struct record_sets *sets);
+
+/* The records of both lists, those over time first, and of each kind the held-out ones last; they stay the lists' own. free() records. */
+struct record_join {
+    struct record *records;
+    size_t n_sampled, n_sampled_held_out, n_lines, n_lines_held_out;
+};
+void record_sets_join(const struct record_sets *sets, struct record_join *out);
 
 #endif

@@ -26,23 +26,29 @@ static const struct answer_field fields[] = {
     ANSWER_ROW(COUNT, "rests", "times that the model was put to rest"),
     ANSWER_ROW(COUNT, "resets", "times that the board began anew"),
     ANSWER_ROW(COUNT, "other_image", "samples of another image"),
-    {ANSWER_OBJECT, "first_difference", "null: none", difference_fields, ANSWER_NULL | ANSWER_MAYBE, NULL},
+    ANSWER_SAY("{file}: {compared} of {rows} samples compared, {equal?all equal bit for bit|they differ}"),
+    ANSWER_SAY("[{before_rest?}  {before_rest} {before_rest#sample|samples} before the model was at rest]"),
+    ANSWER_SAY("[{after_gap?}  {after_gap} {after_gap#sample|samples} between a lost one and the next rest]"),
+    ANSWER_SAY("[{gaps?}  {gaps} {gaps#gap|gaps}]"),
+    ANSWER_SAY("[{resets?}  {resets} {resets#sample|samples} in which the state was reset]"),
+    ANSWER_SAY("[{other_image?}  {other_image} {other_image#sample|samples} of another image]"),
+    ANSWER_ROW_OF(OBJECT, "first_difference", "null: none", difference_fields, .flags = ANSWER_NULL | ANSWER_MAYBE),
     {0},
 };
 
 static const char help[] =
     "Usage: beamfit replay RECORDING --image IMAGE [--json]\n"
     "\n"
-    "Proves that the controller computed what this machine computes. RECORDING is what `beamfit record` wrote: with "
-    "each\n"
-    "sample come the drive's code and the controller's prediction. The image is stepped here, by the library that the\n"
-    "controller runs, from the sample in which the model was put to rest (step 0); every prediction must be equal bit\n"
-    "for bit. After a lost sample the state is not known until the model is at rest again; what lies between is not\n"
-    "compared, and counted. A recording with --prescale above 1 is lost samples all over and cannot be compared.\n";
+    "Proves that the controller computed what this machine computes. RECORDING is what `beamfit record` \n"
+    "wrote: with each sample come the drive's code and the controller's prediction. The image is stepped here, by the\n"
+    "library that the controller runs, from the sample in which the model was put to rest (step 0); every\n"
+    "prediction must be equal bit for bit. After a lost sample the state is not known until the model is at rest\n"
+    "again; what lies between is not compared, and counted. A recording with --prescale above 1 is lost samples\n"
+    "all over and cannot be compared.\n";
 
 static const struct option_row options[] = {
     {'i', 'i', "image", "IMAGE", NULL, "the image that ran (beamfit upload reads it back)"},
-    OPTIONS_ANSWER('j'),
+    OPTIONS_ANSWER,
     {0},
 };
 
@@ -62,7 +68,7 @@ static const char *what_differs(enum replay_difference difference)
     return names[difference];
 }
 
-static enum bf_status print_json(const char *recording, const struct replay *r, struct bf_error *err)
+static enum bf_status print(const char *recording, const struct replay *r, struct bf_error *err)
 {
     struct json *root = json_new_object();
     json_put_text(root, "file", recording);
@@ -87,31 +93,9 @@ static enum bf_status print_json(const char *recording, const struct replay *r, 
     return answer_print_and_free(root, fields, err);
 }
 
-static void print_count(size_t n, const char *one, const char *many)
+static enum bf_status answer(const char *recording, const struct replay *r, struct bf_error *err)
 {
-    if (n > 0)
-        (void)printf("  %zu %s\n", n, n == 1 ? one : many);
-}
-
-static void print_text(const char *recording, const struct replay *r)
-{
-    (void)printf("%s: %zu of %zu samples compared, %s\n", recording, r->compared, r->rows,
-                 r->difference == REPLAY_EQUAL ? "all equal bit for bit" : "they differ");
-    print_count(r->before_rest, "sample before the model was at rest", "samples before the model was at rest");
-    print_count(r->after_gap, "sample between a lost one and the next rest",
-                "samples between a lost one and the next rest");
-    print_count(r->gaps, "gap", "gaps");
-    print_count(r->resets, "sample in which the state was reset", "samples in which the state was reset");
-    print_count(r->other_image, "sample of another image", "samples of another image");
-}
-
-static enum bf_status answer(const char *recording, const struct replay *r, bool json, struct bf_error *err)
-{
-    enum bf_status status = BF_OK;
-    if (json)
-        status = print_json(recording, r, err);
-    else
-        print_text(recording, r);
+    const enum bf_status status = print(recording, r, err);
     if (status != BF_OK || r->difference == REPLAY_EQUAL)
         return status;
     if (r->difference == REPLAY_INPUT)
@@ -129,15 +113,11 @@ static enum bf_status answer(const char *recording, const struct replay *r, bool
 static enum bf_status run(int argc, char **argv, struct bf_error *err)
 {
     const char *image = NULL;
-    bool json = false;
     int code;
     while ((code = options_next(argc, argv, options, err)) != -1) {
         if (code == '?')
             return BF_USAGE;
-        if (code == 'i')
-            image = optarg;
-        else
-            json = true;
+        image = optarg;
     }
     if (argc - optind != 1 || image == NULL)
         return bf_fail(err, BF_USAGE,
@@ -153,7 +133,7 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     if (fault != BEAM_IMAGE_FINE)
         return bf_fail(err, BF_NO, "%s: %s", image, beam_image_fault_text(fault));
     status = replay_run(recording, &file, &replay, err);
-    return status == BF_OK ? answer(recording, &replay, json, err) : status;
+    return status == BF_OK ? answer(recording, &replay, err) : status;
 }
 
 const struct command command_replay = {

@@ -18,11 +18,14 @@ static const struct answer_field left_out_fields[] = {
 static const struct answer_field fields[] = {
     ANSWER_ROW(TEXT, "file", "the file that was written"),
     ANSWER_ROW(COUNT, "bytes", "of the page"),
+    ANSWER_ROW(NUMBER, "megabytes", "the same", .unit = "MB", .digits = 2),
     ANSWER_ROW(COUNT, "pictures", "channels with curves on it"),
     ANSWER_ROW_OF(LIST, "left_out", "channels for which there was no room", left_out_fields),
     ANSWER_ROW(COUNT, "explanations", "whose curves the page compares"),
     ANSWER_ROW(COUNT, "models", "in the chain"),
     ANSWER_ROW(TEXT, "text", "how far the model is from the noise"),
+    ANSWER_SAY("{file}: {megabytes}, curves of {pictures} {pictures#channel|channels}"),
+    ANSWER_SAY("{text}"),
     ANSWER_ROW(NUMBER, "nrmse", "error over all channels of fitted records"),
     ANSWER_ROW(NUMBER, "noise_ratio", "the same in units of the noise"),
     ANSWER_ROW(NUMBER, "check_nrmse", "of held-out records"),
@@ -33,15 +36,14 @@ static const struct answer_field fields[] = {
 static const char help[] =
     "Usage: beamfit report MODEL RECORD... [--check RECORD...] -o FILE.html [options]\n"
     "\n"
-    "Writes the state of a model as one page for a browser: to explore, to send to a colleague, or to print for the "
-    "lab book. The\n"
-    "page is a single file with its curves inside; it loads nothing from anywhere.\n"
+    "Writes the state of a model as one page for a browser: to explore, to send to a colleague, or to print for\n"
+    "the lab book. The page is a single file with its curves inside; it loads nothing from anywhere.\n"
     "\n"
-    "It says how many times the noise the model leaves; then measured, predicted and residual of each channel as "
-    "curves to zoom into, over time and over frequency, of the model and of its ancestors, compared by a slider; the "
-    "error of each channel, the beam, parameters with standard errors, effects, natural frequencies and damping, the "
-    "records, and the chain of models of `beamfit history`. The model is taken as it is: nothing is fitted (as in "
-    "compare). With --diagnose the explanations of `beamfit diagnose` are there to compare as well.\n";
+    "It says how many times the noise the model leaves; then measured, predicted and residual of each channel as\n"
+    "curves to zoom into, over time and over frequency, of the model and of its ancestors, compared by a slider;\n"
+    "the error of each channel, the beam, parameters with standard errors, effects, natural frequencies and\n"
+    "damping, the records, and the chain of models of `beamfit history`. The model is taken as it is: nothing is\n"
+    "fitted (as in compare). With --diagnose the explanations of `beamfit diagnose` are there to compare as well.\n";
 
 static const struct option_row options[] = {
     {'o', 'o', "output", "FILE", NULL, "the page; written whole or not at all; - is standard output"},
@@ -58,7 +60,7 @@ static const struct option_row options[] = {
      "an ancestor of the model for the chain; may be given again. Those in the model's directory are found "
      "by themselves"},
     OPTION_INTERSAMPLE('i'),
-    OPTIONS_ANSWER('j'),
+    OPTIONS_ANSWER,
     {0},
 };
 
@@ -68,8 +70,8 @@ static const char closing[] =
     "Example:\n"
     "  beamfit report fitted.yaml tap1.csv tap2.csv --check tap3.csv --title 'Beam B1, run 4' -o report.html\n"
     "\n"
-    "Exit status: 0 done; 2 usage; 3 bad model or record, or FILE not writable; 4 the model cannot be evaluated, or "
-    "Ctrl-C.\n";
+    "Exit status: 0 done; 2 usage; 3 bad model or record, or FILE not writable; 4 the model cannot be evaluated,\n"
+    "or Ctrl-C.\n";
 
 enum { USUAL_CHANNELS = 12, MOST_CHANNELS = 1000, FEWEST_MODES = 3, MOST_MODES = 10 };
 
@@ -78,7 +80,7 @@ struct arguments {
     struct record_list ancestors; /* names only */
     const char *output, *title;
     long channels;
-    bool json, diagnose;
+    bool diagnose;
     struct predict_options predict;
 };
 
@@ -101,9 +103,6 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
     case 'd':
         a->diagnose = true;
         return BF_OK;
-    case 'j':
-        a->json = true;
-        return BF_OK;
     default:
         return BF_USAGE;
     }
@@ -120,7 +119,7 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
                        "give a model and at least one record: beamfit report MODEL RECORD... -o FILE.html");
     if (a->output == NULL)
         return bf_fail(err, BF_USAGE, "say where to write the page: -o FILE.html");
-    if (options_one_answer(a->json, a->output, err) != BF_OK)
+    if (options_one_answer(a->output, err) != BF_OK)
         return BF_USAGE;
     for (size_t i = 0; i < a->ancestors.n_names; i++)
         outputs_note_input(a->ancestors.names[i]); /* which are read after the place for the page was looked at */
@@ -238,22 +237,34 @@ static size_t count_pictures(const struct arguments *a, const struct comparison 
     return n;
 }
 
+/* The command that says what is missing, with the same records. */
+static void put_diagnose(struct json *root, const struct arguments *a)
+{
+    const struct record_list *all = &a->sets.fitted; /* the held-out ones are its last */
+    const size_t n = all->n_names, n_held_out = a->sets.held_out.n_names;
+    const char **words = bf_alloc(n + 5, sizeof *words);
+    size_t k = 0;
+    words[k++] = "beamfit", words[k++] = "diagnose", words[k++] = a->sets.model;
+    for (size_t i = 0; i < n; i++) {
+        if (i == n - n_held_out)
+            words[k++] = "--check";
+        words[k++] = all->names[i];
+    }
+    answer_next_words(root, words); /* bf_alloc() has put NULL behind them */
+    free(words);
+}
+
 static enum bf_status answer(const struct arguments *a, const struct report *report, const struct work *w,
                              struct bf_error *err)
 {
     char verdict[REPORT_TEXT];
     report_verdict(report, verdict);
-    if (!a->json) {
-        if (strcmp(a->output, "-") != 0)
-            (void)fprintf(stdout, "%s: %.*f MB, curves of %zu channel%s\n", a->output, w->bytes < 1000000 ? 3 : 1,
-                          1e-6 * (double)w->bytes, w->n_pictures, w->n_pictures == 1 ? "" : "s");
-        if (strcmp(a->output, "-") != 0)
-            text_say(stdout, "", 0, "%s", verdict);
+    if (strcmp(a->output, "-") == 0)
         return BF_OK;
-    }
     struct json *root = json_new_object();
     json_put_text(root, "file", a->output);
     json_put_number(root, "bytes", (double)w->bytes);
+    json_put_number(root, "megabytes", 1e-6 * (double)w->bytes);
     json_put_number(root, "pictures", (double)w->n_pictures);
     put_left_out(root, a, &w->comparison);
     json_put_number(root, "explanations", (double)w->explanations.n);
@@ -263,6 +274,10 @@ static enum bf_status answer(const struct arguments *a, const struct report *rep
     json_put_number(root, "noise_ratio", w->comparison.noise_ratio);
     json_put_number(root, "check_nrmse", w->comparison.check_nrmse);
     json_put_number(root, "check_noise_ratio", w->comparison.check_noise_ratio);
+    if (a->diagnose)
+        diagnose_put_next(root, &w->diagnosis, NULL);
+    else if (report_leaves_more(report))
+        put_diagnose(root, a);
     return answer_print_and_free(root, fields, err);
 }
 
@@ -290,7 +305,8 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
                                   .comparison = &w.comparison,
                                   .modes = &w.modes,
                                   .history = &w.history,
-                                  .curves = explanations_curves(&w.explanations, (size_t)a.channels)};
+                                  .curves = explanations_curves(&w.explanations, (size_t)a.channels),
+                                  .diagnosis = a.diagnose ? &w.diagnosis : NULL};
     if (status == BF_OK)
         status = write_page(&a, &report, &w, err);
     if (status == BF_OK)

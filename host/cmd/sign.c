@@ -6,14 +6,22 @@
 #include "ground/ground.h"
 #include "signing.h"
 
+static const struct answer_field fields[] = {
+    TARGET_IMAGE_FIELDS,
+    ANSWER_ROW_OF(LIST, "uses", "effects that run in the step", target_image_use_fields),
+    ANSWER_ROW_OF(LIST, "poles", "of the step", target_image_pole_fields),
+    ANSWER_ROW(TEXT, "file", "the image"),
+    ANSWER_SAY("{file}: signed for device {device}, counter {counter}"),
+    {0},
+};
+
 static const char help[] =
     "Usage: beamfit sign IMAGE --key FILE --device HEX --counter N -o SIGNED [--json]\n"
     "\n"
-    "Addresses an image to one controller and signs it: HMAC-SHA256 with that controller's key over everything else "
-    "in\n"
-    "the image, its device and counter included. A controller refuses an image that is not signed with its key, is "
-    "for\n"
-    "another device, or whose counter is not above the one it has stored. An image may be signed again.\n";
+    "Addresses an image to one controller and signs it: HMAC-SHA256 with that controller's key over everything\n"
+    "else in the image, its device and counter included. A controller refuses an image that is not signed with\n"
+    "its key, is for another device, or whose counter is not above the one it has stored. An image may be signed\n"
+    "again.\n";
 
 static const struct option_row options[] = {
     {'k', 0, "key", "FILE", NULL,
@@ -23,7 +31,7 @@ static const struct option_row options[] = {
     {'c', 0, "counter", "N", NULL, "1 to 4294967295, above the stored one (beamfit info)"},
     {'o', 'o', "output", "SIGNED", NULL, "the signed image"},
     {OPTION_FORCE, 0, "force", NULL, NULL, "replace SIGNED even when it is IMAGE itself, or no image"},
-    OPTIONS_ANSWER('j'),
+    OPTIONS_ANSWER,
     {0},
 };
 
@@ -31,13 +39,12 @@ static const char closing[] =
     "Example:\n"
     "  beamfit sign fitted.bfi --key board.key --device 0123456789abcdef01234567 --counter 8 -o signed.bfi\n"
     "\n"
-    "Exit status: 0 done; 1 the image is damaged and was not signed; 2 usage; 3 bad image or key file, or SIGNED not\n"
-    "writable.\n";
+    "Exit status: 0 done; 1 the image is damaged and was not signed; 2 usage; 3 bad image or key file, or SIGNED\n"
+    "not writable.\n";
 
 struct arguments {
     const char *image, *output;
     struct signing signing;
-    bool json;
 };
 
 static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
@@ -53,8 +60,6 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
             status = signing_take_device(&a->signing, optarg, err);
         else if (code == 'c')
             status = signing_take_counter(&a->signing, optarg, err);
-        else if (code == 'j')
-            a->json = true;
         else
             status = BF_USAGE;
     }
@@ -68,17 +73,10 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
 
 static enum bf_status answer(const struct arguments *a, const struct beam_image_file *file, struct bf_error *err)
 {
-    if (a->json) {
-        struct json *root = target_image_file_json(file);
-        json_put_text(root, "file", a->output);
-        answer_next(root, "beamfit", "download", a->output, "--port", "PORT", "--key", "FILE", NULL);
-        return answer_print_and_free(root, target_image_file_fields, err);
-    }
-    char device[DEVICE_ID_TEXT];
-    device_id_print(file->front.header.device, device);
-    (void)printf("%s: signed for device %s, counter %lu\n", a->output, device,
-                 (unsigned long)file->front.header.counter);
-    return BF_OK;
+    struct json *root = target_image_file_json(file);
+    json_put_text(root, "file", a->output);
+    answer_next(root, "beamfit", "download", a->output, "--port", "PORT", "--key", "FILE", NULL);
+    return answer_print_and_free(root, fields, err);
 }
 
 static enum bf_status run(int argc, char **argv, struct bf_error *err)
@@ -94,7 +92,9 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     const enum beam_image_fault fault = target_image_check(&file, &any);
     if (fault != BEAM_IMAGE_FINE)
         return bf_fail(err, BF_NO, "%s: %s", a.image, beam_image_fault_text(fault));
-    status = signing_sign(&a.signing, &file, err);
+    status = atomic_check_file(a.output, err);
+    if (status == BF_OK)
+        status = signing_sign(&a.signing, &file, err);
     if (status == BF_OK)
         status = target_image_write(a.output, &file, err);
     return status == BF_OK ? answer(&a, &file, err) : status;
@@ -107,6 +107,6 @@ const struct command command_sign = {
     .help = help,
     .options = options,
     .closing = closing,
-    .answer = target_image_file_fields,
+    .answer = fields,
     .run = run,
 };

@@ -29,6 +29,7 @@ enum bf_status signing_complete(const struct signing *signing, bool may_be_none,
                        signing->key_file == NULL ? "--key"
                        : signing->has_device     ? "--counter"
                                                  : "--device");
+    outputs_note_input(signing->key_file); /* which is read after the outputs were looked at */
     return BF_OK;
 }
 

@@ -9,9 +9,11 @@
 #include "response/response.h"
 
 static const struct answer_field output_fields[] = {
-    ANSWER_ROW(TEXT, "name", "of the column"),
-    ANSWER_ROW(NUMBER, "rms", "of the output, in its unit"),
-    ANSWER_ROW(NUMBER, "step_error", "relative change when the steps of nonlinear effects are halved"),
+    ANSWER_ROW(TEXT, "name", "of the column", .text = "output"),
+    ANSWER_ROW(NUMBER, "rms", "of the output, in its unit", .digits = 4, .text = "rms"),
+    ANSWER_ROW(NUMBER, "step_error",
+               "relative change when the steps of nonlinear effects are halved; null: it has none", .digits = 2,
+               .text = "relative change with half the step of nonlinear effects"),
     {0},
 };
 
@@ -20,15 +22,16 @@ static const struct answer_field fields[] = {
     ANSWER_ROW(COUNT, "samples", "of the record"),
     ANSWER_ROW(NUMBER, "dt_s", "sampling interval"),
     ANSWER_ROW(TEXT, "intersample", "what inputs do between samples"),
-    ANSWER_ROW_OF(LIST, "outputs", "one each of the model", output_fields),
+    ANSWER_SAY("{file}: {samples} samples of {dt_s}, inputs {intersample} between samples"),
+    ANSWER_ROW_OF(LIST, "outputs", "one each of the model", output_fields, .flags = ANSWER_TABLE, .text = ""),
     {0},
 };
 
-static const char help[] = "Usage: beamfit simulate MODEL --input RECORD -o OUT [options]\n"
-                           "\n"
-                           "Runs a model on the inputs of a record, from rest, and writes time, the inputs and every "
-                           "output of the model as a\n"
-                           "record. Outputs that RECORD also holds are not used.\n";
+static const char help[] =
+    "Usage: beamfit simulate MODEL --input RECORD -o OUT [options]\n"
+    "\n"
+    "Runs a model on the inputs of a record, from rest, and writes time, the inputs and every output of the model\n"
+    "as a record. Outputs that RECORD also holds are not used.\n";
 
 static const struct option_row options[] = {
     {'i', 'i', "input", "RECORD", NULL,
@@ -42,7 +45,7 @@ static const struct option_row options[] = {
      "steps a sample for nonlinear effects (default: the model's steps_per_sample, else 8 for forces at a "
      "point, 4 over the span)"},
     {'d', 0, "digits", "N", NULL, "significant digits (default 9, at most 17)"},
-    OPTIONS_ANSWER('j'),
+    OPTIONS_ANSWER,
     {0},
 };
 
@@ -56,7 +59,6 @@ struct arguments {
     const char *model, *input, *output;
     struct predict_options predict;
     int digits;
-    bool json;
 };
 
 static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
@@ -83,9 +85,6 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
             status = options_count("--digits", optarg, 1, 17, &count, err);
             a->digits = (int)count;
             break;
-        case 'j':
-            a->json = true;
-            break;
         default:
             status = BF_USAGE;
         }
@@ -95,25 +94,43 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
     if (optind + 1 != argc || a->input == NULL || a->output == NULL)
         return bf_fail(err, BF_USAGE, "say MODEL --input RECORD -o OUT; beamfit simulate --help explains");
     a->model = argv[optind];
-    return BF_OK;
+    return options_one_answer(a->output, err);
 }
 
-/* A record with the inputs of `from` and a column of zeros for every output, which the predictor binds to. */
+/* A column of samples that are not this record's; NULL: zeros, which take no memory as long as nobody writes them. */
+static void add_borrowed(struct record *record, const char *name, const double *x)
+{
+    const size_t n = record->n;
+    record->n = 0;
+    record_add_column(record, name, NULL);
+    record->n = n;
+    struct record_column *column = &record->columns[record->n_columns - 1];
+    free(column->x);
+    column->x = x != NULL ? (double *)x : bf_alloc(n, sizeof *column->x);
+}
+
+/* A record with the inputs of `from`, which keeps their samples, and a column of zeros for every output, which the predictor binds to. */
 static void make_stage(const struct model *model, const struct record *from, struct record *out)
 {
-    double *zeros = bf_alloc(from->n, sizeof *zeros);
     const char *filter = record_meta(from, RECORD_FILTER);
     *out = (struct record){.path = bf_strdup(from->path), .n = from->n, .t0_s = from->t0_s, .dt_s = from->dt_s};
     for (size_t i = 0; i < model->n_inputs; i++) {
         const double *u = record_column(from, model->inputs[i].name);
         if (u != NULL)
-            record_add_column(out, model->inputs[i].name, u);
+            add_borrowed(out, model->inputs[i].name, u);
     }
     for (size_t o = 0; o < model->n_outputs; o++)
-        record_add_column(out, model->outputs[o].name, zeros);
+        add_borrowed(out, model->outputs[o].name, NULL);
     if (filter != NULL)
         record_add_meta(out, RECORD_FILTER, filter);
-    free(zeros);
+}
+
+/* The first n columns are others'. */
+static void free_borrowed(struct record *record, size_t n)
+{
+    for (size_t i = 0; i < n; i++)
+        record->columns[i].x = NULL;
+    record_free(record);
 }
 
 /* y[n_outputs][n] at the model's parameters; *steps: what the nonlinear grid was. */
@@ -124,7 +141,9 @@ static enum bf_status predict(const struct model *model, const struct record *st
     struct prediction prediction;
     struct parameter_ref *refs;
     const char *name = record_base_name(stage);
-    enum bf_status status = predictor_new(model, stage, 1, how, &predictor, err);
+    struct predict_options pieces = *how;
+    pieces.pieces = true;
+    enum bf_status status = predictor_new(model, stage, 1, &pieces, &predictor, err);
     if (status != BF_OK)
         return status;
     size_t n = model_parameters(model, &name, 1, &refs);
@@ -181,17 +200,6 @@ static enum bf_status answer(const struct arguments *a, const struct model *mode
                              const double y[], const double error[], struct bf_error *err)
 {
     static const char *const holds[] = {"band-limited", "zero-order hold", "first-order hold"};
-    if (!a->json) {
-        (void)printf("%s: %zu samples of %g s, inputs %s between samples\n", a->output, stage->n, stage->dt_s,
-                     holds[a->predict.intersample]);
-        for (size_t o = 0; o < model->n_outputs; o++) {
-            (void)printf("  %-16s rms %.4g", model->outputs[o].name, rms(stage->n, y + o * stage->n));
-            if (has_law(model))
-                (void)printf("   changes by %.1e when the nonlinear step is halved", error[o]);
-            (void)printf("\n");
-        }
-        return BF_OK;
-    }
     struct json *root = json_new_object();
     json_put_text(root, "file", a->output);
     json_put_number(root, "samples", (double)stage->n);
@@ -202,7 +210,7 @@ static enum bf_status answer(const struct arguments *a, const struct model *mode
         struct json *one = json_push(list, json_new_object());
         json_put_text(one, "name", model->outputs[o].name);
         json_put_number(one, "rms", rms(stage->n, y + o * stage->n));
-        json_put_number(one, "step_error", error[o]);
+        json_put_number(one, "step_error", has_law(model) ? error[o] : nan(""));
     }
     answer_next(root, "beamfit", "compare", a->model, a->output, NULL);
     return answer_print_and_free(root, fields, err);
@@ -218,12 +226,12 @@ static enum bf_status write_result(const struct arguments *a, const struct model
     for (size_t i = 0; i < model->n_inputs; i++) {
         const double *u = record_column(stage, model->inputs[i].name);
         if (u != NULL)
-            record_add_column(&out, model->inputs[i].name, u);
+            add_borrowed(&out, model->inputs[i].name, u);
     }
     for (size_t o = 0; o < model->n_outputs; o++)
-        record_add_column(&out, model->outputs[o].name, y + o * stage->n);
+        add_borrowed(&out, model->outputs[o].name, y + o * stage->n);
     enum bf_status status = record_write(a->output, &out, a->digits, err);
-    record_free(&out);
+    free_borrowed(&out, out.n_columns);
     return status;
 }
 
@@ -242,7 +250,7 @@ static enum bf_status simulate(const struct arguments *a, const struct model *mo
         status = answer(a, model, &stage, y, error, err);
     free(y);
     free(error);
-    record_free(&stage);
+    free_borrowed(&stage, stage.n_columns - model->n_outputs);
     return status;
 }
 

@@ -14,15 +14,16 @@ static const struct answer_field fields[] = {
     ANSWER_ROW(TEXT, "page", "active or staging: which page of the board"),
     ANSWER_ROW(BOOL, "signed", "it carries a signature"),
     ANSWER_ROW(COUNT, "bytes", "of the image"),
+    ANSWER_SAY("{file}: the {page} page of board {device}, counter {counter}, {bytes} bytes"),
     {0},
 };
 
 static const char help[] =
     "Usage: beamfit upload --port PORT -o IMAGE [--staging] [--json]\n"
     "\n"
-    "Reads the model that the board runs into an image file, every byte compared by CRC-32. `beamfit verify` tells "
-    "what\n"
-    "is in it; `beamfit download --sign` gives it to the board again later. No key is needed: a model is no secret.\n";
+    "Reads the model that the board runs into an image file, every byte compared by CRC-32. `beamfit verify`\n"
+    "tells what is in it; `beamfit download --sign` gives it to the board again later. No key is needed: a model\n"
+    "is no secret.\n";
 
 static const struct option_row options[] = {
     BOARD_OPTIONS,
@@ -30,7 +31,7 @@ static const struct option_row options[] = {
     {OPTION_FORCE, 0, "force", NULL, NULL,
      "replace IMAGE even when `upload` has not made it or somebody has changed it"},
     {'s', 0, "staging", NULL, NULL, "the spare page instead: what was written last, whole or not, or the model before"},
-    OPTIONS_ANSWER('j'),
+    OPTIONS_ANSWER,
     {0},
 };
 
@@ -42,7 +43,7 @@ static const char closing[] = "Example:\n"
 struct arguments {
     struct board_options board;
     const char *output;
-    bool staging, json;
+    bool staging;
 };
 
 static enum bf_status parse(int argc, char **argv, struct arguments *a, struct bf_error *err)
@@ -53,8 +54,6 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
             a->output = optarg;
         else if (code == 's')
             a->staging = true;
-        else if (code == 'j')
-            a->json = true;
         else if (board_take_option(code, &a->board, err) != BF_OK)
             return BF_USAGE;
     }
@@ -69,11 +68,6 @@ static enum bf_status print(const struct arguments *a, const struct link *link, 
     char device[DEVICE_ID_TEXT];
     const unsigned counter = (unsigned)image->front.header.counter;
     device_id_print(link->info.device, device);
-    if (!a->json) {
-        (void)printf("%s: %s of board %s, counter %u, %d bytes\n", a->output,
-                     a->staging ? "the spare page" : "the running model", device, counter, BEAM_IMAGE_BYTES);
-        return BF_OK;
-    }
     struct json *root = json_new_object();
     json_put_text(root, "file", a->output);
     json_put_text(root, "port", a->board.port);
@@ -93,7 +87,7 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     struct link link;
     if (parse(argc, argv, &a, err) != BF_OK)
         return err->status;
-    if (atomic_check(a.output, err) != BF_OK)
+    if (atomic_check_file(a.output, err) != BF_OK)
         return err->status;
     progress_catch_interrupts();
     if (board_open(&a.board, &link, err) != BF_OK)

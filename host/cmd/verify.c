@@ -14,6 +14,8 @@ static const struct answer_field fields[] = {
     ANSWER_ROW(COUNT, "fault", "number of what is wrong; 0: nothing"),
     ANSWER_ROW(TEXT, "reason", "the same in words"),
     ANSWER_ROW(BOOL, "code_checked", "a key was given, so that the signature was checked"),
+    ANSWER_SAY("{file}: {reason}{code_checked?|; its code was not checked (--key)}"),
+    TARGET_IMAGE_LINES,
     {0},
 };
 
@@ -21,11 +23,11 @@ static const char help[] =
     "Usage: beamfit verify IMAGE [--key FILE] [--device HEX] [--stored N] [--sample-Hz HZ [--core-MHz MHZ]]\n"
     "                      [--json]\n"
     "\n"
-    "Would a controller take this image? Every check that a controller makes, in its order and by its own code: "
-    "magic,\n"
-    "layout, length, CRC-32, device, counter, HMAC, setup, effects, the plan's finite and stable numbers, sample "
-    "rate,\n"
-    "and the proof run bit for bit. What is not given is not compared. Prints what the image contains.\n";
+    "Would a controller take this image? Every check that a controller makes, in its order and by its own\n"
+    "code: magic, layout, length, CRC-32, device, counter, HMAC, setup, effects, the plan's finite and stable "
+    "numbers,\n"
+    "sample rate, and the proof run bit for bit. What is not given is not compared. Prints what the image\n"
+    "contains.\n";
 
 static const struct option_row options[] = {
     {'k', 0, "key", "FILE", NULL, "the controller's key (mode 0600): the HMAC must be right"},
@@ -34,7 +36,7 @@ static const struct option_row options[] = {
     {'r', 0, "sample-Hz", "HZ", NULL, "the controller's sample rate"},
     {'m', 0, "core-MHz", "MHZ", NULL,
      "and its clock: does the step's bound fit its interval? (beamfit info prints both)"},
-    OPTIONS_ANSWER('j'),
+    OPTIONS_ANSWER,
     {0},
 };
 
@@ -48,7 +50,6 @@ struct arguments {
     const char *image;
     struct signing signing; /* the counter is the stored one */
     double sample_Hz, core_MHz;
-    bool json;
 };
 
 static enum bf_status take_stored(const char *text, struct arguments *a, struct bf_error *err)
@@ -76,8 +77,6 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
             status = options_number("--sample-Hz", optarg, &a->sample_Hz, err);
         else if (code == 'm')
             status = options_positive("--core-MHz", optarg, 4000.0, &a->core_MHz, err);
-        else if (code == 'j')
-            a->json = true;
         else
             status = BF_USAGE;
     }
@@ -96,22 +95,16 @@ static enum bf_status answer(const struct arguments *a, const struct beam_image_
 {
     const bool fine = fault == BEAM_IMAGE_FINE;
     const char *reason = beam_image_fault_text(fault);
-    if (a->json) {
-        struct json *root = target_image_file_json(file);
-        json_put_text(root, "file", a->image);
-        json_put_bool(root, "fine", fine);
-        json_put_number(root, "fault", (double)fault);
-        json_put_text(root, "reason", reason);
-        json_put_bool(root, "code_checked", a->signing.key_file != NULL);
-        const enum bf_status status = answer_print_and_free(root, fields, err);
-        return status != BF_OK || fine ? status : BF_NO;
-    }
-    if (!fine)
+    if (!fine && options_format() == OPTIONS_TEXT)
         return bf_fail(err, BF_NO, "%s: %s", a->image, reason);
-    (void)printf("%s: %s%s\n", a->image, reason,
-                 a->signing.key_file == NULL ? "; its code was not checked (--key)" : "");
-    target_image_print_file(stdout, file);
-    return BF_OK;
+    struct json *root = target_image_file_json(file);
+    json_put_text(root, "file", a->image);
+    json_put_bool(root, "fine", fine);
+    json_put_number(root, "fault", (double)fault);
+    json_put_text(root, "reason", reason);
+    json_put_bool(root, "code_checked", a->signing.key_file != NULL);
+    const enum bf_status status = answer_print_and_free(root, fields, err);
+    return status != BF_OK || fine ? status : BF_NO;
 }
 
 static enum bf_status run(int argc, char **argv, struct bf_error *err)

@@ -11,6 +11,8 @@
 #include "commands.h"
 
 static const struct answer_field fields[] = {
+    ANSWER_SAY("{address}", .flags = ANSWER_VERBATIM),
+    ANSWER_SAY("Open this in a browser on this machine. Ctrl-C ends it."),
     ANSWER_ROW(TEXT, "address", "to open in a browser on this machine"),
     {0},
 };
@@ -18,12 +20,12 @@ static const struct answer_field fields[] = {
 static const char help[] =
     "Usage: beamfit watch MODEL RECORD... [--check RECORD...] [options]\n"
     "\n"
-    "Shows the page of `beamfit report` live, in a browser on this machine: pick records, compare, fit, diagnose, "
-    "click an explanation to add and refit it and watch the error fall, undo, save the model. Each button does what "
-    "the command of its name does.\n"
+    "Shows the page of `beamfit report` live, in a browser on this machine: pick records, compare, fit, diagnose,\n"
+    "click an explanation to add and refit it and watch the error fall, undo, save the model. Each button does\n"
+    "what the command of its name does.\n"
     "\n"
-    "The address that is printed holds a random token and works on this machine only; who has it can do what the page "
-    "can. Nothing is written but the models that you save.\n";
+    "The address that is printed holds a random token and works on this machine only; who has it can do what the\n"
+    "page can. Nothing is written but the models that you save.\n";
 
 static const struct option_row options[] = {
     RECORD_SETS_CHECK("records that are held out at first"),
@@ -33,7 +35,7 @@ static const struct option_row options[] = {
     {OPTION_FORCE, 0, "force", NULL, NULL, "replace files that are not its own"},
     {'p', 0, "port", "N", NULL, "port on 127.0.0.1 (default: any free one)"},
     OPTION_INTERSAMPLE('i'),
-    OPTIONS_JSON('j'),
+    OPTIONS_JSON,
     {0},
 };
 
@@ -43,14 +45,13 @@ static const char closing[] =
     "Example:\n"
     "  beamfit watch fitted.yaml tap1.csv tap2.csv --check tap3.csv\n"
     "\n"
-    "Exit status: 0 ended by Ctrl-C; 2 usage, or the port is taken; 3 bad model or record, or DIR not writable; 4 the "
-    "model cannot be evaluated.\n";
+    "Exit status: 0 ended by Ctrl-C; 2 usage, or the port is taken; 3 bad model or record, or DIR not writable; 4\n"
+    "the model cannot be evaluated.\n";
 
 struct arguments {
     struct record_sets sets;
     const char *folder;
     long port;
-    bool json;
     struct predict_options predict;
 };
 
@@ -65,9 +66,6 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
         return options_count("--port", optarg, 1, PORTS, &a->port, err);
     case 'i':
         return intersample_from_text(optarg, &a->predict.intersample, err);
-    case 'j':
-        a->json = true;
-        return BF_OK;
     default:
         return BF_USAGE;
     }
@@ -178,16 +176,11 @@ static void end_job(struct watch *w)
     pthread_mutex_unlock(&w->lock);
 }
 
-static enum bf_status print_address(const struct arguments *a, const char *address, struct bf_error *err)
+static enum bf_status print_address(const char *address, struct bf_error *err)
 {
-    if (!a->json) {
-        (void)printf("%s\nOpen this in a browser on this machine. Ctrl-C ends it.\n", address);
-        (void)fflush(stdout);
-        return BF_OK;
-    }
     struct json *root = json_new_object();
     json_put_text(root, "address", address);
-    return answer_print_line_and_free(root, err);
+    return answer_print_line_and_free(root, fields, err);
 }
 
 static enum bf_status serve(struct watch *w, const struct arguments *a, struct bf_error *err)
@@ -204,7 +197,7 @@ static enum bf_status serve(struct watch *w, const struct arguments *a, struct b
     enum bf_status status = server_start((unsigned)a->port, policy, watch_answer, w, &server, err);
     if (status == BF_OK) {
         progress_catch_interrupts();
-        status = print_address(a, server_address(server), err);
+        status = print_address(server_address(server), err);
         while (status == BF_OK && next_job(w, &job)) {
             watch_run_job(w, &job);
             end_job(w);
@@ -238,7 +231,7 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     if (status == BF_OK)
         status = serve(&w, &a, err);
     progress_listen(NULL, NULL);
-    bf_warn_listen(NULL, NULL);
+    bf_warn_listen(answer_take_warning, NULL);
     watch_free(&w);
     record_sets_free(&a.sets);
     return status;

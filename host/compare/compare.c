@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "compare.h"
+#include "factor_pair.h"
 #include "compare_predict.h"
 #include "estimate/estimate.h"
 #include "beam/beam.h"
@@ -16,8 +16,8 @@ static const double noise_ratio_of_noise = 1.05;
 
 /* ---- One channel ---- */
 
-/* Least-squares factor and correlation of measured and predicted; what they say about units and sign. */
-static void judge_scale(struct comparison_channel *c, bool amplitude_known)
+/* Least-squares factor and correlation of measured and predicted. */
+static void judge_scale(struct comparison_channel *c)
 {
     double zz = 0.0, zy = 0.0, yy = 0.0;
     for (size_t i = 0; i < c->n; i++) {
@@ -27,34 +27,6 @@ static void judge_scale(struct comparison_channel *c, bool amplitude_known)
     }
     c->scale = yy > 0.0 ? zy / yy : 0.0;
     c->alignment = zz > 0.0 && yy > 0.0 ? zy / sqrt(zz * yy) : 0.0;
-    if (!amplitude_known || !(zz > 0.0) || !(yy > 0.0))
-        return;
-    const double sizes = sqrt(zz / yy), fitted = fabs(c->scale);
-    const bool large = fabs(fitted / 1e3 - 1.0) < 0.2 || (sizes > 500.0 && sizes < 2000.0);
-    const bool small = fabs(fitted / 1e-3 - 1.0) < 0.2 || (sizes > 0.0005 && sizes < 0.002);
-    if (large || small)
-        (void)snprintf(
-            c->warning, sizeof c->warning,
-            "measured is %.3g times what the model predicts: are the units of '%s' or of the inputs wrong by 1000 "
-            "(mV for V, mm for m, g for kg)?",
-            sizes, c->name);
-    else if (c->alignment < -0.5)
-        (void)snprintf(
-            c->warning, sizeof c->warning,
-            "measured and predicted have opposite signs (correlation %.2f): is the sensor or an input of '%s' "
-            "the other way round?",
-            c->alignment, c->name);
-}
-
-static double noise_power(const struct noise_estimate *noise, double from_Hz, double to_Hz)
-{
-    double sum = 0.0;
-    for (size_t k = 0; k < noise->n_bins; k++) { /* bin k stands for half a bin to either side */
-        const double low = fmax(from_Hz, ((double)k - 0.5) * noise->df_Hz);
-        const double high = fmin(to_Hz, ((double)k + 0.5) * noise->df_Hz);
-        sum += high > low ? noise->psd[k] * (high - low) : 0.0;
-    }
-    return sum;
 }
 
 static enum bf_status find_bands(const struct comparison *all, struct comparison_channel *c, struct bf_error *err)
@@ -70,7 +42,7 @@ static enum bf_status find_bands(const struct comparison *all, struct comparison
         *band = (struct comparison_band){.from_Hz = edge[b], .to_Hz = edge[b + 1], .share = share[b]};
         const double noise = noise_power(&c->noise, edge[b], edge[b + 1]);
         band->noise_ratio = noise > 0.0 ? sqrt(share[b] / noise) * c->residual_rms : nan("");
-        for (size_t m = 0; m < all->n_modes && band->mode == 0; m++)
+        for (size_t m = 0; m < all->n_modes; m++) /* the last: rigid motions come first */
             if (all->frequency_Hz[m] >= edge[b] && all->frequency_Hz[m] < edge[b + 1])
                 band->mode = m + 1;
     }
@@ -141,7 +113,9 @@ static enum bf_status analyse_channel(const struct comparison *all, const struct
     c->residual_rms = root_mean_square(c->residual, c->n);
     c->nrmse = residual_nrmse(c->measured, c->predicted, c->n);
     c->noise_ratio = c->noise.rms > 0.0 ? c->residual_rms / c->noise.rms : nan("");
-    judge_scale(c, !decay && !excitation_level_unknown(all->model, record));
+    judge_scale(c);
+    if (!decay && !excitation_level_unknown(all->model, record))
+        (void)factor_scale_words(all->model, c, true, c->warning);
     residual_time_shares(c->residual, c->n, c->time_share);
     c->n_autocorrelation = autocorrelation_lags(all, c) + 1;
     c->autocorrelation = bf_alloc(c->n_autocorrelation, sizeof *c->autocorrelation);

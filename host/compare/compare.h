@@ -17,6 +17,7 @@
 #include <stdbool.h>
 #include <stdio.h>
 
+#include "estimate/estimate.h"
 #include "ground/ground.h"
 #include "maths/maths.h"
 #include "model/model.h"
@@ -70,7 +71,7 @@ struct comparison_channel {
     double *autocorrelation; /* [n_autocorrelation] of the residual, lag 0 first */
     size_t n_inputs;         /* that move the beam in this record */
     struct comparison_input inputs[COMPARE_INPUTS];
-    char warning[240]; /* of units or sign; "" none */
+    char warning[400]; /* of units or sign; "" none */
 };
 
 struct comparison {
@@ -220,25 +221,34 @@ void amplitude_free(struct amplitude_curves *curves);
  *
  * Each output is fitted alone to each input's records, with the factor between them open and the mass per length held. A factor is named
  * only where the error falls strongly with it and where it holds for all bands of the signal: a mass, a spring or a wrong place turns or
- * shrinks some modes, not all. What only a product tells (one input, one output) is said so.
+ * shrinks some modes, not all. What only a product tells (one input, one output) is said so. Where no factor explains an output, another place of each
+ * channel and the exchange of each two columns are tried.
  */
 
-enum factor_kind { FACTOR_CHANNEL, FACTOR_TIME };
+enum factor_kind {
+    FACTOR_CHANNEL,
+    FACTOR_TIME,
+    FACTOR_NO_TIME,  /* no unit of time makes a motion of the beam of the records: frequencies? */
+    FACTOR_PLACE,    /* the channel was at another place */
+    FACTOR_EXCHANGE, /* two columns stand under each other's names */
+};
 
 struct channel_factor {
     enum factor_kind kind;
-    bool is_input; /* the channel is an input of the model, else an output; not read for FACTOR_TIME */
+    bool is_input; /* the channel is an input of the model, else an output; not read of times */
     size_t channel;
-    bool either; /* the records cannot tell it from the same factor in channel `other`, which is an input */
+    bool either;         /* the records cannot tell it from the same in channel `other`, which is an input */
+    bool other_is_input; /* FACTOR_EXCHANGE */
     size_t other;
-    bool relative; /* its size is told against output `against` alone: the input's own gain is open */
+    double other_found; /* FACTOR_PLACE: of `other` */
+    bool relative;      /* its size is told against output `against` alone: the input's own gain is open */
     size_t against;
     double factor; /* measured = factor × predicted, one of the hypotheses; FACTOR_TIME: seconds = factor × time_s */
-    double found;  /* as estimated */
+    double found;  /* as estimated; FACTOR_PLACE: the place, m from the clamp */
     double before, after; /* error (nrmse) of a fit without and with it */
     char text[900];       /* sentences for a person */
-    const char *block;    /* of the model file: "inputs", "outputs", "parameters"; NULL for FACTOR_TIME */
-    char line[200];       /* in it, as it should be; "" for FACTOR_TIME */
+    const char *block;    /* of the model file: "inputs", "outputs", "parameters"; NULL: nothing to write there */
+    char line[200];       /* in it, as it should be; "" likewise */
 };
 
 struct channel_factors {
@@ -249,15 +259,19 @@ struct channel_factors {
 /*
  * Nothing is looked for in free decays and records of unknown level, and nothing where the model as given is within half of the
  * signal. model and records are not changed. Free with channel_factors_free(), also after a failure.
- * Cost: a prediction of the records; where that is far off, one to four short fits for each output and input.
+ * Cost: a prediction of the records; where that is far off, one to four short fits for each output and input; up to five more for each channel and one for
+ * each two where no factor explains them.
  */
 enum bf_status channel_factors_find(const struct model *model, const struct record records[], size_t n_records,
                                     const struct predict_options *options, struct channel_factors *out,
                                     struct bf_error *err);
 void channel_factors_free(struct channel_factors *factors);
 
-/* The model with the factors in its gains, as the lines say; those of time change nothing. */
+/* The model with the factors in its gains and the places found, as the lines say; what is wrong with the records changes nothing. */
 void channel_factors_apply(const struct channel_factors *factors, struct model *model);
+/* The records with their times in seconds and exchanged columns back under their names. */
+void channel_factors_apply_to_records(const struct channel_factors *factors, const struct model *model,
+                                      struct record records[], size_t n_records);
 
 /*
  * HISTORY — models in the order in which they were made from each other, and what each step brought. Each file knows
@@ -318,6 +332,8 @@ struct pole_pair {
     struct measured_frequency measured;
     size_t mode;            /* 1: the lowest; 0: no mode of the model */
     double model_Hz, ratio; /* measured/model; NAN where there is no mode */
+    double model_damping;   /* pole_table_damping(); NAN likewise */
+    double mac;             /* pole_table_shapes(); NAN: no shape was measured */
 };
 struct pole_table {
     size_t n, n_pairs;
@@ -330,5 +346,33 @@ struct pole_table {
 void pole_table_make(const struct frequency_list *measured, const double model_Hz[], size_t n_model,
                      struct pole_table *out);
 void pole_table_free(struct pole_table *table);
+/* Modal assurance criterion (φᵀψ)²/(φᵀφ ψᵀψ) of the list's shapes, measured in two places or more, and those of the modes. */
+void pole_table_shapes(struct pole_table *table, const struct frequency_list *measured, const struct modes *modes);
+/* The damping ratios of the modes that the table was made with. */
+void pole_table_damping(struct pole_table *table, const struct modes *modes);
+
+/*
+ * LINES — records that are no samples, beside a model as it is: errors; of a list of frequencies the table, of a spectrum without phase both curves.
+ */
+struct line_comparison {
+    const struct record *records;
+    size_t n, n_held_out; /* the held-out ones are the last */
+    size_t n_channels;
+    struct fit_channel_error
+        *channels; /* frequencies and damping ratios of a list: nrmse is the rms of relative differences */
+    struct modes modes;
+    struct pole_table *tables; /* [n] of lists */
+    struct {
+        size_t n;
+        struct line_spectrum *all; /* [n] */
+    } * spectra;                   /* [n] of spectra without phase */
+};
+
+/* records: none over time. Errors as compare_run(). Free with compare_lines_free(), also after a failure. Cost: one evaluation and the modes. */
+enum bf_status compare_lines(const struct model *model, const struct record records[], size_t n, size_t n_held_out,
+                             const struct predict_options *options, struct line_comparison *out, struct bf_error *err);
+void compare_lines_free(struct line_comparison *lines);
+/* Into the totals of a comparison of the records over time. */
+void compare_add_lines(const struct line_comparison *lines, struct comparison *all);
 
 #endif

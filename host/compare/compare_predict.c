@@ -26,7 +26,9 @@ enum bf_status solved_prediction_new(const struct model *model, const struct rec
                                      struct bf_error *err)
 {
     *out = (struct solved_prediction){0};
-    enum bf_status status = predictor_new(model, records, n_records, options, &out->predictor, err);
+    struct predict_options how = options != NULL ? *options : (struct predict_options){0};
+    how.pieces = true;
+    enum bf_status status = predictor_new(model, records, n_records, &how, &out->predictor, err);
     if (status != BF_OK)
         return status;
     out->n_channels = predictor_channels(out->predictor, &out->channels);

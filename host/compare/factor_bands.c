@@ -70,7 +70,7 @@ static void judge(const struct band band[], size_t n, struct factor_bands *out)
     out->even = high >= 2.0 * low && most <= evenness * least;
 }
 
-enum bf_status factor_bands_wide(const double u[], size_t n, bool *wide, struct bf_error *err)
+static enum bf_status is_wide(const double u[], size_t n, bool *wide, struct bf_error *err)
 {
     const struct fft *plan;
     struct band band[BANDS];
@@ -92,6 +92,19 @@ enum bf_status factor_bands_wide(const double u[], size_t n, bool *wide, struct 
     *wide = high >= 2.0 * low;
     free(x), free(U);
     return BF_OK;
+}
+
+enum bf_status factor_drive_wide(const struct model *model, const struct record *record, size_t input, bool *wide,
+                                 struct bf_error *err)
+{
+    enum bf_status status = BF_OK;
+    *wide = false;
+    for (size_t i = 0; i < model->n_inputs && !status && !*wide; i++) {
+        const double *u = record_column(record, model->inputs[i].name);
+        if (u != NULL && (input == SIZE_MAX || input == i))
+            status = is_wide(u, record->n, wide, err);
+    }
+    return status;
 }
 
 enum bf_status factor_bands_judge(const double measured[], const double fitted[], size_t n, struct factor_bands *out,

@@ -8,10 +8,7 @@
 #include "beam/beam.h"
 #include "estimate/estimate.h"
 
-enum { ENOUGH = 8192 }; /* samples of a record after its hardest drive */
-
-static const double open_stiffness = 0.5; /* relative standard deviation of a stiffness in the check */
-static const double explained = 0.6;      /* error of a fit that has found the beam in the records */
+static const double explained = 0.6; /* error of a fit that has found the beam in the records */
 static const double explained_sign = 0.7,
                     fall_sign = 0.4; /* error after; share of the misfit's power that a turn leaves */
 static const double fall_size = 0.4; /* error after over error before, of a factor of another size */
@@ -35,28 +32,12 @@ static void work_free(struct work *w)
 
 /* ---- The records ---- */
 
-/* Samples up to ENOUGH after the hardest drive. */
-static size_t enough(const struct model *model, const struct record *record)
-{
-    size_t last = 0;
-    for (size_t i = 0; i < model->n_inputs; i++) {
-        const double *u = record_column(record, model->inputs[i].name);
-        double most = 0.0;
-        for (size_t k = 0; u && k < record->n; k++)
-            if (fabs(u[k]) > most) {
-                most = fabs(u[k]);
-                last = k > last ? k : last;
-            }
-    }
-    return record->n < last + ENOUGH ? record->n : last + ENOUGH;
-}
-
 static void take_view(struct work *w, const struct record *record, size_t slot)
 {
     struct record_column *columns = w->columns + slot * w->n_columns;
     struct record *view = &w->view[slot];
     *view = *record;
-    view->n = enough(&w->model, record);
+    view->n = factor_enough(&w->model, record);
     view->t0_s *= w->pair->time_factor, view->dt_s *= w->pair->time_factor;
     view->columns = columns, view->n_columns = 0;
     for (size_t c = 0; c < record->n_columns; c++) {
@@ -68,53 +49,6 @@ static void take_view(struct work *w, const struct record *record, size_t slot)
     }
 }
 
-/* ---- The model ---- */
-
-static void hold_channel(struct channel_parameters *own)
-{
-    own->at.fixed = own->gain.fixed = true;
-}
-
-static void open_within(struct parameter *p)
-{
-    p->fixed = false, p->prior = open_stiffness, p->prior_value = p->value;
-    p->min = -HUGE_VAL, p->max = HUGE_VAL;
-}
-
-/* Patches are glued: their mass is a guess. */
-static void prepare_model(struct model *model, size_t output)
-{
-    const size_t plain = model_plain_material(model);
-    for (size_t i = 0; i < model->n_materials; i++) {
-        open_within(&model->materials[i].EI);
-        if (i == plain)
-            model->materials[i].rho.fixed = true;
-        else
-            open_within(&model->materials[i].rho);
-    }
-    model->Ks.fixed = model->KB.fixed = true;
-    for (size_t i = 0; i < model->n_inputs; i++)
-        hold_channel(&model->inputs[i].own);
-    for (size_t i = 0; i < model->n_outputs; i++)
-        hold_channel(&model->outputs[i].own);
-    for (size_t i = 0; i < model->n_residuals; i++)
-        if (model->residuals[i].output != output)
-            model->residuals[i].compliance.fixed = true;
-}
-
-/* A law has no factor. */
-static enum bf_status drop_laws(struct model *model, struct bf_error *err)
-{
-    for (size_t e = 0; e < model->n_effects; e++)
-        if (model->effects[e].effect->law) {
-            const enum bf_status status = model_drop_effect(model, model->effects[e].effect->id, err);
-            if (status)
-                return status;
-            e = (size_t)-1;
-        }
-    return BF_OK;
-}
-
 static enum bf_status work_new(const struct model *model, const struct record records[],
                                const struct predict_options *options, const struct factor_pair *pair, struct work *w,
                                struct bf_error *err)
@@ -124,12 +58,9 @@ static enum bf_status work_new(const struct model *model, const struct record re
     if (options)
         w->fit.predict = *options;
     w->fit.predict.quiet = true;
-    enum bf_status status = model_copy(model, &w->model, err);
-    if (!status)
-        status = drop_laws(&w->model, err);
+    const enum bf_status status = factor_check_model(model, pair->output, &w->model, err);
     if (status)
         return status;
-    prepare_model(&w->model, pair->output);
     w->columns = bf_alloc(FACTOR_RECORDS * w->n_columns, sizeof *w->columns);
     for (size_t r = 0; r < pair->n_records; r++)
         take_view(w, &records[pair->record[r]], r);
@@ -237,7 +168,7 @@ static enum bf_status judge_bands(const struct work *w, const struct model *mode
 }
 
 /* The size of the hypothesis that `found` is near, else 1. 9.80665 where the two are near; its owner knows which. */
-static double size_of(double found, bool even)
+double factor_size_of(double found, bool even)
 {
     static const struct {
         double size;
@@ -267,12 +198,8 @@ static enum bf_status drive_is_wide(const struct work *w, bool *wide, struct bf_
 {
     enum bf_status status = BF_OK;
     *wide = false;
-    for (size_t r = 0; r < w->pair->n_records; r++)
-        for (size_t i = 0; i < w->model.n_inputs && !status && !*wide; i++) {
-            const double *u = record_column(&w->view[r], w->model.inputs[i].name);
-            if (u != NULL && (w->pair->input == SIZE_MAX || w->pair->input == i))
-                status = factor_bands_wide(u, w->view[r].n, wide, err);
-        }
+    for (size_t r = 0; r < w->pair->n_records && !status && !*wide; r++)
+        status = factor_drive_wide(&w->model, &w->view[r], w->pair->input, wide, err);
     return status;
 }
 
@@ -298,7 +225,7 @@ static enum bf_status judge_size(const struct work *w, const struct factor_bands
                                  struct bf_error *err)
 {
     const double open = pair->reference != 0.0 ? fabs(pair->reference) : 1.0;
-    const double sign = pair->factor, size = size_of(fabs(pair->found) / open, bands->even);
+    const double sign = pair->factor, size = factor_size_of(fabs(pair->found) / open, bands->even);
     double without = 0.0, with = 0.0;
     if (!(fabs(log(size)) > 0.0))
         return BF_OK;

@@ -32,6 +32,32 @@ enum bf_status factor_pair_judge(const struct model *model, const struct record 
 /* A patch's gain that the model leaves open has no size to be wrong by. */
 bool factor_size_is_stated(const struct model *model, const struct factor_pair *pair);
 
+/* ---- factor_check.c ---- */
+
+/* The model of the check, for one output (SIZE_MAX: all of them). *out is to be freed also after a failure. */
+enum bf_status factor_check_model(const struct model *given, size_t output, struct model *out, struct bf_error *err);
+
+/* Samples of a record that are enough for it. */
+size_t factor_enough(const struct model *model, const struct record *record);
+
+/* ---- factor_time.c ---- */
+
+/* Hz; 0: the model has none. */
+enum bf_status factor_lowest_mode(const struct model *model, double *frequency_Hz, struct bf_error *err);
+/* z: a column of the record. */
+enum bf_status factor_strongest_line(const struct record *record, const double z[], double *line_Hz,
+                                     struct bf_error *err);
+
+/* ---- factor_place.c ---- */
+
+/*
+ * Where neither a sign nor a size explains an output: is one channel at another place, or do two columns stand under each other's names? out->after is infinite
+ * when neither. record: [n] indices of records, the strongest. Cost: some ten short fits of those records, all outputs at once.
+ */
+enum bf_status factor_place_find(const struct model *model, const struct record records[], const size_t record[],
+                                 size_t n, const struct predict_options *options, struct channel_factor *out,
+                                 struct bf_error *err);
+
 /* ---- factor_bands.c: does one factor hold for the whole spectrum? ---- */
 
 struct factor_bands {
@@ -44,12 +70,31 @@ struct factor_bands {
 enum bf_status factor_bands_judge(const double measured[], const double fitted[], size_t n, struct factor_bands *out,
                                   struct bf_error *err);
 
-/* Does u[n] drive more than an octave? A steady sine answers with either sign, as its frequency is below or above a mode. */
-enum bf_status factor_bands_wide(const double u[], size_t n, bool *wide, struct bf_error *err);
+/*
+ * Does an input of the record (SIZE_MAX: any of the model's) drive more than an octave? A steady sine answers with either sign, as its
+ * frequency is below or above a mode.
+ */
+enum bf_status factor_drive_wide(const struct model *model, const struct record *record, size_t input, bool *wide,
+                                 struct bf_error *err);
 
 /* ---- factor_words.c ---- */
 
+/* What a column may hold whose factor is of this size. */
+const char *factor_unit_words(const struct model *model, const struct channel_factor *f);
+
+/* The size of the hypothesis that `found` > 0 is near, else 1; even: one factor holds for all bands. */
+double factor_size_of(double found, bool even);
+
 /* Fills text and line of a finding whose other members are there. */
 void factor_words(const struct model *model, struct channel_factor *finding);
+
+/* ---- factor_scale.c ---- */
+
+/*
+ * The factor between measured and predicted of a model that knows the beam explains most of the misfit: a sentence, or false. named: only where it is one of the
+ * hypotheses, a sign or a unit.
+ */
+bool factor_scale_words(const struct model *model, const struct comparison_channel *c, bool named,
+                        char text[SUSPECT_TEXT]);
 
 #endif

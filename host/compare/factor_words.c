@@ -29,10 +29,19 @@ static double gain_factor(const struct model *model, const struct channel_factor
     return sign * (ten ? 10.0 : tenth ? 0.1 : size);
 }
 
+static void set_place(struct model *model, const struct channel_factor *f)
+{
+    struct channel_parameters *own = f->is_input ? &model->inputs[f->channel].own : &model->outputs[f->channel].own;
+    *(f->is_input ? &model->inputs[f->channel].at_m : &model->outputs[f->channel].at_m) = f->found;
+    own->at.value = own->at.prior_value = f->found, own->at.sd = 0.0;
+}
+
 void channel_factors_apply(const struct channel_factors *factors, struct model *model)
 {
     for (size_t i = 0; i < factors->n; i++) {
         const struct channel_factor *f = &factors->all[i];
+        if (f->kind == FACTOR_PLACE)
+            set_place(model, f);
         if (f->kind != FACTOR_CHANNEL)
             continue;
         struct parameter *gain = gain_of(model, f->is_input, f->channel);
@@ -44,15 +53,42 @@ void channel_factors_apply(const struct channel_factors *factors, struct model *
     }
 }
 
-/* ---- Words ---- */
-
 static const char *name_of(const struct model *model, bool is_input, size_t channel)
 {
     return is_input ? model->inputs[channel].name : model->outputs[channel].name;
 }
 
+static void exchange_columns(struct record *record, const char *a, const char *b)
+{
+    char **one = NULL, **two = NULL;
+    for (size_t c = 0; c < record->n_columns; c++) {
+        one = strcmp(record->columns[c].name, a) == 0 ? &record->columns[c].name : one;
+        two = strcmp(record->columns[c].name, b) == 0 ? &record->columns[c].name : two;
+    }
+    if (one == NULL || two == NULL)
+        return;
+    char *name = *one;
+    *one = *two, *two = name;
+}
+
+void channel_factors_apply_to_records(const struct channel_factors *factors, const struct model *model,
+                                      struct record records[], size_t n_records)
+{
+    for (size_t i = 0; i < factors->n; i++)
+        for (size_t r = 0; r < n_records; r++) {
+            const struct channel_factor *f = &factors->all[i];
+            if (f->kind == FACTOR_TIME)
+                records[r].t0_s *= f->factor, records[r].dt_s *= f->factor;
+            else if (f->kind == FACTOR_EXCHANGE)
+                exchange_columns(&records[r], name_of(model, f->is_input, f->channel),
+                                 name_of(model, f->other_is_input, f->other));
+        }
+}
+
+/* ---- Words ---- */
+
 /* What a column that is `size` times what its name says may hold. */
-static const char *unit_words(const struct model *model, const struct channel_factor *f)
+const char *factor_unit_words(const struct model *model, const struct channel_factor *f)
 {
     const double size = f->is_input ? 1.0 / fabs(f->factor) : fabs(f->factor); /* column over truth */
     const bool acceleration = !f->is_input && model->outputs[f->channel].kind == OUTPUT_ACCELERATION;
@@ -90,13 +126,13 @@ static void say_what(const struct model *model, const struct channel_factor *f, 
         (void)fprintf(out, "%s points the other way than the model and the other channels say. ", name);
     if (scaled(f) && f->either)
         (void)fprintf(out, "%s is %.4g times what the model answers to %s. That is %s as if %s were %s. ", name,
-                      fabs(f->found), other, turned(f) ? "beside its sign" : "", name, unit_words(model, f));
+                      fabs(f->found), other, turned(f) ? "beside its sign" : "", name, factor_unit_words(model, f));
     else if (scaled(f) && f->relative)
         (void)fprintf(out, "Against %s, %s is %.4g times what the model says, as if it were %s. ",
-                      model->outputs[f->against].name, name, fabs(f->found), unit_words(model, f));
+                      model->outputs[f->against].name, name, fabs(f->found), factor_unit_words(model, f));
     else if (scaled(f))
         (void)fprintf(out, "%s is %.4g times what the model says, as if it were %s. ", name,
-                      f->is_input ? 1.0 / fabs(f->found) : fabs(f->found), unit_words(model, f));
+                      f->is_input ? 1.0 / fabs(f->found) : fabs(f->found), factor_unit_words(model, f));
 }
 
 static void say_why(const struct model *model, const struct channel_factor *f, FILE *out)
@@ -163,6 +199,53 @@ static void say_time(const struct channel_factor *f, FILE *out)
                   f->factor < 1.0 ? "ms" : "s", f->factor < 1.0 ? "divide" : "multiply");
 }
 
+static void say_no_time(FILE *out)
+{
+    (void)fprintf(out, "time_s holds no time of this beam: as seconds the records end below its lowest mode, or ring "
+                       "far above it, and with the "
+                       "times in thousandths no fit finds it either. Is it a frequency response? Then the first column "
+                       "is freq_Hz, and import takes it "
+                       "with --frequency CHANNEL. ");
+}
+
+/* The channel as it stands in the file, at the place that was found. */
+static void say_place_line(const struct model *model, struct channel_factor *f, const char *name)
+{
+    const struct model_output *o = f->is_input ? NULL : &model->outputs[f->channel];
+    const struct model_input *i = f->is_input ? &model->inputs[f->channel] : NULL;
+    const struct channel_parameters *own = o != NULL ? &o->own : &i->own;
+    f->block = o != NULL ? "outputs" : "inputs";
+    if (own->lists_at || own->lists_gain || (o != NULL && o->mass_kg > 0.0))
+        (void)snprintf(f->line, sizeof f->line, "%s: {..., at_m: %.3g, ...}", name, f->found);
+    else
+        (void)snprintf(f->line, sizeof f->line, "%s: {kind: %s, at_m: %.3g}", name,
+                       o != NULL ? model_output_kind_name(o->kind) : model_input_kind_name(i->kind), f->found);
+}
+
+static void say_place(const struct model *model, struct channel_factor *f, FILE *out)
+{
+    const char *name = name_of(model, f->is_input, f->channel);
+    const double given_m = f->is_input ? model->inputs[f->channel].at_m : model->outputs[f->channel].at_m;
+    (void)fprintf(
+        out,
+        "%s was at %.3g m from the clamp, not at %.3g m: with that the error of a fit falls from %.3g %% to %.3g %%. ",
+        name, f->found, given_m, 100.0 * f->before, 100.0 * f->after);
+    if (f->either)
+        (void)fprintf(out, "%s at %.3g m, not at %.3g m, does as well: go and measure. ", model->inputs[f->other].name,
+                      f->other_found, model->inputs[f->other].at_m);
+    say_place_line(model, f, name);
+}
+
+static void say_exchange(const struct model *model, const struct channel_factor *f, FILE *out)
+{
+    (void)fprintf(out,
+                  "%s and %s stand in each other's columns: exchanged, the error of a fit falls from %.3g %% to %.3g "
+                  "%%. Import the records again with "
+                  "the names as they should be (--channel FROM=TO), or exchange the two in their header. ",
+                  name_of(model, f->is_input, f->channel), name_of(model, f->other_is_input, f->other),
+                  100.0 * f->before, 100.0 * f->after);
+}
+
 void factor_words(const struct model *model, struct channel_factor *f)
 {
     FILE *out = fmemopen(f->text, sizeof f->text, "w");
@@ -171,6 +254,12 @@ void factor_words(const struct model *model, struct channel_factor *f)
         return;
     if (f->kind == FACTOR_TIME) {
         say_time(f, out);
+    } else if (f->kind == FACTOR_NO_TIME) {
+        say_no_time(out);
+    } else if (f->kind == FACTOR_PLACE) {
+        say_place(model, f, out);
+    } else if (f->kind == FACTOR_EXCHANGE) {
+        say_exchange(model, f, out);
     } else {
         say_what(model, f, out);
         say_why(model, f, out);

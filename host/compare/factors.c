@@ -6,7 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "beam/beam.h"
 #include "compare_predict.h"
 #include "estimate/estimate.h"
 
@@ -277,21 +276,6 @@ static void explain(const struct search *s, struct channel_factors *out)
 
 /* ---- Time ---- */
 
-static enum bf_status lowest_mode(const struct model *model, double *frequency_Hz, struct bf_error *err)
-{
-    struct reduced reduced;
-    const struct reduced_options options = {.top_rad = 1.0, .min_modes = 4, .max_modes = 4};
-    const enum bf_status status = reduced_new(model, &options, &reduced, err);
-    *frequency_Hz = 0.0;
-    if (status != BF_OK)
-        return status;
-    for (size_t m = 0; m < reduced.n_modes && !(*frequency_Hz > 0.0); m++) /* rigid-body modes have none */
-        if (reduced.frequency_rad[m] > 1e-4 * reduced.frequency_rad[reduced.n_modes - 1])
-            *frequency_Hz = reduced.frequency_rad[m] / (2.0 * M_PI);
-    reduced_free(&reduced);
-    return BF_OK;
-}
-
 /* Of the pairs' records: the strongest line of the output, the lowest Nyquist frequency. */
 static enum bf_status strongest_line(const struct search *s, double *line_Hz, double *nyquist_Hz, struct bf_error *err)
 {
@@ -299,15 +283,11 @@ static enum bf_status strongest_line(const struct search *s, double *line_Hz, do
     for (size_t p = 0; p < s->n_pairs; p++) {
         const struct record *record = &s->records[s->pairs[p].record[0]];
         const double *z = record_column(record, s->model->outputs[s->pairs[p].output].name);
-        double *amplitude = bf_alloc(record->n / 2 + 1, sizeof *amplitude);
-        const enum bf_status status = spectrum_amplitude(z, record->n, WINDOW_HANN, amplitude, err);
-        size_t best = 1;
-        for (size_t k = 2; k <= record->n / 2 && !status; k++)
-            best = amplitude[k] > amplitude[best] ? k : best;
-        free(amplitude);
+        double one_Hz;
+        const enum bf_status status = factor_strongest_line(record, z, &one_Hz, err);
         if (status)
             return status;
-        *line_Hz = fmin(*line_Hz, (double)best / ((double)record->n * record->dt_s));
+        *line_Hz = fmin(*line_Hz, one_Hz);
         *nyquist_Hz = fmax(*nyquist_Hz, 0.5 / record->dt_s);
     }
     return BF_OK;
@@ -322,7 +302,7 @@ static enum bf_status suspected_time(const struct search *s, double *factor, str
     for (size_t r = 0; r < s->n_records; r++)
         if (record_is_periodic(&s->records[r]))
             return BF_OK; /* its times are made of the lines' frequencies */
-    enum bf_status status = lowest_mode(s->model, &mode_Hz, err);
+    enum bf_status status = factor_lowest_mode(s->model, &mode_Hz, err);
     if (!status)
         status = strongest_line(s, &line_Hz, &nyquist_Hz, err);
     if (!status && nyquist_Hz < below * mode_Hz)
@@ -338,6 +318,32 @@ static void add_time(const struct search *s, struct channel_factors *out)
     f->found = s->time_factor, f->before = 1.0;
     for (size_t p = 0; p < s->n_pairs; p++)
         f->after = s->pairs[p].told ? fmax(f->after, s->pairs[p].after) : f->after;
+}
+
+/* ---- Neither ---- */
+
+/* A beam was found in it, with the factor that the model states, or with any where a patch's gain is open. */
+static bool is_settled(const struct search *s, const struct factor_pair *pair)
+{
+    static const double explained = 0.3, near_one = 0.35; /* error; |ln| of the factor that was found */
+    return pair->told && pair->found > 0.0 && (pair->after < explained || same(pair->found, 1.0)) &&
+           (fabs(log(pair->found)) < near_one || !factor_size_is_stated(s->model, pair));
+}
+
+/* The records of the first output that no factor explains. */
+static enum bf_status find_place(const struct search *s, struct channel_factors *out, struct bf_error *err)
+{
+    for (size_t p = 0; p < s->n_pairs; p++) {
+        struct channel_factor found;
+        if (is_settled(s, &s->pairs[p]))
+            continue;
+        const enum bf_status status =
+            factor_place_find(s->model, s->records, s->pairs[p].record, s->pairs[p].n_records, s->options, &found, err);
+        if (status == BF_OK && isfinite(found.after))
+            (void)add(out, found);
+        return status;
+    }
+    return BF_OK;
 }
 
 /* ---- All of it ---- */
@@ -363,8 +369,12 @@ static enum bf_status find(struct search *s, struct channel_factors *out, struct
         status = judge_against_others(s, err);
     if (!status && any && s->time_factor != 1.0)
         add_time(s, out);
+    if (!status && !any && s->time_factor != 1.0)
+        (void)add(out, (struct channel_factor){.kind = FACTOR_NO_TIME, .factor = 1.0, .found = 1.0});
     if (!status)
         explain(s, out);
+    if (!status && out->n == 0)
+        status = find_place(s, out, err);
     for (size_t i = 0; i < out->n; i++)
         factor_words(s->model, &out->all[i]);
     return status;

@@ -31,17 +31,6 @@ struct localised_bands {
 
 /* ---- One channel: its spectra, and the excess of each band ---- */
 
-static double noise_power(const struct noise_estimate *noise, double from_Hz, double to_Hz)
-{
-    double sum = 0.0;
-    for (size_t k = 0; k < noise->n_bins; k++) { /* bin k stands for half a bin to either side */
-        const double low = fmax(from_Hz, ((double)k - 0.5) * noise->df_Hz);
-        const double high = fmin(to_Hz, ((double)k + 0.5) * noise->df_Hz);
-        sum += high > low ? noise->psd[k] * (high - low) : 0.0;
-    }
-    return sum;
-}
-
 struct channel_work {
     const struct misfit_channel *c;
     const struct fft *plan;
@@ -172,7 +161,7 @@ static enum bf_status fill_bands(const struct misfit_channel channels[], size_t 
         band->weight = excess / (c->noise->rms * c->noise->rms) * (double)c->n;
         band->part.noise_ratio = band->noise > 0.0 ? sqrt(power / band->noise) : 1.0;
         band->part.relative = band->motion > 0.0 ? band->misfit / band->motion : 0.0;
-        for (size_t m = 0; m < used && band->part.mode == 0; m++)
+        for (size_t m = 0; m < used; m++) /* the last: rigid motions come first */
             if (frequency_Hz[m] >= edge[b] && frequency_Hz[m] < edge[b + 1])
                 band->part.mode = m + 1;
         if (excess > 0.0)

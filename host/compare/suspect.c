@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* suspect.c — what is ordinary, before a misfit is taken for physics: a silent input, a gain, a sign, a frequency, another place. */
-#include "compare.h"
+#include "factor_pair.h"
 #include "maths/maths.h"
 
 #include <complex.h>
@@ -9,7 +9,6 @@
 #include <string.h>
 
 static const double explains = 0.5;      /* of the error: a cause that leaves less is worth a sentence */
-static const double gain_is_off = 0.03;  /* |factor − 1| */
 static const double band_matters = 0.15; /* share of the misfit */
 static const double peak_is_off = 0.005; /* of the frequency, and at least PEAK_BINS */
 static const double clearly_worse = 2.0; /* held-out error over the fitted one's */
@@ -73,29 +72,6 @@ static bool say_silent(const struct comparison *all, const struct comparison_cha
         text, SUSPECT_TEXT,
         "Every input is zero throughout, so the model predicts silence: is it the right column, or a free decay "
         "(beamfit import --free-decay)?");
-    return true;
-}
-
-/* Error that the best factor leaves, as a share of the signal. */
-static double scaled_error(const struct comparison_channel *c)
-{
-    return sqrt(fmax(0.0, 1.0 - c->alignment * c->alignment));
-}
-
-static bool say_gain(const struct comparison_channel *c, char text[SUSPECT_TEXT])
-{
-    if (!(scaled_error(c) < explains * c->nrmse) || !(fabs(c->scale - 1.0) > gain_is_off))
-        return false;
-    if (c->scale < 0.0)
-        (void)snprintf(
-            text, SUSPECT_TEXT,
-            "Measured is %.3g times predicted, which leaves %.2g %%: the sensor or an input is the other way "
-            "round.",
-            c->scale, 100.0 * scaled_error(c));
-    else
-        (void)snprintf(text, SUSPECT_TEXT,
-                       "Measured is %.3g times predicted, which leaves %.2g %%: another gain, range, unit or level.",
-                       c->scale, 100.0 * scaled_error(c));
     return true;
 }
 
@@ -175,7 +151,7 @@ static bool say_place(const struct comparison_channel *c, char text[SUSPECT_TEXT
 static void find_cause(const struct comparison *all, const struct comparison_channel *c, bool place,
                        char text[SUSPECT_TEXT])
 {
-    if (!say_silent(all, c, text) && !say_gain(c, text) && !say_frequency(all, c, text) &&
+    if (!say_silent(all, c, text) && !factor_scale_words(all->model, c, false, text) && !say_frequency(all, c, text) &&
         !(place && say_place(c, text)))
         text[0] = '\0';
 }

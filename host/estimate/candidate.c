@@ -9,7 +9,6 @@
 static const double mains_Hz[] = {50.0, 60.0};
 static const double levels[] = {0.4, 0.6, 0.8, 1.0, 1.3, 1.8, 2.5, 4.0}; /* of the largest value */
 static const double scales[] = {0.01, 0.1, 1.0, 10.0};                   /* of the catalogue's start */
-static const double root_trials[] = {1e-3, 5e-3, 2.5e-2}; /* of ℓ/EI: the tip's slope under a moment is 1 there */
 enum { PLACES = 12, TIMES = 10 };
 
 /* ---- Roles and grids ---- */
@@ -118,11 +117,6 @@ static void fill_grid(const struct scan *s, struct candidate *c, int slot)
     const struct beam_parameter_info *info = &c->effect->parameters[slot];
     const size_t n_scales = sizeof scales / sizeof *scales;
     c->n_grid[slot] = 0;
-    if (c->role[slot] == CANDIDATE_STRENGTH && c->effect->releases_root) {
-        const struct material *root = model_material(s->model, s->model->regions[0].name);
-        scale_values(c, slot, s->model->length_m / root->EI.value, root_trials,
-                     sizeof root_trials / sizeof *root_trials);
-    }
     if (c->role[slot] != CANDIDATE_INNER && c->role[slot] != CANDIDATE_INVERSE)
         return;
     if (info->role == BEAM_ROLE_PLACE) {

@@ -103,6 +103,7 @@ struct fit_result {
     struct attainable attainable;           /* filled by the caller that wants it, else no modes */
     struct identifiability identifiability; /* in the unknowns, see unknown[] */
     size_t *unknown;                        /* [identifiability.n] index into parameters */
+    double *covariance; /* [identifiability.n²] of the unknowns: of ln θ where logarithmic, else of θ */
     bool converged;
     double distance;    /* from the optimum, in standard errors, as the gradient tells it */
     double polish_gain; /* what NLopt's polish still found, in ½χ² */
@@ -160,6 +161,21 @@ struct fit_check {
     size_t n_notes; /* what was estimated from the records themselves (own_values_find()) */
     char *const *notes;
 };
+
+/* One response of a spectrum without phase, measured and of a model. */
+struct line_spectrum {
+    char name[MODEL_NAME], input[MODEL_NAME]; /* output over input */
+    size_t n;
+    double *frequency_Hz, *measured, *predicted; /* [n] |H| */
+    double *sd;                                  /* [n] standard error of `measured` */
+    bool stated;                                 /* by coherence and averages; false: told from neighbouring lines */
+};
+
+/* record: of RECORD_MAGNITUDES. (*out)[*n]: outputs that the model has. BF_BAD_FILE: none. Free with line_spectra_free(). */
+enum bf_status fit_line_spectra(const struct model *model, const struct record *record,
+                                const struct predict_options *options, struct line_spectrum **out, size_t *n,
+                                struct bf_error *err);
+void line_spectra_free(struct line_spectrum spectra[], size_t n);
 
 /* Writes values, standard errors and the `fit:` block into the model; records are those of fit_run(). */
 void fit_into_model(const struct fit_result *result, const struct record records[], const struct fit_check *check,

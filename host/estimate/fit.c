@@ -2,6 +2,7 @@
 #include "estimate.h"
 
 #include <math.h>
+#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
@@ -32,7 +33,9 @@ struct fit_work {
     const char **names;
     struct parameter_ref *refs;
     size_t n_refs;
+    size_t n_sampled; /* the first records; the others are lists and spectra without phase */
     struct predictor *predictor;
+    struct line_rows *lines;
     double *sigma; /* [n_channels] weights */
     double *noise; /* [n_channels] 0: unknown */
     struct fit_problem problem;
@@ -43,17 +46,15 @@ static void work_free(struct fit_work *w)
 {
     fit_problem_free(&w->problem);
     predictor_free(w->predictor);
+    lines_free(w->lines);
     free(w->names), free(w->refs), free(w->sigma), free(w->noise), free(w->x);
-}
-
-static double rms_of(const double x[], size_t n)
-{
-    return n ? dense_norm(n, x) / sqrt((double)n) : 0.0;
 }
 
 static enum bf_status find_noise(struct fit_work *w, const struct fit_options *options, struct bf_error *err)
 {
     const struct predict_channel *channels;
+    if (w->predictor == NULL)
+        return BF_OK;
     const size_t n = predictor_channels(w->predictor, &channels);
     w->sigma = bf_alloc(n, sizeof *w->sigma), w->noise = bf_alloc(n, sizeof *w->noise);
     for (size_t c = 0; c < n; c++) {
@@ -69,7 +70,7 @@ static enum bf_status find_noise(struct fit_work *w, const struct fit_options *o
             w->noise[c] = estimate.rms;
             noise_free(&estimate);
         }
-        w->sigma[c] = w->noise[c] > 0.0 ? w->noise[c] : guess * rms_of(channels[c].measured, channels[c].n);
+        w->sigma[c] = w->noise[c] > 0.0 ? w->noise[c] : guess * root_mean_square(channels[c].measured, channels[c].n);
     }
     return BF_OK;
 }
@@ -80,12 +81,22 @@ static enum bf_status work_new(struct fit_work *w, const struct model *model, co
     *w = (struct fit_work){.model = model, .records = records, .n_records = n_records};
     w->names = record_base_names(records, n_records);
     w->n_refs = model_parameters(model, w->names, n_records, &w->refs);
-    enum bf_status status = predictor_new(model, records, n_records, &options->predict, &w->predictor, err);
+    w->n_sampled = lines_behind(records, n_records);
+    if (w->n_sampled == SIZE_MAX)
+        return bf_fail(err, BF_USAGE, "lists of frequencies and spectra without phase stand behind all other records");
+    enum bf_status status = BF_OK;
+    struct predict_options how = options->predict;
+    how.pieces = true;
+    if (w->n_sampled > 0)
+        status = predictor_new(model, records, w->n_sampled, &how, &w->predictor, err);
+    if (!status)
+        status =
+            lines_new(model, records, w->n_sampled, n_records, w->refs, w->n_refs, &options->predict, &w->lines, err);
     if (!status)
         status = find_noise(w, options, err);
     if (!status)
-        status = fit_problem_new(&w->problem, model, w->predictor, records, n_records, w->names, w->refs, w->n_refs,
-                                 w->sigma, err);
+        status = fit_problem_new_with_lines(&w->problem, model, w->predictor, w->lines, records, n_records, w->names,
+                                            w->refs, w->n_refs, w->sigma, err);
     if (status)
         return status;
     double *theta = bf_alloc(w->n_refs, sizeof *theta);
@@ -99,45 +110,12 @@ static enum bf_status work_new(struct fit_work *w, const struct model *model, co
 
 /* ---- Errors per channel ---- */
 
-static struct fit_channel_error *channel_errors(const struct fit_work *w)
-{
-    const struct fit_problem *p = &w->problem;
-    struct fit_channel_error *errors = bf_alloc(p->n_channels, sizeof *errors);
-    for (size_t c = 0; c < p->n_channels; c++) {
-        const struct predict_channel *channel = &p->channels[c];
-        struct fit_channel_error *e = &errors[c];
-        double square = 0.0;
-        size_t n = 0;
-        for (; n < channel->n && p->weight[channel->row + n] > 0.0; n++)
-            square += pow(p->fitted[channel->row + n] - channel->measured[n], 2.0);
-        const double rms = n ? sqrt(square / (double)n) : 0.0, size = rms_of(channel->measured, n);
-        e->record = channel->record;
-        memcpy(e->name, w->model->outputs[channel->output].name, sizeof e->name);
-        e->n = n;
-        e->cut = n < channel->n;
-        e->noise = w->noise[c];
-        e->nrmse = size > 0.0 ? rms / size : rms > 0.0 ? HUGE_VAL : 0.0;
-        e->noise_ratio = w->noise[c] > 0.0 ? rms / w->noise[c] : nan("");
-    }
-    return errors;
-}
-
-void fit_totals(const struct fit_channel_error channels[], size_t n, double *nrmse, double *noise_ratio)
-{
-    double error = 0.0, ratio = 0.0;
-    for (size_t c = 0; c < n; c++) {
-        error += channels[c].nrmse * channels[c].nrmse;
-        ratio += channels[c].noise_ratio * channels[c].noise_ratio;
-    }
-    *nrmse = n ? sqrt(error / (double)n) : 0.0;
-    *noise_ratio = n ? sqrt(ratio / (double)n) : 0.0;
-}
-
 static double total_noise_ratio(const struct fit_work *w)
 {
     double error, ratio;
-    struct fit_channel_error *errors = channel_errors(w);
-    fit_totals(errors, w->problem.n_channels, &error, &ratio);
+    size_t n;
+    struct fit_channel_error *errors = fit_channel_errors(&w->problem, w->noise, &n);
+    fit_totals(errors, n, &error, &ratio);
     free(errors);
     return ratio;
 }
@@ -176,8 +154,7 @@ enum bf_status fit_errors(const struct model *model, const struct record records
     if (!status)
         status = fit_problem_evaluate(&w.problem, w.x, false, &square, err);
     if (!status) {
-        *channels = channel_errors(&w);
-        *n_channels = w.problem.n_channels;
+        *channels = fit_channel_errors(&w.problem, w.noise, n_channels);
     }
     work_free(&w);
     return status;
@@ -295,7 +272,8 @@ static enum bf_status first_descent(struct fit_work *w, const struct fit_options
     if (law_is_new(p, 0)) {
         status = descend_to_law(w, options, stairs, bar, theta, found, err);
     } else {
-        status = starts_restore_vanished(p, theta, err);
+        if (p->predictor != NULL) /* what a list does not tell stays where it is */
+            status = starts_restore_vanished(p, theta, err);
         starts_to_x(p, theta, w->x);
         if (!status)
             status = staircase_run(p, stairs, bar, w->x, found, err);
@@ -313,7 +291,7 @@ static enum bf_status descend(struct fit_work *w, const struct fit_options *opti
                               struct bf_error *err)
 {
     struct fit_problem *p = &w->problem;
-    struct staircase stairs = staircase_for(w->model, w->records, w->n_records);
+    struct staircase stairs = staircase_for(w->model, w->records, w->n_sampled);
     stairs.tried = tried;
     enum bf_status status = first_descent(w, options, &stairs, bar, found, err);
     if (status)
@@ -324,8 +302,9 @@ static enum bf_status descend(struct fit_work *w, const struct fit_options *opti
     if (!status)
         status = fit_problem_evaluate(p, w->x, false, &square, err);
     const bool missed = !status && total_noise_ratio(w) > reached;
-    const bool wanted = options->start == FIT_SEARCH ||
-                        (missed && options->start == FIT_GIVEN && !options->never_search && !law_is_new(p, 0));
+    const bool wanted =
+        options->start == FIT_SEARCH ||
+        (missed && options->start == FIT_GIVEN && !options->never_search && !law_is_new(p, 0) && w->n_sampled > 0);
     if (!status && wanted && p->n_unknowns > 0 && !progress_interrupted())
         status = search(w, &stairs, bar, found, out, err);
     stairs.tried = NULL;
@@ -383,8 +362,7 @@ enum bf_status fit_once(const struct model *model, const struct record records[]
     if (!status)
         status = estimate(&w, options, bar, out, err);
     if (!status) {
-        out->n_channels = w.problem.n_channels;
-        out->channels = channel_errors(&w);
+        out->channels = fit_channel_errors(&w.problem, w.noise, &out->n_channels);
         fit_totals(out->channels, out->n_channels, &out->nrmse, &out->noise_ratio);
         out->intersample = options->predict.intersample;
         status = fit_statistics(&w.problem, model, w.x, out, err);

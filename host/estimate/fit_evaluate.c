@@ -129,8 +129,11 @@ static void weighted_jacobian(struct fit_problem *p, const struct prediction *y,
             const struct predict_channel *channel = &p->channels[c];
             const double factor = slope * p->levels[channel->record];
             for (size_t k = channel->row; k < channel->row + channel->n; k++)
-                to[k] = factor * p->weight[k] * from[k];
+                to[k] = factor * p->weight[k] *
+                        from[k]; /* there are channels: NOLINT(clang-analyzer-core.NullDereference) */
         }
+        for (size_t k = p->n_sample_rows; k < p->n_rows; k++)
+            to[k] = slope * p->lines->jacobian[p->unknowns[i].ref * p->lines->n_rows + k - p->n_sample_rows];
     }
 }
 
@@ -157,23 +160,30 @@ static void weigh_residual(struct fit_problem *p)
             p->residual[row] = p->weight[row] * (p->fitted[row] - channel->measured[k]);
         }
     }
+    if (p->lines != NULL)
+        memcpy(p->residual + p->n_sample_rows, p->lines->residual, p->lines->n_rows * sizeof *p->residual);
 }
 
 /* Runs the predictor and solves every record's linear unknowns. parts: [n_records]. */
 static enum bf_status run(struct fit_problem *p, bool with_jacobian, struct linear_part parts[], struct prediction *y,
                           struct bf_error *err)
 {
-    enum bf_status status = predictor_run(p->predictor, p->theta, with_jacobian ? p->want : NULL, y, err);
+    const bool *want = with_jacobian ? p->want : NULL;
+    *y = (struct prediction){0};
+    enum bf_status status = p->predictor != NULL ? predictor_run(p->predictor, p->theta, want, y, err) : BF_OK;
+    if (!status)
+        status = lines_run(p->lines, p->theta, want, err);
     p->runs++;
     if (status)
         return status;
-    if (y->n_rows != p->n_rows)
-        return bf_fail(err, BF_NUMERIC, "the prediction has %zu rows where %zu were asked for", y->n_rows, p->n_rows);
+    if (y->n_rows != p->n_sample_rows)
+        return bf_fail(err, BF_NUMERIC, "the prediction has %zu rows where %zu were asked for", y->n_rows,
+                       p->n_sample_rows);
     p->coefficients = bf_grow(p->coefficients, y->n_nuisance ? y->n_nuisance : 1, sizeof *p->coefficients);
     p->n_nuisance = y->n_nuisance;
     for (size_t k = 0; k < p->n_nuisance; k++)
         p->coefficients[k] = 0.0;
-    for (size_t r = 0; r < p->n_records && !status; r++) {
+    for (size_t r = 0; r < p->n_records && p->predictor != NULL && !status; r++) {
         linear_part_free(&parts[r]);
         status = fit_record(p, y, r, &parts[r], err);
     }
@@ -187,7 +197,7 @@ static enum bf_status evaluate(struct fit_problem *p, const double x[], bool wit
 {
     struct prediction y;
     const struct predict_target target = {.weight = p->weight, .start = p->states, .runs = &p->runs};
-    enum bf_status status = predictor_settle(p->predictor, p->theta, &target, err);
+    enum bf_status status = p->predictor != NULL ? predictor_settle(p->predictor, p->theta, &target, err) : BF_OK;
     if (!status && (!with_jacobian || p->has_decay))
         status = run(p, false, parts, &y, err);
     if (!status && with_jacobian)

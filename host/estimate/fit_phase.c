@@ -6,12 +6,7 @@
 #include "maths/maths.h"
 #include "fit_phase.h"
 
-enum {
-    PEAKS = 6,   /* of the residual's spectrum that are tried */
-    PADDING = 4, /* bins per resolution */
-    AROUND = 40, /* bins to each side that make the background of a bin */
-    APART = 8    /* bins between two peaks, and between a peak and its background */
-};
+enum { PEAKS = 6 }; /* lines of the residual that are tried */
 
 /* The unknowns of one sinusoidal effect; none where it is held. */
 struct sinusoid {
@@ -50,6 +45,17 @@ static void set_held(struct fit_problem *p, const struct sinusoid *s, bool held)
         fit_problem_hold(p, s->frequency, held);
     for (size_t r = 0; r < p->n_records; r++)
         fit_problem_hold(p, s->phase[r], held);
+}
+
+bool phases_any(const struct fit_problem *p, size_t first_effect)
+{
+    bool any = false;
+    for (size_t e = first_effect; e < p->model->n_effects && !any; e++) {
+        struct sinusoid s;
+        any = find_sinusoid(p, e, &s);
+        free(s.phase);
+    }
+    return any;
 }
 
 void phases_hold(struct fit_problem *p, double x[])
@@ -130,67 +136,16 @@ static void take_pairs(const struct fit_problem *p, const struct sinusoid *s, co
 
 /* ---- Which frequencies ---- */
 
-/* score[k] += how far the residual of a channel stands out of its surroundings at k·df. */
-static enum bf_status add_prominence(const struct fit_problem *p, size_t c, const double residual[], double df_Hz,
-                                     size_t bins, double score[], struct bf_error *err)
-{
-    const size_t n = p->channels[c].n, m = fft_good_size(PADDING * n);
-    const struct fft *plan;
-    enum bf_status status = fft_get(m, &plan, err);
-    if (status)
-        return status;
-    double *x = bf_alloc(m, sizeof *x), *power = bf_alloc(m / 2 + 1, sizeof *power);
-    double complex *X = bf_alloc(m / 2 + 1, sizeof *X);
-    window_fill(WINDOW_HANN, n, x);
-    for (size_t k = 0; k < n; k++)
-        x[k] *= residual[p->channels[c].row + k];
-    fft_forward(plan, x, X);
-    for (size_t k = 0; k <= m / 2; k++)
-        power[k] = creal(X[k] * conj(X[k]));
-    const double own_df_Hz = 1.0 / ((double)m * p->channels[c].dt_s);
-    for (size_t b = 0; b < bins; b++) {
-        const size_t k = (size_t)((double)b * df_Hz / own_df_Hz + 0.5);
-        double around = 0.0, count = 0.0;
-        for (size_t i = k > AROUND ? k - AROUND : 0; i <= k + AROUND && i <= m / 2; i++) {
-            if (i + APART > k && i < k + APART)
-                continue;
-            around += power[i];
-            count += 1.0;
-        }
-        if (k <= m / 2 && around > 0.0)
-            score[b] += power[k] * count / around;
-    }
-    free(x), free(power), free(X);
-    return BF_OK;
-}
-
-/* The frequencies within low … high at which lines stand out of the residual, best first; returns how many. */
+/* The frequencies within low … high at which lines stand out of the residual of all channels. */
 static enum bf_status find_lines(const struct fit_problem *p, const double residual[], double low_Hz, double high_Hz,
                                  double lines_Hz[PEAKS], size_t *n, struct bf_error *err)
 {
-    double longest_s = 0.0, top_Hz = 0.0;
-    for (size_t c = 0; c < p->n_channels; c++) {
-        longest_s = fmax(longest_s, (double)p->channels[c].n * p->channels[c].dt_s);
-        top_Hz = fmax(top_Hz, 0.5 / p->channels[c].dt_s);
-    }
-    const double df_Hz = 1.0 / (PADDING * longest_s);
-    const size_t bins = (size_t)(fmin(top_Hz, high_Hz) / df_Hz) + 1;
-    double *score = bf_alloc(bins, sizeof *score);
-    enum bf_status status = BF_OK;
-    for (size_t c = 0; c < p->n_channels && !status; c++)
-        status = add_prominence(p, c, residual, df_Hz, bins, score, err);
-    for (*n = 0; *n < PEAKS && !status; (*n)++) {
-        size_t best = 0;
-        for (size_t b = (size_t)ceil(fmax(low_Hz, APART * df_Hz) / df_Hz); b < bins; b++)
-            if (score[b] > score[best] || best == 0)
-                best = b;
-        if (best == 0 || !(score[best] > 0.0))
-            break;
-        lines_Hz[*n] = (double)best * df_Hz;
-        for (size_t b = best > APART ? best - APART : 0; b <= best + APART && b < bins; b++)
-            score[b] = 0.0;
-    }
-    free(score);
+    struct residual_channel *channels = bf_alloc(p->n_channels + 1, sizeof *channels);
+    for (size_t c = 0; c < p->n_channels; c++)
+        channels[c] = (struct residual_channel){
+            .r = residual + p->channels[c].row, .n = p->channels[c].n, .dt_s = p->channels[c].dt_s, .scale = 1.0};
+    const enum bf_status status = residual_lines(channels, p->n_channels, low_Hz, high_Hz, PEAKS, lines_Hz, n, err);
+    free(channels);
     return status;
 }
 

@@ -94,7 +94,8 @@ static enum bf_status scale_unknowns(struct fit_problem *p, struct bf_error *err
     double end = 0.0;
     for (size_t i = 0; i < p->n_unknowns; i++)
         open = open || p->unknowns[i].scale == 0.0;
-    for (size_t r = 0; r < p->n_records; r++)
+    open = open && p->predictor != NULL;
+    for (size_t r = 0; r < p->n_records && p->records[r].kind == RECORD_SAMPLES; r++)
         end = fmax(end, p->onset_s[r] + SAMPLES * p->records[r].dt_s);
     struct prediction y = {0};
     enum bf_status status = open ? predictor_window(p->predictor, end, err) : BF_OK;
@@ -102,11 +103,12 @@ static enum bf_status scale_unknowns(struct fit_problem *p, struct bf_error *err
         status = predictor_run(p->predictor, p->theta, p->want, &y, err);
     if (status)
         return status;
-    p->n_channels = predictor_channels(p->predictor, &p->channels);
+    if (p->predictor != NULL)
+        p->n_channels = predictor_channels(p->predictor, &p->channels);
     size_t kept = 0;
     for (size_t i = 0; i < p->n_unknowns; i++) {
         struct unknown u = p->unknowns[i];
-        if (u.scale == 0.0)
+        if (u.scale == 0.0 && open)
             u.scale = scale_by_data(p, y.jacobian + u.ref * y.n_rows);
         p->want[u.ref] = u.scale > 0.0;
         if (u.scale == 0.0)
@@ -164,7 +166,16 @@ enum bf_status fit_problem_new(struct fit_problem *p, const struct model *model,
                                const struct parameter_ref refs[], size_t n_refs, const double sigma[],
                                struct bf_error *err)
 {
+    return fit_problem_new_with_lines(p, model, predictor, NULL, records, n_records, names, refs, n_refs, sigma, err);
+}
+
+enum bf_status fit_problem_new_with_lines(struct fit_problem *p, const struct model *model, struct predictor *predictor,
+                                          struct line_rows *lines, const struct record records[], size_t n_records,
+                                          const char *const names[], const struct parameter_ref refs[], size_t n_refs,
+                                          const double sigma[], struct bf_error *err)
+{
     *p = (struct fit_problem){.model = model,
+                              .lines = lines,
                               .prior_scale = 1.0,
                               .records = records,
                               .n_records = n_records,
@@ -189,11 +200,13 @@ enum bf_status fit_problem_new(struct fit_problem *p, const struct model *model,
         p->levels[r] = 1.0;
         p->has_decay = p->has_decay || record_state_is_free(&records[r]);
     }
-    p->n_channels = predictor_channels(predictor, &p->channels);
-    if (p->n_channels == 0)
+    if (predictor != NULL)
+        p->n_channels = predictor_channels(predictor, &p->channels);
+    if (p->n_channels == 0 && lines == NULL)
         return bf_fail(err, BF_BAD_FILE, "no record has a column that the model names as an output");
     p->sigma = bf_alloc(p->n_channels, sizeof *p->sigma);
-    memcpy(p->sigma, sigma, p->n_channels * sizeof *p->sigma);
+    if (p->n_channels > 0)
+        memcpy(p->sigma, sigma, p->n_channels * sizeof *p->sigma);
     return scale_unknowns(p, err);
 }
 
@@ -295,20 +308,47 @@ double fit_problem_moved(const struct fit_problem *p, const double x[])
     return moved;
 }
 
-enum bf_status fit_problem_rebase(struct fit_problem *p, const double x[], struct bf_error *err)
+static enum bf_status rebase_to(struct fit_problem *p, const double theta[], bool pair, struct bf_error *err)
+{
+    const enum bf_status status = p->predictor != NULL ? predictor_rebase(p->predictor, theta, err) : BF_OK;
+    return status == BF_OK ? lines_rebase(p->lines, theta, pair, err) : status;
+}
+
+static enum bf_status rebase(struct fit_problem *p, const double x[], bool pair, struct bf_error *err)
 {
     struct bf_error ignored;
     p->at_valid = false;
     fit_problem_to_theta(p, x, p->theta);
-    enum bf_status status = predictor_rebase(p->predictor, p->theta, err);
+    enum bf_status status = rebase_to(p, p->theta, pair, err);
     if (status == BF_OK) {
         memcpy(p->base, x, p->n_unknowns * sizeof *x);
         p->based = true;
     } else if (p->based) { /* a predictor without a base cannot run: go back to the last one */
         fit_problem_to_theta(p, p->base, p->theta);
-        if (predictor_rebase(p->predictor, p->theta, &ignored) != BF_OK)
+        if (rebase_to(p, p->theta, pair, &ignored) != BF_OK)
             p->stop = true;
     }
+    return status;
+}
+
+enum bf_status fit_problem_rebase(struct fit_problem *p, const double x[], struct bf_error *err)
+{
+    return rebase(p, x, false, err);
+}
+
+static void weigh_lines(struct fit_problem *p)
+{
+    for (size_t k = p->n_sample_rows; k < p->n_rows; k++) {
+        const double weight = p->lines->used[k - p->n_sample_rows] ? 1.0 : 0.0;
+        p->n_used = (size_t)((double)p->n_used + weight - p->weight[k]);
+        p->weight[k] = weight;
+    }
+}
+
+enum bf_status fit_problem_pair(struct fit_problem *p, const double x[], struct bf_error *err)
+{
+    const enum bf_status status = rebase(p, x, true, err);
+    weigh_lines(p);
     return status;
 }
 
@@ -321,20 +361,25 @@ enum bf_status fit_problem_stage(struct fit_problem *p, double decay_ps, double 
         latest = fmax(latest, p->onset_s[r]);
     p->decay_ps = decay_ps, p->floor = floor;
     const double end = decay_ps > 0.0 ? latest - log(last_weight) / decay_ps : HUGE_VAL;
-    enum bf_status status = predictor_window(p->predictor, end, err);
+    enum bf_status status = p->predictor != NULL ? predictor_window(p->predictor, end, err) : BF_OK;
     if (!status)
-        status = fit_problem_rebase(p, x, err);
+        status = rebase(p, x, true, err);
     if (status)
         return status;
-    p->n_channels = predictor_channels(p->predictor, &p->channels);
-    p->n_rows = 0;
+    if (p->predictor != NULL)
+        p->n_channels = predictor_channels(p->predictor, &p->channels);
+    p->n_sample_rows = 0;
     for (size_t c = 0; c < p->n_channels; c++)
-        p->n_rows += p->channels[c].n;
+        p->n_sample_rows += p->channels[c].n;
+    p->n_rows = p->n_sample_rows + lines_rows(p->lines);
     p->weight = bf_grow(p->weight, p->n_rows, sizeof *p->weight);
     p->residual = bf_grow(p->residual, p->n_rows, sizeof *p->residual);
     p->fitted = bf_grow(p->fitted, p->n_rows, sizeof *p->fitted);
     p->jacobian = bf_grow(p->jacobian, p->n_rows * (p->n_unknowns ? p->n_unknowns : 1), sizeof *p->jacobian);
     p->n_used = 0;
+    for (size_t k = p->n_sample_rows; k < p->n_rows; k++)
+        p->weight[k] = 0.0;
+    weigh_lines(p);
     for (size_t c = 0; c < p->n_channels; c++)
         weigh_channel(p, c);
     return BF_OK;

@@ -13,6 +13,7 @@
 #ifndef BEAMFIT_FIT_PROBLEM_H
 #define BEAMFIT_FIT_PROBLEM_H
 
+#include "line_rows.h"
 #include "maths/maths.h"
 #include "response/response.h"
 
@@ -27,7 +28,8 @@ struct fit_problem {
     const struct model *model;
     const struct record *records;
     size_t n_records;
-    struct predictor *predictor;
+    struct predictor *predictor; /* of the samples; NULL: there are none */
+    struct line_rows *lines; /* of the records that are no samples, the last ones; NULL: there are none; not owned */
     size_t n_refs;
     const struct parameter_ref *refs;
     const char *const *names; /* [n_records] base names */
@@ -48,6 +50,7 @@ struct fit_problem {
     double *base;           /* [n_unknowns] x of the last rebase */
     bool based;             /* there was one */
     const struct predict_channel *channels; /* of the current window */
+    size_t n_sample_rows;                   /* the first ones; those of lines follow */
     size_t n_rows, n_used;                  /* n_used: rows with a weight */
     double *weight;                         /* [n_rows] */
     /* last evaluation */
@@ -76,6 +79,11 @@ enum bf_status fit_problem_new(struct fit_problem *p, const struct model *model,
                                const struct record records[], size_t n_records, const char *const names[],
                                const struct parameter_ref refs[], size_t n_refs, const double sigma[],
                                struct bf_error *err);
+/* The same with records that are no samples; predictor NULL: all are such. lines is borrowed and may be NULL. */
+enum bf_status fit_problem_new_with_lines(struct fit_problem *p, const struct model *model, struct predictor *predictor,
+                                          struct line_rows *lines, const struct record records[], size_t n_records,
+                                          const char *const names[], const struct parameter_ref refs[], size_t n_refs,
+                                          const double sigma[], struct bf_error *err);
 void fit_problem_free(struct fit_problem *p);
 
 /* Begin a stage: window, weights, and the reduced space rebuilt at x. */
@@ -83,6 +91,8 @@ enum bf_status fit_problem_stage(struct fit_problem *p, double decay_ps, double 
                                  struct bf_error *err);
 /* On failure the reduced space is that of the last base again. */
 enum bf_status fit_problem_rebase(struct fit_problem *p, const double x[], struct bf_error *err);
+/* The same, and each measured frequency goes to the mode that is nearest now; as at the beginning of a stage. */
+enum bf_status fit_problem_pair(struct fit_problem *p, const double x[], struct bf_error *err);
 /* Largest move of a structural unknown since the last rebase. */
 double fit_problem_moved(const struct fit_problem *p, const double x[]);
 

@@ -8,6 +8,7 @@
 #include <string.h>
 #include "intervals.h"
 #include "identifiability.h"
+#include "line_statistics.h"
 
 static const double extent_linear = 10.0; /* in θ/scale: what counts as 100 % for a parameter that may be 0 */
 /* A parameter this many times off its start is a wrong unit somewhere. */
@@ -43,13 +44,25 @@ static void fit_noise_models(const struct fit_problem *p, struct interval_channe
     }
 }
 
+static void warn_about_guessed_errors(const struct fit_problem *p, const bool known[], struct fit_result *out)
+{
+    for (size_t g = 0; p->lines != NULL && g < p->lines->n_groups; g++)
+        if (!known[g])
+            warn(out,
+                 "%s: %s without standard errors, and none is left over to tell them from: %s was taken for each; say "
+                 "how well they are known (columns sd_Hz and damping_sd)",
+                 p->names[p->lines->groups[g].record], p->lines->groups[g].name,
+                 p->lines->groups[g].kind == LINE_FREQUENCY ? "0.5 %" : "20 %");
+}
+
 static enum bf_status covariance(const struct fit_problem *p, struct fit_result *out, double cov[],
                                  struct bf_error *err)
 {
-    const size_t n = p->n_unknowns;
+    const size_t n = p->n_unknowns, n_groups = p->lines != NULL ? p->lines->n_groups : 0;
+    bool *known = bf_alloc(n_groups + 1, sizeof *known);
     double *precision = bf_alloc(n, sizeof *precision), *extent = bf_alloc(n, sizeof *extent);
     double *basis = bf_alloc(n * n, sizeof *basis);
-    struct interval_channel *channels = bf_alloc(p->n_channels, sizeof *channels);
+    struct interval_channel *channels = bf_alloc(p->n_channels + n_groups, sizeof *channels);
     for (size_t i = 0; i < n; i++) {
         const struct unknown *u = &p->unknowns[i];
         precision[i] = u->prior > 0.0 ? 1.0 / (u->prior * u->prior) : 0.0;
@@ -63,10 +76,14 @@ static enum bf_status covariance(const struct fit_problem *p, struct fit_result 
             for (size_t i = 0; i < n; i++)
                 basis[i + j * n] = id->V[i + j * n] * extent[i];
         fit_noise_models(p, channels);
-        status = intervals_covariance(p->n_rows, n, p->jacobian, p->weight, precision, fit_problem_form_scale(p),
-                                      p->n_channels, channels, basis, id->kept, cov, err);
+        status = lines_noise(p, channels + p->n_channels, known, err);
     }
-    free(precision), free(extent), free(basis), free(channels);
+    if (!status) {
+        warn_about_guessed_errors(p, known, out);
+        status = intervals_covariance(p->n_rows, n, p->jacobian, p->weight, precision, fit_problem_form_scale(p),
+                                      p->n_channels + n_groups, channels, basis, id->kept, cov, err);
+    }
+    free(known), free(precision), free(extent), free(basis), free(channels);
     return status;
 }
 
@@ -81,12 +98,15 @@ static void fill_parameter(const struct fit_problem *p, size_t ref, struct fit_p
 }
 
 static void fill_estimate(const struct fit_problem *p, size_t i, const double x[], double variance, bool determined,
-                          struct fit_parameter *out)
+                          size_t kept, struct fit_parameter *out)
 {
     const struct unknown *u = &p->unknowns[i];
     const struct parameter *info = p->refs[u->ref].info;
     const double s = sqrt(fmax(variance, 0.0)), slope = fit_problem_slope(p, i, x);
-    const double dof = fmax((double)p->n_used - (double)p->n_unknowns - (double)p->n_nuisance, 1.0);
+    const bool stated =
+        p->n_channels == 0 && lines_stated(p->lines); /* errors of a list are not told by its few rows */
+    const size_t told = p->n_channels == 0 ? kept : p->n_unknowns;
+    const double dof = stated ? 1e6 : fmax((double)p->n_used - (double)told - (double)p->n_nuisance, 1.0);
     out->estimated = true;
     out->identifiable = determined;
     out->logarithmic = u->logarithmic;
@@ -184,6 +204,15 @@ static bool warn_about_inputs(const struct fit_problem *p, const struct model *m
     return driven > 0;
 }
 
+/* Where the search went under a prediction of silence tells nothing. */
+static void take_starts(struct fit_result *out)
+{
+    for (size_t i = 0; i < out->n_parameters; i++) {
+        out->parameters[i].value = out->parameters[i].start;
+        out->parameters[i].at_bound = false;
+    }
+}
+
 static void warn_about_levels(const struct fit_problem *p, const struct model *model, struct fit_result *out)
 {
     for (size_t r = 0; r < p->n_records; r++) {
@@ -232,6 +261,19 @@ static void fill_records(const struct fit_problem *p, struct fit_result *out)
     }
 }
 
+/* From the search's unknowns to ln θ and θ, in place. */
+static void scale_covariance(const struct fit_problem *p, const double x[], double cov[])
+{
+    const size_t n = p->n_unknowns;
+    for (size_t i = 0; i < n; i++) {
+        const double scale = p->unknowns[i].logarithmic ? 1.0 : fit_problem_slope(p, i, x);
+        for (size_t j = 0; j < n; j++) {
+            cov[i + j * n] *= scale;
+            cov[j + i * n] *= scale;
+        }
+    }
+}
+
 enum bf_status fit_statistics(const struct fit_problem *p, const struct model *model, const double x[],
                               struct fit_result *out, struct bf_error *err)
 {
@@ -246,15 +288,18 @@ enum bf_status fit_statistics(const struct fit_problem *p, const struct model *m
     out->unknown = bf_alloc(n, sizeof *out->unknown);
     for (size_t i = 0; i < n && !status; i++) {
         out->unknown[i] = p->unknowns[i].ref;
-        fill_estimate(p, i, x, cov[i + i * n], out->identifiability.determined[i],
+        fill_estimate(p, i, x, cov[i + i * n], out->identifiability.determined[i], out->identifiability.kept,
                       &out->parameters[p->unknowns[i].ref]);
     }
-    free(cov);
+    scale_covariance(p, x, cov);
+    out->covariance = cov;
     if (status)
         return status;
     relative_weights(p, x, out);
-    if (!warn_about_inputs(p, model, out))
+    if (!warn_about_inputs(p, model, out)) {
+        take_starts(out);
         return BF_OK; /* the rest would follow from that */
+    }
     warn_about_priors(p, x, out);
     warn_about_search(out);
     for (size_t i = 0; i < n; i++)
@@ -287,7 +332,8 @@ void fit_free(struct fit_result *result)
         free(result->warnings[k]);
     identifiability_free(&result->identifiability);
     attainable_free(&result->attainable);
-    free(result->parameters), free(result->names), free(result->level), free(result->channels), free(result->unknown);
+    free(result->parameters), free(result->names), free(result->level), free(result->channels), free(result->unknown),
+        free(result->covariance);
     free(result->minima), free(result->warnings);
     *result = (struct fit_result){0};
 }

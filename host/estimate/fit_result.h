@@ -13,4 +13,7 @@
 enum bf_status fit_statistics(const struct fit_problem *p, const struct model *model, const double x[],
                               struct fit_result *out, struct bf_error *err);
 
+/* What the last evaluation leaves, channels first, groups of lines behind; noise: [n_channels], 0 where it is not known. free() it. */
+struct fit_channel_error *fit_channel_errors(const struct fit_problem *p, const double noise[], size_t *n);
+
 #endif

@@ -85,7 +85,7 @@ enum bf_status staircase_last(struct fit_problem *p, const struct staircase *sta
         if (!moved && fabs(p->prior_scale - scale) <= same_scale * scale)
             break;
         if (moved)
-            status = fit_problem_rebase(p, x, err);
+            status = fit_problem_pair(p, x, err);
     }
     out->values = values, out->derivatives = derivatives;
     return status;
@@ -232,6 +232,9 @@ enum bf_status staircase_run(struct fit_problem *p, const struct staircase *stai
         say(bar, s, stairs, p);
         s /= next_factor(misfit);
     }
+    if (!status && phases_any(p, 0) && !fit_problem_interrupted(p))
+        status = staircase_last(p, stairs, x, out,
+                                err); /* lines are looked for in what the rest of the model leaves of whole records */
     if (!status && !fit_problem_interrupted(p))
         status = phases_find(p, x, err);
     if (!status && !fit_problem_interrupted(p))

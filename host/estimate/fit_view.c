@@ -30,13 +30,22 @@ static double noise_square(const struct fit_problem *p)
             rows += p->weight[k] * p->weight[k];
         sum += largest > 0.0 ? rows / (largest * largest) : 0.0;
     }
-    return 0.5 * sum;
+    return 0.5 * (sum + (double)lines_used(p->lines));
+}
+
+/* Of each channel, and as many of each group of lines, if it has them. */
+static double facts(const struct fit_problem *p)
+{
+    double sum = facts_a_channel * (double)p->n_channels;
+    for (size_t g = 0; p->lines != NULL && g < p->lines->n_groups; g++)
+        sum += fmin(facts_a_channel, (double)p->lines->groups[g].n);
+    return sum;
 }
 
 double fit_problem_form_scale(const struct fit_problem *p)
 {
     const double form = 0.5 * dense_dot(p->n_rows, p->residual, p->residual) - noise_accounts * noise_square(p);
-    return fmax(1.0, form / (0.5 * facts_a_channel * (double)p->n_channels));
+    return fmax(1.0, form / (0.5 * facts(p)));
 }
 
 void fit_problem_weigh_priors(struct fit_problem *p, const double x[])

@@ -272,6 +272,42 @@ static bool is_cut(const struct refit_search *t, const struct best_end *best)
     return false;
 }
 
+/* x and *found become the other end where that is lower; else the problem is at x once more. */
+static enum bf_status keep_lower(struct fit_problem *p, const double other[], const struct optimise_result *end,
+                                 double x[], struct optimise_result *found, struct bf_error *err)
+{
+    if (end->half_square < found->half_square) {
+        memcpy(x, other, p->n_unknowns * sizeof *x);
+        *found = *end;
+    }
+    const enum bf_status status = fit_problem_stage(p, 0.0, 0.0, x, err);
+    if (!status)
+        fit_problem_weigh_priors(p, x);
+    return status;
+}
+
+/*
+ * A hum or a shaking clamp has a minimum in each wrong frequency, and the first-order score that theta0 is of may have taken one: whole records once more
+ * with the frequency and the phases of the lines that stand out of the residual.
+ */
+static enum bf_status from_lines(struct refit_search *t, double x[], struct optimise_result *found,
+                                 struct bf_error *err)
+{
+    struct fit_problem *p = t->p;
+    struct optimise_result end = {.half_square = HUGE_VAL};
+    double *other = bf_alloc(p->n_unknowns, sizeof *other);
+    starts_to_x(p, t->theta0, other);
+    phases_hold(p, other);
+    enum bf_status status = phases_find(p, other, err);
+    t->tried++;
+    if (!status)
+        status = staircase_last(p, &t->stairs, other, &end, err);
+    if (!status || status == BF_NUMERIC)
+        status = keep_lower(p, other, &end, x, found, err);
+    free(other);
+    return status;
+}
+
 /* Refits whole records from theta0 alone. Rows that cannot be predicted from theta0 do not count. */
 static enum bf_status refine_near(struct refit_search *t, double x[], struct optimise_result *found,
                                   struct bf_error *err)
@@ -285,6 +321,8 @@ static enum bf_status refine_near(struct refit_search *t, double x[], struct opt
         status = staircase_last(p, &t->stairs, x, found, err);
     if (!status && p->n_used == 0)
         status = bf_fail(err, BF_NUMERIC, "no row of the records can be predicted");
+    if (!status && phases_any(p, t->first_effect) && !fit_problem_interrupted(p))
+        status = from_lines(t, x, found, err);
     if (!status)
         phases_wrap(p, x);
     return status;
@@ -305,15 +343,9 @@ static enum bf_status raise_vanished(struct refit_search *t, double x[], struct 
     starts_to_x(p, theta, moved);
     if (!status && any)
         status = staircase_last(p, &t->stairs, moved, &end, err);
-    if (!status && any && end.half_square < found->half_square) {
-        memcpy(x, moved, p->n_unknowns * sizeof *x);
-        *found = end;
-    } else if (!status || status == BF_NUMERIC) {
-        starts_to_x(p, before, x);
-        status = fit_problem_stage(p, 0.0, 0.0, x, err);
-        if (!status)
-            fit_problem_weigh_priors(p, x);
-    }
+    starts_to_x(p, before, x);
+    if (!status || status == BF_NUMERIC)
+        status = keep_lower(p, moved, &end, x, found, err);
     free(before), free(theta), free(moved);
     return status;
 }

@@ -230,6 +230,7 @@ enum bf_status trial_all(const struct motion *motion, const struct trial_options
     free(effects);
     if (status != BF_OK) {
         free(list);
+        *n = 0;
         return status;
     }
     *out = list;

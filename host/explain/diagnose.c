@@ -231,11 +231,13 @@ static enum bf_status search(struct diagnose_state *w, struct bf_error *err)
     }
     if (!status && !progress_interrupted())
         status = without_one(w, err);
+    if (!status && !progress_interrupted())
+        status = diagnose_exchange(w, err);
     diagnose_drop_repeats(w->d);
     return status ? status : diagnose_hold_rig(w, err);
 }
 
-/* What a free linear model leaves of the fitted records; without it the diagnosis goes on. */
+/* What a free linear model leaves of the fitted records, and then of those held out; without it the diagnosis goes on. */
 static void find_attainable(struct diagnose_state *w)
 {
     struct diagnosis *d = w->d;
@@ -247,6 +249,7 @@ static void find_attainable(struct diagnose_state *w)
         noise[d->baseline.fit.channels[c].record * n_outputs + d->baseline.fit.channels[c].output] = d->noise[c].rms;
     if (attainable_find(d->model, d->records, d->n_records, noise, &d->attainable, &ignored) != BF_OK)
         attainable_free(&d->attainable);
+    (void)attainable_check(d->model, d->records, d->n_records, noise, d->checks, d->n_checks, &d->attainable, &ignored);
     free(noise);
 }
 

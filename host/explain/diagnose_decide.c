@@ -107,13 +107,16 @@ static bool take_missing(struct diagnosis *d)
 {
     for (size_t most = DIAGNOSE_EFFECTS; most > 0; most = most > 1 ? 1 : 0) {
         const struct found found = sure_effects(d, most);
-        const size_t h = found.n > 0 ? made_of(d, &found) : d->n_hypotheses;
-        if (h == d->n_hypotheses)
+        const size_t made = found.n > 0 ? made_of(d, &found) : d->n_hypotheses;
+        if (made == d->n_hypotheses)
             continue;
+        const size_t h = diagnose_simplest(d, made);
         d->verdict = VERDICT_MISSING;
         d->probability = found.probability;
-        for (size_t e = 0; e < found.n; e++)
-            name(d, found.effects[e]);
+        for (size_t e = 0; e < d->hypotheses[h].n_effects; e++)
+            name(d, d->hypotheses[h].effects[e]);
+        if (h != made)
+            d->hypotheses[h].probability = found.probability, d->hypotheses[made].probability = 0.0;
         move_to_front(d, h);
         return true;
     }

@@ -94,6 +94,14 @@ static enum bf_status is_promising(struct shortlist *s, bool *promising, struct 
     return status;
 }
 
+/* What is left is little, and next to nothing of what was there: from far off no linear effect does that in a law's place. */
+static bool takes_nearly_all(const struct diagnosis *d, const struct hypothesis *from, size_t n_effects)
+{
+    static const double little = 1.5, next_to_nothing = 0.005; /* of the noise's rms; of the misfit's power */
+    const double left = diagnose_best_left(d, n_effects), before = from->fitted.noise_ratio;
+    return left <= little && left * left - 1.0 <= next_to_nothing * (before * before - 1.0);
+}
+
 enum bf_status diagnose_extend(struct diagnose_state *w, const struct hypothesis *from, const size_t most[],
                                double span, struct bf_error *err)
 {
@@ -123,8 +131,9 @@ enum bf_status diagnose_extend(struct diagnose_state *w, const struct hypothesis
     if (!status && given_is_wanted(&s) && !diagnose_explained(w->d, s.n_effects) && !progress_interrupted())
         status = diagnose_single_places(w, 0.0, err);
     const bool explained = diagnose_explained(w->d, s.n_effects);
-    const bool enough = (explained && w->d->linearity.verdict != LINEARITY_CANNOT_TELL && diagnose_is_far(from)) ||
-                        from->n_effects >= 2; /* a law is found as the first or the second of three */
+    /* a law is found as the first or the second of three */
+    const bool enough =
+        (diagnose_is_far(from) && (explained || takes_nearly_all(w->d, from, s.n_effects))) || from->n_effects >= 2;
     if (!status && !progress_interrupted() && (!enough || w->options->everything))
         status = stage(&s, kinds + 2, 1, most, 0.4 * span, err);
     if (!status && nonlinear && !w->options->everything && !progress_interrupted() &&

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
  * Is an effect there? The best explanations that have it are held against the best that have not: alone and in sets. What stands
- * out of the others, explains much and leaves little is there with a probability that was calibrated on drawn cases (probability.h).
+ * out of the others and leaves little is there with a probability that was calibrated on drawn cases (probability.h).
  * An effect that does not reach enough of it is joined by the one that speaks most against it: 'one of these is there'.
  */
 #include "diagnose_presence.h"
@@ -12,6 +12,8 @@
 
 /* Of the noise's power: a misfit that is smaller cannot be told from none. */
 static const double least_excess = 0.05;
+/* Nats that are half of a lead without end. */
+static const double clear_lead = 5.0;
 
 static double excess(const struct hypothesis *h)
 {
@@ -44,39 +46,6 @@ static bool has_kin(const struct diagnosis *d, const struct hypothesis *h, const
     return false;
 }
 
-/* The least that hypotheses leave with one of the effects, and without; of all that the decision looks at, and of single effects. */
-struct sides {
-    const struct hypothesis *with, *without; /* that leave the least */
-    double alone, others_alone;              /* excess */
-};
-
-static void take_least(const struct hypothesis **least, const struct hypothesis *h)
-{
-    if (h->fitted.noise_ratio < (*least)->fitted.noise_ratio)
-        *least = h;
-}
-
-static struct sides sides_of(const struct diagnosis *d, const struct decision *one)
-{
-    struct sides s = {.with = &d->hypotheses[one->with],
-                      .without = &d->baseline,
-                      .alone = excess(&d->baseline),
-                      .others_alone = excess(&d->baseline)};
-    for (size_t i = 0; i < d->n_hypotheses; i++) {
-        const struct hypothesis *h = &d->hypotheses[i];
-        const bool with = has_one(h, one), without = !has_kin(d, h, one);
-        if (h->n_effects == 1 && with)
-            s.alone = fmin(s.alone, excess(h));
-        if (h->n_effects == 1 && without)
-            s.others_alone = fmin(s.others_alone, excess(h));
-        if (h->n_effects <= one->most_effects && with)
-            take_least(&s.with, h);
-        if (h->n_effects <= one->most_effects && without)
-            take_least(&s.without, h);
-    }
-    return s;
-}
-
 static void take_best(const struct diagnosis *d, size_t i, size_t *best)
 {
     if (*best == d->n_hypotheses || d->hypotheses[i].score > d->hypotheses[*best].score)
@@ -100,41 +69,65 @@ static void find_best(const struct diagnosis *d, struct decision *one)
 
 /* ---- Features ---- */
 
-/* Share of the misfit's rms that it takes, of the fitted and the held-out records together. */
-static double share_explained(const struct diagnosis *d, const struct hypothesis *h)
+/* Times the rms above the noise that `other` leaves, one leaves: of the fitted and, where both were asked, the held-out records. */
+static double rms_of(const struct hypothesis *one, const struct hypothesis *other)
 {
-    double before = excess(&d->baseline), after = excess(h);
-    if (h->check.n_channels > 0 && d->baseline.check.n_channels > 0) {
-        before += held_out_excess(&d->baseline);
-        after += held_out_excess(h);
+    const bool held_out = one->check.n_channels > 0 && other->check.n_channels > 0;
+    const double left = excess(one) + (held_out ? held_out_excess(one) : 0.0);
+    return sqrt(left / (excess(other) + (held_out ? held_out_excess(other) : 0.0)));
+}
+
+/* Of the rms that is left, the share that neither the noise nor what else is the floor would leave. */
+static double share_above(double left, double floor)
+{
+    const double least = isfinite(floor) ? fmax(floor, 1.0) : 1.0, all = fmax(left, least);
+    return sqrt(1.0 - least * least / (all * all));
+}
+
+/* Of the fitted records with the least that any explanation leaves, or of the held-out ones with the best: whichever has more above a free linear model. */
+static double share_left(const struct diagnosis *d, const struct hypothesis *least, const struct hypothesis *best)
+{
+    const double floor = d->attainable.modes > 0 ? d->attainable.noise_ratio : 1.0;
+    const double fitted = share_above(least->fitted.noise_ratio, floor);
+    if (best->check.n_channels == 0)
+        return fitted;
+    /* the floor of the held-out records where it is known, and never less than of the fitted ones */
+    const double held_out = d->attainable.modes > 0 ? fmax(d->attainable.held_out_noise_ratio, floor) : floor;
+    return fmax(fitted, share_above(best->check.noise_ratio, held_out));
+}
+
+/* Of the hypotheses with one of the effects, the one that leaves the least. */
+static const struct hypothesis *least_left(const struct diagnosis *d, const struct decision *one)
+{
+    const struct hypothesis *least = &d->hypotheses[one->with];
+    for (size_t i = 0; i < d->n_hypotheses; i++) {
+        const struct hypothesis *h = &d->hypotheses[i];
+        if (h->n_effects <= one->most_effects && has_one(h, one) && h->fitted.noise_ratio < least->fitted.noise_ratio)
+            least = h;
     }
-    return fmax(1.0 - sqrt(after / before), -1.0);
+    return least;
 }
 
-/* Of the power that is left, the share that neither the noise nor a free linear model would leave. */
-static double share_left(const struct diagnosis *d, const struct hypothesis *h)
+/* What has none of the effects: an explanation, or the baseline where that is better. */
+static const struct hypothesis *best_other(const struct diagnosis *d, const struct decision *one)
 {
-    const double floor = d->attainable.modes > 0 ? fmax(d->attainable.noise_ratio, 1.0) : 1.0;
-    const double left = fmax(h->fitted.noise_ratio, floor);
-    return 1.0 - floor * floor / (left * left);
+    const bool any = one->without < d->n_hypotheses;
+    return any && d->hypotheses[one->without].score > d->baseline.score ? &d->hypotheses[one->without] : &d->baseline;
 }
 
-/* -1 … 1 */
-static double contrast(double without, double with)
+static double bounded(double x, double half)
 {
-    return (without - with) / (without + with);
+    return x / (half + fabs(x));
 }
 
 static void fill_features(const struct diagnosis *d, struct decision *one)
 {
-    const struct hypothesis *best = &d->hypotheses[one->with];
-    const struct sides s = sides_of(d, one);
+    const struct hypothesis *best = &d->hypotheses[one->with], *other = best_other(d, one);
     double *x = one->feature;
-    x[FEATURE_STANDS_OUT] = fmax(contrast(s.others_alone, s.alone), contrast(excess(s.without), excess(s.with)));
-    x[FEATURE_EXPLAINED] = share_explained(d, best);
-    x[FEATURE_REMAINS] = share_left(d, s.with);
-    x[FEATURE_AT_NOISE] = best->explains ? 1.0 : 0.0;
+    x[FEATURE_REMAINS] = share_left(d, least_left(d, one), best);
     x[FEATURE_SET] = best->n_effects > 1 ? 1.0 : 0.0;
+    x[FEATURE_LEAD] = bounded(best->score - other->score, clear_lead);
+    x[FEATURE_CROWD] = bounded(log(rms_of(other, best)), 1.0);
     one->probability = probability_of(x);
 }
 
@@ -224,6 +217,57 @@ void diagnose_weigh_presence(struct diagnosis *d)
         for (size_t e = 0; e < h->n_effects; e++)
             h->probability = fmin(h->probability, presence_of(d, h->effects[e]));
     }
+}
+
+/* Kin of one of the effects: itself, a special case, or what it is a special case of. */
+static bool is_kin(const struct diagnosis *d, const struct hypothesis *h, const struct hypothesis *named)
+{
+    for (size_t e = 0; e < named->n_effects; e++) {
+        const struct decision one = {.n = 1, .among = {named->effects[e]}};
+        if (has_kin(d, h, &one))
+            return true;
+    }
+    return false;
+}
+
+/* Nats that the best single effect gains over the baseline that has nothing to do with what is to be named. */
+static double gain_of_unrelated(const struct diagnosis *d, const struct hypothesis *named)
+{
+    double gain = 0.0;
+    for (size_t i = 0; i < d->n_hypotheses; i++)
+        if (d->hypotheses[i].n_effects == 1 && !is_kin(d, &d->hypotheses[i], named))
+            gain = fmax(gain, d->hypotheses[i].score - d->baseline.score);
+    return gain;
+}
+
+/* The same set with a special case of one of its effects. */
+static bool simplifies(const struct diagnosis *d, const struct hypothesis *simple, const struct hypothesis *named)
+{
+    size_t specials = 0;
+    if (simple->n_effects != named->n_effects)
+        return false;
+    for (size_t e = 0; e < simple->n_effects; e++) {
+        bool special = false;
+        for (size_t k = 0; k < named->n_effects; k++)
+            special = special || diagnose_special_case(simple->effects[e], named->effects[k], d->model);
+        if (!special && !hypothesis_has(named, simple->effects[e]))
+            return false;
+        specials += special;
+    }
+    return specials > 0;
+}
+
+size_t diagnose_simplest(const struct diagnosis *d, size_t named)
+{
+    const struct hypothesis *h = &d->hypotheses[named];
+    const double gain = gain_of_unrelated(d, h);
+    size_t found = named;
+    for (size_t i = 0; i < d->n_hypotheses; i++)
+        if (simplifies(d, &d->hypotheses[i], h) && h->score - d->hypotheses[i].score < gain &&
+            diagnose_significant(d, &d->hypotheses[i]) &&
+            (found == named || d->hypotheses[i].score > d->hypotheses[found].score))
+            found = i;
+    return found;
 }
 
 bool diagnose_is_open(const struct diagnosis *d, const struct decision *one)

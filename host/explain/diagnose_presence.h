@@ -13,4 +13,11 @@ void diagnose_weigh_presence(struct diagnosis *d);
 /* The best explanation without these effects is as good as the best with one of them: the records do not tell. */
 bool diagnose_is_open(const struct diagnosis *d, const struct decision *one);
 
+/*
+ * The explanation to name for one of index `named`: itself, or the same with a special case of one of its effects (a damper is a spring
+ * without stiffness), where what the general form takes more is less than what an effect that is not there takes of the whole misfit:
+ * evidence counts ratios, so a stand-in would gain as much of what the special case leaves.
+ */
+size_t diagnose_simplest(const struct diagnosis *d, size_t named);
+
 #endif

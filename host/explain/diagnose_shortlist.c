@@ -364,15 +364,32 @@ void shortlist_choose(struct shortlist *s, enum effect_kind kind, size_t most, d
 
 /* ---- Begin and end ---- */
 
+/* Where a hum or a shaking clamp may be: lines that the test of linearity has found, then those of what the hypothesis leaves. Returns how many. */
+static size_t find_lines(const struct diagnosis *d, const struct hypothesis *from, size_t most, double lines_Hz[])
+{
+    struct misfit_channel *misfit = hypothesis_channels(d, from);
+    struct residual_channel *left = bf_alloc(from->fit.n_channels + 1, sizeof *left);
+    struct bf_error ignored;
+    size_t n = 0, n_left = 0, more = 0;
+    for (size_t i = 0; i < d->linearity.n_added && n < most; i++)
+        if (d->linearity.added[i].frequency_Hz > 0.0)
+            lines_Hz[n++] = d->linearity.added[i].frequency_Hz;
+    for (size_t c = 0; c < from->fit.n_channels; c++)
+        if (misfit[c].n > 1 && misfit[c].noise->rms > 0.0)
+            left[n_left++] = (struct residual_channel){
+                .r = misfit[c].residual, .n = misfit[c].n, .dt_s = misfit[c].dt_s, .scale = misfit[c].noise->rms};
+    if (residual_lines(left, n_left, 0.0, INFINITY, most - n, lines_Hz + n, &more, &ignored) != BF_OK)
+        more = 0;
+    free(misfit), free(left);
+    return n + more;
+}
+
 enum bf_status shortlist_new(struct diagnose_state *w, const struct hypothesis *from, struct shortlist *out,
                              struct bf_error *err)
 {
-    enum { MOST_LINES = 16 };
+    enum { MOST_LINES = 8 };
     double lines[MOST_LINES];
-    size_t n_lines = 0;
-    for (size_t i = 0; i < w->d->linearity.n_added && n_lines < MOST_LINES; i++)
-        if (w->d->linearity.added[i].frequency_Hz > 0.0)
-            lines[n_lines++] = w->d->linearity.added[i].frequency_Hz;
+    const size_t n_lines = find_lines(w->d, from, MOST_LINES, lines);
     const struct candidate_options options = {.without = w->options->without,
                                               .n_without = w->options->n_without,
                                               .line_Hz = lines,

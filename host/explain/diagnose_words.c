@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The verdict in words. */
-#include "diagnose_state.h"
+#include "diagnose_presence.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -117,6 +117,9 @@ static void missing(FILE *out, const struct diagnosis *d)
         (void)fprintf(out, ", explains ");
         shares(out, d, second);
         (void)fprintf(out, ".");
+        if (diagnose_simplest(d, (size_t)(second - d->hypotheses)) == (size_t)(best - d->hypotheses))
+            (void)fprintf(out,
+                          " It is the more general form and takes no more than an effect that is not there would.");
     }
 }
 

@@ -100,13 +100,12 @@ enum check_kind {
 };
 const char *check_kind_name(enum check_kind kind);
 
-/* What the probability of a decision is computed from: with one of its effects against without. Each lies between -1 and 1. */
+/* What the probability of a decision is computed from: the best explanation with one of its effects against the best without. */
 enum feature {
-    FEATURE_STANDS_OUT, /* (b - a)/(b + a) of the excess power left with, a, and without, b: of single effects or of all, the larger */
-    FEATURE_EXPLAINED, /* share of the misfit's rms that the best explanation takes of the fitted and held-out records */
-    FEATURE_REMAINS,   /* share of what is left that neither the noise nor a free linear model leaves */
-    FEATURE_AT_NOISE,  /* 1: the best explanation leaves nothing that matters */
-    FEATURE_SET,       /* 1: the best explanation has more than one effect */
+    FEATURE_REMAINS, /* 0 ... 1: share of the rms it leaves that neither the noise nor a free linear model would leave */
+    FEATURE_SET,     /* 1: it has more than one effect */
+    FEATURE_LEAD,    /* -1 ... 1: x/(c + |x|) of the nats x by which it leads what has none of the effects */
+    FEATURE_CROWD, /* -1 ... 1: x/(1 + |x|), e^x: times the rms that it leaves, of both kinds of records, is left without any of the effects */
     FEATURES
 };
 const char *feature_name(enum feature feature);

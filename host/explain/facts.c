@@ -17,17 +17,6 @@ static const double price = 2.0;
 
 /* ---- The bands ---- */
 
-static double noise_power(const struct noise_estimate *noise, double from_Hz, double to_Hz)
-{
-    double sum = 0.0;
-    for (size_t k = 0; k < noise->n_bins; k++) { /* bin k stands for half a bin to either side */
-        const double low = fmax(from_Hz, ((double)k - 0.5) * noise->df_Hz);
-        const double high = fmin(to_Hz, ((double)k + 0.5) * noise->df_Hz);
-        sum += high > low ? noise->psd[k] * (high - low) : 0.0;
-    }
-    return sum;
-}
-
 /* A channel without a noise level has its noise spread evenly, at the level that stands for it. */
 static double noise_in_band(const struct misfit_channel *c, double sigma, double from_Hz, double to_Hz)
 {
@@ -142,21 +131,24 @@ static size_t n_parameters(const struct hypothesis *h)
     return n;
 }
 
-/* One fact in all hypotheses: what an explanation that leaves `left` loses against the least. */
+/* One fact in all hypotheses: what an explanation that leaves `left` loses against the least, in units of what the least stands for. */
 struct fact_weight {
-    double least, bins;
+    double least, unit, bins;
 };
 
+/* Of few bins an effect with as many parameters takes everything. What is then left is less than their noise by chance, and is no unit to measure by. */
 static struct fact_weight weigh(double least, double bins, double doubt)
 {
     const double noise = 1.0 + 2.0 * hypot(doubt, sqrt(2.0 / bins));
-    const double form = fmax(least - noise, 0.0) / fmax(least, 1e-300);
-    return (struct fact_weight){.least = least, .bins = 1.0 / (1.0 / bins + form * form + computed * computed)};
+    const double form = fmax(least - noise, 0.0) / fmax(least, noise);
+    return (struct fact_weight){.least = least,
+                                .unit = fmax(least, 1.0 / noise),
+                                .bins = 1.0 / (1.0 / bins + form * form + computed * computed)};
 }
 
 static double lost(const struct fact_weight *w, double left)
 {
-    return 0.5 * freedom * log1p(w->bins * (left - w->least) / (freedom * w->least));
+    return 0.5 * freedom * log1p(w->bins * (left - w->least) / (freedom * w->unit));
 }
 
 /* The hypotheses, and last the baseline. */
@@ -171,7 +163,7 @@ static void add_fitted(const struct diagnosis *d, double score[])
         double least = INFINITY;
         for (size_t i = 0; i <= d->n_hypotheses; i++)
             least = fmin(least, nth(d, i)->left[f]);
-        const struct fact_weight w = weigh(fmax(least, 1e-12), d->facts[f].bins, d->facts[f].doubt);
+        const struct fact_weight w = weigh(least, d->facts[f].bins, d->facts[f].doubt);
         for (size_t i = 0; i <= d->n_hypotheses; i++)
             score[i] -= lost(&w, nth(d, i)->left[f]);
     }
@@ -190,7 +182,7 @@ static void add_held_out(const struct diagnosis *d, double score[])
             least = fmin(least, nth(d, i)->check.ratio[c] * nth(d, i)->check.ratio[c]);
         if (!isfinite(least))
             continue;
-        const struct fact_weight w = weigh(fmax(least, 1e-12), d->baseline.check.bins[c], d->baseline.check.doubt[c]);
+        const struct fact_weight w = weigh(least, d->baseline.check.bins[c], d->baseline.check.doubt[c]);
         for (size_t i = 0; i <= d->n_hypotheses; i++)
             score[i] -= lost(&w, nth(d, i)->check.ratio[c] * nth(d, i)->check.ratio[c]);
     }

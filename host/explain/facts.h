@@ -8,8 +8,8 @@
  *
  *     2 log(1 + ¼ K (e − e_f)/e_f),    1/K = 1/K_f + s²,    s: the part of e_f that the noise does not account for
  *
- * against the best: Student's likelihood. At the noise (s = 0) it begins as half the difference of χ²: every bin counts. Far from it (s = 1)
- * it grows with log(τ/τ_f), the ratio of the two relative errors of form: the band counts once.
+ * against the best: Student's likelihood. The divisor is not less than the noise may leave by chance. At the noise (s = 0) it begins as half the
+ * difference of χ²: every bin counts. Far from it (s = 1) it grows with log(τ/τ_f), the ratio of the two relative errors of form: the band counts once.
  */
 #ifndef BEAMFIT_FACTS_H
 #define BEAMFIT_FACTS_H

@@ -6,11 +6,10 @@
 const char *feature_name(enum feature feature)
 {
     static const char *const names[FEATURES] = {
-        [FEATURE_STANDS_OUT] = "stands_out",
-        [FEATURE_EXPLAINED] = "explained",
         [FEATURE_REMAINS] = "remains",
-        [FEATURE_AT_NOISE] = "at_noise",
         [FEATURE_SET] = "set",
+        [FEATURE_LEAD] = "lead",
+        [FEATURE_CROWD] = "crowd",
     };
     return names[feature];
 }

@@ -53,12 +53,28 @@ static int create_temporary(struct atomic_file *af)
     return -1;
 }
 
+static enum bf_status open_standard_output(struct atomic_file *af, struct bf_error *err)
+{
+    (void)fflush(stdout);
+    const int fd = dup(STDOUT_FILENO);
+    af->f = fd >= 0 ? fdopen(fd, "w") : NULL;
+    if (af->f != NULL)
+        return BF_OK;
+    fail_to_write(af, errno, err);
+    if (fd >= 0)
+        close(fd);
+    forget(af);
+    return err->status;
+}
+
 enum bf_status atomic_open(const char *path, struct atomic_file *af, struct bf_error *err)
 {
     memset(af, 0, sizeof *af);
     if (path[0] == '\0')
         return bf_fail(err, BF_USAGE, "the output file has an empty name; give one with -o");
     af->path = bf_strdup(path);
+    if (strcmp(path, "-") == 0)
+        return open_standard_output(af, err);
     af->target = resolve(path);
     struct stat info;
     bool exists = stat(af->target, &info) == 0;
@@ -148,4 +164,11 @@ enum bf_status atomic_check(const char *path, struct bf_error *err)
     if (status == BF_OK)
         atomic_abort(&out);
     return status;
+}
+
+enum bf_status atomic_check_file(const char *path, struct bf_error *err)
+{
+    if (path != NULL && strcmp(path, "-") == 0)
+        return bf_fail(err, BF_USAGE, "-: standard output has the answer of this command; give the name of a file");
+    return atomic_check(path, err);
 }

@@ -1,5 +1,4 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include <pthread.h>
 #include <stdarg.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -43,14 +42,6 @@ enum bf_status bf_fail_at(struct bf_error *err, const char *file, long line, con
     return bf_fail(err, BF_BAD_FILE, "%s: %s", file, text);
 }
 
-/* Notes of this run, for answers that list them; kept to the end of the program. */
-enum { MOST_SAID = 64 };
-static struct {
-    pthread_mutex_t lock;
-    size_t n;
-    char *text[MOST_SAID];
-} said = {.lock = PTHREAD_MUTEX_INITIALIZER};
-
 static struct {
     bf_warn_listener *tell;
     void *context;
@@ -71,17 +62,8 @@ void bf_warn(const char *format, ...)
     va_end(args);
     make_one_line(text);
     fprintf(stderr, "beamfit: warning: %s\n", text);
-    (void)pthread_mutex_lock(&said.lock);
-    if (said.n < MOST_SAID)
-        said.text[said.n++] = bf_strdup(text);
-    (void)pthread_mutex_unlock(&said.lock);
     if (listener.tell != NULL)
         listener.tell(listener.context, text);
-}
-
-const char *bf_warning(size_t i)
-{
-    return i < said.n ? said.text[i] : NULL;
 }
 
 static void end_out_of_memory(size_t count, size_t size)

@@ -55,8 +55,6 @@ enum bf_status bf_fail_at(struct bf_error *err, const char *file, long line, con
 /* A note for the person at the terminal, on standard error: "beamfit: warning: …" (never an error). */
 void bf_warn(const char *format, ...) __attribute__((format(printf, 1, 2)));
 
-/* The i-th note that bf_warn() has printed; NULL beyond the last (of the first 64). */
-const char *bf_warning(size_t i);
 /* Who is told of every warning besides, from whatever thread; NULL: nobody. Call while one thread runs. */
 typedef void bf_warn_listener(void *context, const char *text);
 void bf_warn_listen(bf_warn_listener *tell, void *context);
@@ -101,10 +99,6 @@ void text_print_padded(FILE *out, const char *text, size_t width);
  * begin at column `indent` already. Ends with a newline.
  */
 void text_print_wrapped(FILE *out, const char *text, size_t indent, size_t columns);
-
-/* The label, blanks up to column `indent`, and the formatted text wrapped behind them at the terminal's width; ends with a newline. */
-void text_say(FILE *out, const char *label, size_t indent, const char *format, ...)
-    __attribute__((format(printf, 4, 5)));
 
 /*
  * The help text of a command in so many columns. In the text, lines from the left edge make paragraphs; "  TERM  words" is an
@@ -197,22 +191,30 @@ enum bf_status lines_read_all(const char *path, char **data, size_t *n, char sha
 
 /* OPTIONS — a table for each command: parsed, explained by --help and the manual page, completed by the shell; one wording of mistakes. */
 
-enum { OPTION_WORD = 1, OPTION_FORCE = -2, OPTION_ANSWER_FORMAT = -3, OPTION_SCHEMA = -4 };
+enum {
+    OPTION_WORD = 1,
+    OPTION_FORCE = -2,
+    OPTION_ANSWER_FORMAT = -3,
+    OPTION_SCHEMA = -4,
+    OPTION_ALL = -5,
+    OPTION_JSON = -6
+};
 
-/* Rows of a command that answers something; `code` is that of --json, and of --format when it is not text. main() answers --json-schema. */
-#define OPTIONS_JSON(code)                                                                                             \
-    {code, 0, "json", NULL, NULL, "the answer as JSON on standard output, and nothing else"},                          \
+/* Rows of a command that answers something, for options_format(). main() answers --json-schema. */
+#define OPTIONS_JSON                                                                                                   \
+    {OPTION_JSON, 0, "json", NULL, NULL, "the answer as JSON on standard output, and nothing else"},                   \
     {                                                                                                                  \
         OPTION_SCHEMA, 0, "json-schema", NULL, NULL, "what each name in that JSON is, as a JSON Schema, and no more"   \
     }
-#define OPTIONS_ANSWER(code)                                                                                           \
-    OPTIONS_JSON(code),                                                                                                \
+#define OPTIONS_ANSWER                                                                                                 \
+    OPTIONS_JSON,                                                                                                      \
     {                                                                                                                  \
         OPTION_ANSWER_FORMAT, 0, "format", "HOW", "text|json|markdown|html",                                           \
             "the answer as text (default), json, markdown or html"                                                     \
     }
 enum options_format { OPTIONS_TEXT, OPTIONS_AS_JSON, OPTIONS_MARKDOWN, OPTIONS_HTML };
 enum options_format options_format(void); /* of the command line so far */
+bool options_all(void);                   /* --all (OPTION_ALL) was there: text with every column */
 
 /*
  * One row of a table, which ends with {0}. A row with code 0 is no option: with a name it explains an argument, without one its words stand
@@ -259,8 +261,8 @@ enum bf_status options_count(const char *what, const char *text, long least, lon
 enum bf_status options_choice(const char *what, const char *text, const char *const names[], size_t n, size_t *out,
                               struct bf_error *err);
 
-/* BF_USAGE when --json and the output "-" (NULL: none) both want standard output. */
-enum bf_status options_one_answer(bool json, const char *output, struct bf_error *err);
+/* BF_USAGE when --json (--format) and the output "-" (NULL: none) both want standard output. */
+enum bf_status options_one_answer(const char *output, struct bf_error *err);
 
 /* After options_next() has said −1, of a command without names: BF_USAGE when a word is left over. */
 enum bf_status options_only(int argc, char **argv, struct bf_error *err);
@@ -307,7 +309,7 @@ void workers_run(int wanted, size_t n_pieces, void *(*work)(void *queue), void *
  *
  * Content goes to a temporary file in the directory of the target, and replaces the target by rename() after a
  * successful fsync(). Until then, and after any failure, an existing target is untouched. A symbolic link is followed;
- * an existing target keeps its permissions. Devices and pipes (/dev/stdout, /dev/null) are written directly.
+ * an existing target keeps its permissions. Devices and pipes (/dev/stdout, /dev/null), and "-", standard output, are written directly.
  */
 
 struct atomic_file {
@@ -329,6 +331,8 @@ enum bf_status atomic_commit(struct atomic_file *af, struct bf_error *err);
 
 /* Before long work: may this file be written? NULL and "-" (standard output) may. Errors as atomic_open()'s; nothing is left behind. */
 enum bf_status atomic_check(const char *path, struct bf_error *err);
+/* Of commands whose answer goes to standard output in any case: BF_USAGE for "-". */
+enum bf_status atomic_check_file(const char *path, struct bf_error *err);
 
 /* Removes the temporary file and frees af. Does nothing after atomic_commit() or another atomic_abort(). */
 void atomic_abort(struct atomic_file *af);
@@ -414,6 +418,9 @@ void json_push_text(struct json *array, const char *text);
 /* Reading a tree. A list's items and an object's members are counted alike; NULL where there is none, and 0 of NULL. */
 bool json_is_list(const struct json *value);
 bool json_is_text(const struct json *value);
+bool json_number_is(const struct json *value);
+double json_number_of(const struct json *value); /* NAN of anything else */
+bool json_truth(const struct json *value);
 size_t json_length(const struct json *value);
 struct json *json_item(const struct json *list, size_t i);
 struct json *json_member(const struct json *object, const char *key);

@@ -122,6 +122,21 @@ bool json_is_text(const struct json *value)
     return json_is_string(inside(value));
 }
 
+bool json_number_is(const struct json *value)
+{
+    return json_is_number(inside(value));
+}
+
+double json_number_of(const struct json *value)
+{
+    return json_is_number(inside(value)) ? json_number_value(inside(value)) : (double)NAN;
+}
+
+bool json_truth(const struct json *value)
+{
+    return json_is_true(inside(value));
+}
+
 size_t json_length(const struct json *value)
 {
     return json_is_array(inside(value)) ? json_array_size(inside(value)) : json_object_size(inside(value));

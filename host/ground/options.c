@@ -83,30 +83,31 @@ static void explain_long(const char *command, const char *text, bool known, cons
 }
 
 static enum options_format format_asked;
+static bool all_asked;
+
+bool options_all(void)
+{
+    return all_asked;
+}
 
 enum options_format options_format(void)
 {
     return format_asked;
 }
 
-/* What is no business of the command; NULL: nothing is left to say of this row. *row becomes that of --json for any form but text. */
-static enum bf_status take_common(const struct option_row rows[], const struct option_row **row, struct bf_error *err)
+/* What is no business of the command. */
+static enum bf_status take_common(const struct option_row *row, struct bf_error *err)
 {
     static const char *const forms[] = {"text", "json", "markdown", "html"}; /* order of enum options_format */
-    size_t form = OPTIONS_TEXT;
-    const struct option_row *one = *row;
-    if (one->code == OPTION_FORCE)
+    size_t form = OPTIONS_AS_JSON;
+    if (row->code == OPTION_FORCE)
         outputs_force();
-    else if (one->name != NULL && strcmp(one->name, "json") == 0)
-        format_asked = OPTIONS_AS_JSON;
-    if (one->code == OPTION_ANSWER_FORMAT) {
-        if (options_choice("--format", optarg, forms, 4, &form, err) != BF_OK)
-            return BF_USAGE;
+    else if (row->code == OPTION_ALL)
+        all_asked = true;
+    if (row->code == OPTION_ANSWER_FORMAT && options_choice("--format", optarg, forms, 4, &form, err) != BF_OK)
+        return BF_USAGE;
+    if (row->code == OPTION_ANSWER_FORMAT || row->code == OPTION_JSON)
         format_asked = (enum options_format)form;
-        while (form != OPTIONS_TEXT && strcmp(rows->name != NULL ? rows->name : "", "json") != 0)
-            rows++;
-        *row = form != OPTIONS_TEXT ? rows : one;
-    }
     return BF_OK;
 }
 
@@ -119,7 +120,7 @@ static int next(int argc, char **argv, const struct option_row rows[], bool word
     opterr = 0;
     while ((found = getopt_long(argc, argv, tables.by_letter, tables.by_name, NULL)) != -1 &&
            (row = row_of(found, rows)) != NULL) {
-        if (take_common(rows, &row, err) != BF_OK)
+        if (take_common(row, err) != BF_OK)
             return '?';
         if (row->code >= 0)
             return row->code;
@@ -194,9 +195,9 @@ enum bf_status options_choice(const char *what, const char *text, const char *co
     return bf_fail(err, BF_USAGE, "%s '%.60s' is unknown; give %s", what, text, known);
 }
 
-enum bf_status options_one_answer(bool json, const char *output, struct bf_error *err)
+enum bf_status options_one_answer(const char *output, struct bf_error *err)
 {
-    if (!json || output == NULL || strcmp(output, "-") != 0)
+    if (options_format() == OPTIONS_TEXT || output == NULL || strcmp(output, "-") != 0)
         return BF_OK;
     return bf_fail(err, BF_USAGE, "--json and -o - both want standard output; give a file to -o");
 }

@@ -2,7 +2,6 @@
 #include "ground.h"
 
 #include <stdbool.h>
-#include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/ioctl.h>
@@ -123,16 +122,4 @@ void text_print_wrapped(FILE *out, const char *text, size_t indent, size_t colum
         text += bytes;
     }
     (void)fputc('\n', out);
-}
-
-void text_say(FILE *out, const char *label, size_t indent, const char *format, ...)
-{
-    char *text = NULL;
-    va_list args;
-    va_start(args, format);
-    const int n = vasprintf(&text, format, args);
-    va_end(args);
-    text_print_padded(out, label, indent);
-    text_print_wrapped(out, n >= 0 ? text : "", indent, text_columns());
-    free(n >= 0 ? text : NULL);
 }

@@ -7,6 +7,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* Rows of a long matrix at a time. */
+enum { QR_BLOCK = 65536 };
+
 static bool all_finite(size_t count, const double x[])
 {
     double sum = 0.0;
@@ -191,12 +194,36 @@ enum bf_status dense_svd(size_t m, size_t n, const double A[], double U[], doubl
     return info ? failed(err, "singular values", info) : BF_OK;
 }
 
+/* Of a long matrix, block by block below the triangle so far: the triangle of [R; block] is that of both, and nothing of the matrix is copied as a whole. */
+static enum bf_status triangle_by_blocks(size_t m, size_t n, const double A[], double R[], struct bf_error *err)
+{
+    const size_t most = n + QR_BLOCK;
+    double *block = bf_alloc(most * n, sizeof *block), *tau = bf_alloc(n, sizeof *tau);
+    int info = 0;
+    memset(R, 0, n * n * sizeof *R);
+    for (size_t first = 0; first < m && info == 0; first += QR_BLOCK) {
+        const size_t count = m - first < QR_BLOCK ? m - first : QR_BLOCK, rows = n + count;
+        for (size_t j = 0; j < n; j++) {
+            memcpy(block + j * rows, R + j * n, n * sizeof *R);
+            memcpy(block + j * rows + n, A + j * m + first, count * sizeof *A);
+        }
+        info = LAPACKE_dgeqrf(LAPACK_COL_MAJOR, (int)rows, (int)n, block, (int)rows, tau);
+        for (size_t j = 0; j < n; j++)
+            for (size_t i = 0; i <= j; i++)
+                R[i + j * n] = block[i + j * rows];
+    }
+    free(block), free(tau);
+    return info ? failed(err, "QR", info) : BF_OK;
+}
+
 enum bf_status dense_qr_triangle(size_t m, size_t n, const double A[], double R[], struct bf_error *err)
 {
     if (m < n)
         return bf_fail(err, BF_NUMERIC, "dense algebra: QR needs as many rows (%zu) as columns (%zu)", m, n);
     if (n == 0)
         return BF_OK;
+    if (m > 4 * (size_t)QR_BLOCK)
+        return triangle_by_blocks(m, n, A, R, err);
     double *a = copy_of(m * n, A), *tau = bf_alloc(n, sizeof *tau);
     const int info = LAPACKE_dgeqrf(LAPACK_COL_MAJOR, (int)m, (int)n, a, (int)m, tau);
     for (size_t j = 0; j < n; j++)

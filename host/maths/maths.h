@@ -271,6 +271,12 @@ void local_rational_free(struct local_rational *fit);
 /* √(mean x²); 0 for n = 0. */
 double root_mean_square(const double *x, size_t n);
 
+void sort_ascending(size_t n, double x[]);
+/* NaN for n = 0; x is sorted. O(n log n). */
+double median(size_t n, double x[]);
+/* Standard deviation of a normal variable with the median distance that x[n] has from its median, *middle. NaN for n = 0. O(n log n). */
+double robust_deviation(size_t n, const double x[], double *middle);
+
 /* ‖z − ŷ‖/‖z‖; INFINITY when z is zero and ŷ is not, 0 when both are. */
 double residual_nrmse(const double *z, const double *y, size_t n);
 
@@ -304,6 +310,9 @@ void ar_whiten(const struct ar_model *model, const double *x, size_t n, double *
 
 /* Upper tail P(χ²_dof > x). */
 double chi_square_tail(double x, double dof);
+
+/* Upper tail P(F > x) of Fisher's F with `above` and `below` degrees of freedom. */
+double f_tail(double x, double above, double below);
 
 /*
  * Is r white? Two tests that fail differently: Ljung–Box sees short memory, Bartlett's cumulative periodogram
@@ -360,11 +369,25 @@ enum bf_status residual_band_shares(const double *r, size_t n, double dt_s, cons
                                     double *share, struct bf_error *err);
 
 /*
- * Band edges from 0 to the Nyquist frequency: halfway (geometrically) between consecutive frequencies, ascending, or
- * whole octaves down from the Nyquist frequency when there are none. edge_Hz: [n_frequencies + 2, at least 12]; returns
+ * Band edges from 0 to the Nyquist frequency: halfway (geometrically) between consecutive frequencies, ascending, but for those of
+ * rigid motions; or whole octaves down from the Nyquist frequency when there are none. edge_Hz: [n_frequencies + 2, at least 12]; returns
  * the number of edges.
  */
 size_t residual_band_edges(const double *frequency_Hz, size_t n_frequencies, double dt_s, double *edge_Hz);
+
+/* What is left of one channel. */
+struct residual_channel {
+    const double *r; /* [n] */
+    size_t n;
+    double dt_s, scale; /* of its noise, or what else makes channels comparable */
+};
+
+/*
+ * lines_Hz[most]: where lines stand out of what is left of all channels between low and high, *n of them, by turns the most prominent and the largest: a line
+ * next to a mode that it excites is hidden in what surrounds it, and a weak one by the ringing of modes. Two are 2/T apart at least, T the longest. O(n log n).
+ */
+enum bf_status residual_lines(const struct residual_channel channels[], size_t n_channels, double low_Hz,
+                              double high_Hz, size_t most, double lines_Hz[], size_t *n, struct bf_error *err);
 
 /* Share of Σ r² in the first, middle and last third of the record. */
 void residual_time_shares(const double *r, size_t n, double share[3]);
@@ -508,5 +531,14 @@ VECTOR_INLINE double vector_dot(size_t n, const double a[], const double b[])
     }
     return vector_sum(&sum);
 }
+
+/*
+ * ALIGNMENT — which measured value belongs to which of a model's, when all may be off by one factor (up to 4.5 either way): two ascending lists of
+ * positive numbers, in order, values left out on either side. pair[n]: index into model, SIZE_MAX: none is within 10 % once the factor is off.
+ * O(n · n_model).
+ */
+void alignment_find(const double measured[], size_t n, const double model[], size_t n_model, size_t pair[]);
+/* Geometric mean of measured/model over the pairs; 1 where there is none. */
+double alignment_factor(const double measured[], size_t n, const double model[], const size_t pair[]);
 
 #endif

@@ -25,12 +25,24 @@ double residual_nrmse(const double *z, const double *y, size_t n)
     return miss > 0.0 ? HUGE_VAL : 0.0;
 }
 
+/* Of the next frequency: so far below it stands the rounding of a free beam's rigid motions, which have no band of their own. */
+static const double rigid_motion = 1e-3;
+
+static size_t first_elastic(const double *frequency_Hz, size_t n)
+{
+    size_t first = 0;
+    for (size_t i = 0; i + 1 < n; i++)
+        if (frequency_Hz[i] < rigid_motion * frequency_Hz[i + 1])
+            first = i + 1;
+    return first;
+}
+
 size_t residual_band_edges(const double *frequency_Hz, size_t n_frequencies, double dt_s, double *edge_Hz)
 {
     const double nyquist = 0.5 / dt_s;
     size_t n = 0;
     edge_Hz[n++] = 0.0;
-    for (size_t i = 0; i + 1 < n_frequencies; i++) {
+    for (size_t i = first_elastic(frequency_Hz, n_frequencies); i + 1 < n_frequencies; i++) {
         const double edge = sqrt(frequency_Hz[i] * frequency_Hz[i + 1]);
         if (edge > edge_Hz[n - 1] && frequency_Hz[i + 1] < nyquist)
             edge_Hz[n++] = edge;

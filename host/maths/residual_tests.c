@@ -40,6 +40,41 @@ double chi_square_tail(double x, double dof)
     return isfinite(x) ? gamma_upper(0.5 * dof, 0.5 * x) : 0.0;
 }
 
+/* Continued fraction of the incomplete beta function (Lentz; Abramowitz & Stegun 26.5.8), x below (a + 1)/(a + b + 2). */
+static double beta_fraction(double a, double b, double x)
+{
+    const double tiny = 1e-300;
+    double c = 1.0, d = 1.0 - (a + b) * x / (a + 1.0), h;
+    d = 1.0 / (fabs(d) > tiny ? d : tiny);
+    h = d;
+    for (int k = 1; k < 10000; k++) {
+        const double m = k, even = m * (b - m) * x / ((a + 2.0 * m - 1.0) * (a + 2.0 * m)),
+                     odd = -(a + m) * (a + b + m) * x / ((a + 2.0 * m) * (a + 2.0 * m + 1.0));
+        d = 1.0 / (fabs(1.0 + even * d) > tiny ? 1.0 + even * d : tiny);
+        c = fabs(1.0 + even / c) > tiny ? 1.0 + even / c : tiny;
+        h *= d * c;
+        d = 1.0 / (fabs(1.0 + odd * d) > tiny ? 1.0 + odd * d : tiny);
+        c = fabs(1.0 + odd / c) > tiny ? 1.0 + odd / c : tiny;
+        h *= d * c;
+        if (fabs(d * c - 1.0) < 1e-15)
+            break;
+    }
+    return h;
+}
+
+/* P(F > x) = I_z(below/2, above/2), z = below/(below + above x). */
+double f_tail(double x, double above, double below)
+{
+    if (!(x > 0.0) || !(above > 0.0) || !(below > 0.0))
+        return 1.0;
+    const double a = 0.5 * below, b = 0.5 * above, z = below / (below + above * x), y = above * x / (below + above * x);
+    const double front = exp(lgamma(a + b) - lgamma(a) - lgamma(b) + a * log(z) + b * log(y));
+    if (!isfinite(x))
+        return 0.0;
+    return z < (a + 1.0) / (a + b + 2.0) ? front * beta_fraction(a, b, z) / a
+                                         : 1.0 - front * beta_fraction(b, a, y) / b;
+}
+
 /* Two-sided quantile of the normal distribution: P(|N| > q) = alpha, 0 < alpha < 1. */
 static double normal_two_sided(double alpha)
 {

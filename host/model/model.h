@@ -212,6 +212,9 @@ enum bf_status model_read_text(const char *name, const char *text, size_t n, str
  * "-" is standard output. The fit block gets the parent's digest. BF_NUMERIC when the model has a fault, BF_BAD_FILE.
  */
 enum bf_status model_write(const char *path, struct model *model, struct bf_error *err);
+
+/* The text that model_write() would write, without its mark; the caller frees *text. BF_NUMERIC: the model has a fault. */
+enum bf_status model_write_text(struct model *model, char **text, struct bf_error *err);
 enum bf_status model_copy(const struct model *from, struct model *out, struct bf_error *err);
 void model_free(struct model *model);
 
@@ -272,6 +275,9 @@ const struct beam_effect *effect_find(const char *id, struct bf_error *err);
  * checked: set the effect's values, then call model_check(). BF_USAGE: no such effect. The last fit is forgotten.
  */
 enum bf_status model_append_effect(struct model *model, const char *id, const char *channel, struct bf_error *err);
+
+/* Adds a copy of another model's effect, with its values. The result is not checked; the last fit is forgotten. */
+void model_take_effect(struct model *model, const struct model_effect *effect);
 
 /* Every use of it. BF_USAGE: the model has none. */
 enum bf_status model_drop_effect(struct model *model, const char *id, struct bf_error *err);

@@ -65,6 +65,17 @@ enum bf_status model_append_effect(struct model *model, const char *id, const ch
     return BF_OK;
 }
 
+void model_take_effect(struct model *model, const struct model_effect *effect)
+{
+    model->effects = bf_grow(model->effects, model->n_effects + 1, sizeof *model->effects);
+    struct model_effect *added = &model->effects[model->n_effects++];
+    *added = *effect;
+    added->per_record = bf_grow(NULL, effect->n_per_record + 1, sizeof *added->per_record);
+    for (size_t i = 0; i < effect->n_per_record; i++)
+        added->per_record[i] = effect->per_record[i];
+    model_forget_fit(model);
+}
+
 enum bf_status model_drop_effect(struct model *model, const char *id, struct bf_error *err)
 {
     if (!effect_find(id, err))

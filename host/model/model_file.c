@@ -139,20 +139,29 @@ static void sum_of_written(const char *path, const char *text, char sha256[65])
         hash_sha256_hex(text, strlen(text), sha256);
 }
 
-enum bf_status model_write(const char *path, struct model *model, struct bf_error *err)
+enum bf_status model_write_text(struct model *model, char **text, struct bf_error *err)
 {
     struct model_where where;
     if (model_check_where(model, &where, err) != BF_OK)
-        return bf_fail(err, BF_NUMERIC, "%s: not written, the model is not valid: %s", path, err->text);
+        return bf_fail(err, BF_NUMERIC, "the model is not valid: %s", err->text);
     extend_lineage(model);
-    char *text = model->document ? model_edit_text(model->document, strlen(model->document), model) : NULL;
-    if (!text) {
+    *text = model->document ? model_edit_text(model->document, strlen(model->document), model) : NULL;
+    if (!*text) {
         if (model->document)
-            bf_warn("%s: written without the comments of %s, which has a layout that cannot be edited in place", path,
+            bf_warn("the comments of %s are left out: it has a layout that cannot be edited in place",
                     model->path ? model->path : "its source");
-        text = model_to_text(model);
+        *text = model_to_text(model);
     }
-    remove_mark(text);
+    remove_mark(*text);
+    return BF_OK;
+}
+
+enum bf_status model_write(const char *path, struct model *model, struct bf_error *err)
+{
+    char *text;
+    struct bf_error why;
+    if (model_write_text(model, &text, &why) != BF_OK)
+        return bf_fail(err, BF_NUMERIC, "%s: not written, %s", path, why.text);
     enum bf_status status = write_text(path, text, err);
     if (status == BF_OK) {
         free(model->document);

@@ -45,17 +45,6 @@ static bool moves(const double *u, size_t n)
     return false;
 }
 
-/* The noise of an input's recording: before it moves, when 64 samples are at rest. */
-static double input_noise(const double *u, size_t n)
-{
-    enum { HEAD = 64 };
-    double peak = 0.0;
-    for (size_t i = 0; i < n; i++)
-        peak = fmax(peak, fabs(u[i]));
-    const double head = root_mean_square(u, HEAD);
-    return head < 1e-2 * peak ? head : 0.0;
-}
-
 /* Sum of the signals that were found added to a channel, at sample i. */
 static double sum_of_added(const struct linearity *l, const struct linearity_signal *s, size_t i)
 {
@@ -97,7 +86,6 @@ static size_t collect(const struct model *model, const struct record records[], 
             s.noise = &noise[r * model->n_outputs + o];
             if (s.y == NULL || s.noise->method == NOISE_NONE || !(s.noise->rms > 0.0))
                 continue;
-            s.u_noise_rms = input_noise(s.u, s.n);
             s.cleaned = bf_alloc(s.n, sizeof *s.cleaned);
             for (size_t i = 0; i < s.n; i++)
                 s.cleaned[i] = s.y[i] - sum_of_added(l, &s, i);

@@ -144,20 +144,13 @@ static void expect_commuted(struct pair_work *w, double *v1, double *v2)
 {
     const struct linearity_plane *p = &w->plane;
     const struct linearity_signal *s[2] = {w->weak, w->strong};
-    double *V = bf_alloc(p->n_times * p->n_bins, sizeof *V), *flat = bf_alloc(p->n_bins, sizeof *flat);
-    for (int i = 0; i < 2; i++) { /* output noise through the other record's input, input noise through its output */
-        const struct linearity_signal *other = s[1 - i];
-        linearity_spectrogram(p, other->u, w->n, V);
+    double *V = bf_alloc(p->n_times * p->n_bins, sizeof *V);
+    /* the noise of one, also what its input's has made of it, through the other record's input */
+    for (int i = 0; i < 2; i++) {
+        linearity_spectrogram(p, s[1 - i]->u, w->n, V);
         add_filtered_noise(p, V, i == 0 ? v1 : v2, w->expected);
-        for (size_t k = 0; k < p->n_bins; k++)
-            flat[k] = s[i]->u_noise_rms * s[i]->u_noise_rms;
-        if (s[i]->u_noise_rms > 0.0) {
-            linearity_spectrogram(p, other->y, w->n, V);
-            add_filtered_noise(p, V, flat, w->expected);
-        }
     }
     free(V);
-    free(flat);
 }
 
 static enum bf_status prepare(struct pair_work *w, struct bf_error *err)
@@ -216,12 +209,23 @@ static size_t band_of(double share_of_nyquist)
     return thirds < BANDS - 1 ? (size_t)thirds : BANDS - 1;
 }
 
+/* Hum that is too weak to be found in a record is still more than the smooth noise about it. Where the spectrogram is coarse it would take whole bands along. */
+static bool near_mains(size_t k, double df_Hz)
+{
+    static const double mains_Hz[] = {50.0, 60.0}, widest_Hz = 10.0;
+    const double width_Hz = (LINE_BINS + 0.5) * df_Hz;
+    bool near = false;
+    for (size_t i = 0; i < sizeof mains_Hz / sizeof *mains_Hz; i++)
+        near = near || fabs((double)k * df_Hz - mains_Hz[i]) < width_Hz;
+    return near && width_Hz < widest_Hz;
+}
+
 static bool near_line(const struct linearity_lines *lines, size_t k, double df_Hz)
 {
     for (size_t i = 0; i < lines->n; i++)
         if (fabs((double)k - lines->frequency_Hz[i] / df_Hz) < LINE_BINS + 0.5)
             return true;
-    return false;
+    return near_mains(k, df_Hz);
 }
 
 /* Sums over the cells of w->e that noise reaches; the last segments reach past the end of the record and are left out. */

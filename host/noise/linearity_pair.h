@@ -15,7 +15,6 @@ struct linearity_signal {
     double dt_s;
     const double *u, *y; /* [n] */
     double *cleaned;     /* [n] y without what was found added to it */
-    double u_noise_rms;  /* of the input's recording before it moves; 0: none seen */
     double level;        /* rms of y */
     const struct noise_estimate *noise;
 };

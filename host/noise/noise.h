@@ -6,6 +6,7 @@
  * Order of calls:
  *   noise_of_channel()     for each channel of each record; both of the others start from it
  *   linearity_test()       once, for all records
+ *   repeatability_find()   what repeated hits tell without a model
  *   whitener_from_noise()  for each channel; then misfit_measure() for each model, evidence_compare() for a poorer and a
  *                          richer model, and holm_adjust() over all p-values of one search
  */
@@ -57,6 +58,8 @@ const char *noise_method_text(enum noise_method method);
 enum bf_status noise_of_channel(const struct model *model, const struct record *record, const char *channel,
                                 struct noise_estimate *out, struct bf_error *err);
 void noise_free(struct noise_estimate *estimate);
+/* Power of the noise between two frequencies, unit of the channel squared. */
+double noise_power(const struct noise_estimate *estimate, double from_Hz, double to_Hz);
 
 /*
  * INITIAL STATE — a record with an input that was cut out of a motion: in their first periods an input and every
@@ -232,6 +235,7 @@ struct attainable {
     size_t modes;                  /* pairs of poles; 0: nothing to fit, nothing else is known then */
     double nrmse, noise_ratio;     /* root mean square over channels, as everywhere */
     double start_nrmse;            /* with the model's own poles */
+    double held_out_noise_ratio;   /* of other records, attainable_check(); NaN: not known */
     size_t n_moving;               /* records that do not begin at rest */
     struct attainable_pole *poles; /* [modes] ascending */
     size_t n_channels;
@@ -247,5 +251,41 @@ struct attainable {
 enum bf_status attainable_find(const struct model *model, const struct record records[], size_t n_records,
                                const double noise_rms[], struct attainable *out, struct bf_error *err);
 void attainable_free(struct attainable *attainable);
+
+/*
+ * held_out_noise_ratio: what the free linear model of the records leaves of others, its poles, the residues that are best for the records,
+ * states of the checks' own. NaN where no check has the outputs and inputs of a record (with the level of excitation known), no
+ * noise is known, or the computation fails. noise_rms as above, of the records. Cost: as one step of attainable_find().
+ */
+enum bf_status attainable_check(const struct model *model, const struct record records[], size_t n_records,
+                                const double noise_rms[], const struct record checks[], size_t n_checks,
+                                struct attainable *attainable, struct bf_error *err);
+
+/*
+ * REPEATABILITY — what repeated excitation from rest leaves unexplained by any linear system, and which repetition stands out.
+ *
+ * The records that one input drives alone, with the same places, are held against the one response H1 = Σ U* Z / Σ |U|² that is best for all of them, line by line, free of
+ * any model. Each is taken from just before its onset on under e^(−t/T), which turns a convolution into one of windowed signals exactly and
+ * leaves nothing at the end. The scatter about it is the noise and whatever did not repeat; no linear model of one beam does better in that part of the records.
+ */
+struct repeatability_channel {
+    size_t input, output; /* of the model */
+    size_t n_records;     /* ≥ 2 */
+    double nrmse;         /* scatter over the signal, both under the window */
+    bool stands_out;      /* one of three records or more scatters far beyond the others */
+    size_t odd;           /* index of that record */
+    double odd_nrmse, others_nrmse;
+};
+
+struct repeatability {
+    size_t n;
+    struct repeatability_channel *all;
+};
+
+/* Nothing is found among records of one kind each, free decays, frequency responses and models whose parameters differ from record to record. BF_NUMERIC: a transform
+ * failed. Free with repeatability_free(), also after a failure. O(n log n) a channel. */
+enum bf_status repeatability_find(const struct model *model, const struct record records[], size_t n_records,
+                                  struct repeatability *out, struct bf_error *err);
+void repeatability_free(struct repeatability *repeatability);
 
 #endif

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "noise_input.h"
+#include "linearity_plane.h"
 
 #include <complex.h>
 #include <math.h>
@@ -10,33 +11,96 @@
 
 /* Noise over the peak of an input: above, the input never rests; below, its noise is that of a number written in a file. */
 static const double rests = 0.1, seen = 1e-6;
-static const double median_of_normal = 0.6744897501960817; /* median of |x|, unit variance */
 
-static int ascending(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-static double median_of(double *x, size_t n)
-{
-    qsort(x, n, sizeof *x, ascending);
-    return n % 2 == 1 ? x[n / 2] : 0.5 * (x[n / 2 - 1] + x[n / 2]);
-}
+/*
+ * SEGMENT: samples of one transform; SKIPPED: bins next to 0 that a trend leaks into; LEAST_SEGMENTS: of a record that tells. ROUNDS: of a clipping that ends
+ * after ten or so.
+ */
+enum { SEGMENT = 128, SKIPPED = 3, LEAST_SEGMENTS = 8, ROUNDS = 60 };
+/* Cells of noise are below so many times its mean but for e^(−clip) of them; of the lowest cells a tenth begins the search. */
+static const double clip = 4.0, begin = 0.1;
+/* A floor that is more than this part of the input's rms may be an input that is random itself; so many of the cells must be in it. */
+static const double most_floor = 0.03, least_cells = 0.05;
 
 /* Rms of the noise of an input that rests most of the time; 0: none that can be told. */
 static double resting_noise(const double *u, size_t n)
 {
-    double *copy = bf_alloc(n, sizeof *copy), peak = 0.0;
-    memcpy(copy, u, n * sizeof *copy);
-    const double middle = median_of(copy, n);
-    for (size_t i = 0; i < n; i++) {
-        copy[i] = fabs(u[i] - middle);
-        peak = fmax(peak, copy[i]);
-    }
-    const double noise = median_of(copy, n) / median_of_normal;
-    free(copy);
+    double middle, peak = 0.0;
+    const double noise = robust_deviation(n, u, &middle);
+    for (size_t i = 0; i < n; i++)
+        peak = fmax(peak, fabs(u[i] - middle));
     return noise > seen * peak && noise < rests * peak ? noise : 0.0;
+}
+
+/* ---- Floor of a spectrogram ---- */
+
+/*
+ * cell[*n_cells]: powers of pieces that overlap by half; their mean is the variance of white noise. Hann's window squared: what a drive leaks far is below
+ * the noise of any sensor. NULL: there is no plan.
+ */
+static double *spectrogram_cells(const double *u, size_t n, size_t *n_cells)
+{
+    struct bf_error ignored;
+    double window[SEGMENT], square = 0.0;
+    struct linearity_plane plane = {.segment = SEGMENT,
+                                    .hop = SEGMENT / 2,
+                                    .n_times = 2 * n / SEGMENT,
+                                    .n_bins = SEGMENT / 2 + 1,
+                                    .window = window};
+    if (fft_get(SEGMENT, &plane.plan, &ignored) != BF_OK)
+        return NULL;
+    window_fill(WINDOW_HANN, SEGMENT, window);
+    for (size_t i = 0; i < SEGMENT; i++) {
+        window[i] *= window[i];
+        square += window[i] * window[i];
+    }
+    double *cell = bf_alloc(plane.n_times * plane.n_bins, sizeof *cell);
+    linearity_spectrogram(&plane, u, n, cell);
+    *n_cells = 0;
+    for (size_t t = 1; t < plane.n_times; t++) /* the first one begins before the record */
+        for (size_t k = SKIPPED; k < SEGMENT / 2; k++)
+            cell[(*n_cells)++] = cell[t * plane.n_bins + k] / square;
+    return cell;
+}
+
+/* Mean of the cells (ascending) that are noise: those below clip times it, whose mean is known too. 0: none. */
+static double floor_of_cells(const double cell[], size_t n)
+{
+    const double kept = 1.0 - clip * exp(-clip) / (1.0 - exp(-clip)); /* mean of an exponential variable below clip */
+    double variance = cell[(size_t)(begin * (double)n)] / -log1p(-begin), before = 0.0;
+    size_t used = 0;
+    for (int k = 0; k < ROUNDS && variance > 0.0 && fabs(variance - before) > 1e-6 * variance; k++) {
+        double sum = 0.0;
+        for (used = 0; used < n && cell[used] < clip * variance; used++)
+            sum += cell[used];
+        before = variance;
+        variance = used > 0 ? sum / (double)used / kept : 0.0;
+    }
+    return (double)used >= least_cells * (double)n ? variance : 0.0;
+}
+
+/*
+ * Rms of the white noise that is seen where a drive is not: a chirp is at one frequency at a time, a multisine leaves bands free, a hammer rests. 0: the
+ * record is too short, or all of it is drive.
+ */
+static double floor_noise(const double *u, size_t n)
+{
+    size_t n_cells;
+    if (n < LEAST_SEGMENTS * SEGMENT)
+        return 0.0;
+    double *cell = spectrogram_cells(u, n, &n_cells);
+    if (cell == NULL)
+        return 0.0;
+    sort_ascending(n_cells, cell);
+    const double noise = sqrt(floor_of_cells(cell, n_cells)), rms = root_mean_square(u, n);
+    free(cell);
+    return noise > seen * rms && noise < most_floor * rms ? noise : 0.0;
+}
+
+static double noise_of_input(const double *u, size_t n)
+{
+    const double floor = floor_noise(u, n);
+    return floor > 0.0 ? floor : resting_noise(u, n);
 }
 
 /* psd[n_bins] at 0, df, 2 df …: one-sided, each the mean over the periodogram's bins that are nearest to it. */
@@ -78,6 +142,12 @@ static enum bf_status add_input(const double *u, double noise, size_t n, double 
     return status;
 }
 
+/*
+ * Behind a resonance noise is one amplitude and one phase, whatever the length of the record: of some four resonances, eight numbers, the power is known to
+ * √(2/8), the rms to half of that.
+ */
+static const double resonant_sd = 0.25;
+
 enum bf_status noise_add_inputs(const double *z, const double *const u[], size_t n_inputs, size_t n, double dt_s,
                                 struct noise_estimate *estimate, struct bf_error *err)
 {
@@ -86,7 +156,7 @@ enum bf_status noise_add_inputs(const double *z, const double *const u[], size_t
     for (size_t k = 0; k < estimate->n_bins; k++)
         before += estimate->psd[k];
     for (size_t i = 0; i < n_inputs && before > 0.0 && !status; i++) {
-        const double noise = resting_noise(u[i], n);
+        const double noise = noise_of_input(u[i], n);
         if (!(noise > 0.0))
             continue;
         if (output == NULL) {
@@ -99,8 +169,9 @@ enum bf_status noise_add_inputs(const double *z, const double *const u[], size_t
     for (size_t k = 0; k < estimate->n_bins && output != NULL; k++)
         after += estimate->psd[k];
     if (output != NULL && !status && after > before) {
+        const double share = 1.0 - before / after;
         estimate->rms *= sqrt(after / before);
-        estimate->rms_sd *= sqrt(after / before);
+        estimate->rms_sd = hypot(estimate->rms_sd * sqrt(after / before), resonant_sd * share * estimate->rms);
     }
     free(output);
     return status;

@@ -7,7 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LEAST_RUN = 3 };            /* samples at the extreme value */
+enum { LEAST_RUN = 3 };                 /* samples at the extreme value; 2 where noise would part them (short hits) */
+static const double parts_equals = 3.0; /* noise at rest over the smallest step between values */
 static const double run_up = 0.02; /* of the range: the step into an overload; a smooth top is reached more slowly */
 static const double logic_share = 0.2; /* of the record at the extreme value: a trigger, no overload */
 static const double still_on = 0.05;   /* of the peak, at the last sample */
@@ -34,8 +35,8 @@ static double time_of(const struct record *record, size_t sample)
 /* ---- Overload ---- */
 
 /* Runs of the value `extreme`: the first that an overload makes, and the samples in all of them. */
-static size_t overload_runs(const double x[], size_t n, double extreme, double range, size_t *first, size_t *count,
-                            size_t *all)
+static size_t overload_runs(const double x[], size_t n, double extreme, double range, size_t least, size_t *first,
+                            size_t *count, size_t *all)
 {
     size_t runs = 0;
     *count = *all = 0;
@@ -44,7 +45,7 @@ static size_t overload_runs(const double x[], size_t n, double extreme, double r
         while (k < n && !(fabs(x[k] - extreme) > 1e-9 * range))
             k++;
         *all += k - begin;
-        if (k - begin < LEAST_RUN)
+        if (k - begin < least)
             continue;
         const double before = begin > 0 ? fabs(x[begin] - x[begin - 1]) : 0.0;
         const double after = k < n ? fabs(x[k] - x[k - 1]) : 0.0;
@@ -57,7 +58,8 @@ static size_t overload_runs(const double x[], size_t n, double extreme, double r
     return runs;
 }
 
-static void find_overload(const struct record *record, size_t column, double rest, struct record_findings *out)
+static void find_overload(const struct record *record, size_t column, double rest, size_t least,
+                          struct record_findings *out)
 {
     const double *x = record->columns[column].x;
     double low = x[0], high = x[0];
@@ -68,7 +70,7 @@ static void find_overload(const struct record *record, size_t column, double res
         size_t first = 0, count, all;
         if (!(fabs(ends[e] - rest) > 0.1 * range))
             continue; /* rest itself */
-        const size_t runs = overload_runs(x, record->n, ends[e], range, &first, &count, &all);
+        const size_t runs = overload_runs(x, record->n, ends[e], range, least, &first, &count, &all);
         if (runs == 0 || (double)all > logic_share * (double)record->n)
             continue;
         struct record_finding *f = findings_add(out, FINDING_OVERLOAD, column, first);
@@ -81,6 +83,17 @@ static void find_overload(const struct record *record, size_t column, double res
             record->columns[column].name, count, runs, runs == 1 ? "" : "es", ends[e], first + 1,
             time_of(record, first));
     }
+}
+
+/* Two equal samples at a hit's top are no chance where the noise is larger than the steps of the recorder. */
+static size_t least_run(const double u[], size_t n, const struct hits *hits)
+{
+    double step = HUGE_VAL;
+    for (size_t k = 1; k < n; k++) {
+        const double one = fabs(u[k] - u[k - 1]);
+        step = one > 0.0 && one < step ? one : step;
+    }
+    return hits->noise > parts_equals * step ? 2 : LEAST_RUN;
 }
 
 /* ---- Hits ---- */
@@ -116,7 +129,20 @@ static void say_open_end(const struct record *record, size_t column, const struc
         time_of(record, hit->first > 2 ? hit->first - 2 : 0));
 }
 
-/* Exactly one value from some sample after the last hit on, and noise between: a recorder's idle code would flicker. */
+static void say_open_begin(const struct record *record, size_t column, const struct hit *hit,
+                           struct record_findings *out)
+{
+    struct record_finding *f = findings_add(out, FINDING_OPEN_BEGIN, column, 0);
+    f->n = hit->last + 1;
+    (void)snprintf(
+        f->text, sizeof f->text,
+        "%.60s: the record begins within a hit, which is over at sample %zu (%.5g s); what the hammer did before is "
+        "lost. Trigger earlier, or cut to after the hit and fit a free decay (import --from %.5g --free-decay).",
+        record->columns[column].name, hit->last + 1, time_of(record, hit->last),
+        time_of(record, hit->last + 2 < record->n ? hit->last + 2 : hit->last));
+}
+
+/* Exactly one value from some sample after the last hit on, and noise between or before the first: a recorder's idle code would flicker. */
 static void find_window(const struct record *record, size_t column, const struct hits *hits,
                         struct record_findings *out)
 {
@@ -129,7 +155,11 @@ static void find_window(const struct record *record, size_t column, const struct
         still--;
     for (size_t k = last + 1; k < still; k++)
         noisy += fabs(u[k] - u[n - 1]) > noise * peak;
-    if (n - still < LEAST_STILL || noisy < LEAST_NOISY || 2 * noisy < still - last)
+    size_t before = 0, noisy_before = 0;
+    for (; before < hits->hit[0].first; before++)
+        noisy_before += fabs(u[before] - u[n - 1]) > noise * peak;
+    const bool between = noisy >= LEAST_NOISY && 2 * noisy >= still - last;
+    if (n - still < LEAST_STILL || !(between || (noisy_before >= LEAST_NOISY && 2 * noisy_before >= before)))
         return;
     struct record_finding *f = findings_add(out, FINDING_WINDOW, column, still);
     f->n = n - still;
@@ -144,12 +174,14 @@ static void find_in_force(const struct record *record, size_t column, struct hit
 {
     const double *u = record->columns[column].x;
     hits_find(u, record->n, hits);
-    find_overload(record, column, hits->offset, out);
+    find_overload(record, column, hits->offset, least_run(u, record->n, hits), out);
     if (hits->n == 0)
         return;
     const struct hit *last = &hits->hit[hits->n - 1];
     if (hits->n > 1)
         say_hits(record, column, hits, out);
+    if (hits->hit[0].first == 0 && fabs(u[0] - hits->offset) > still_on * fabs(hits->hit[0].peak))
+        say_open_begin(record, column, &hits->hit[0], out);
     if (last->last == record->n - 1 && fabs(u[record->n - 1] - hits->offset) > still_on * fabs(last->peak))
         say_open_end(record, column, last, out);
     else
@@ -164,14 +196,48 @@ static double mean(const double x[], size_t n)
     return sum / (double)n;
 }
 
+/* ---- Channels that do not answer ---- */
+
+/* rms about the mean of the part; 0 for an empty one */
+static double spread(const double x[], size_t n)
+{
+    const double centre = n > 0 ? mean(x, n) : 0.0;
+    double square = 0.0;
+    for (size_t k = 0; k < n; k++)
+        square += (x[k] - centre) * (x[k] - centre);
+    return n > 0 ? sqrt(square / (double)n) : 0.0;
+}
+
+/* quiet: samples before the first hit, last: the last of the last hit */
+static void find_no_answer(const struct record *record, size_t column, size_t quiet, size_t last,
+                           struct record_findings *out)
+{
+    enum { LEAST = 32, LOOK = 512 }; /* samples before, after the hits */
+    static const double louder = 1.3;
+    const double *x = record->columns[column].x;
+    const size_t left = record->n - last - 1, look = left < LOOK ? left : LOOK;
+    const double before = spread(x, quiet), after = spread(x + last + 1, look);
+    const bool constant = !(spread(x, record->n) > 0.0);
+    if (!constant && (quiet < LEAST || look < LEAST || after > louder * before))
+        return;
+    struct record_finding *f = findings_add(out, FINDING_NO_ANSWER, column, last);
+    f->value = after;
+    (void)snprintf(
+        f->text, sizeof f->text,
+        "%.60s: no answer. %s after the hit, at sample %zu (%.5g s), as before it (%.3g rms): is the cable in, the "
+        "sensor glued, the column the right one?",
+        record->columns[column].name, constant ? "It is one value throughout," : "It is as quiet", last + 1,
+        time_of(record, last), before);
+}
+
 void record_findings_find(const struct record *record, bool (*is_force)(const void *, const char *),
                           bool (*is_signal)(const void *, const char *), const void *context,
                           struct record_findings *out)
 {
-    size_t quiet = SIZE_MAX; /* samples before the first hit of any force */
+    size_t quiet = SIZE_MAX, last = 0; /* samples before the first hit of any force; end of the last */
     struct record_finding hum;
     *out = (struct record_findings){0};
-    if (record->over_frequency || record_is_periodic(record))
+    if (record->kind != RECORD_SAMPLES || record->over_frequency || record_is_periodic(record))
         return; /* no time has gone by in it */
     for (size_t c = 0; c < record->n_columns; c++) {
         struct hits hits;
@@ -180,13 +246,17 @@ void record_findings_find(const struct record *record, bool (*is_force)(const vo
         find_in_force(record, c, &hits, out);
         if (hits.n > 0 && hits.hit[0].first < quiet)
             quiet = hits.hit[0].first;
+        if (hits.n > 0 && hits.hit[hits.n - 1].last > last)
+            last = hits.hit[hits.n - 1].last;
     }
     for (size_t c = 0; c < record->n_columns; c++) {
         if (is_force(context, record->columns[c].name) || !is_signal(context, record->columns[c].name))
             continue;
-        find_overload(record, c, mean(record->columns[c].x, record->n), out);
+        find_overload(record, c, mean(record->columns[c].x, record->n), LEAST_RUN, out);
         if (quiet != SIZE_MAX && findings_hum(record, c, quiet, &hum))
             *findings_add(out, FINDING_HUM, c, 0) = hum;
+        else if (quiet != SIZE_MAX)
+            find_no_answer(record, c, quiet, last, out);
     }
 }
 

@@ -3,39 +3,15 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "ground/ground.h"
+#include "maths/maths.h"
 
 static const double least_part = 0.1; /* of the largest peak: less is a filter's echo */
 static const double edge_part = 0.02; /* of the largest peak: where a hit begins and ends, above the noise */
 static const double over_noise = 8.0; /* of the noise at rest */
 static const double busy_share = 0.1; /* of the record: a force that is off its rest for longer is no hammer's */
 enum { LEAST_GAP = 8 };               /* samples between two hits: nearer, it is one with a filter's echo */
-
-static int ascending(const void *a, const void *b)
-{
-    const double *x = a, *y = b;
-    return (*x > *y) - (*x < *y);
-}
-
-static double median(const double x[], size_t n, double *work)
-{
-    memcpy(work, x, n * sizeof *work);
-    qsort(work, n, sizeof *work, ascending);
-    return work[n / 2];
-}
-
-/* Rest: median, and noise from the median distance (that of a normal variable is 0.6745 of its deviation). */
-static void find_rest(const double u[], size_t n, struct hits *out)
-{
-    double *work = bf_alloc(n, sizeof *work), *away = bf_alloc(n, sizeof *away);
-    out->offset = median(u, n, work);
-    for (size_t k = 0; k < n; k++)
-        away[k] = fabs(u[k] - out->offset);
-    out->noise = median(away, n, work) / 0.6745;
-    free(work), free(away);
-}
 
 /* A run above the limit in the direction of the largest peak joins the last hit or begins one. */
 static void add_run(const double u[], size_t first, size_t last, double sign, double least, struct hits *out)
@@ -60,7 +36,7 @@ void hits_find(const double u[], size_t n, struct hits *out)
     double most = 0.0, sign = 1.0;
     size_t busy = 0;
     *out = (struct hits){0};
-    find_rest(u, n, out);
+    out->noise = robust_deviation(n, u, &out->offset); /* at rest, as a hammer is most of the time */
     for (size_t k = 0; k < n; k++)
         if (fabs(u[k] - out->offset) > most)
             most = fabs(u[k] - out->offset), sign = u[k] > out->offset ? 1.0 : -1.0;

@@ -38,6 +38,7 @@
 
 #define RECORD_FILTER   "anti-alias filter"  /* metadata key */
 #define RECORD_WINDOW   "exponential window" /* metadata key: time constant of the window on pulses and answers */
+#define RECORD_SD       "_sd"                /* end of a column's name, of RECORD_MAGNITUDES */
 #define RECORD_AVERAGES "averages"           /* metadata key: averages behind the coherence */
 #define RECORD_RESPONSE "frequency_response" /* excitation */
 
@@ -52,10 +53,17 @@ struct record_meta {
     char *key, *value;
 };
 
+enum record_kind {
+    RECORD_SAMPLES,     /* over time, responses with phase among them */
+    RECORD_FREQUENCIES, /* a list of measured frequencies: columns mode, frequency_Hz, sd_Hz, damping_ratio, damping_sd */
+    RECORD_MAGNITUDES /* spectra without phase: t0_s and dt_s are in Hz, columns "accel_mps2/hammer_N" and ..._sd, 0 where it is not known */
+};
+
 struct record {
-    char *path;      /* as given */
-    char sha256[65]; /* of the file's bytes, lower-case hex; "" when it was not read from a file */
-    size_t n;        /* samples, ≥ 2 */
+    enum record_kind kind; /* what is not over time is fitted and compared, and refused elsewhere */
+    char *path;            /* as given */
+    char sha256[65];       /* of the file's bytes, lower-case hex; "" when it was not read from a file */
+    size_t n;              /* samples, ≥ 2; modes of a list, ≥ 1; lines of a spectrum */
     bool
         over_frequency; /* only of an import, to be written: t0_s and dt_s are in Hz, columns those of frequency responses */
     double t0_s, dt_s; /* uniform axis: t_k = t0 + k dt */
@@ -76,7 +84,7 @@ const char *record_meta(const struct record *record, const char *key);      /* N
 bool record_meta_number(const struct record *record, const char *key, double *number);
 
 /*
- * Lines over frequency (over_frequency) as one period of time; *out needs no free after a failure. BF_BAD_FILE: names of columns, lines
+ * Lines over frequency (over_frequency) as one period of time; those without phase as RECORD_MAGNITUDES. *out needs no free after a failure. BF_BAD_FILE: names of columns, lines
  * that are not at multiples of their distance. O(n log n).
  */
 enum bf_status record_from_response(const struct record *lines, struct record *out, struct bf_error *err);
@@ -101,11 +109,13 @@ void record_free(struct record *record);
  */
 
 enum record_finding_kind {
-    FINDING_OVERLOAD, /* the recorder's end of range: three samples or more at the extreme value, reached at a run */
-    FINDING_HITS,     /* a hammer hit more than once */
-    FINDING_OPEN_END, /* a hit is not over at the last sample */
-    FINDING_WINDOW,   /* a force that is exactly 0 outside the hit, and noisy inside: a force window was applied */
-    FINDING_HUM       /* mains and harmonics in what was recorded before the first hit */
+    FINDING_OVERLOAD,   /* the recorder's end of range: three samples or more at the extreme value, reached at a run */
+    FINDING_HITS,       /* a hammer hit more than once */
+    FINDING_OPEN_END,   /* a hit is not over at the last sample */
+    FINDING_WINDOW,     /* a force that is exactly 0 outside the hit, and noisy inside: a force window was applied */
+    FINDING_HUM,        /* mains and harmonics in what was recorded before the first hit */
+    FINDING_OPEN_BEGIN, /* the record begins within a hit */
+    FINDING_NO_ANSWER   /* a channel that no hit moves */
 };
 
 enum { FINDING_LINES = 10 };
@@ -226,22 +236,33 @@ enum bf_status recording_make_record(const struct recording *recording, const st
                                      struct bf_error *err);
 
 /*
- * FREQUENCY LIST — frequencies that somebody measured, one mode a line: frequency_Hz, and where they are known its standard error in Hz and the damping ratio.
- * Separated by commas, semicolons or blanks; '#' lines are comments, and a first line of names is skipped.
+ * FREQUENCY LIST — frequencies that somebody measured, one mode a line: frequency_Hz, and where they are known its standard error in Hz, the damping ratio and its
+ * standard error; a first line of names gives the columns in any order (mode, freq_Hz, sd_Hz, damping_ratio, damping_sd, shape_at_0.12_m ...), and cells
+ * may then be empty. Separated by commas, semicolons or blanks; '#' lines are comments.
  */
-enum { FREQUENCY_LIST_MOST = 64 };
+enum { FREQUENCY_LIST_MOST = 64, FREQUENCY_LIST_PLACES = 64 };
 struct measured_frequency {
-    double frequency_Hz, sd_Hz; /* sd_Hz 0: not known */
-    double damping_ratio;       /* NAN: not known */
+    double frequency_Hz, sd_Hz;       /* sd_Hz 0: not known */
+    double damping_ratio, damping_sd; /* NAN, 0: not known */
+    size_t mode;                      /* of the model, 1 the lowest; 0: not said */
 };
 struct frequency_list {
     size_t n;
-    struct measured_frequency *modes; /* ascending */
+    struct measured_frequency *modes; /* [n] ascending */
+    size_t n_places;                  /* at which shapes were measured */
+    double place_m[FREQUENCY_LIST_PLACES];
+    double *shape;   /* [n][n_places] deflection in any unit, one for each mode; NAN: not known */
+    char sha256[65]; /* of the file's bytes */
 };
 
 /* BF_BAD_FILE: "file:line: ..." what is wrong. Free with frequency_list_free(); after a failure there is nothing to free. */
 enum bf_status frequency_list_read(const char *path, struct frequency_list *out, struct bf_error *err);
 void frequency_list_free(struct frequency_list *list);
+/* A first line of names that is one of a list: mode, freq_Hz or frequency_Hz, and no response ("OUTPUT/INPUT_..."). */
+bool frequency_list_begins(const char *line, const char *end);
+/* As columns of a record of RECORD_FREQUENCIES (shapes left out), and back. path may be NULL; record_free(), frequency_list_free(). */
+void frequency_list_to_record(const struct frequency_list *list, const char *path, struct record *out);
+void frequency_list_of_record(const struct record *record, struct frequency_list *out);
 
 /* UFF — a frequency response as a Universal File Format 58, for other programs to overlay. What an axis is, by the numbers of the format (dataset 58, specific data type). */
 enum uff_quantity {

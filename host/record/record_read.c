@@ -16,7 +16,7 @@ struct reader {
     long *line; /* of each sample, for messages; freed after the time axis is checked */
     size_t capacity;
     struct number_digits time_digits;
-    bool has_header, over_frequency;
+    bool has_header, over_frequency, is_list;
     long excitation_line, free_from_line, window_line, state_line; /* of that metadata */
 };
 
@@ -87,7 +87,7 @@ static enum bf_status fail_first_column(struct reader *r, const char *name, cons
                               "column 1: not text; give a CSV file, or convert another kind with 'beamfit import'");
     return bf_fail_at(err, path, r->in.number,
                       "column 1 '%.*s': the first column must be 'time_s', in seconds (or 'freq_Hz', for frequency "
-                      "responses); rename it, or convert the file with 'beamfit import'",
+                      "responses and lists of frequencies); rename it, or convert the file with 'beamfit import'",
                       QUOTED, name);
 }
 
@@ -95,7 +95,8 @@ static enum bf_status read_header(struct reader *r, const char *line, const char
 {
     struct record *record = r->record;
     const char *s = line;
-    for (size_t i = 0; s <= line_end; i++) {
+    r->is_list = frequency_list_begins(line, line_end);
+    for (size_t i = 0; s <= line_end && !r->is_list; i++) {
         const char *from = s, *to = cell_end(s, line_end);
         s = to + 1;
         trim(&from, &to);
@@ -120,7 +121,7 @@ static enum bf_status read_header(struct reader *r, const char *line, const char
         if (status != BF_OK)
             return status;
     }
-    if (record->n_columns == 0)
+    if (record->n_columns == 0 && !r->is_list)
         return bf_fail_at(err, r->in.path, r->in.number,
                           "has no column but time_s; add the measured ones, or convert with 'beamfit import'");
     r->has_header = true;
@@ -226,7 +227,7 @@ static enum bf_status read_lines(struct reader *r, struct bf_error *err)
     for (;;) {
         if (lines_next(&r->in, &line, &n, err) != BF_OK)
             return err->status;
-        if (line == NULL)
+        if (line == NULL || r->is_list)
             return BF_OK;
         const char *s = line, *end = line + n;
         while (s < end && isspace((unsigned char)*s))
@@ -288,8 +289,23 @@ static enum bf_status take_response(struct reader *r, struct bf_error *err)
     return check_meta(r, err);
 }
 
+/* A list has another form: its own reader reads it. */
+static enum bf_status take_list(struct reader *r, struct bf_error *err)
+{
+    struct frequency_list list;
+    const enum bf_status status = frequency_list_read(r->in.path, &list, err);
+    if (status)
+        return status;
+    record_free(r->record);
+    frequency_list_to_record(&list, r->in.path, r->record);
+    frequency_list_free(&list);
+    return BF_OK;
+}
+
 static enum bf_status finish(struct reader *r, struct bf_error *err)
 {
+    if (r->is_list)
+        return take_list(r, err);
     struct record *record = r->record;
     if (r->in.number == 0)
         return bf_fail_at(err, r->in.path, 0, "is empty; a record has a header row 'time_s,NAME,...' and numbers");
@@ -302,8 +318,9 @@ static enum bf_status finish(struct reader *r, struct bf_error *err)
     char why[256];
     if (!time_axis_fit(r->time, record->n, r->time_digits, &record->t0_s, &record->dt_s, &bad, why))
         return bf_fail_at(err, r->in.path, r->line[bad],
-                          "column 1 '%s': %s; cut the record here, or give the rate: 'beamfit import %s --rate HZ -o "
-                          "OUT.csv'",
+                          "column 1 '%s': %s; cut the record here, or 'beamfit import %s -o OUT.csv' with --rate HZ "
+                          "where the samples are steady "
+                          "and the times are not, with --resample HZ where the times are right",
                           column_name(r, 0), why, r->in.path);
     for (size_t i = 0; i < record->n_columns; i++)
         record->columns[i].x = bf_grow(record->columns[i].x, record->n, sizeof(double));

@@ -38,6 +38,7 @@ struct response {
 struct conversion {
     const struct record *record; /* lines over frequency */
     char *input;
+    bool without_phase; /* of every response */
     size_t n_responses;
     struct response *responses;
     size_t first, n_period; /* line number of the first row; samples of a period */
@@ -126,21 +127,37 @@ static enum bf_status take_response(struct conversion *c, const char *name, size
     const double *size = column[PART_MAGNITUDE] ? column[PART_MAGNITUDE] : column[PART_DB];
     const double *angle = column[PART_DEG] ? column[PART_DEG] : column[PART_RAD];
     const double degree = column[PART_DEG] ? acos(-1.0) / 180.0 : 1.0;
-    const bool complete = (column[PART_RE] && column[PART_IM]) || (size && angle);
+    const bool complete = (column[PART_RE] && column[PART_IM]) || (size && (angle || c->without_phase));
     r->coherence = column[PART_COHERENCE];
     for (size_t k = 0; k < record->n && complete; k++) {
         if (column[PART_RE] && column[PART_IM])
             r->H[k] = CMPLX(column[PART_RE][k], column[PART_IM][k]);
         else
-            r->H[k] = (column[PART_MAGNITUDE] ? size[k] : pow(10.0, size[k] / 20.0)) * turn(degree * angle[k]);
+            r->H[k] = (column[PART_MAGNITUDE] ? size[k] : pow(10.0, size[k] / 20.0)) *
+                      turn(c->without_phase ? 0.0 : degree * angle[k]);
     }
     return complete ? check_lines(record, r, err) : fail_column(record, r->output, err);
+}
+
+/* A magnitude and nothing that has a phase. */
+static bool has_no_phase(const struct record *record)
+{
+    bool magnitude = false;
+    for (size_t i = 0; i < record->n_columns; i++) {
+        size_t slash, end;
+        const enum part part = part_of(record->columns[i].name, &slash, &end);
+        if (part == PART_RE || part == PART_IM || part == PART_DEG || part == PART_RAD)
+            return false;
+        magnitude = magnitude || part == PART_MAGNITUDE || part == PART_DB;
+    }
+    return magnitude;
 }
 
 static enum bf_status take_columns(struct conversion *c, struct bf_error *err)
 {
     const struct record *record = c->record;
     enum bf_status status = BF_OK;
+    c->without_phase = has_no_phase(record);
     for (size_t i = 0; i < record->n_columns && status == BF_OK; i++) {
         const char *name = record->columns[i].name;
         size_t slash, end;
@@ -185,7 +202,8 @@ static enum bf_status take_axis(struct conversion *c, struct bf_error *err)
 /* ---- Noise ---- */
 
 /*
- * E|δH|² = |H|² (1 − γ²)/(γ² n) (Bendat and Piersol, Random Data, 4th ed., table 9.6: magnitude and phase together). Where it is large H
+ * E|δH|² = |H|² (1 − γ²)/(γ² (n − 1)): what the n spectra scatter about H, one of their n degrees of freedom spent on H (Bendat and Piersol, Random Data, 4th ed.,
+ * table 9.6, have n and the true γ², of which the estimate of few averages is too high). Where it is large H
  * itself is noise, and a line that happens to be small would seem well measured: so it is a mean over neighbours.
  */
 static void find_variance(const struct conversion *c, struct response *r)
@@ -195,7 +213,7 @@ static void find_variance(const struct conversion *c, struct response *r)
     double *of_line = bf_alloc(r->n, sizeof *of_line);
     for (size_t k = 0; k < r->n; k++) {
         const double g = fmin(fmax(r->coherence[k], least_coherence), most_coherence), size = cabs(r->H[k]);
-        of_line[k] = size * size * (1.0 - g) / (g * fmax(c->averages, 1.0));
+        of_line[k] = size * size * (1.0 - g) / (g * fmax(c->averages - 1.0, 1.0));
     }
     r->variance = bf_alloc(r->n, sizeof *r->variance);
     for (size_t k = 0; k < r->n; k++) {
@@ -297,6 +315,27 @@ static enum bf_status make_record(struct conversion *c, struct record *out, stru
     return status;
 }
 
+/* |H|, and its standard error where coherence and averages are known: half of the variance is the phase's. */
+static void make_magnitudes(const struct conversion *c, struct record *out)
+{
+    const size_t n = c->record->n;
+    double *x = bf_alloc(n, sizeof *x);
+    *out = (struct record){.kind = RECORD_MAGNITUDES, .n = n, .t0_s = c->record->t0_s, .dt_s = c->record->dt_s};
+    for (size_t i = 0; i < c->n_responses; i++) {
+        const struct response *r = &c->responses[i];
+        char name[300];
+        for (size_t k = 0; k < n; k++)
+            x[k] = cabs(r->H[k]);
+        (void)snprintf(name, sizeof name, "%.120s/%.120s", r->output, c->input);
+        record_add_column(out, name, x);
+        for (size_t k = 0; k < n; k++)
+            x[k] = r->variance != NULL && c->averages > 0.0 ? sqrt(0.5 * r->variance[k]) : 0.0;
+        (void)snprintf(name, sizeof name, "%.120s/%.120s" RECORD_SD, r->output, c->input);
+        record_add_column(out, name, x);
+    }
+    free(x);
+}
+
 /* What the lines were read from, and their comments, go along. */
 static void hand_over(const struct record *from, struct record *to)
 {
@@ -335,7 +374,9 @@ enum bf_status record_from_response(const struct record *lines, struct record *o
         status = take_columns(&c, err);
     for (size_t i = 0; i < c.n_responses && !status; i++)
         find_variance(&c, &c.responses[i]);
-    if (!status) {
+    if (!status && c.without_phase) {
+        make_magnitudes(&c, out);
+    } else if (!status) {
         find_levels(&c);
         status = make_record(&c, out, err);
     }

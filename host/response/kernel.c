@@ -14,6 +14,8 @@ static const double far_ratio = 3.0;
 enum { FAR_TERMS = 18 };
 /* Points finished at a time, so that a pass finds them in the cache. */
 enum { CHUNK = 128 };
+/* A grid of more points is not kept at the poles, which take 448 bytes a point with 14 of them, but filled by so many points for each sum. */
+enum { LONG_GRID = 65536, BLOCK = 2048 };
 
 /* ---- One pole, one step ---- */
 
@@ -71,14 +73,15 @@ struct response_kernel {
     size_t n_terms, n_far;
     struct term *terms;
     size_t *far;
-    double *X; /* [2][n_terms][2][m]: Re X, Im X of every term, then Re dX/dp, Im dX/dp of every term */
+    double
+        *X; /* [2][n_terms][2][m]: Re X, Im X of every term, then Re dX/dp, Im dX/dp of every term; NULL: a long grid */
 };
 
-VECTOR_CLONES static void fill_band_limited(const struct response_grid *grid, double complex p, double X[], double dX[])
+VECTOR_CLONES static void fill_band_limited(const double complex s[], size_t m, double complex p, double X[],
+                                            double dX[])
 {
-    size_t m = grid->m;
     for (size_t k = 0; k < m; k++) {
-        double re = creal(grid->s[k]) - creal(p), im = cimag(grid->s[k]) - cimag(p);
+        double re = creal(s[k]) - creal(p), im = cimag(s[k]) - cimag(p);
         double size = re * re + im * im;
         double x = re / size, y = -im / size;
         X[k] = x;
@@ -89,9 +92,9 @@ VECTOR_CLONES static void fill_band_limited(const struct response_grid *grid, do
 }
 
 /* q_{k+1} = e q_k + g0 u_k + g1 u_{k+1}: X(z) = (g0 + g1 z)/(z − e), z = e^(s dt). */
-VECTOR_CLONES static void fill_held(const struct response_grid *grid, double complex p, double X[], double dX[])
+VECTOR_CLONES static void fill_held(const struct response_grid *grid, size_t first, size_t m, double complex p,
+                                    double X[], double dX[])
 {
-    size_t m = grid->m;
     struct pole_step step = pole_step(p, grid->dt_s);
     if (grid->intersample == INTERSAMPLE_ZERO_ORDER_HOLD) {
         step.g0 += step.g1;
@@ -99,7 +102,7 @@ VECTOR_CLONES static void fill_held(const struct response_grid *grid, double com
         step.g1 = step.d_g1 = 0.0;
     }
     for (size_t k = 0; k < m; k++) { /* real arithmetic: a division of complex numbers is a call */
-        const double zr = creal(grid->z[k]), zi = cimag(grid->z[k]);
+        const double zr = creal(grid->z[first + k]), zi = cimag(grid->z[first + k]);
         const double re = zr - creal(step.e), im = zi - cimag(step.e), size = re * re + im * im;
         const double dr = re / size, di = -im / size; /* 1/(z − e) */
         const double ar = creal(step.g0) + creal(step.g1) * zr - cimag(step.g1) * zi;
@@ -113,6 +116,21 @@ VECTOR_CLONES static void fill_held(const struct response_grid *grid, double com
         X[m + k] = xi;
         dX[k] = br * dr - bi * di;
         dX[m + k] = br * di + bi * dr;
+    }
+}
+
+/* X[2][n_terms][2][count] of the points from `first` on. */
+static void fill(const struct response_kernel *kernel, size_t first, size_t count, double X[])
+{
+    const struct response_grid *grid = kernel->grid;
+    for (size_t t = 0; t < kernel->n_terms; t++) {
+        const double complex p = kernel->system->p[kernel->terms[t].pole],
+                             own = kernel->terms[t].conjugate ? conj(p) : p;
+        double *x = X + t * 2 * count, *dx = x + kernel->n_terms * 2 * count;
+        if (grid->intersample == INTERSAMPLE_BAND_LIMITED)
+            fill_band_limited(grid->s + first, count, own, x, dx);
+        else
+            fill_held(grid, first, count, own, x, dx);
     }
 }
 
@@ -132,15 +150,10 @@ struct response_kernel *response_kernel_new(const struct system *system, const s
         if (k < system->n_pairs)
             kernel->terms[kernel->n_terms++] = (struct term){.pole = k, .conjugate = true};
     }
+    if (grid->m > LONG_GRID)
+        return kernel;
     kernel->X = bf_alloc(kernel->n_terms * 4 * grid->m, sizeof *kernel->X);
-    for (size_t t = 0; t < kernel->n_terms; t++) {
-        double complex p = system->p[kernel->terms[t].pole];
-        double *X = kernel->X + t * 2 * grid->m, *dX = X + kernel->n_terms * 2 * grid->m;
-        if (grid->intersample == INTERSAMPLE_BAND_LIMITED)
-            fill_band_limited(grid, kernel->terms[t].conjugate ? conj(p) : p, X, dX);
-        else
-            fill_held(grid, kernel->terms[t].conjugate ? conj(p) : p, X, dX);
-    }
+    fill(kernel, 0, grid->m, kernel->X);
     return kernel;
 }
 
@@ -272,19 +285,19 @@ static void times_power(int order, const double complex s[], size_t count, doubl
     }
 }
 
-/* The sum over near poles at hand, a chunk of the grid at a time: far poles, s^order, the constant. */
-static void finish_sum(const struct response_kernel *kernel, int order, const struct expansion *x, double re[],
-                       double im[])
+/* The sum over near poles at hand for `size` points from `from` on, a chunk at a time: far poles, s^order, the constant. */
+static void finish_sum(const struct response_kernel *kernel, int order, const struct expansion *x, size_t from,
+                       size_t size, double re[], double im[])
 {
     const struct response_grid *grid = kernel->grid;
-    for (size_t first = 0; first < grid->m; first += CHUNK) {
-        const size_t count = grid->m - first < CHUNK ? grid->m - first : CHUNK;
+    for (size_t first = 0; first < size; first += CHUNK) {
+        const size_t count = size - first < CHUNK ? size - first : CHUNK;
         if (kernel->n_far > 0)
-            add_series(x->c, grid->s + first, count, re + first, im + first);
+            add_series(x->c, grid->s + from + first, count, re + first, im + first);
         if (grid->intersample == INTERSAMPLE_BAND_LIMITED)
-            times_power(order, grid->s + first, count, re + first, im + first);
+            times_power(order, grid->s + from + first, count, re + first, im + first);
         for (size_t i = first; i < first + count; i++)
-            x->H[i] = CMPLX(re[i] + x->constant, im[i]);
+            x->H[from + i] = CMPLX(re[i] + x->constant, im[i]);
     }
 }
 
@@ -311,18 +324,26 @@ static void fill_weights(const struct response_kernel *kernel, const struct expa
 static void sum_all(const struct response_kernel *kernel, int order, struct expansion sums[], size_t n)
 {
     const size_t m = kernel->grid->m, rows = (n > 0 && sums[0].derivative ? 4 : 2) * kernel->n_terms;
+    const size_t block = kernel->X != NULL ? m : BLOCK;
     double *weights = bf_alloc(2 * n * rows + 1, sizeof *weights);
-    double *parts = bf_grow(NULL, 2 * n * m + 1, sizeof *parts); /* [2 n][m] */
-    for (size_t i = 0; i < n; i++)
-        fill_weights(kernel, &sums[i], rows, weights + 2 * i * rows);
-    dense_gemm(false, false, m, 2 * n, rows, 1.0, kernel->X, weights, 0.0, parts);
+    double *parts = bf_grow(NULL, 2 * n * block + 1, sizeof *parts); /* [2 n][block] */
+    double *filled = kernel->X != NULL ? NULL : bf_grow(NULL, kernel->n_terms * 4 * block + 1, sizeof *filled);
     for (size_t i = 0; i < n; i++) {
+        fill_weights(kernel, &sums[i], rows, weights + 2 * i * rows);
         if (kernel->n_far > 0)
             shift_series(sums[i].c, kernel->grid->sigma);
-        finish_sum(kernel, order, &sums[i], parts + 2 * i * m, parts + (2 * i + 1) * m);
+    }
+    for (size_t first = 0; first < m; first += block) {
+        const size_t count = m - first < block ? m - first : block;
+        if (filled != NULL)
+            fill(kernel, first, count, filled);
+        dense_gemm(false, false, count, 2 * n, rows, 1.0, filled != NULL ? filled : kernel->X, weights, 0.0, parts);
+        for (size_t i = 0; i < n; i++)
+            finish_sum(kernel, order, &sums[i], first, count, parts + 2 * i * count, parts + (2 * i + 1) * count);
     }
     free(weights);
     free(parts);
+    free(filled);
 }
 
 void response_value(const struct response_kernel *kernel, int order, const double complex alpha[],

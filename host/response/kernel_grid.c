@@ -15,14 +15,27 @@ static const double faded_band = 0.05;
 /* An input fades out over this many samples after the record; its continuation is learnt from twelve times as many. */
 enum { TAIL = 64, LEARN = 12 * TAIL };
 
+static size_t padded_size(size_t n, size_t n_tail)
+{
+    return fft_good_size(n > 2 * n_tail ? 2 * n : n + 2 * n_tail);
+}
+
+static size_t tail_of(enum intersample intersample)
+{
+    return intersample == INTERSAMPLE_BAND_LIMITED ? TAIL : 0;
+}
+
+double response_grid_rate(size_t n, enum intersample intersample)
+{
+    return -log(wrap) / (double)padded_size(n, tail_of(intersample));
+}
+
 enum bf_status response_grid_new(size_t n, double dt_s, enum intersample intersample, struct response_grid *out,
                                  struct bf_error *err)
 {
     if (n < 2 || !(dt_s > 0.0))
         return bf_fail(err, BF_NUMERIC, "a prediction needs at least two samples and a positive sample interval");
-    size_t n_tail = intersample == INTERSAMPLE_BAND_LIMITED ? TAIL : 0;
-    size_t room = n > 2 * n_tail ? 2 * n : n + 2 * n_tail;
-    size_t n_fft = fft_good_size(room);
+    const size_t n_tail = tail_of(intersample), n_fft = padded_size(n, n_tail);
     double sigma = -log(wrap) / ((double)n_fft * dt_s);
     *out = (struct response_grid){.n = n,
                                   .n_tail = n_tail,
@@ -132,6 +145,25 @@ enum bf_status response_transform(const struct response_grid *grid, const double
     return response_transform_led(grid, x, count, NULL, U, err);
 }
 
+/*
+ * A piece of a record: its input is faded on the line of the whole record, so that both see the same input, and comes back to its own line. What
+ * the fade rings to before the piece's first sample stands at the end.
+ */
+static void fade_as_whole(const struct response_grid *grid, const struct fft *plan, double padded[], size_t count,
+                          double complex U[])
+{
+    const double own = grid->sigma * grid->dt_s, change = grid->fade_rate - own;
+    const size_t after = count + (grid->n_fft - count) / 2;
+    for (size_t k = 0; k < count; k++)
+        padded[k] *= exp(-change * (double)k);
+    fft_forward(plan, padded, U);
+    fade_to_nyquist(grid, U);
+    fft_inverse(plan, U, padded);
+    for (size_t k = 0; k < grid->n_fft; k++)
+        padded[k] *= exp(change * ((double)k - (k < after ? 0.0 : (double)grid->n_fft)));
+    fft_forward(plan, padded, U);
+}
+
 enum bf_status response_transform_led(const struct response_grid *grid, const double x[], size_t count,
                                       const double before[], double complex U[], struct bf_error *err)
 {
@@ -144,10 +176,15 @@ enum bf_status response_transform_led(const struct response_grid *grid, const do
         padded[k] = x[k] * grid->weight[k];
     for (size_t i = 0; before != NULL && i < grid->n_tail; i++) /* what was before the record stands at the end */
         padded[grid->n_fft - 1 - i] = before[i] / grid->weight[i + 1];
-    fft_forward(plan, padded, U);
+    const bool fades = grid->intersample == INTERSAMPLE_BAND_LIMITED && !grid->periodic;
+    if (fades && grid->fade_rate > 0.0) {
+        fade_as_whole(grid, plan, padded, count, U);
+    } else {
+        fft_forward(plan, padded, U);
+        if (fades)
+            fade_to_nyquist(grid, U);
+    }
     free(padded);
-    if (grid->intersample == INTERSAMPLE_BAND_LIMITED && !grid->periodic)
-        fade_to_nyquist(grid, U);
     return BF_OK;
 }
 

@@ -13,6 +13,14 @@ static enum bf_status bind_record(struct predictor *p, size_t r, struct bf_error
     struct record_plan *plan = &p->plans[r];
     const char *excitation = record_meta(record, "excitation");
     const char *from = record_meta(record, "free_from_s");
+    if (record->kind != RECORD_SAMPLES)
+        return bf_fail(
+            err, BF_USAGE,
+            "%s: %s; `fit` and `compare` take it, what asks for the motion cannot: give a record in time or a "
+            "frequency response with phase",
+            record->path,
+            record->kind == RECORD_FREQUENCIES ? "a list of frequencies has no motion in it"
+                                               : "a spectrum without phase has no motion in it");
     *plan = (struct record_plan){.record = record, .first_channel = p->n_channels};
     plan->recorder = recorder_filter_read(record);
     plan->free_decay = excitation != NULL && strcmp(excitation, "free_decay") == 0;

@@ -4,6 +4,7 @@
  * blow was elsewhere, each record has one of its own; parameters are handed down to them and rows up. The transfer functions are then of the first record's system.
  */
 #include "predictor.h"
+#include "predict_pieces.h"
 
 #include <math.h>
 #include <stdint.h>
@@ -71,14 +72,21 @@ static size_t common_index(const struct predictor *p, const struct parameter_ref
     return SIZE_MAX; /* every parameter of a record is one of all */
 }
 
-static enum bf_status open_record(struct predictor *p, size_t r, struct each_record *own, struct bf_error *err)
+/* memory: of the beam, in samples, where records are predicted in pieces. */
+static enum bf_status open_record(struct predictor *p, size_t r, double memory, struct bf_error *err)
 {
+    struct each_record *own = &p->each[r];
     struct predict_options options = p->options;
-    struct model model;
+    struct model as_file, model;
     const struct record *record = &p->records[r];
     const char *name = record_base_name(record);
     options.quiet = true;
-    enum bf_status status = record_model(&p->model, record, &model, err);
+    options.pieces = false;
+    own->pieces = p->in_pieces ? pieces_new(&p->model, record, memory) : NULL;
+    if (own->pieces != NULL)
+        record = &own->pieces->record;
+    geometry_original(p, &as_file);
+    enum bf_status status = record_model(&as_file, record, &model, err);
     if (!status) {
         own->n_refs = model_parameters(&model, &name, 1, &own->refs);
         own->from = bf_alloc(own->n_refs, sizeof *own->from);
@@ -87,6 +95,7 @@ static enum bf_status open_record(struct predictor *p, size_t r, struct each_rec
         status = single_new(&model, record, 1, &options, &own->predictor, err);
     }
     model_free(&model);
+    model_free(&as_file);
     return status;
 }
 
@@ -107,10 +116,11 @@ enum bf_status predictor_new(const struct model *model, const struct record reco
 {
     struct predictor *p;
     enum bf_status status = single_new(model, records, n_records, options, &p, err);
-    if (status == BF_OK && each_wanted(model, records, n_records)) {
+    if (status == BF_OK && (p->in_pieces || each_wanted(model, records, n_records))) {
         p->each = bf_alloc(n_records, sizeof *p->each);
+        p->filled = bf_alloc(p->map.n, sizeof *p->filled);
         for (size_t r = 0; r < n_records && !status; r++)
-            status = open_record(p, r, &p->each[r], err);
+            status = open_record(p, r, p->in_pieces ? pieces_memory(p, r, NULL) : 0.0, err);
         if (status == BF_OK) {
             count_states(p);
             status = predictor_window(p, INFINITY, err);
@@ -123,13 +133,19 @@ enum bf_status predictor_new(const struct model *model, const struct record reco
     return status;
 }
 
+static void close_record(struct each_record *own)
+{
+    single_free(own->predictor);
+    pieces_free(own->pieces);
+    free(own->refs);
+    free(own->from);
+    *own = (struct each_record){.row = own->row, .nuisance = own->nuisance};
+}
+
 void predictor_free(struct predictor *p)
 {
-    for (size_t r = 0; p != NULL && p->each != NULL && r < p->n_records; r++) {
-        single_free(p->each[r].predictor);
-        free(p->each[r].refs);
-        free(p->each[r].from);
-    }
+    for (size_t r = 0; p != NULL && p->each != NULL && r < p->n_records; r++)
+        close_record(&p->each[r]);
     if (p != NULL)
         free(p->each);
     single_free(p);
@@ -174,8 +190,12 @@ enum bf_status predictor_window(struct predictor *p, double t_end_s, struct bf_e
 {
     enum bf_status status = single_window(p, t_end_s, err);
     for (size_t r = 0; p->each != NULL && r < p->n_records && !status; r++) {
-        p->each[r].row = p->channels[p->plans[r].first_channel].row;
-        status = single_window(p->each[r].predictor, t_end_s, err);
+        struct each_record *own = &p->each[r];
+        own->row = p->channels[p->plans[r].first_channel].row;
+        if (pieces_several(own->pieces, p->plans[r].n))
+            continue;
+        pieces_first(own->pieces, own->predictor);
+        status = single_window(own->predictor, t_end_s, err);
     }
     return status;
 }
@@ -187,38 +207,122 @@ void predictor_set_nuisance(struct predictor *p, const double amplitude[])
         single_set_nuisance(p->each[r].predictor, amplitude + p->each[r].nuisance);
 }
 
-static void hand_up(struct predictor *p, const struct each_record *own, const struct prediction *y, bool jacobian)
+static void hand_up(struct predictor *p, const struct each_record *own, const struct prediction *y, const bool want[])
 {
     const size_t rows = y->n_rows;
     memcpy(p->y + own->row, y->y, rows * sizeof *p->y);
     for (size_t k = 0; k < y->n_nuisance; k++)
         memcpy(p->nuisance + (own->nuisance + k) * p->n_rows + own->row, y->nuisance + k * rows,
                rows * sizeof *p->nuisance);
-    for (size_t i = 0; jacobian && i < own->n_refs; i++)
-        if (own->from[i] != SIZE_MAX)
+    for (size_t i = 0; want != NULL && i < own->n_refs; i++)
+        if (want[i])
             memcpy(p->jacobian + own->from[i] * p->n_rows + own->row, y->jacobian + i * rows,
                    rows * sizeof *p->jacobian);
+}
+
+/* The rows of one piece, channel by channel. */
+static void hand_up_piece(struct predictor *p, size_t r, const struct piece *piece, const struct prediction *y,
+                          const bool want[])
+{
+    const struct each_record *own = &p->each[r];
+    const struct record_plan *plan = &p->plans[r];
+    const size_t count = piece->end - piece->from, skipped = piece->from - piece->start;
+    for (size_t c = 0; c < plan->n_channels; c++) {
+        const size_t to = p->channels[plan->first_channel + c].row + piece->from;
+        const size_t from = own->predictor->channels[c].row + skipped;
+        memcpy(p->y + to, y->y + from, count * sizeof *p->y);
+        for (size_t i = 0; want != NULL && i < own->n_refs; i++)
+            if (want[i])
+                memcpy(p->jacobian + own->from[i] * p->n_rows + to, y->jacobian + i * y->n_rows + from,
+                       count * sizeof *p->jacobian);
+    }
+}
+
+/* One piece after the other; *longer > 0: the beam remembers more samples than the pieces begin early, and nothing is predicted. */
+static enum bf_status run_pieces(struct predictor *p, size_t r, const double x[], const bool want[], double *longer,
+                                 struct bf_error *err)
+{
+    struct each_record *own = &p->each[r];
+    struct piece piece = {0};
+    enum bf_status status = BF_OK;
+    *longer = 0.0;
+    while (status == BF_OK && pieces_next(own->pieces, p->plans[r].n, &piece)) {
+        struct prediction y;
+        pieces_load(own->pieces, own->predictor, p->plans[r].n, &piece);
+        status = single_window(own->predictor, INFINITY, err);
+        if (status == BF_OK)
+            status = single_run(own->predictor, x, want, &y, err);
+        const double memory = status == BF_OK ? pieces_memory(own->predictor, 0, x) : 0.0;
+        if (memory > (double)own->pieces->early) {
+            *longer = memory;
+            return BF_OK;
+        }
+        if (status == BF_OK)
+            hand_up_piece(p, r, &piece, &y, want);
+    }
+    return status;
+}
+
+/* Longer pieces, with room for poles that go on towards the axis. */
+static enum bf_status reopen(struct predictor *p, size_t r, double memory, struct bf_error *err)
+{
+    static const double room = 1.25;
+    close_record(&p->each[r]);
+    enum bf_status status = open_record(p, r, room * memory, err);
+    if (status != BF_OK || pieces_several(p->each[r].pieces, p->plans[r].n))
+        return status;
+    pieces_first(p->each[r].pieces, p->each[r].predictor);
+    return single_window(p->each[r].predictor, p->t_end_s, err);
+}
+
+static enum bf_status run_record(struct predictor *p, size_t r, const double theta[], const bool want[],
+                                 struct prediction *out, struct bf_error *err)
+{
+    const struct each_record *own = &p->each[r];
+    struct prediction y = {0};
+    double *x = hand_down(own, theta), longer = 0.0;
+    bool *wanted = bf_alloc(own->n_refs, sizeof *wanted);
+    for (size_t i = 0; i < own->n_refs; i++)
+        wanted[i] = want != NULL && own->from[i] != SIZE_MAX && want[own->from[i]];
+    enum bf_status status;
+    if (pieces_several(own->pieces, p->plans[r].n)) {
+        status = run_pieces(p, r, x, want != NULL ? wanted : NULL, &longer, err);
+    } else {
+        status = single_run(own->predictor, x, want != NULL ? wanted : NULL, &y, err);
+        if (status == BF_OK)
+            hand_up(p, own, &y, want != NULL ? wanted : NULL);
+    }
+    out->bends = out->bends || (status == BF_OK && y.bends);
+    free(wanted), free(x);
+    if (longer > 0.0) {
+        status = reopen(p, r, longer, err);
+        return status == BF_OK ? run_record(p, r, theta, want, out, err) : status;
+    }
+    return status;
+}
+
+/* The columns that are wanted, and that were, are zero; others were never touched, so that they take no memory. */
+static void clear_columns(struct predictor *p, const bool want[])
+{
+    for (size_t i = 0; want != NULL && i < p->map.n; i++) {
+        if (want[i] || p->filled[i])
+            memset(p->jacobian + i * p->n_rows, 0, p->n_rows * sizeof *p->jacobian);
+        p->filled[i] = want[i];
+    }
 }
 
 static enum bf_status run_each(struct predictor *p, const double theta[], const bool want[], struct prediction *out,
                                struct bf_error *err)
 {
-    enum bf_status status = single_run_system(p, theta, want != NULL, out, err);
+    enum bf_status status = single_run_system(p, theta, want != NULL && !p->in_pieces, out, err);
     memset(p->nuisance, 0, p->n_rows * p->n_nuisance * sizeof *p->nuisance);
     out->bends = false;
-    for (size_t r = 0; r < p->n_records && !status; r++) {
-        const struct each_record *own = &p->each[r];
-        struct prediction y;
-        double *x = hand_down(own, theta);
-        bool *wanted = bf_alloc(own->n_refs, sizeof *wanted);
-        for (size_t i = 0; i < own->n_refs; i++)
-            wanted[i] = want != NULL && own->from[i] != SIZE_MAX && want[own->from[i]];
-        status = single_run(own->predictor, x, want != NULL ? wanted : NULL, &y, err);
-        if (!status)
-            hand_up(p, own, &y, want != NULL);
-        out->bends = out->bends || (!status && y.bends);
-        free(wanted), free(x);
+    if (p->in_pieces && want != NULL) {
+        clear_columns(p, want);
+        out->jacobian = p->jacobian;
     }
+    for (size_t r = 0; r < p->n_records && !status; r++)
+        status = run_record(p, r, theta, want, out, err);
     return status;
 }
 

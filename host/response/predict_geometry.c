@@ -238,7 +238,7 @@ static enum bf_status set_clock(const struct run *run, struct bf_error *err)
     if (status != BF_OK)
         return status;
     p->geometry.clock = clock;
-    for (size_t r = 0; r < p->n_records; r++) {
+    for (size_t r = 0; r < p->n_records && !p->in_pieces; r++) {
         struct response_grid *grid = &p->grids[p->plans[r].grid];
         double factor = p->plans[r].record->dt_s * clock / grid->dt_s;
         if (!(fabs(factor - 1.0) > 1e-15))

@@ -7,6 +7,30 @@
 
 #include "predictor.h"
 
+/* Whose system is that of the first record's beam. */
+static const struct predictor *first_beam(const struct predictor *p)
+{
+    return p->each != NULL ? p->each[0].predictor : p;
+}
+
+size_t transfer_poles(const struct predictor *p, const double complex **poles)
+{
+    const struct system *s = first_beam(p)->system;
+    *poles = s->p;
+    return s->n_pairs;
+}
+
+const double complex *transfer_pole_derivative(const struct predictor *p, size_t parameter)
+{
+    const struct system *s = first_beam(p)->system;
+    if (p->each == NULL)
+        return s->derivative[parameter].p;
+    for (size_t i = 0; i < p->each[0].n_refs; i++)
+        if (p->each[0].from[i] == parameter)
+            return s->derivative[i].p;
+    return NULL;
+}
+
 const struct model *transfer_model(const struct predictor *p)
 {
     return &p->model;

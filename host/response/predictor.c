@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* A predictor's life: made for records and a model, given a base and a window, freed. */
 #include "predictor.h"
+#include "predict_pieces.h"
 
 #include <math.h>
 #include <stdint.h>
@@ -60,8 +61,10 @@ enum bf_status single_new(const struct model *model, const struct record records
         status = single_rebase(p, theta, err);
         free(theta);
     }
-    if (status == BF_OK)
+    if (status == BF_OK) {
+        p->in_pieces = pieces_wanted(p);
         status = single_window(p, INFINITY, err);
+    }
     if (status != BF_OK) {
         single_free(p);
         return status;
@@ -152,6 +155,7 @@ void single_free(struct predictor *p)
     geometry_free(p);
     free(p->sources);
     free(p->structural);
+    free(p->filled);
     free(p->plans);
     free(p->channels);
     free(p->refs);
@@ -231,9 +235,12 @@ static enum bf_status find_grid(struct predictor *p, struct record_plan *plan, s
         plan->periodic
             ? response_grid_periodic(plan->n, plan->record->dt_s, record_window_rate(plan->record), grid, err)
             : response_grid_new(plan->n, plan->record->dt_s, p->options.intersample, grid, err);
-    if (status == BF_OK)
-        p->n_grids++;
-    return status;
+    if (status != BF_OK)
+        return status;
+    if (p->whole > 0)
+        grid->fade_rate = response_grid_rate(p->whole, grid->intersample);
+    p->n_grids++;
+    return BF_OK;
 }
 
 static enum bf_status window_record(struct predictor *p, size_t r, struct bf_error *err)
@@ -242,8 +249,8 @@ static enum bf_status window_record(struct predictor *p, size_t r, struct bf_err
     size_t available = plan->record->n - plan->start;
     double wanted = ceil(p->t_end_s / plan->record->dt_s);
     plan->n = wanted < (double)available && !plan->periodic ? (size_t)fmax(wanted, 2.0) : available;
-    enum bf_status status = find_grid(p, plan, err);
-    if (status != BF_OK)
+    enum bf_status status = p->in_pieces ? BF_OK : find_grid(p, plan, err);
+    if (status != BF_OK || p->in_pieces)
         return status;
     const struct response_grid *grid = &p->grids[plan->grid];
     plan->A = recorder_line(&plan->recorder, grid, plan->A);

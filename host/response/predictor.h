@@ -69,13 +69,15 @@ struct state_modes {
     double complex *reference; /* [most][n_outputs] sign · α of the run before; zero before the first */
 };
 
-/* A predictor of one record among records that are not all of one beam: predict_each.c. */
+/* A predictor of one record among records that are not all of one beam, or that are long: predict_each.c. */
 struct each_record {
     struct predictor *predictor;
     size_t n_refs;
     struct parameter_ref *refs;
     size_t *from;         /* [n_refs] index into the common parameters */
     size_t row, nuisance; /* where its rows and initial states begin among the common ones */
+    struct pieces
+        *pieces; /* of a long record, which the predictor sees one after the other; NULL: it sees the whole record */
 };
 
 struct predictor {
@@ -112,6 +114,9 @@ struct predictor {
     double t_end_s;
     bool nonlinear;           /* some effect has a law or a drive */
     struct each_record *each; /* [n_records] where something differs from record to record; NULL: nothing does */
+    bool in_pieces;           /* records in pieces, by the predictors in `each`: this one has no grids */
+    bool *filled;             /* [n_parameters] then: columns of the Jacobian that may hold something */
+    size_t whole;             /* samples of the record that the one record is a piece of; 0: it is no piece */
 };
 
 /* Parameters of the current run. */

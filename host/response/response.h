@@ -46,9 +46,11 @@ bool record_is_driven(const struct model *model, const struct record *record);
 
 struct predict_options {
     enum intersample intersample; /* 0: band limited */
-    int oversample;       /* steps a sample of laws; 0: the model's steps_per_sample, else the laws' usual number */
-    int threads;          /* for nonlinear records; 0: one a processor */
-    bool quiet;           /* no warnings (the same records were seen before) */
+    int oversample; /* steps a sample of laws; 0: the model's steps_per_sample, else the laws' usual number */
+    int threads;    /* for nonlinear records; 0: one a processor */
+    bool quiet;     /* no warnings (the same records were seen before) */
+    bool
+        pieces; /* long records of linear models piece by piece, see predict_pieces.h; nothing of PREDICT TRANSFER is there then */
     bool uniform_splines; /* equidistant knots, not on the region edges: the seed paper's space, for comparison */
     size_t fine_splines;  /* dimension of the fine spline space; 0: 160 */
     size_t modes;         /* modes of the reduced space; 0: enough for 4 × the band */
@@ -177,6 +179,8 @@ struct response_grid {
     enum intersample intersample;
     bool
         periodic; /* the record is one period of a steady state: n_fft = n, no tail, the line is iω and what a window adds */
+    double
+        fade_rate; /* of a piece of a record, a sample: σ dt of the whole record, on whose line its inputs are faded; 0: on its own */
     double complex *s; /* [m] */
     double complex *z; /* [m] e^(s dt), for held inputs; else NULL */
     double *weight;    /* [n + n_tail] e^(−σ t) */
@@ -192,6 +196,8 @@ enum bf_status response_grid_new(size_t n, double dt_s, enum intersample intersa
 enum bf_status response_grid_periodic(size_t n, double dt_s, double window_rate, struct response_grid *out,
                                       struct bf_error *err);
 void response_grid_free(struct response_grid *grid);
+/* σ dt of a grid of a record of n samples. */
+double response_grid_rate(size_t n, enum intersample intersample);
 
 /* U[m] of x[count] · e^(−σt), zero-padded; count ≤ n + n_tail. */
 enum bf_status response_transform(const struct response_grid *grid, const double x[], size_t count, double complex U[],
@@ -241,6 +247,13 @@ struct transfer_modes {
     const double *shape;     /* [n][dimension]: mode k is shape + k·dimension */
     double *damping;         /* [n] diagonal of the modal damping matrix, 1/s; free with free() */
 };
+
+/*
+ * Poles that oscillate, one of each pair (Im > 0), and their derivatives by a parameter that the run wanted (NULL: they do not depend on it). With values per
+ * record: of the first record's beam. *poles[n].
+ */
+size_t transfer_poles(const struct predictor *p, const double complex **poles);
+const double complex *transfer_pole_derivative(const struct predictor *predictor, size_t parameter);
 
 const struct model *transfer_model(const struct predictor *predictor);
 const struct reduced *transfer_reduced(const struct predictor *predictor);

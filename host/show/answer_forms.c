@@ -24,6 +24,11 @@ static bool is_single(const struct answer_field *field)
     return field->kind <= ANSWER_BOOL || field->kind == ANSWER_NUMBERS;
 }
 
+static bool is_cell(const struct answer_field *field)
+{
+    return is_single(field) || field->kind == ANSWER_TEXTS || !answer_is_name(field);
+}
+
 /* A value in words: a number with five digits, several parted by blanks. */
 static void say(const struct json *value, char text[SCALAR])
 {
@@ -87,7 +92,7 @@ static void put_rows(const struct form *form, const struct json *list, const str
     if (map)
         headings[n++] = "name";
     for (const struct answer_field *f = field->fields; f->name != NULL && n < MOST_COLUMNS; f++)
-        if (is_single(f) || f->kind == ANSWER_TEXTS)
+        if (is_cell(f) && answer_is_name(f))
             headings[n++] = f->name;
     form->table(form->out, headings, n);
     for (size_t i = 0; i < json_length(list); i++) {
@@ -97,7 +102,7 @@ static void put_rows(const struct form *form, const struct json *list, const str
             form->cell(form->out, json_member_name(list, i));
         size_t column = map;
         for (const struct answer_field *f = field->fields; f->name != NULL && column < n; f++)
-            if (is_single(f) || f->kind == ANSWER_TEXTS) {
+            if (is_cell(f) && answer_is_name(f)) {
                 put_cell(form, json_member(one, f->name));
                 column++;
             }
@@ -122,23 +127,34 @@ static void put_number_map(const struct form *form, const struct json *map)
 static void put_object(const struct form *form, const struct json *object, const struct answer_field fields[],
                        int level);
 
+/* Of an object in a list: its name in the map, its first word, else its number. */
+static void put_title(const struct answer_field *field, const struct json *list, size_t i, char title[SCALAR])
+{
+    title[0] = '\0';
+    if (field->kind == ANSWER_MAP)
+        (void)snprintf(title, SCALAR, "%s", json_member_name(list, i));
+    for (const struct answer_field *f = field->fields; f->name != NULL && title[0] == '\0'; f++)
+        if (field->kind != ANSWER_MAP && f->kind == ANSWER_TEXT && answer_is_name(f) &&
+            json_member(json_item(list, i), f->name) != NULL)
+            say(json_member(json_item(list, i), f->name), title);
+    if (title[0] == '\0')
+        (void)snprintf(title, SCALAR, "%zu", i + 1);
+}
+
 /* What does not fit the row of an object: lists within it, under a heading of its own. */
 static void put_inner(const struct form *form, const struct json *list, const struct answer_field *field, int level)
 {
     bool nested = false;
     for (const struct answer_field *f = field->fields; f->name != NULL; f++)
-        nested = nested || (!is_single(f) && f->kind != ANSWER_TEXTS);
+        nested = nested || !is_cell(f);
     for (size_t i = 0; nested && i < json_length(list); i++) {
         const struct json *one = field->kind == ANSWER_MAP ? json_member_at(list, i) : json_item(list, i);
-        char title[SCALAR] = "";
-        if (field->kind == ANSWER_MAP)
-            (void)snprintf(title, sizeof title, "%s", json_member_name(list, i));
-        else if (field->fields[0].name != NULL && json_member(one, field->fields[0].name) != NULL)
-            say(json_member(one, field->fields[0].name), title);
+        char title[SCALAR];
+        put_title(field, list, i, title);
         bool headed = false;
         for (const struct answer_field *f = field->fields; f->name != NULL; f++) {
             const struct json *value = json_member(one, f->name);
-            if (is_single(f) || f->kind == ANSWER_TEXTS || value == NULL || json_length(value) == 0)
+            if (is_cell(f) || value == NULL || json_length(value) == 0)
                 continue;
             if (!headed)
                 form->heading(form->out, level, title, "");
@@ -184,7 +200,7 @@ static void put_object(const struct form *form, const struct json *object, const
     put_singles(form, object, fields);
     for (const struct answer_field *f = fields; f->name != NULL; f++) {
         const struct json *value = json_member(object, f->name);
-        if (value != NULL && !is_single(f) && json_length(value) > 0)
+        if (value != NULL && !is_single(f) && answer_is_name(f) && json_length(value) > 0)
             put_field(form, value, f, level);
     }
 }
@@ -277,7 +293,7 @@ static void html_heading(FILE *out, int level, const char *name, const char *wha
 
 static void html_table(FILE *out, const char *const headings[], size_t n)
 {
-    (void)fputs("<table>\n<tr>", out);
+    (void)fputs("<div class=\"scroll\"><table class=\"answer\">\n<tr>", out);
     for (size_t i = 0; i < n; i++) {
         (void)fputs("<th>", out);
         html_text(out, headings[i]);
@@ -309,7 +325,7 @@ void answer_html(FILE *out, const struct json *root, const struct answer_field f
                               .item = html_item,
                               .row = "<tr>",
                               .end_row = "</tr>\n",
-                              .end_table = "</table>\n",
+                              .end_table = "</table></div>\n",
                               .end_items = ""};
     static const char *const no_scripts[] = {NULL};
     html_begin(out, "beamfit", "beamfit " BEAMFIT_VERSION, no_scripts, false);

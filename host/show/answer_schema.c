@@ -7,10 +7,15 @@
 
 /* ---- What a field is ---- */
 
+bool answer_is_name(const struct answer_field *field)
+{
+    return field->kind != ANSWER_LINE && !(field->flags & ANSWER_AGAIN);
+}
+
 const struct answer_field *answer_field_of(const struct answer_field fields[], const char *name)
 {
     for (const struct answer_field *f = fields; f != NULL && f->name != NULL; f++)
-        if (strcmp(f->name, name) == 0)
+        if (answer_is_name(f) && strcmp(f->name, name) == 0)
             return f;
     return NULL;
 }
@@ -38,6 +43,8 @@ static void put_members(struct json *schema, const struct answer_field fields[],
     struct json *required = json_put(schema, "required", json_new_array());
     json_put_text(schema, "type", "object");
     for (const struct answer_field *f = fields; f->name != NULL; f++) {
+        if (!answer_is_name(f))
+            continue;
         (void)json_put(members, f->name, schema_of(f));
         if (!(f->flags & ANSWER_MAYBE))
             json_push_text(required, f->name);

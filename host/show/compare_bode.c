@@ -40,7 +40,7 @@ static void take_noise(const struct comparison_channel *c, double averages, doub
     const double variance = c->noise.psd[k] * df_Hz * (double)c->n * (double)c->n / 2.0 / (input * input);
     const double power = pow(cabs(l->H[l->n]), 2.0);
     l->noise[l->n] = sqrt(variance / 2.0);
-    l->coherence[l->n] = power / (power + averages * variance);
+    l->coherence[l->n] = power / (power + fmax(averages - 1.0, 1.0) * variance);
 }
 
 /* Lines that the pulse has, in place. */

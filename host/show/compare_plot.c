@@ -10,18 +10,17 @@
 
 #include "ground/ground.h"
 
-/* "train1-piezo_V": the record's name without directory and ".csv", and the channel. */
-static void name_picture(const struct comparison *all, const struct comparison_channel *c, char *stem, size_t size)
+void compare_name_picture(const struct record records[], size_t r, const char *what, char stem[PLOT_STEM])
 {
-    const char *name = text_base_name(all->records[c->record].path), *dot = strrchr(name, '.');
+    const char *name = text_base_name(records[r].path), *dot = strrchr(name, '.');
     const int length = dot != NULL && dot != name ? (int)(dot - name) : (int)strlen(name);
     int copies = 0; /* records of one name from different directories get a number */
-    for (size_t r = 0; r < c->record; r++)
-        copies += strcmp(text_base_name(all->records[r].path), name) == 0;
+    for (size_t i = 0; i < r; i++)
+        copies += strcmp(text_base_name(records[i].path), name) == 0;
     if (copies > 0)
-        (void)snprintf(stem, size, "%.60s_%d-%s", name, copies + 1, c->name);
+        (void)snprintf(stem, PLOT_STEM, "%.60s_%d-%.60s", name, copies + 1, what);
     else
-        (void)snprintf(stem, size, "%.*s-%s", length < 60 ? length : 60, name, c->name);
+        (void)snprintf(stem, PLOT_STEM, "%.*s-%.60s", length < 60 ? length : 60, name, what);
 }
 
 /* What was measured and how well it is predicted; whose record it is stands in the corner. */
@@ -121,11 +120,33 @@ enum bf_status compare_plot(const struct comparison *all, const char *directory,
 {
     enum bf_status status = BF_OK;
     for (size_t i = 0; i < all->n_channels && status == BF_OK; i++) {
-        char stem[160];
+        char stem[PLOT_STEM];
         if (all->channels[i].n < COMPARE_PLOT)
             continue;
-        name_picture(all, &all->channels[i], stem, sizeof stem);
+        compare_name_picture(all->records, all->channels[i].record, all->channels[i].name, stem);
         status = compare_plot_channel(all, i, directory, stem, err);
     }
+    return status;
+}
+
+enum bf_status compare_plot_prepare(const struct model *model, const struct record records[], size_t n,
+                                    const char *directory, struct bf_error *err)
+{
+    char(*stems)[PLOT_STEM + 16] = bf_alloc(2 * n * (model->n_outputs + 1), sizeof *stems);
+    const char **names = bf_alloc(2 * n * (model->n_outputs + 1), sizeof *names);
+    size_t count = 0;
+    for (size_t r = 0; r < n; r++) {
+        if (records[r].kind == RECORD_FREQUENCIES)
+            pole_table_stem(text_base_name(records[r].path), stems[count++]);
+        for (size_t o = 0; o < model->n_outputs && records[r].kind != RECORD_FREQUENCIES; o++) {
+            compare_name_picture(records, r, model->outputs[o].name, stems[count]);
+            (void)snprintf(stems[count + 1], sizeof *stems, "%.160s-residual", stems[count]);
+            count += 2;
+        }
+    }
+    for (size_t i = 0; i < count; i++)
+        names[i] = stems[i];
+    const enum bf_status status = plot_prepare(directory, names, count, err);
+    free(stems), free(names);
     return status;
 }

@@ -4,8 +4,12 @@
 #define BEAMFIT_COMPARE_PLOT_H
 
 #include "compare/compare.h"
+#include "show.h"
 
 enum { COMPARE_PLOT = 16 }; /* samples that a picture needs */
+
+/* "train1-piezo_V": the r-th record's name without directory and ".csv", and what is drawn of it. */
+void compare_name_picture(const struct record records[], size_t r, const char *what, char stem[PLOT_STEM]);
 
 /* A frequency response with one input, whole. */
 bool compare_is_response(const struct comparison *all, const struct comparison_channel *c);

@@ -112,3 +112,23 @@ void compare_summary(const struct comparison *all, const struct comparison_chann
             " Only %.0f %% of the record behaves as a linear system with noise: expect something nonlinear.",
             100.0 * c->noise.used_share);
 }
+
+void compare_put_where(struct json *channel)
+{
+    const struct json *bands = json_member(channel, "bands");
+    char text[1500] = "";
+    size_t n = 0;
+    for (size_t b = 0; b < json_length(bands) && n < sizeof text; b++) {
+        const struct json *band = json_item(bands, b), *number = json_member(band, "mode");
+        const double share = json_number_of(json_member(band, "share"));
+        char mode[32] = "";
+        if (!(share >= 0.005))
+            continue;
+        if (number != NULL)
+            (void)snprintf(mode, sizeof mode, " m%.0f", json_number_of(number));
+        n += (size_t)snprintf(text + n, sizeof text - n, "%s%.3g-%.3g Hz%s %.0f", n > 0 ? ", " : "",
+                              json_number_of(json_member(band, "from_Hz")), json_number_of(json_member(band, "to_Hz")),
+                              mode, 100.0 * share);
+    }
+    json_put_text(channel, "where", text);
+}

@@ -11,11 +11,12 @@
 #include "plot.h"
 #include "report_page.h"
 
-/* Of the text of all curves together; five records of a few explanations stay below 3 MB. */
-enum { TIME_BYTES = 1100000, FREQUENCY_BYTES = 900000 };
+/* Of the text of all curves together, over time and over frequency alike, in a page to send: five records stay below 3 MB. */
+static const double page_bytes = 1.33e6;
 static const double bytes_a_point = 2.7; /* two bytes as base64 */
+enum { MOST_POINTS = 1000000 };
 
-/* Points that each of so many curves may have. */
+/* Points that each of so many may have. */
 static size_t share_of(double bytes, size_t curves, size_t least, size_t most)
 {
     const double points = bytes / bytes_a_point / (double)(curves > 0 ? curves : 1);
@@ -48,10 +49,12 @@ static void put_explanations(struct json *root, const struct curves *curves)
 }
 
 static struct json *over_time(const struct comparison_channel *c, const struct comparison_channel *const predictions[],
-                              size_t n, size_t most_points)
+                              size_t n, size_t points)
 {
     struct json *out = json_new_object();
     struct curve_grid grid;
+    const bool whole = c->n <= points / (1 + n); /* predicted is then measured less residual, sample by sample */
+    const size_t most_points = whole ? c->n : points / (1 + 2 * n);
     curve_grid_choose(c->n, most_points, plot_most_motion(c->measured, c->n, most_points / 2), &grid);
     json_put_number(out, "start_s", c->t0_s);
     json_put_number(out, "step_s", c->dt_s);
@@ -66,7 +69,8 @@ static struct json *over_time(const struct comparison_channel *c, const struct c
     for (size_t i = 0; i < n; i++) {
         const struct comparison_channel *p = predictions[i];
         const bool there = p != NULL && p->n == c->n;
-        (void)json_push(model, curve_json(&grid, there ? p->predicted : nothing, false));
+        if (!whole)
+            (void)json_push(model, curve_json(&grid, there ? p->predicted : nothing, false));
         (void)json_push(residual, curve_json(&grid, there ? p->residual : nothing, false));
     }
     free(nothing);
@@ -132,8 +136,10 @@ struct json *curves_json(const struct curves *curves)
     struct json *root = json_new_object();
     bool *chosen = bf_alloc(all->n_channels, sizeof *chosen);
     const size_t n = curves_choose(all, curves->most_channels, chosen);
-    const size_t time_points = share_of(TIME_BYTES, n * (1 + 2 * curves->n), 600, 20000);
-    const size_t frequency_points = share_of(FREQUENCY_BYTES, n * (3 + 3 * curves->n), 400, 4096);
+    const double bytes = curves->bytes > 0.0 ? curves->bytes : page_bytes;
+    const size_t fewest = 600 * (1 + 2 * curves->n);
+    const size_t time_points = share_of(bytes, n, fewest, (1 + curves->n) * (size_t)MOST_POINTS);
+    const size_t frequency_points = share_of(bytes, n * (3 + 3 * curves->n), 400, MOST_POINTS);
     json_put_number(root, "before", (double)curves->before);
     json_put_number(root, "after", (double)curves->after);
     put_explanations(root, curves);

@@ -66,14 +66,22 @@ static enum bf_status draw_ranking(const struct diagnose_pictures *p, struct bf_
 
 /* ---- All ---- */
 
+enum { STEMS = 4 };
+static const char *const stems[STEMS] = {"diagnose-misfit", "diagnose-ranking", "diagnose-amplitude", "diagnose-force"};
+
+enum bf_status diagnose_plot_prepare(const char *directory, struct bf_error *err)
+{
+    return plot_prepare(directory, stems, STEMS, err);
+}
+
 /* A picture of an earlier run must not pass for one of this. */
 static void forget_all(const char *directory)
 {
-    static const char *const stems[] = {"misfit", "ranking", "amplitude", "force"}, *const kinds[] = {"png", "pdf"};
+    static const char *const kinds[] = {"png", "pdf"};
     const size_t size = strlen(directory) + 40;
     char *path = bf_alloc(size, 1);
-    for (int i = 0; i < 8; i++) {
-        (void)snprintf(path, size, "%s/diagnose-%s.%s", directory, stems[i / 2], kinds[i % 2]);
+    for (int i = 0; i < 2 * STEMS; i++) {
+        (void)snprintf(path, size, "%s/%s.%s", directory, stems[i / 2], kinds[i % 2]);
         (void)unlink(path);
     }
     free(path);

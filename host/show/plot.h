@@ -39,6 +39,7 @@ struct plot_bode {
     const double *frequency_Hz;             /* [n] */
     const double complex *measured, *model; /* [n] */
     const double *noise, *coherence;        /* [n] or NULL, both */
+    bool without_phase;                     /* only magnitudes were measured */
 };
 enum bf_status plot_bode(const struct plot_bode *bode, struct bf_error *err);
 

@@ -61,8 +61,8 @@ static void magnitude_panel(const struct plot_bode *q, struct picture *p)
 {
     char label[160];
     plot_quantity(q->quantity, q->per, label, sizeof label);
-    plot_panel_title(p->script, q->noise != NULL ? "(b) magnitude" : "(a) magnitude");
-    plot_axes(p->script, "", label);
+    plot_panel_title(p->script, q->noise != NULL ? "(b) magnitude" : q->without_phase ? "magnitude" : "(a) magnitude");
+    plot_axes(p->script, q->without_phase ? "Frequency (Hz)" : "", label);
     magnitude_axis(q, p);
     (void)fprintf(
         p->script,
@@ -94,21 +94,25 @@ enum bf_status plot_bode(const struct plot_bode *q, struct bf_error *err)
     struct picture p;
     if (q->n < 4)
         return bf_fail(err, BF_NUMERIC, "a picture needs at least 4 lines; %s has %zu", q->quantity, q->n);
-    picture_begin(q->directory, q->stem, 16.0, q->noise != NULL ? 16.0 : 13.0, &p);
+    picture_begin(q->directory, q->stem, 16.0, 10.0 + (q->noise != NULL ? 3.0 : 0.0) + (q->without_phase ? 0.0 : 3.0),
+                  &p);
     write_curve(q, &p, "measured", q->measured);
     write_curve(q, &p, "model", q->model);
     if (q->noise != NULL)
         write_noise(q, &p);
+    const int panels = 1 + (q->noise != NULL) + !q->without_phase;
     plot_sheet(p.script,
-               q->noise != NULL ? "layout 3,1 margins 0.11,0.985,0.085,0.885 spacing 0.1,0.115"
-                                : "layout 2,1 margins 0.11,0.985,0.1,0.865 spacing 0.1,0.15",
+               panels == 3   ? "layout 3,1 margins 0.11,0.985,0.085,0.885 spacing 0.1,0.115"
+               : panels == 2 ? "layout 2,1 margins 0.11,0.985,0.1,0.865 spacing 0.1,0.15"
+                             : "layout 1,1 margins 0.11,0.985,0.13,0.82",
                q->title);
     plot_note(p.script, q->note);
     (void)fprintf(p.script, "set xrange [%.9g:%.9g]\n", q->frequency_Hz[0], q->frequency_Hz[q->n - 1]);
     if (q->noise != NULL)
         coherence_panel(&p);
     magnitude_panel(q, &p);
-    phase_panel(q, &p);
+    if (!q->without_phase)
+        phase_panel(q, &p);
     (void)fprintf(p.script, "unset multiplot\n");
     return picture_end(&p, err);
 }

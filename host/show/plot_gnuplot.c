@@ -37,11 +37,10 @@ static enum bf_status make_directory(const char *path, struct bf_error *err)
     return status;
 }
 
-/* Letters, digits, '.', '_', '-'; never empty, never starting with '.' or '-'. */
-static void sanitise(const char *from, char *to, size_t size)
+void picture_name(const char *from, char to[PICTURE_STEM])
 {
     size_t n = 0;
-    for (; *from != '\0' && n + 1 < size; from++) {
+    for (; *from != '\0' && n + 1 < PICTURE_STEM; from++) {
         const char c = *from;
         const bool fine = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
                           (n > 0 && (c == '.' || c == '-'));
@@ -84,25 +83,12 @@ static FILE *open_part(struct picture *p, const char *tail, struct atomic_file *
 
 static const char *const picture_tails[] = {".png", ".pdf"};
 
-/* Pictures have no room for a mark: they are the program's own where the script that draws them lies beside them. */
-static void check_pictures(struct picture *p)
-{
-    char *script = join(p, ".gp");
-    const bool own = outputs_own(script);
-    free(script);
-    for (int i = 0; i < 2 && !own && p->error.status == BF_OK; i++) {
-        char *path = join(p, picture_tails[i]);
-        (void)outputs_may_replace(path, &p->error);
-        free(path);
-    }
-}
-
 void picture_begin(const char *directory, const char *stem, double width_cm, double height_cm, struct picture *p)
 {
     *p = (struct picture){.directory = bf_strdup(directory[0] != '\0' ? directory : ".")};
-    sanitise(stem, p->stem, sizeof p->stem);
-    (void)make_directory(p->directory, &p->error);
-    check_pictures(p);
+    picture_name(stem, p->stem);
+    if (make_directory(p->directory, &p->error) == BF_OK)
+        (void)picture_may_be_made(p->directory, p->stem, &p->error);
     p->script = open_part(p, ".gp", &p->script_file);
     (void)fprintf(
         p->script,

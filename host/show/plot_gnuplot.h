@@ -34,14 +34,21 @@
 #define PLOT_FITTED       PLOT_BLUE /* records, where curves are of records and not of signals */
 #define PLOT_HELD_OUT     PLOT_ORANGE
 
+enum { PICTURE_STEM = 120 };
+
 struct picture {
     char *directory;
-    char stem[120]; /* sanitised */
-    FILE *script;   /* body of the picture, run once for each format */
+    char stem[PICTURE_STEM]; /* picture_name() of what was given */
+    FILE *script;            /* body of the picture, run once for each format */
     struct atomic_file script_file, data_file;
     bool data_open;
     struct bf_error error; /* status BF_OK while all is well */
 };
+
+/* The stem reduced to letters, digits, '.', '_', '-'; never empty, never starting with '.' or '-'. */
+void picture_name(const char *from, char to[PICTURE_STEM]);
+/* BF_USAGE when a file of this picture, its data, its script or what it draws, may not be replaced (OUTPUTS). */
+enum bf_status picture_may_be_made(const char *directory, const char *stem, struct bf_error *err);
 
 /* Width and height of the printed picture. The script may use the point sizes `dot` and `mark`. */
 void picture_begin(const char *directory, const char *stem, double width_cm, double height_cm, struct picture *p);

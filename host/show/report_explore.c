@@ -47,7 +47,7 @@ static void list_left_out(struct page *page, const bool drawn[])
 static struct json *curves_of(const struct report *r)
 {
     const struct explanation itself = {text_base_name(r->model->path), r->comparison, NAN, NAN};
-    const struct curves alone = {1, &itself, 0, 0, r->curves.most_channels};
+    const struct curves alone = {.n = 1, .explanations = &itself, .most_channels = r->curves.most_channels};
     return curves_json(r->curves.n > 0 ? &r->curves : &alone);
 }
 
@@ -73,8 +73,9 @@ void report_explore(struct page *page)
 static void chain_table(struct page *page)
 {
     const struct history *h = page->report->history;
-    html_table_begin(page->out, "history",
-                     "Model|>Error, fitted|>Times the noise|>Error, held out|>Times the noise|Step|SHA-256 …");
+    html_table_begin(
+        page->out, "history",
+        "Model|>Error, fitted|>Times the noise|>Error, held out|>Times the noise, held out|Step|SHA-256 …");
     for (int k = 0; k < h->n; k++) {
         const struct history_entry *e = &h->entries[h->order[k]];
         const struct fit_info *fit = &e->model.fit;

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "report_verdict.h"
+#include "explain/explain.h"
 #include "ground/ground.h"
 
 #include <math.h>
@@ -96,6 +97,8 @@ void report_verdict(const struct report *r, char text[REPORT_TEXT])
     else if (all->n_channels > 1)
         say(text, "; at most %.3g times, in %s of %.200s", worst->noise_ratio, worst->name,
             text_base_name(all->records[worst->record].path));
-    if (report_leaves_more(r))
+    if (report_leaves_more(r) && r->diagnosis != NULL)
+        say(text, ". %s", r->diagnosis->text);
+    else if (report_leaves_more(r))
         say(text, ". More than the noise is left: `beamfit diagnose` with the same records is the next step.");
 }

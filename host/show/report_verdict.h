@@ -10,6 +10,4 @@ const char *report_group(const struct report *report);
 /* The record among those of the model's fit, by its bytes; NULL: not among them, or there was no fit. */
 const struct fit_record *report_fit_record(const struct report *report, size_t record);
 
-/* Some channel has more than its noise left. */
-bool report_leaves_more(const struct report *report);
 #endif

@@ -3,17 +3,18 @@
  * show.h — answers of the stages as text for a person, JSON for programs, pictures, and one page.
  *
  * Order of calls: a command has the answer of its stage and calls the one that shows it.
- *   fit_print(), fit_json()                                      of a fit
- *   compare_print(), compare_json(), compare_plot()              of a comparison
- *   history_print(), history_json(), history_plot()              of a chain of models
- *   diagnose_print(), diagnose_json(), diagnose_plot()           of a diagnosis
- *   discriminate_print(), discriminate_json()                    of an experiment's design
- *   answer_print_and_free(), answer_print_schema()              of a tree, in any form
- *   attainable_print(), attainable_json()                        of the attainable floor
- *   channel_factors_print(), channel_factors_json()              of wrong signs and units
- *   report_write(), curves_json()                                a page of a comparison, its modes and its history; its curves
- * Functions *_print() write to `out` and do not check the writes. Functions *_json() return a tree that the caller gives to
- * answer_print_and_free() with the table *_fields of the same name, which says what each name in it is.
+ *   answer_print_and_free(), answer_print_schema()   of a tree, in any form; its schema
+ *   fit_json()                                       of a fit
+ *   compare_json(), compare_plot()                   of a comparison
+ *   history_json(), history_plot()                   of a chain of models
+ *   diagnose_json(), diagnose_plot()                 of a diagnosis
+ *   discriminate_json()                              of an experiment's design
+ *   attainable_json()                                of the attainable floor
+ *   channel_factors_json()                           of wrong signs and units
+ *   record_findings_json(), repeatability_json()     of what records say without a model
+ *   report_write(), curves_json()                    a page of a comparison, its modes and its history; its curves
+ * Functions *_json() return a tree that the caller gives to
+ * answer_print_and_free() with the table *_fields of the same name, which says what each name in it is, and what a person is shown of it.
  */
 #ifndef BEAMFIT_SHOW_H
 #define BEAMFIT_SHOW_H
@@ -25,11 +26,12 @@
 #include "compare/compare.h"
 #include "estimate/estimate.h"
 #include "explain/explain.h"
+#include "fleet/fleet.h"
 #include "ground/ground.h"
 
 /*
- * ANSWER — what a command answers: a tree of named values, and a table that says what each name is. Its JSON, Markdown and HTML, the schema of its
- * JSON (--json-schema) and the manual page come of the two.
+ * ANSWER — what a command answers: a tree of named values, and a table that says what each name is. Its text for the terminal, JSON, Markdown and HTML,
+ * the schema of its JSON (--json-schema) and the manual page come of the two.
  */
 
 enum answer_kind {
@@ -40,72 +42,135 @@ enum answer_kind {
     ANSWER_NUMBERS, /* a list */
     ANSWER_TEXTS,
     ANSWER_OBJECT,
-    ANSWER_LIST,      /* of objects */
-    ANSWER_MAP,       /* objects by name */
-    ANSWER_NUMBER_MAP /* numbers by name */
+    ANSWER_LIST,       /* of objects */
+    ANSWER_MAP,        /* objects by name */
+    ANSWER_NUMBER_MAP, /* numbers by name */
+    ANSWER_LINE        /* no value: words on the terminal, or a cell of a table there */
 };
-enum { ANSWER_MAYBE = 1, ANSWER_NULL = 2 }; /* may be left out; may be null */
+enum {
+    ANSWER_MAYBE = 1,     /* may be left out */
+    ANSWER_NULL = 2,      /* may be null */
+    ANSWER_PERCENT = 4,   /* of text for a person: a hundred times as much, with % */
+    ANSWER_BASE = 8,      /* a path, of which a person is told the last part */
+    ANSWER_ALL = 16,      /* on the terminal with --all alone */
+    ANSWER_TABLE = 32,    /* a list that is a table on the terminal, a row each */
+    ANSWER_VERBATIM = 64, /* a line that is not wrapped: to be copied */
+    ANSWER_GROUP = 128,   /* a line above the rows of a table for which it is the same */
+    ANSWER_AGAIN = 256,   /* a list that has its row already, shown otherwise */
+};
 
-/* One row of a table, which ends with {0}. */
+/*
+ * One row of a table, which ends with {0}. The terminal shows, in the order of the table: lines; tables of the lists that are marked so (a list within
+ * one has the rows, which repeat the cells of what they are in); the lines of each item of other lists, and of objects; a list of texts as items.
+ * Of these only what has a text, which is a title. A single value is shown by the lines that name it; with a text, a heading, it is a column.
+ */
 struct answer_field {
     enum answer_kind kind;
     const char *name, *what;
     const struct answer_field *fields; /* of objects */
     unsigned flags;
-    const char *unit; /* NULL: as the name's end says (_Hz, _s, _m …), or none */
+    const char *unit;    /* NULL: as the name's end says (_Hz, _s, _m …), or none */
+    int digits;          /* for a person: significant ones; negative: so many after the point; 0: five */
+    const char *instead; /* words where a table would have the error, when there is none; NULL: nothing */
+    const char *error;   /* the value beside it that is its standard error: value ± error; NULL: none */
+    size_t most;         /* rows that a table has without --all; 0: any */
+    const char *row;     /* of a table: the items of which this is so have a row; NULL: all */
+    const char *text;    /* for the terminal: words, a title, a heading; NULL: not shown by itself */
 };
-#define ANSWER_ROW(kind, name, what)                                                                                   \
+/* ANSWER_ROW(NUMBER, "sd", "standard error", .digits = 2): more may follow. */
+#define ANSWER_ROW(kind_, name_, ...)                                                                                  \
     {                                                                                                                  \
-        ANSWER_##kind, name, what, NULL, 0, NULL                                                                       \
+        .kind = ANSWER_##kind_, .name = (name_), .what = __VA_ARGS__                                                   \
     }
-#define ANSWER_ROW_OF(kind, name, what, fields)                                                                        \
+#define ANSWER_ROW_OF(kind_, name_, what_, ...)                                                                        \
     {                                                                                                                  \
-        ANSWER_##kind, name, what, fields, 0, NULL                                                                     \
+        .kind = ANSWER_##kind_, .name = (name_), .what = (what_), .fields = __VA_ARGS__                                \
+    }
+/*
+ * Words of a line. {name} is a value with its digits, error and unit; {a.b} of an object, {a.0} of a list (of objects: their first values), {@} the name or the number of the item; what
+ * an item does not have is looked for in what it is in. {name?yes|no} one of two words, as the value is (true, not 0, not empty) or not; {n#one|many}
+ * by the number, {list#} how many, {n>} so many pairs of blanks. [...] is left out when a value in it is missing, null or empty, a {name?} in it is not so, or a {name!} is. A line begins behind as
+ * many blanks as its words, and goes on there, or behind a tab; newlines before it are blank lines. Nothing is printed of a line without words.
+ */
+#define ANSWER_SAY(...)                                                                                                \
+    {                                                                                                                  \
+        .kind = ANSWER_LINE, .name = "", .what = "", .text = __VA_ARGS__                                               \
+    }
+/* Such words as a column with that heading. */
+#define ANSWER_CELL(heading, ...)                                                                                      \
+    {                                                                                                                  \
+        .kind = ANSWER_LINE, .name = (heading), .what = "", .text = __VA_ARGS__                                        \
     }
 const char *answer_unit(const struct answer_field *field);
+/* It is a name of the tree, not words or another view of one. */
+bool answer_is_name(const struct answer_field *field);
 
 /* A command to go on with, word by word up to NULL, at the end of the list `next` that every answer has; as a shell reads it. */
 void answer_next(struct json *root, ...) __attribute__((sentinel));
+void answer_next_words(struct json *root, const char *const words[]); /* NULL ends them */
 
-/* On standard output, in the form that --json or --format asked for; `warnings` gets what bf_warn() has said. Frees the tree. */
+/* A bf_warn_listener: what it hears stands in `warnings` of the answers after it, the first 64. */
+void answer_take_warning(void *context, const char *text);
+
+/* On standard output, in the form that --json or --format asked for, text otherwise. Frees the tree. */
 enum bf_status answer_print_and_free(struct json *root, const struct answer_field fields[], struct bf_error *err);
-/* JSON on one line, for answers that never end. */
-enum bf_status answer_print_line_and_free(struct json *root, struct bf_error *err);
+/* For the terminal, at its width; writes are not checked. */
+void answer_print_text(FILE *out, const struct json *root, const struct answer_field fields[]);
+/* JSON on one line, or text, for answers that never end. */
+enum bf_status answer_print_line_and_free(struct json *root, const struct answer_field fields[], struct bf_error *err);
 enum bf_status answer_print_schema(const char *command, const struct answer_field fields[], FILE *out,
                                    struct bf_error *err);
 
 extern const struct answer_field fit_fields[], compare_fields[], diagnose_fields[], history_fields[],
     discriminate_fields[];
-extern const struct answer_field attainable_fields[], channel_factor_fields[],
-    record_finding_fields[]; /* of the pieces below */
+extern const struct answer_field attainable_fields[], channel_factor_fields[], record_finding_fields[],
+    repeatability_fields[], repeatability_floor_fields[]; /* of the pieces below */
+
+/* What is said of the records before anything of a model. */
+#define ANSWER_RECORDS_FIRST                                                                                           \
+    ANSWER_ROW_OF(LIST, "record_findings", "what is wrong with records before any model", record_finding_fields,       \
+                  .text = "In the records:"),                                                                          \
+        ANSWER_ROW_OF(LIST, "channel_factors", "wrong signs and units of channels", channel_factor_fields,             \
+                      .text = "First of all:"),                                                                        \
+        ANSWER_ROW_OF(LIST, "repeatability", "how well repeated records agree, free of any model",                     \
+                      repeatability_fields, .text = "")
 
 /* FIT — parameters with standard errors, errors of each channel, what the records do not determine. */
 
-/* records: [result->n_records] as they were fitted; check->n may be 0. all: intervals and start values, too. */
-void fit_print(FILE *out, const struct fit_result *result, const struct record records[], const struct fit_check *check,
-               bool all);
+/* records: [result->n_records] as they were fitted; check->n may be 0. */
 struct json *fit_json(const struct fit_result *result, const struct record records[], const struct fit_check *check);
 
 /* COMPARE — errors of each channel, where the misfit is, and a sentence or two on each. */
 
-/* all: the tests of the residual, too. */
-void compare_print(FILE *out, const struct comparison *comparison, bool all_columns);
-struct json *compare_json(const struct comparison *comparison);
+/* lines: records that are no samples, behind the others in "records"; NULL: none. */
+struct json *compare_json(const struct comparison *comparison, const struct line_comparison *lines);
+/* RECORD-OUTPUT, a spectrum without phase, and RECORD-poles, a list, as pictures (PLOT below). */
+enum bf_status compare_lines_plot(const struct line_comparison *lines, const char *directory, struct bf_error *err);
 
 /*
  * Four panels and a residual page per channel: DIR/RECORD-CHANNEL.png and DIR/RECORD-CHANNEL-residual.png (and PDF). Channels of
  * fewer than 16 samples are left out. Errors as in PLOT. About 0.7 s a channel.
  */
 enum bf_status compare_plot(const struct comparison *comparison, const char *directory, struct bf_error *err);
+/* plot_prepare() for the pictures of all channels of these records, samples or not. */
+enum bf_status compare_plot_prepare(const struct model *model, const struct record records[], size_t n,
+                                    const char *directory, struct bf_error *err);
 
 /* POLE TABLE — measured frequencies beside the modes that they were paired with; of the object root the keys "measured", "common_factor", "spread", "text". */
 
-void pole_table_print(FILE *out, const struct pole_table *table, const struct modes *modes);
+enum { PLOT_STEM = 160 };
+
+extern const struct answer_field pole_table_fields[]; /* of "measured" */
+/* pole_table_damping() was called. */
 void pole_table_json(struct json *root, const struct pole_table *table);
+/* The name of its picture, FILE-poles: [PLOT_STEM]. */
+void pole_table_stem(const char *file, char stem[PLOT_STEM]);
+/* FILE-poles as a picture: frequencies as differences from the model's, damping ratios as they are, with standard errors. */
+enum bf_status pole_table_plot(const struct pole_table *table, const char *file, const char *directory,
+                               struct bf_error *err);
 
 /* HISTORY — models in order of descent, with the errors that their files state. */
 
-void history_print(FILE *out, const struct history *history);
 struct json *history_json(const struct history *history);
 
 /* Error against model as DIR/history.png and .pdf. BF_USAGE when none was fitted; else errors as in PLOT. */
@@ -114,8 +179,9 @@ enum bf_status history_plot(const struct history *history, const char *directory
 /* DIAGNOSE — the verdict, the candidates, where the misfit is, how far the computation can be trusted. */
 
 /* written: the file that holds the found model; NULL: none was asked for. */
-void diagnose_print(FILE *out, const struct diagnosis *diagnosis, const char *written);
 struct json *diagnose_json(const struct diagnosis *diagnosis, const char *written);
+/* root.next: the commands that follow from it. */
+void diagnose_put_next(struct json *root, const struct diagnosis *diagnosis, const char *written);
 
 /*
  * Pictures, each as PNG and PDF: DIR/diagnose-misfit (by band and amplitude, before and after adding the best),
@@ -126,13 +192,20 @@ struct json *diagnose_json(const struct diagnosis *diagnosis, const char *writte
  */
 enum bf_status diagnose_plot(const struct diagnosis *diagnosis, const struct predict_options *predict,
                              const char *directory, struct bf_error *err);
+/* plot_prepare() for all of them. */
+enum bf_status diagnose_plot_prepare(const char *directory, struct bf_error *err);
 
 /* DISCRIMINATE — experiments that would tell rivals apart, best first. */
 
-/* most: rows of the table, at most. */
-void discriminate_print(FILE *out, const struct discrimination *d, size_t most);
-/* drive: path of the signal that was written; NULL: none was. */
-struct json *discriminate_json(const struct discrimination *d, const char *drive);
+/* drive: path of the signal that was written; NULL: none was. most: experiments that text has, at most. */
+struct json *discriminate_json(const struct discrimination *d, const char *drive, size_t most);
+
+/* POPULATION — a fleet's values and spread, units that differ, drift, what their diagnoses say together. */
+
+extern const struct answer_field population_fields[];
+struct json *population_json(const struct fleet_population *population);
+/* The page; results: the file's name. Writes to `out` are not checked here. */
+void population_page(FILE *out, const char *results, const struct fleet_population *population);
 
 /*
  * PLOT — pictures, drawn by gnuplot as a program. Only plot_gnuplot.c runs it.
@@ -143,7 +216,13 @@ struct json *discriminate_json(const struct discrimination *d, const char *drive
  * the pictures are: data and scripts are written, status BF_OK. BF_BAD_FILE: a file cannot be written.
  */
 
-/* Before the work: false when gnuplot is not on the PATH; that is then said (bf_warn), unless directory is NULL. */
+/*
+ * Before the work of every command with --plot: BF_BAD_FILE when there can be no such directory, BF_USAGE when a file of a picture
+ * with one of these stems may not be replaced (OUTPUTS). Warns when gnuplot is missing. Nothing is made. directory NULL: BF_OK.
+ */
+enum bf_status plot_prepare(const char *directory, const char *const stems[], size_t n, struct bf_error *err);
+
+/* False when gnuplot is not on the PATH; that is then said (bf_warn), unless directory is NULL. */
 bool plot_can_draw(const char *directory);
 
 /* The seed paper's four panels of one channel: (a) measured, (b) model, (c) amplitude spectra, (d) a short interval. */
@@ -187,12 +266,22 @@ struct plot_live {
 };
 enum bf_status plot_live(const struct plot_live *live, struct bf_error *err);
 
+/* Modes that a board followed: of each reading and mode frequency_Hz, damping in per cent and gain, each with its standard error. */
+enum { PLOT_TRACKED = 3 };
+struct plot_tracking {
+    const char *directory, *stem, *title;
+    size_t modes, n;
+    const double *time_s; /* [n], ascending */
+    const double *values; /* [n][PLOT_TRACKED][6] */
+};
+enum bf_status plot_tracking(const struct plot_tracking *tracking, struct bf_error *err);
+
 /*
  * REPORT — the state of a model as one page (HTML) that needs nothing beside it: what `compare`, `modes` and `history`
  * found, as tables and curves to explore. Nothing is computed here but what fits on a line: which of the numbers to say first.
  */
 
-enum { REPORT_TEXT = 1024 };
+enum { REPORT_TEXT = 4096 };
 
 /* A model whose predictions the page's curves can show: an ancestor, an explanation of a diagnosis, the model itself. */
 struct explanation {
@@ -206,13 +295,14 @@ struct curves {
     size_t n;
     const struct explanation *explanations; /* [n] */
     size_t before,
-        after; /* what is compared at first; `after` decides which channels there are, and what is said of them */
+        after;    /* what is compared at first; `after` decides which channels there are, and what is said of them */
+    double bytes; /* of the text of the curves over time, and of those over frequency; 0: as a page to send may have */
     size_t most_channels; /* of at most so many channels, the furthest from their noise first */
 };
 
 /*
- * Measured, predicted, residual over time and over frequency, thinned to what an eye can see and stay below 3 MB for five records, as the script of the
- * page reads it (host/show/page/curves.js). Cost: about 10 ms a channel and explanation.
+ * Measured, predicted, residual over time and over frequency, every sample where that stays below 3 MB for five records, else extremes of stretches, as the script of
+ * the page reads it (host/show/page/curves.js). Cost: about 10 ms a channel and explanation.
  */
 struct json *curves_json(const struct curves *curves);
 
@@ -227,10 +317,13 @@ struct report {
     const struct modes *modes;           /* of that model */
     const struct history *history;       /* of history_of() */
     struct curves curves;                /* n 0: of that model alone */
+    const struct diagnosis *diagnosis;   /* of that model and these records; NULL: none was made */
 };
 
 /* One or two sentences, plain text, in which `this` is a command: how many times the noise is left, and what to do next. */
 void report_verdict(const struct report *report, char text[REPORT_TEXT]);
+/* Some channel has more than its noise left. */
+bool report_leaves_more(const struct report *report);
 
 /* The page; writes to `out` are not checked here. */
 void report_write(const struct report *report, FILE *out);
@@ -241,22 +334,24 @@ void watch_page_policy(FILE *out);
 
 /* ATTAINABLE — the floor of free linear models, beside the answers of compare, fit and diagnose. */
 
-/* nrmse: of the model. The floor, the model, the noise, and what kind of cause to look for; nothing without modes. */
-void attainable_print(FILE *out, const struct attainable *attainable, double nrmse);
-/* root.attainable: {nrmse, noise_ratio, modes, poles}, null without modes. */
-void attainable_json(struct json *root, const struct attainable *attainable);
+/* root.attainable: {nrmse, noise_ratio, modes, poles, text}, null without modes. nrmse: of the model, beside which the text holds the floor. */
+void attainable_json(struct json *root, const struct attainable *attainable, double nrmse);
 
 /* FACTORS — wrong signs and units of channels, above everything else that is said; nothing where there are none. */
 
-void channel_factors_print(FILE *out, const struct channel_factors *factors);
 /* "channel_factors": [] where there are none. */
 void channel_factors_json(struct json *root, const struct model *model, const struct channel_factors *factors);
 
 /* FINDINGS — what is wrong with records before any model, [n] of each; nothing where there is nothing. sample counts from 1. */
 
-void record_findings_print(FILE *out, const struct record records[], const struct record_findings findings[], size_t n);
 /* "record_findings": [] where there are none. */
 void record_findings_json(struct json *root, const struct record records[], const struct record_findings findings[],
                           size_t n);
+
+/* REPEATABILITY — how well repeated records agree; nothing where there are none. A record that stands out is told above everything, else the bound at the end. */
+
+/* "repeatability": [] where there are none. */
+void repeatability_json(struct json *root, const struct model *model, const struct record records[],
+                        const struct repeatability *repeatability);
 
 #endif

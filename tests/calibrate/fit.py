@@ -51,9 +51,11 @@ def counts_of(rows, found):
 def table_source(model, names, count, command):
     """As clang-format would have it."""
     weights = ["[FEATURE_%s] = %.6g" % (name.upper(), weight) for name, weight in zip(names, model[1])]
+    one_line = "        {" + ", ".join(weights) + "},"
+    table = ["    .weight =", one_line] if len(one_line) <= 120 else ["    .weight = {" + ",\n               ".join(weights) + "},"]
     lines = ["/* SPDX-License-Identifier: GPL-3.0-or-later */", "/* Written by `%s`: %s. */" % (command, count),
              '#include "probability.h"', "", "const struct probability_table probability_table = {", "    .intercept = %.6g," % model[0],
-             "    .weight = {" + ",\n               ".join(weights) + "},", "};", ""]
+             *table, "};", ""]
     return "\n".join(lines)
 
 

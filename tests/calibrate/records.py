@@ -123,10 +123,11 @@ def spoil(rig, record, name, exact, reference):
     noise, is_input = rig.noise[name], name in rig.inputs
     own = rms(exact) if noise["of"] == "rms" else max(map(abs, exact))
     level = noise["level"] * (reference[0] if rig.common_noise else own)
-    values = [rig.gain[name] * (x + level * e) for x, e in zip(exact, coloured(dice, noise, len(exact), rig.rate_Hz, rig.mains_Hz))]
+    gain = rig.gain[name] * (rig.repeats[record] if name == "hammer_N" else 1)
+    values = [gain * (x + level * e) for x, e in zip(exact, coloured(dice, noise, len(exact), rig.rate_Hz, rig.mains_Hz))]
     if is_input and name == "drive_V":
         return values
-    largest = rig.gain[name] * (reference[1] if rig.common_range else max(map(abs, exact)))
+    largest = gain * (reference[1] if rig.common_range else max(map(abs, exact)))
     step = rig.headroom * largest / 2 ** (rig.bits - 1)
     return [step * round(x / step) for x in values] if step > 0 else values
 

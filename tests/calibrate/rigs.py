@@ -17,6 +17,8 @@ RATES_HZ = (128, 200, 256, 400, 500, 512, 800, 1000, 1024, 1600, 2000, 2048, 250
 SAMPLES = (1500, 4096)  # fewest and most of a record
 PLACE_SD_M, EDGE_SD_M, GAIN_SD = 0.002, 0.001, 0.05
 CAREFUL = 3  # one rig of so many is where and what the model says
+UNEVEN_SHARE, PIECES = 0.4, 6  # of the rigs; pieces of a beam
+SECTION_SD, REPEAT_SD = (0.003, 0.05), (0.003, 0.05)  # relative, each drawn between these: EI and rho of a piece; what a blow is said to be
 KIND_UNIT = {"displacement": "m", "velocity": "mps", "acceleration": "mps2", "patch_strain": "V"}
 
 
@@ -53,6 +55,7 @@ class Rig:
         self.draw_records(dice)
         self.draw_instruments(dice)
         self.draw_beliefs(dice)
+        self.draw_unevenness(dice)
 
     def frequency_Hz(self, mode):
         """Of the bare beam."""
@@ -246,6 +249,24 @@ class Rig:
         self.start["Ks_V"] = self.Ks * math.exp(bounded_normal(dice, 0.3))
         self.start["KB_NmpV"] = self.KB * math.exp(bounded_normal(dice, 0.3))
 
+    def draw_unevenness(self, dice):
+        """What no parameter of the model is: pieces of another section (self.pieces, as patches), blows that repeat badly (self.repeats)."""
+        self.pieces, self.repeats = [], {record: 1.0 for record in self.records}
+        if dice.random() > UNEVEN_SHARE:
+            return
+        section, repeat = log_uniform(dice, *SECTION_SD), log_uniform(dice, *REPEAT_SD)
+        cuts = sorted([0, self.length_m] + [self.length_m * dice.random() for _ in range(PIECES - 1)])
+        for a, b in zip(cuts, cuts[1:]):
+            EI, rho = (value * math.exp(bounded_normal(dice, section)) for value in (self.EI, self.rho))
+            for begin, end, _, _ in self.patches + [[self.length_m] * 4]:  # a patch keeps its own section
+                if begin > a:
+                    self.pieces.append([a, min(b, begin), EI, rho])
+                a = max(a, min(b, end))
+        self.pieces = [piece for piece in self.pieces if piece[1] - piece[0] > 1e-3 * self.length_m]
+        if self.shaker or "hammer_N" not in self.inputs:
+            return
+        self.repeats = {record: math.exp(bounded_normal(dice, repeat)) for record in self.records}
+
     @staticmethod
     def region(k):
         return "patch" if k == 0 else "patch%d" % (k + 1)
@@ -257,7 +278,7 @@ class Rig:
         lines = ["length_m %.9g" % self.length_m, "support " + self.support, "patch_m %.9g %.9g" % (begin, end)]
         lines += ["EI_beam_Nm2 %.9g" % self.EI, "rho_beam_kgpm %.9g" % self.rho, "cDI_beam_sNm2 %.9g" % (damping * self.EI)]
         lines += ["EI_patch_Nm2 %.9g" % EI, "rho_patch_kgpm %.9g" % rho, "cDI_patch_sNm2 %.9g" % (damping * EI)]
-        lines += ["region %.9g %.9g %.9g %.9g %.9g" % (a, b, e, r, damping * e) for a, b, e, r in self.patches[1:]]
+        lines += ["region %.9g %.9g %.9g %.9g %.9g" % (a, b, e, r, damping * e) for a, b, e, r in self.patches[1:] + self.pieces]
         lines += ["gamma_sNpm2 %.9g" % self.gamma, "Ks_V %.9g" % self.Ks, "KB_NmpV %.9g" % self.KB]
         lines += ["sample_rate_Hz %.9g" % self.rate_Hz, "filter_order %d" % self.filter_order, "filter_ratio %.9g" % self.filter_ratio]
         lines += ["filter_causal %d" % self.filter_causal, "modes %d" % (self.modes + 10), "tolerance 3e-7"]

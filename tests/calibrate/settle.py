@@ -157,7 +157,7 @@ def describe(rig, kind, hidden, found):
             "rig": {"support": rig.support, "material": rig.material, "length_m": rig.length_m, "modes": rig.modes, "rate_Hz": rig.rate_Hz,
                     "samples": rig.samples, "patches": len(rig.patches), "records": len(rig.records), "checks": len(rig.records) - len(train(rig)),
                     "outputs": len(rig.outputs), "decays": any(p["decay"] for p in rig.records.values()), "bits": rig.bits,
-                    "filter_stated": rig.filter_stated, "weighed": rig.weighed, "care": rig.care, "one_level": rig.one_level,
+                    "filter_stated": rig.filter_stated, "weighed": rig.weighed, "care": rig.care, "uneven": len(rig.pieces) > 0, "one_level": rig.one_level,
                     "noise": {n: "%s %.4g of %s" % (v["colour"], v["level"], v["of"]) for n, v in rig.noise.items()}}}
 
 

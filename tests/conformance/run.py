@@ -73,7 +73,7 @@ def master(port, key, policy=None):
     sxi = app.transport.sxi
     sxi.port, sxi.bitrate = port, 921600
     sxi.header_format, sxi.tail_format = "HEADER_LEN_CTR_WORD", "CHECKSUM_WORD"
-    app.transport.layer, app.transport.timeout = "SXI", 1.0
+    app.transport.layer, app.transport.timeout = "SXI", master.timeout_s
     app.general.connect_retries = 2
     app.general.disable_error_handling = True
     app.general.seed_n_key_function = lambda resource, seed: hmac.new(
@@ -97,6 +97,7 @@ def master(port, key, policy=None):
 
 master.repeats = 0
 master.patience = 3
+master.timeout_s = 1.0
 
 
 def write_image(x, image):
@@ -178,7 +179,7 @@ def wrong_key(check, port):
         x.connect()
         x.getCommModeInfo()
         check.refused("a wrong key", lambda: x.cond_unlock("calpag"), 0x25)
-        patience, master.patience = master.patience, 2
+        patience, master.patience = master.patience, 0 if master.timeout_s > 1.0 else 2
         try:
             x.getStatus()
             silent = False
@@ -289,7 +290,9 @@ def main():
         parser.error("--load is 0 to below 1, for an emulated board, whose time stands still with it")
     build = a.build
     if a.board != "host":
-        master.patience = 30  # of the wall's seconds: what the board does meanwhile is judged by its samples
+        # Of the wall's seconds: what the board does meanwhile is judged by its samples. An answer that came after the question was asked
+        # again would be taken for the next one's, so it is asked again only when none can be on its way any more.
+        master.patience, master.timeout_s = 8, 9.0  # pyxcp gives the nanoseconds of it to pyserial as seconds, which takes 9.2e9
     check = Checks()
     model = os.path.join(HERE, "..", "..", "data", "live", "model.yaml")
     with tempfile.TemporaryDirectory(prefix="beamfit_conformance_") as directory:

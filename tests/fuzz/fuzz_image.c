@@ -18,7 +18,6 @@ static void show(const struct beam_image_file *file)
     if (nowhere == NULL && (nowhere = fopen("/dev/null", "w")) == NULL)
         abort();
     struct bf_error err;
-    target_image_print_file(nowhere, file);
     if (json_print_and_free(target_image_file_json(file), nowhere, &err) != BF_OK)
         abort();
 }

@@ -41,7 +41,7 @@ def blind(bench, share):
 def bad_images(bench, generator):
     """Name: (how many, maker of one, the fault the board must name or None for any). The board runs counter 1000."""
     setup = 64  # behind the header: floats
-    plan = 412 + 124  # front, counts; then dt_s, phi[16][4]
+    plan = 448 + 124  # front, counts; then dt_s, phi[16][4]
     phi = struct.unpack_from("<4f", bench.unsigned, plan + 4)
 
     def patched(*changes):

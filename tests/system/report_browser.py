@@ -63,6 +63,11 @@ def zoom_and_pan(browser, first, second):
 def toggles(browser):
     chart = "#channel0 .time"
     browser.box(chart)
+    shown = browser.value(f"""(() => {{ let n = [0, 0];
+        Chart.each((c) => {{ if (c.host === document.querySelector('{chart}'))
+            n = ['measured', 'model'].map((name) => c.spec.curves.find((curve) => curve.name === name).y.filter((v) => v !== null).length); }});
+        return n; }})()""")
+    wanted(f"measured and model have {shown} points", shown[0] == shown[1] > 100)
     for name in ("measured", "model"):
         before = pixels(browser, chart)
         browser.click("#show-" + name)

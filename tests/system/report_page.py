@@ -117,12 +117,17 @@ def column(path, name):
 
 
 def check_curves(curves, folder):
-    """Every curve has its points; the measured ones are the record's samples, and measured - model is the residual."""
+    """Every curve has its points; the measured ones are the record's samples, and measured - model is the residual, where the page does not compute it."""
     for channel in curves["channels"]:
         time, name = channel["time"], f"{channel['record']} {channel['name']}"
         where, measured = samples(time["grid"]), points(time["measured"])
         path = os.path.join(folder, channel["record"])
         true = column(path, channel["name"]) if os.path.exists(path) else None
+        whole = len(time["grid"]) == 1 and time["grid"][0]["step"] == 1
+        if whole != (not time["model"]):
+            yield f"{name}: {len(time['model'])} predictions over a grid that is {'whole' if whole else 'not whole'}"
+        if any(len(points(residual)) != len(where) for residual in time["residual"]):
+            yield f"{name}: residuals of other lengths than {len(where)}"
         for kind, model, residual in zip(range(99), time["model"], time["residual"]):
             y, r = points(model), points(residual)
             off = max((abs(z - a - b) for z, a, b in zip(measured, y, r) if a is not None and b is not None), default=0)

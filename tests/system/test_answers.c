@@ -12,21 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <cmocka.h>
-#include <jansson.h>
-#include "rig.h"
-
-/* Runs a command that ends with --json; fails unless status 0 and one JSON object is all of standard output. */
-static json_t *answer(struct rig *rig, const char *const arguments[])
-{
-    run_beamfit(rig->dir, arguments, &rig->outcome);
-    if (rig->outcome.status != 0)
-        fail_msg("%s: status %d, '%s'", arguments[0], rig->outcome.status, rig->outcome.err);
-    json_error_t error;
-    json_t *root = json_loads(rig->outcome.out, JSON_REJECT_DUPLICATES, &error);
-    if (!json_is_object(root))
-        fail_msg("%s: no JSON object (%s): %s", arguments[0], error.text, rig->outcome.out);
-    return root;
-}
+#include "ask.h"
 
 static const json_t *member(const json_t *object, const char *key)
 {

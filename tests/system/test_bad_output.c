@@ -80,6 +80,36 @@ static void disk_full(void **state)
     assert_true(file_is(rig->dir, "listing", "old.csv\n"));
 }
 
+/* Without gnuplot: said before the work (which ends with status 4 on sick.yaml), and then only pictures are missing. */
+static void without_gnuplot(void **state)
+{
+    struct rig *rig = *state;
+    static const char *const commands[] = {"modes MODEL", "modes MODEL --convergence", "compare MODEL record.csv",
+                                           "diagnose MODEL record.csv", "history MODEL fitted.yaml"};
+    static const char *const script = "PATH=/nowhere; \"$BEAMFIT\" $1 --plot d";
+    char words[120];
+    run_program(rig->dir,
+                (const char *[]){"sh", "-c",
+                                 "sed 's/EI_beam_Nm2: *{*[^,}]*/&e-300/' model.yaml >sick.yaml; "
+                                 "\"$BEAMFIT\" fit model.yaml record.csv -o fitted.yaml",
+                                 NULL},
+                &rig->outcome);
+    for (size_t i = 0; i < sizeof commands / sizeof *commands; i++)
+        for (int sick = 0; sick < 2; sick++) {
+            const char *rest = strchr(commands[i], ' ') + sizeof "MODEL";
+            (void)snprintf(words, sizeof words, "%.*s %s%s", (int)(strchr(commands[i], ' ') - commands[i]), commands[i],
+                           sick ? "sick.yaml" : "model.yaml", rest);
+            const int status = sick && strncmp(words, "history", 7) != 0 ? 4 : 0; /* history computes nothing */
+            run_program(rig->dir, (const char *[]){"sh", "-c", script, "sh", words, NULL}, &rig->outcome);
+            if (rig->outcome.status != status ||
+                strstr(rig->outcome.err, "beamfit: warning: gnuplot is not installed") == NULL)
+                fail_msg("%s: status %d, %s", words, rig->outcome.status, rig->outcome.err);
+        }
+    run_program(rig->dir, (const char *[]){"sh", "-c", "ls d/*.gp | wc -l; ls d/*.png d/*.pdf", NULL}, &rig->outcome);
+    assert_true(strtol(rig->outcome.out, NULL, 10) >= 6);
+    assert_null(strstr(rig->outcome.out, "png"));
+}
+
 /* An answer that cannot be printed is no answer. */
 static void standard_output_full(void **state)
 {
@@ -88,6 +118,31 @@ static void standard_output_full(void **state)
                 &rig->outcome);
     assert_int_equal(rig->outcome.status, 3);
     assert_non_null(strstr(rig->outcome.err, "beamfit: the answer cannot be written; "));
+}
+
+static void assert_one_line(struct rig *rig, const char *script, int status, const char *begin)
+{
+    run_program(rig->dir, (const char *[]){"sh", "-c", script, NULL}, &rig->outcome);
+    if (rig->outcome.status != status ||
+        strncmp(status == 0 ? rig->outcome.out : rig->outcome.err, begin, strlen(begin)) != 0)
+        fail_msg("%s: status %d: %s%s", script, rig->outcome.status, rig->outcome.out, rig->outcome.err);
+}
+
+/* "-" is standard output where that has no answer, is refused where it has one, and is never a file's name. */
+static void a_dash_is_no_file(void **state)
+{
+    struct rig *rig = *state;
+    static const char *const refused[] = {"import record.csv -o -", "modes model.yaml --shapes -",
+                                          "export model.yaml -o -", "diagnose model.yaml record.csv -o -"};
+    char script[160];
+    assert_one_line(rig, "\"$BEAMFIT\" simulate model.yaml --input record.csv -o - | grep -v '^#'", 0, "time_s,");
+    assert_one_line(rig, "\"$BEAMFIT\" frf model.yaml -o - | head -n 1", 0, "    -1\n");
+    for (size_t i = 0; i < sizeof refused / sizeof *refused; i++) {
+        (void)snprintf(script, sizeof script, "\"$BEAMFIT\" %s", refused[i]);
+        assert_one_line(rig, script, 2, "beamfit: -: standard output has the answer");
+    }
+    assert_one_line(rig, "\"$BEAMFIT\" simulate model.yaml --input record.csv -o - --json", 2, "beamfit: ");
+    assert_int_equal(file_exists(rig->dir, "-"), 0);
 }
 
 #define CASE(f) cmocka_unit_test_setup_teardown(f, rig_setup, rig_teardown)
@@ -101,6 +156,8 @@ int main(void)
         CASE(file_too_large),
         CASE(disk_full),
         CASE(standard_output_full),
+        CASE(without_gnuplot),
+        CASE(a_dash_is_no_file),
     };
     return cmocka_run_group_tests_name("bad output", tests, NULL, NULL);
 }

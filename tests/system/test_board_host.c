@@ -55,6 +55,7 @@ static void test_command_line(void **state)
     RUN("--help");
     assert_int_equal(outcome.status, 0);
     assert_non_null(strstr(outcome.out, "--power-cut"));
+    assert_non_null(strstr(outcome.out, "it misses none"));
     RUN("--nonsense");
     assert_int_equal(outcome.status, 2);
     RUN("further");

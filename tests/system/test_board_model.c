@@ -12,7 +12,7 @@
 #include <cmocka.h>
 #include "board_rig.h"
 
-enum { IMAGE_BYTES = 5024 };
+enum { IMAGE_BYTES = 5060 };
 
 static void read_image(const struct board_rig *rig, const char *name, unsigned char bytes[IMAGE_BYTES])
 {

@@ -260,6 +260,24 @@ static void the_drive_lasts_as_long_as_the_record(void **state)
     assert_true(board_answer(rig, "sensor_faults") < 1.5); /* it is stuck still, and so it came again */
 }
 
+/* Followed only when the image asks for it; at first as the model has them, in doubt. */
+static void modes_are_followed_on_request(void **state)
+{
+    struct board_rig *rig = *state;
+    board_run_expect(rig, rig->board.port, 0,
+                     (const char *[]){"monitor", "--seconds", "0.2", "--every", "0.1", "--json", NULL});
+    assert_non_null(strstr(rig->outcome.out, "\"modes\":[]"));
+    run_beamfit(rig->dir, (const char *[]){"export", "model.yaml", "--track", "-o", "t.img", NULL}, &rig->outcome);
+    assert_int_equal(rig->outcome.status, 0);
+    assert_non_null(strstr(rig->outcome.out, "tracking   "));
+    board_run_expect(rig, rig->board.port, 0, (const char *[]){"download", "t.img", "--key", "key", NULL});
+    board_run_expect(rig, rig->board.port, 0,
+                     (const char *[]){"monitor", "--seconds", "0.6", "--every", "0.2", "--plot", "pictures", NULL});
+    assert_non_null(strstr(rig->outcome.out, "mode 2: "));
+    assert_null(strstr(rig->outcome.out, "nan"));
+    assert_true(file_exists(rig->dir, "pictures/live-tracking.png"));
+}
+
 static void monitor_leaves_pictures(void **state)
 {
     struct board_rig *rig = *state;
@@ -278,15 +296,11 @@ static void monitor_leaves_pictures(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        CASE(a_record_begins_at_rest_and_replays),
-        CASE(the_host_predicts_the_same_from_a_record),
-        CASE(drives_are_what_was_asked_for),
-        CASE(a_slow_line_is_prescaled_and_said),
-        CASE(gaps_are_reported_and_never_filled),
-        CASE(monitor_prints_lines_and_objects),
-        CASE(a_wire_that_is_off_is_said),
-        CASE(the_drive_lasts_as_long_as_the_record),
-        CASE(monitor_leaves_pictures),
+        CASE(a_record_begins_at_rest_and_replays), CASE(the_host_predicts_the_same_from_a_record),
+        CASE(drives_are_what_was_asked_for),       CASE(a_slow_line_is_prescaled_and_said),
+        CASE(gaps_are_reported_and_never_filled),  CASE(monitor_prints_lines_and_objects),
+        CASE(a_wire_that_is_off_is_said),          CASE(the_drive_lasts_as_long_as_the_record),
+        CASE(modes_are_followed_on_request),       CASE(monitor_leaves_pictures),
     };
     return cmocka_run_group_tests_name("board: records", tests, NULL, NULL);
 }

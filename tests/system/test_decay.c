@@ -9,8 +9,7 @@
 #include <string.h>
 #include <unistd.h>
 #include <cmocka.h>
-#include <jansson.h>
-#include "rig.h"
+#include "ask.h"
 
 static const double drag = 0.25; /* N s²/m³ */
 /* The record begins 0.4 s after the hit: nobody saw the force, and the beam moves. */
@@ -26,16 +25,6 @@ static const char model[] =
     "  rho_beam_kgpm: {value: 0.0921, fixed: true}\n  rho_patch_kgpm: {value: 0.44, fixed: true}\n"
     "  cDI_beam_sNm2: 8e-6\n  cDI_patch_sNm2: {value: 1.1e-5, fixed: true}\n  gamma_sNpm2: 0.02\n"
     "outputs: {tip_mps: {kind: velocity, at_m: 0.44}}\n";
-
-static json_t *answer(struct rig *rig, const char *const arguments[])
-{
-    run_beamfit(rig->dir, arguments, &rig->outcome);
-    if (rig->outcome.status != 0)
-        fail_msg("%s: status %d: %s", arguments[0], rig->outcome.status, rig->outcome.err);
-    json_t *root = json_loads(rig->outcome.out, 0, NULL);
-    assert_non_null(root);
-    return root;
-}
 
 /* The simulator stands beside the program. */
 static void simulate(const struct rig *rig, int number)

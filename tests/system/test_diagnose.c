@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* `beamfit diagnose` at a terminal: Ctrl-C while it searches and while it draws; a computation that is too coarse. */
-#include <jansson.h>
 #include <math.h>
 #include <poll.h>
 #include <pty.h>
@@ -15,7 +14,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 #include <cmocka.h>
-#include "rig.h"
+#include "ask.h"
 
 static const char model_text[] = "format: beamfit-model/1\n"
                                  "beam: {length_m: 0.4573, patch_m: [0.02535, 0.08905]}\n"
@@ -125,7 +124,7 @@ static void an_interrupted_answer_is_still_json(void **state)
     make_case(rig, "effect quadratic_drag coefficient_Ns2pm3=0.02");
     const int status =
         run_and_type(rig, (const char *[]){"beamfit", "diagnose", "model.yaml", "soft.csv", "hard.csv", "--json", NULL},
-                     "; a free linear model", NULL);
+                     "; short list", NULL);
     assert_int_equal(status, 0);
     json_t *root = json_loads(rig->outcome.out, 0, NULL);
     assert_non_null(root);
@@ -186,18 +185,6 @@ static void a_coarse_computation_is_said_first(void **state)
     json_decref(root);
 }
 
-static json_t *answer_of(struct rig *rig, const char *const arguments[])
-{
-    json_error_t error;
-    run_beamfit(rig->dir, arguments, &rig->outcome);
-    if (rig->outcome.status != 0)
-        fail_msg("status %d: %s", rig->outcome.status, rig->outcome.err);
-    json_t *root = json_loads(rig->outcome.out, 0, &error);
-    if (!root)
-        fail_msg("not JSON: %s", error.text);
-    return root;
-}
-
 static double number_of(const json_t *root, const char *key)
 {
     const json_t *value = json_object_get(root, key);
@@ -221,7 +208,7 @@ static void the_next_commands_end_at_the_stated_error(void **state)
 {
     struct rig *rig = *state;
     make_case(rig, "effect tip_mass mass_kg=0.002");
-    json_t *root = answer_of(rig, (const char *[]){"diagnose", "model.yaml", "soft.csv", "hard.csv", "--json", NULL});
+    json_t *root = answer(rig, (const char *[]){"diagnose", "model.yaml", "soft.csv", "hard.csv", "--json", NULL});
     const json_t *next = json_object_get(root, "next");
     assert_string_equal(json_string_value(json_object_get(root, "verdict")), "missing");
     assert_true(json_array_size(next) >= 2);
@@ -243,10 +230,9 @@ static void the_found_model_is_written(void **state)
 {
     struct rig *rig = *state;
     make_case(rig, "effect tip_mass mass_kg=0.002");
-    json_t *root = answer_of(
+    json_t *root = answer(
         rig, (const char *[]){"diagnose", "model.yaml", "soft.csv", "hard.csv", "-o", "found.yaml", "--json", NULL});
-    json_t *compared =
-        answer_of(rig, (const char *[]){"compare", "found.yaml", "soft.csv", "hard.csv", "--json", NULL});
+    json_t *compared = answer(rig, (const char *[]){"compare", "found.yaml", "soft.csv", "hard.csv", "--json", NULL});
     assert_true(fabs(number_of(compared, "noise_ratio") / number_of(root, "noise_ratio_after") - 1.0) < 1e-3);
     json_decref(root), json_decref(compared);
 }

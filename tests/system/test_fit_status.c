@@ -8,15 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <cmocka.h>
-#include <jansson.h>
-#include "rig.h"
-
-static void must(struct rig *rig, const char *script)
-{
-    run_program(rig->dir, (const char *[]){"sh", "-c", script, NULL}, &rig->outcome);
-    if (rig->outcome.status != 0)
-        fail_msg("%s\n%s%s", script, rig->outcome.out, rig->outcome.err);
-}
+#include "ask.h"
 
 /* The rig with the paper's record (of the independent simulator) and model in it. */
 static int setup(void **state)
@@ -48,6 +40,12 @@ static void a_zero_input_fits_nothing(void **state)
     json_t *root = json_loads(rig->outcome.out, 0, &error);
     assert_non_null(root);
     assert_true(json_is_false(json_object_get(root, "fitted")));
+    const char *name;
+    json_t *parameter, *parameters = json_object_get(root, "parameters");
+    assert_true(json_object_size(parameters) > 2);
+    json_object_foreach(parameters, name, parameter) if (json_number_value(json_object_get(parameter, "value")) !=
+                                                         json_number_value(json_object_get(parameter, "start")))
+        fail_msg("%s has moved", name);
     json_decref(root);
 }
 

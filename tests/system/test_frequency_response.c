@@ -7,9 +7,8 @@
 #include <stdio.h>
 #include <string.h>
 #include <cmocka.h>
-#include <jansson.h>
 #include "../exact_response.h"
-#include "rig.h"
+#include "ask.h"
 
 static const char model[] = "format: beamfit-model/1\nbeam:\n  length_m: 0.3\n  support: clamped-free\nparameters:\n"
                             "  EI_beam_Nm2: {value: 2.5}\n  rho_beam_kgpm: {value: 0.25}\n"
@@ -36,16 +35,6 @@ static void put(const struct rig *rig, const char *name, double tip_kg, double w
     assert_int_equal(fclose(out), 0);
 }
 
-static json_t *answer(struct rig *rig, const char *const arguments[])
-{
-    run_beamfit(rig->dir, arguments, &rig->outcome);
-    if (rig->outcome.status != 0)
-        fail_msg("%s: status %d: %s", arguments[0], rig->outcome.status, rig->outcome.err);
-    json_t *root = json_loads(rig->outcome.out, 0, NULL);
-    assert_non_null(root);
-    return root;
-}
-
 static double at(const json_t *root, const char *first, const char *second, const char *third)
 {
     const json_t *value = json_object_get(json_object_get(json_object_get(root, first), second), third);
@@ -68,12 +57,7 @@ static void assert_drawn(const struct rig *rig, const char *name)
 static void a_response_is_fitted_and_what_is_missing_named(void **state)
 {
     struct rig *rig = *state;
-    char path[128];
-    (void)snprintf(path, sizeof path, "%s/model.yaml", rig->dir);
-    FILE *out = fopen(path, "w");
-    assert_non_null(out);
-    (void)fputs(model, out);
-    assert_int_equal(fclose(out), 0);
+    write_text(rig->dir, "model.yaml", model);
     put(rig, "clean.csv", 0.0, 0.0, 1);
     put(rig, "window.csv", 0.0, 3.0, 2);
     put(rig, "mass.csv", 0.004, 0.0, 3);

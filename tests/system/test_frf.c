@@ -7,8 +7,7 @@
 #include <stdio.h>
 #include <string.h>
 #include <cmocka.h>
-#include <jansson.h>
-#include "rig.h"
+#include "ask.h"
 
 static const char beam[] =
     "format: beamfit-model/1\nbeam: {length_m: 0.3}\nparameters:\n"
@@ -17,17 +16,6 @@ static const char beam[] =
     "outputs:\n  accel_mps2: {kind: acceleration, at_m: 0.3, gain: 1.1}\n"
     "  tip_mps: {kind: velocity, at_m: 0.28}\n"
     "effects:\n  - {kind: tip_mass, mass_kg: 0.01}\n  - {kind: sensor_lag, channel: tip_mps, tau_s: 1e-4}\n";
-
-static json_t *answer(struct rig *rig, const char *const arguments[])
-{
-    run_beamfit(rig->dir, arguments, &rig->outcome);
-    if (rig->outcome.status != 0)
-        fail_msg("%s: status %d: %s", arguments[0], rig->outcome.status, rig->outcome.err);
-    json_t *root = json_loads(rig->outcome.out, 0, NULL);
-    assert_non_null(root);
-    return root;
-}
-#define ANSWER(rig, ...) answer(rig, (const char *[]){__VA_ARGS__, NULL})
 
 static void what_is_written_is_read_back(void **state)
 {

@@ -86,7 +86,7 @@ static void the_doctor(void **state)
     struct rig *rig = *state;
     const int files = count_files(rig->dir);
     run_beamfit(rig->dir, (const char *[]){"doctor", NULL}, &rig->outcome);
-    if (rig->outcome.status != 0 || strstr(rig->outcome.out, "ok       computation") == NULL ||
+    if (rig->outcome.status != 0 || strstr(rig->outcome.out, "ok  computation") == NULL ||
         strstr(rig->outcome.out, "draws PNG and PDF") == NULL)
         fail_msg("%d: %s%s", rig->outcome.status, rig->outcome.out, rig->outcome.err);
     assert_int_equal(count_files(rig->dir), files);

@@ -97,6 +97,7 @@ static void every_output_of_every_command(void **state)
         {{"import", "record.csv", "--digits", "5", "-o", "out.csv"}, "out.csv", 5, "record.csv"},
         {{"modes", "model.yaml", "--shapes", "out.csv"}, "out.csv", 3, "model.yaml"},
         {{"modes", "model.yaml", "--plot", "pictures"}, "pictures/shapes.gp", 0, NULL},
+        {{"frf", "model.yaml", "-o", "out.uff"}, "out.uff", 3, "model.yaml"},
 
         {{"compare", "model.yaml", "record.csv", "--plot", "compared"}, "compared/record-piezo_V.gp", 0, NULL},
         {{"history", "model.yaml", "fitted.yaml", "--plot", "history"}, "history/history.gp", 0, NULL},
@@ -116,6 +117,81 @@ static void every_output_of_every_command(void **state)
         check_output(rig->dir, &rig->outcome, &outputs[i]);
         run_program(rig->dir, (const char *[]){"rm", "-f", outputs[i].file, NULL}, &rig->outcome);
     }
+}
+
+static void run_expect_out(struct rig *rig, const struct output *output, int status, const char *when)
+{
+    (void)run_with(rig->dir, &rig->outcome, output, "", NULL);
+    assert_status(&rig->outcome, status, output, when);
+    if (rig->outcome.out[0] != '\0')
+        fail_msg("%s onto %s, %s: something was printed: %s", output->words[0], output->file, when, rig->outcome.out);
+}
+
+/* The work on sick.yaml fails, so a refusal with status 2 came before it. */
+static void refusals_come_before_the_work(void **state)
+{
+    struct rig *rig = *state;
+    static const struct output outputs[] = {
+        {{"simulate", "sick.yaml", "--input", "record.csv", "-o", "out.csv"}, "out.csv", 0, NULL},
+        {{"fit", "sick.yaml", "record.csv", "-o", "out.yaml"}, "out.yaml", 0, NULL},
+        {{"diagnose", "sick.yaml", "record.csv", "-o", "out.yaml"}, "out.yaml", 0, NULL},
+        {{"diagnose", "sick.yaml", "record.csv", "--plot", "d"}, "d/diagnose-force.png", 0, NULL},
+        {{"diagnose", "sick.yaml", "record.csv", "-o", "new.yaml", "--plot", "d"},
+         "d/diagnose-ranking-rows.dat",
+         0,
+         NULL},
+        {{"modes", "sick.yaml", "--shapes", "out.csv"}, "out.csv", 0, NULL},
+        {{"modes", "sick.yaml", "--shapes", "new.csv", "--plot", "d"}, "d/shapes.pdf", 0, NULL},
+        {{"modes", "sick.yaml", "--convergence", "--plot", "d"}, "d/convergence.png", 0, NULL},
+        {{"compare", "sick.yaml", "record.csv", "--plot", "d"}, "d/record-piezo_V.png", 0, NULL},
+        {{"compare", "sick.yaml", "record.csv", "--plot", "d"}, "d/record-piezo_V-residual.gp", 0, NULL},
+        {{"compare", "sick.yaml", "record.csv", "--plot", "d"}, "d/record-piezo_V-residual-time.dat", 0, NULL},
+        {{"frf", "sick.yaml", "-o", "out.uff"}, "out.uff", 0, NULL},
+        {{"report", "sick.yaml", "record.csv", "-o", "out.html"}, "out.html", 0, NULL},
+        {{"discriminate", "sick.yaml", "tip_mass", "quadratic_drag", "record.csv", "--only", "hit", "--no-sensors",
+          "-o", "out.csv"},
+         "out.csv",
+         0,
+         NULL},
+        {{"export", "sick.yaml", "-o", "out.img", "--sample-Hz", "1000"}, "out.img", 0, NULL},
+        {{"export", "sick.yaml", "-o", "new.img", "--a2l", "out.a2l", "--sample-Hz", "1000"}, "out.a2l", 0, NULL},
+    };
+    run_program(
+        rig->dir,
+        (const char *[]){"sh", "-c", "mkdir d && sed 's/EI_beam_Nm2: *{*[^,}]*/&e-300/' model.yaml >sick.yaml", NULL},
+        &rig->outcome);
+    for (size_t i = 0; i < sizeof outputs / sizeof *outputs; i++) {
+        write_text(rig->dir, outputs[i].file, rig_old_output);
+        run_expect_out(rig, &outputs[i], 2, "foreign");
+        assert_non_null(strstr(rig->outcome.err, "beamfit has not made it"));
+        assert_true(file_is(rig->dir, outputs[i].file, rig_old_output));
+        run_program(rig->dir, (const char *[]){"rm", outputs[i].file, NULL}, &rig->outcome);
+        (void)run_with(rig->dir, &rig->outcome, &outputs[i], "", NULL);
+        assert_in_range(rig->outcome.status, 3, 4); /* 3: export, whose model has no board */
+    }
+    run_program(rig->dir, (const char *[]){"sh", "-c", "ls new.* d/*", NULL}, &rig->outcome);
+    assert_string_equal(rig->outcome.out, "");
+}
+
+/* What is no directory cannot hold pictures, and one that is missing is not made before there is something to put into it. */
+static void no_place_for_pictures(void **state)
+{
+    struct rig *rig = *state;
+    static const char *const places[] = {"record.csv", "record.csv/deeper", "model.yaml"};
+    for (size_t i = 0; i < 3; i++) {
+        const struct output plots[] = {
+            {{"compare", "model.yaml", "record.csv", "--plot", places[i]}, places[i], 0, NULL},
+            {{"modes", "model.yaml", "--plot", places[i]}, places[i], 0, NULL},
+            {{"history", "model.yaml", "--plot", places[i]}, places[i], 0, NULL},
+            {{"diagnose", "model.yaml", "record.csv", "--plot", places[i]}, places[i], 0, NULL},
+            {{"monitor", "--port", "/nowhere", "--plot", places[i]}, places[i], 0, NULL},
+        };
+        for (size_t k = 0; k < sizeof plots / sizeof *plots; k++) {
+            run_expect_out(rig, &plots[k], 3, "no directory");
+            assert_non_null(strstr(rig->outcome.err, "it is a file"));
+        }
+    }
+    assert_true(file_is(rig->dir, "model.yaml", rig_model));
 }
 
 static void run_expect(struct rig *rig, int status, const char *said, const char *const words[])
@@ -219,9 +295,11 @@ static void recordings(void **state)
     board_run_expect(rig, rig->board.port, 2, record);
     assert_non_null(strstr(rig->outcome.err, "run.csv: exists, and what was measured cannot be made again"));
     board_run_expect(rig, "/nowhere", 2, record);
+    board_run_expect(rig, "/nowhere", 2, (const char *[]){"upload", "-o", "run.csv", NULL});
     board_run_expect(rig, rig->board.port, 0, forced);
     board_run_expect(rig, rig->board.port, 0, (const char *[]){"monitor", "--seconds", "0.3", "--plot", "live", NULL});
     write_text(rig->dir, "live/live.gp", "mine\n");
+    board_run_expect(rig, "/nowhere", 2, (const char *[]){"monitor", "--seconds", "0.3", "--plot", "live", NULL});
     board_run_expect(rig, rig->board.port, 2, (const char *[]){"monitor", "--seconds", "0.3", "--plot", "live", NULL});
     assert_true(file_is(rig->dir, "live/live.gp", "mine\n"));
 }
@@ -233,6 +311,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         CASE(every_output_of_every_command),
+        CASE(refusals_come_before_the_work),
+        CASE(no_place_for_pictures),
         CASE(diagnose_keeps_what_it_has_not_made),
         CASE(pictures_of_others_stay),
         CASE(a_file_of_another_command_stays),

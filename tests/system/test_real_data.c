@@ -8,29 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 #include <cmocka.h>
-#include <jansson.h>
 #include <limits.h>
-#include "rig.h"
-
-static const char *ran(struct rig *rig, int status, const char *const arguments[])
-{
-    run_beamfit(rig->dir, arguments, &rig->outcome);
-    if (rig->outcome.status != status)
-        fail_msg("%s: wanted status %d, got %d: %s", arguments[0], status, rig->outcome.status, rig->outcome.err);
-    return status == 0 ? rig->outcome.out : rig->outcome.err;
-}
-
-static json_t *answer(struct rig *rig, const char *const arguments[])
-{
-    json_error_t error;
-    json_t *root = json_loads(ran(rig, 0, arguments), 0, &error);
-    if (!root)
-        fail_msg("%s: not JSON: %s", arguments[0], error.text);
-    return root;
-}
-
-#define RAN(rig, status, ...) ran(rig, status, (const char *[]){__VA_ARGS__, NULL})
-#define ANSWER(rig, ...)      answer(rig, (const char *[]){__VA_ARGS__, NULL})
+#include "ask.h"
 
 /* Absolute path of a real recording; skips the test, aloud, where it is absent. */
 static void need(const char *name, char path[PATH_MAX])

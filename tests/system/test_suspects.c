@@ -9,18 +9,10 @@
 #include <stdlib.h>
 #include <string.h>
 #include <cmocka.h>
-#include <jansson.h>
-#include "rig.h"
+#include "ask.h"
 
 static const char start[] = "init --length 0.4573 --width 0.0203 --thickness 0.0016 --patch 0.02535 0.08905 --input "
                             "hammer_N=point_force@0.0254 --output piezo_V=patch_strain --output tip_mps=velocity@0.44";
-
-static void must(struct rig *rig, const char *script)
-{
-    run_program(rig->dir, (const char *[]){"bash", "-c", script, NULL}, &rig->outcome);
-    if (rig->outcome.status != 0)
-        fail_msg("%s\n%s%s", script, rig->outcome.out, rig->outcome.err);
-}
 
 /* The tutorial's taps without the hidden mass; held-out taps that differ in one ordinary thing; a model that was fitted. */
 static int setup(void **state)

@@ -2,7 +2,7 @@
 """watch_browser.py BEAMFIT [PICTURES] - `beamfit watch` in headless Chromium, in the current directory: from a hidden tip mass to the noise.
 
 Needs fitted.yaml, a model that lacks the mass, soft.csv, hard.csv and check.csv. Every button is operated. Exit status 1 with a line for each thing
-that is wrong. PICTURES: a folder for screens.
+that is wrong, and a table of the time from each click to its answer. PICTURES: a folder for screens.
 """
 import json
 import os
@@ -14,6 +14,7 @@ import time
 from browser import Browser, Failure
 
 faults = []
+answers = {}  # what was pressed: seconds to its answer, each time
 
 
 def wanted(what, true):
@@ -49,13 +50,46 @@ def ready(browser):
     browser.settle()
 
 
-def press(browser, selector):
-    """Presses and waits for the answer; returns how long that took, in seconds."""
-    start = time.monotonic()
+def press(browser, selector, what=None):
+    """Presses as a finger does and waits for the answer. what: the name under which the time is kept."""
+    browser.box(selector)
+    watch_for_answer(browser)
     browser.click(selector)
-    browser.until("document.querySelector('#stop').disabled === false || document.querySelector('#said').innerText !== ''")
+    browser.until("window.answered > 0 || performance.now() - window.pressed > 2000 && document.querySelector('#stop').disabled") # or refused
     ready(browser)
-    return time.monotonic() - start
+    keep(browser, what)
+
+
+def watch_for_answer(browser):
+    """The page itself notes when the next click comes and when its answer stands, so that the driver's own pauses are not counted."""
+    browser.value("""(() => {
+      const stop = document.querySelector('#stop'), at = () => requestAnimationFrame(() => { window.answered = performance.now(); });
+      window.pressed = window.answered = 0;
+      window.begun = false;
+      addEventListener('click', () => { window.pressed = performance.now(); }, { capture: true, once: true });
+      if (window.drawing)
+        return;
+      window.drawing = new MutationObserver(() => { if (window.answered > 0) at(); });
+      window.drawing.observe(document.querySelector('#explore'), { childList: true, subtree: true });
+      new MutationObserver(() => {
+        window.begun = window.begun || !stop.disabled;
+        if (window.begun && stop.disabled && window.answered === 0) at();
+      }).observe(stop, { attributes: true, attributeFilter: ['disabled'] });
+    })()""")
+
+
+def keep(browser, what):
+    seconds = browser.value("window.answered > window.pressed ? (window.answered - window.pressed) / 1000 : null")
+    if what is not None and seconds is not None:
+        answers.setdefault(what, []).append(seconds)
+
+
+def at_once(browser, selector, what):
+    """A control that asks the program for nothing: from the click to the frame that shows it. Pressed twice, so that all is as before."""
+    for _ in range(2):
+        answers.setdefault(what, []).append(browser.value(f"""new Promise((done) => {{ const start = performance.now();
+            document.querySelector('{selector}').click();
+            requestAnimationFrame(() => setTimeout(() => done((performance.now() - start) / 1000))); }})"""))
 
 
 def steps(browser):
@@ -73,11 +107,14 @@ def type_name(browser, name):
 
 
 def find_and_add(browser, pictures):
+    browser.box("#diagnose")
+    watch_for_answer(browser)
     browser.click("#diagnose")
     browser.until("document.querySelector('#work.busy') !== null && document.querySelector('#doing').innerText.length > 3")
     wanted("the progress is not shown", browser.value("document.querySelector('#bar').offsetWidth > 50"))
     wanted("two jobs at once", browser.value("document.querySelector('#fit').disabled"))
     ready(browser)
+    keep(browser, "Diagnose")
     wanted(f"the verdict is {text(browser, '#said')}", text(browser, "#said").startswith("Missing"))
     row = row_of(browser, "tip_mass")
     if row is None:
@@ -85,8 +122,7 @@ def find_and_add(browser, pictures):
         return
     if pictures:
         browser.screenshot(os.path.join(pictures, "watch_diagnosed.png"))
-    seconds = press(browser, row + " button.add")
-    print(f"from the click on 'Add' to its answer: {seconds:.1f} s")
+    press(browser, row + " button.add", "Add (and fit)")
     before, after = [s[1] for s in steps(browser)]
     wanted(f"the error falls from {before} to {after} times the noise", before > 3 and after < 1.05)
     wanted(f"the verdict says {text(browser, '#verdict')}", "tip_mass leaves" in text(browser, "#verdict"))
@@ -95,18 +131,18 @@ def find_and_add(browser, pictures):
 
 
 def undo_and_save(browser):
-    press(browser, "#undo")
+    press(browser, "#undo", "Undo")
     wanted(f"undo leaves {steps(browser)}", len(steps(browser)) == 1)
     wanted("the first model can be undone", browser.value("document.querySelector('#undo').disabled"))
-    press(browser, "#diagnose")
-    press(browser, row_of(browser, "tip_mass") + " button.add")
+    press(browser, "#diagnose", "Diagnose")
+    press(browser, row_of(browser, "tip_mass") + " button.add", "Add (and fit)")
     for name, word in (("../found", "letters"), ("fitted", "choose another name"), ("/etc/passwd", "letters"), (".hidden", "letters"), ("", "letters")):
         type_name(browser, name)
         press(browser, "#save")
         wanted(f"'{name}' is answered with {text(browser, '#said')}", word in text(browser, "#said")
                and browser.value("document.querySelector('#said').className") == "warning")
     type_name(browser, "found")
-    press(browser, "#save")
+    press(browser, "#save", "Save as")
     wanted(f"saving says {text(browser, '#said')}", "saved as ./found.yaml" in text(browser, "#said"))
     press(browser, "#save")
     wanted("its own file is not replaced", "saved as" in text(browser, "#said"))
@@ -115,21 +151,24 @@ def undo_and_save(browser):
 
 
 def pick_and_fit(browser):
-    press(browser, "#records tbody tr:nth-child(2) input[value=check]")
+    press(browser, "#records tbody tr:nth-child(2) input[value=check]", "a record: fit, held out, off")
     channels = browser.value("[...document.querySelectorAll('section.channel h3')].map(h => h.innerText)")
     wanted(f"the record is not held out: {channels}", any("hard.csv" in c and "held out" in c for c in channels))
-    press(browser, "#records tbody tr:nth-child(2) input[value=off]")
+    press(browser, "#records tbody tr:nth-child(2) input[value=off]", "a record: fit, held out, off")
     channels = browser.value("[...document.querySelectorAll('section.channel h3')].map(h => h.innerText)")
     wanted(f"the record is still shown: {channels}", not any("hard.csv" in c for c in channels))
-    press(browser, "#records tbody tr:nth-child(2) input[value=fit]")
-    press(browser, "#fit")
+    press(browser, "#records tbody tr:nth-child(2) input[value=fit]", "a record: fit, held out, off")
+    press(browser, "#fit", "Fit")
     wanted(f"fit says {text(browser, '#said')}, {steps(browser)}", len(steps(browser)) == 3 and steps(browser)[-1][1] < 1.05)
-    press(browser, "#compare")
+    press(browser, "#compare", "Compare")
     wanted(f"compare says {text(browser, '#said')}", "times the noise" in text(browser, "#said"))
     browser.click("#diagnose")
     browser.until("document.querySelector('#work.busy') !== null")
-    browser.click("#stop")
-    ready(browser)
+    press(browser, "#stop", "Stop (a diagnosis)")
+    at_once(browser, "#show-model", "measured, model, residual, noise")
+    at_once(browser, "#reset", "whole")
+    at_once(browser, "#explanations tbody tr:nth-child(1) [name=before]", "an explanation's row: before, after")
+    at_once(browser, "#drag-pan", "zoom, pan")
 
 
 def live(address, pictures):
@@ -156,6 +195,9 @@ def main():
     with Watch("fitted.yaml", "soft.csv", "hard.csv", "--check", "check.csv") as watch:
         live(watch.address, pictures)
     wanted(f"new files: {set(os.listdir('.')) - before}", set(os.listdir(".")) - before <= {"found.yaml"})
+    print("click to answer, in seconds         least   most  clicks")
+    for what, seconds in answers.items():
+        print(f"{what:<34} {min(seconds):6.2f} {max(seconds):6.2f}  {len(seconds)}")
     print("\n".join(faults) if faults else "from the hidden mass to the noise, by clicks")
     return 1 if faults else 0
 

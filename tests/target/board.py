@@ -100,9 +100,12 @@ class Served(Process):
         return open(self.output, encoding="utf-8", errors="replace").read()
 
 
-def make_key(folder):
-    """The board's secret, as its bytes and as the file that beamfit reads; the second name."""
-    secret, text = os.urandom(32), os.path.join(folder, "key.txt")
+def make_key(folder, name="key.txt"):
+    """The board's secret, as its bytes and as the file that beamfit reads, which is kept when it is there; the second name."""
+    secret, text = os.urandom(32), os.path.join(folder, name)
+    if os.path.exists(text):
+        with open(text, encoding="ascii") as file:
+            return bytes.fromhex(file.read()), text
     with open(os.open(text, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), "w", encoding="ascii") as file:
         file.write(secret.hex() + "\n")
     return secret, text
@@ -111,11 +114,14 @@ def make_key(folder):
 class Board(Served):
     """The STM32F405; plugin: further NAME=VALUE options; shift: 2^shift ns an instruction; plant: what the truth simulates."""
 
-    def __init__(self, build, folder, plugin=(), shift=3, plant=None):
+    def __init__(self, build, folder, plugin=(), shift=3, plant=None, two_keys=False):
         self.key = os.path.join(folder, "key.bin")
         secret, self.key_text = make_key(folder)
-        with open(self.key, "wb") as file:
+        with open(self.key, "wb") as file:  # the sector of keys: what signs, then what unlocks
             file.write(secret)
+            if two_keys:
+                unlocking, self.unlock_text = make_key(folder, "unlock.txt")
+                file.write(unlocking)
         self.plant = None
         plugin = [f"flash={os.path.join(folder, 'flash.bin')}", *plugin]
         if plant is not None:

@@ -12,8 +12,8 @@ $(TARGET_BOARDS:%=$(B)/target_%_replay.elf): $(B)/target_%_replay.elf: tests/tar
     tests/target/replay_case.h tests/target/%.ld tests/target/sections.ld $(B)/arm/libbeamt.a
 	$(call say,$@)$(CROSS)gcc $(CROSS_FLAGS) $(TARGET_FLAGS_$*) $(TARGET_LINK) -Ttests/target/$*.ld $(filter %.c %.a,$^) -lm -o $@
 
-$(B)/target_costs.elf: tests/target/cost_run.c tests/target/start.c tests/target/netduinoplus2.ld tests/target/sections.ld $(B)/arm/libbeamt.a
-	$(call say,$@)$(CROSS)gcc $(CROSS_FLAGS) $(TARGET_FLAGS_netduinoplus2) $(TARGET_LINK) -Ttests/target/netduinoplus2.ld $(filter %.c %.a,$^) -lm -o $@
+$(B)/target_costs.elf: tests/target/cost_run.c $(B)/arm/firmware/track.o tests/target/start.c tests/target/netduinoplus2.ld tests/target/sections.ld $(B)/arm/libbeamt.a
+	$(call say,$@)$(CROSS)gcc $(CROSS_FLAGS) $(TARGET_FLAGS_netduinoplus2) -Ifirmware $(TARGET_LINK) -Ttests/target/netduinoplus2.ld $(filter %.c %.o %.a,$^) -lm -o $@
 
 # The devices that QEMU's netduinoplus2 lacks, as a plugin of QEMU 7.2
 $(B)/stm32f405.so: $(wildcard tests/target/plugin/*.c) $(wildcard tests/target/plugin/*.h)
@@ -26,10 +26,22 @@ $(B)/target_store_%.elf: tests/target/store_run.c tests/target/semihost.h $(B)/a
 	    -Tfirmware/board_$*/$*.ld $(filter %.c %.o %.a,$^) -o $@
 $(foreach board,$(FIRMWARE_BOARDS),$(eval $(B)/target_store_$(board).elf: $(call BOARD_OBJ,$(board)) firmware/board_$(board)/$(board).ld))
 
+# A board's driver alone: on each board, on the PC's, and the template's on a part of the PC
+$(B)/target_driver_%.elf: tests/driver/driver_run.c tests/target/semihost.h firmware/sections.ld
+	$(call say,$@)$(CROSS)gcc $(FIRMWARE_FLAGS) -Itests/target -nostartfiles --specs=nano.specs --specs=nosys.specs -Wl,--gc-sections \
+	    -Tfirmware/board_$*/$*.ld $(filter %.c %.o %.a,$^) -o $@
+$(foreach board,$(FIRMWARE_BOARDS),$(eval $(B)/target_driver_$(board).elf: $(call BOARD_OBJ,$(board)) firmware/board_$(board)/$(board).ld))
+$(B)/driver_host: tests/driver/driver_run.c $(patsubst %.c,$(B)/%.o,$(wildcard firmware/board_host/*.c))
+	$(call say,$@)$(CC) $(FW_FLAGS) -DDRIVER_ON_PC -Dmain=firmware_main -Wno-missing-prototypes $^ -o $@
+$(B)/driver_template: tests/driver/driver_run.c tests/driver/part_pc.c $(filter-out %/start.c,$(wildcard firmware/board_template/*.c))
+	@mkdir -p $(B)/driver
+	$(call say,$@)$(CC) $(FW_FLAGS) -Ifirmware/board_template -DDRIVER_ON_PC -Dmain=driver_main -Wno-missing-prototypes -c $< -o $(B)/driver/run.o && \
+	    $(CC) $(FW_FLAGS) -Ifirmware/board_template $(B)/driver/run.o $(filter-out $<,$^) -o $@
+
 # The firmware's sampler on this machine, and where the board keeps what it computed
-$(B)/replay_live: tests/target/replay_live.c $(B)/firmware/sampler.o $(B)/firmware/health.o $(B)/libbeamt.a
+$(B)/replay_live: tests/target/replay_live.c $(B)/firmware/sampler.o $(B)/firmware/health.o $(B)/firmware/track.o $(B)/libbeamt.a
 	$(call say,$@)$(CC) $(LIBFLAGS) -DBEAM_FLOAT -DBEAM_TARGET -Ifirmware $^ -lm -o $@
-$(B)/arm/layout.o: tests/target/layout.c firmware/app.h firmware/pages.h firmware/sampler.h firmware/daq.h firmware/xcp.h firmware/sxi.h
+$(B)/arm/layout.o: tests/target/layout.c $(wildcard lib/*.h) firmware/board.h firmware/app.h firmware/pages.h firmware/sampler.h firmware/daq.h firmware/xcp.h firmware/sxi.h
 	$(call say,$@)$(CROSS)gcc $(FIRMWARE_FLAGS) -c $< -o $@
 
 # Unit tests of lib/ on an emulated board: the tests of tests/unit as they are, a small cmocka, the library in every arithmetic
@@ -59,7 +71,7 @@ $(B)/target_unit_%.elf: $(B)/arm/double/tests/unit/%.o $(B)/arm/libunit.a $(B)/a
 	$(call say,$@)$(CROSS)gcc $(UNIT_FLAGS) $(TARGET_LINK) -Ttests/target/mps2-an386.ld $(filter %.c %.o %.a,$^) -lm -o $@
 
 TARGET_PROGRAMS := $(FIRMWARE_ELF) $(B)/arm/layout.o $(B)/replay_live $(B)/beamfit $(B)/beam_truth $(B)/replay_cases \
-    $(B)/replay_run $(B)/stm32f405.so $(TARGET_BOARDS:%=$(B)/target_%_replay.elf) $(B)/target_costs.elf $(FIRMWARE_BOARDS:%=$(B)/target_store_%.elf) \
+    $(B)/replay_run $(B)/stm32f405.so $(TARGET_BOARDS:%=$(B)/target_%_replay.elf) $(B)/target_costs.elf $(FIRMWARE_BOARDS:%=$(B)/target_store_%.elf) $(FIRMWARE_BOARDS:%=$(B)/target_driver_%.elf) $(B)/driver_host $(B)/driver_template \
     $(UNIT_ON_TARGET:%=$(B)/target_unit_%.elf)
 target: ## test: emulated boards: bits, instructions, power cuts, kills, the product [NAMES='bits counts']
 	@tools/deps.sh build test target

@@ -3,6 +3,7 @@
  * Instructions, counted on an emulated board, beside what lib/ states of them. A line each:
  *
  *     call ID stated counted      the costliest call of an effect's law, map, signal, drive or base, arguments of any size
+ *     step tracking_N bound counted   what follows N modes, learning in every sample
  *     step NAME bound counted     the costliest step of a plan whose law never settles: every evaluation, every elimination
  */
 #include <math.h>
@@ -10,6 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include "beam.h"
+#include "track.h"
 
 uint32_t target_count(void); /* instructions so far */
 
@@ -234,12 +236,41 @@ static void count_rest(void)
     count_steps("taps_9");
 }
 
+/* Modes that move and are learnt from in every sample. */
+static void count_tracking(void)
+{
+    static struct beam_image image;
+    for (int modes = 1; modes <= BEAM_TRACKED; modes++) {
+        uint32_t worst = 0;
+        image.plan.x.dt_s = 1e-3F;
+        image.front.setup = (struct beam_image_setup){.noise_rms = 1.0F, .averaging_s = 1.0F};
+        image.front.tracking = (struct beam_image_tracking){.wander_s = 1e3F, .kappa = 0.01F};
+        for (int b = 0; b < modes; b++) { /* not the first blocks: the search for them counts */
+            const int block = BEAM_BLOCKS - 2 * BEAM_TRACKED + 2 * b + 1;
+            image.front.tracking.blocks |= 1u << block;
+            image.front.tracking.heard[b][0] = 1.0F;
+            memcpy(image.plan.x.phi[block], (float[]){-0.01F, 0.1F, -0.1F, -0.01F}, sizeof *image.plan.x.phi);
+            image.plan.x.gamma[0][2 * block] = 0.1F;
+            state.x[2 * block] = 10.0F;
+        }
+        for (int k = 0; k < 200; k++) {
+            const uint32_t begin = target_count();
+            track_sample(&image, &state, any(1e-3F) > 0.0F ? 1.0F : -1.0F, true);
+            const uint32_t taken = target_count() - begin - overhead;
+            worst = taken > worst ? taken : worst;
+        }
+        printf("step tracking_%d %lu %lu\n", modes,
+               (unsigned long)beam_image_tracking_bound(image.front.tracking.blocks), (unsigned long)worst);
+    }
+}
+
 int main(void)
 {
     const uint32_t begin = target_count();
     overhead = target_count() - begin;
     count_calls();
     count_rest();
+    count_tracking();
     count_laws();
     return 0;
 }

@@ -50,7 +50,7 @@ def product(build, elf, key, plugin, *options):
                    "-plugin", ",".join([so, *plugin]), *options)
 
 
-def run(arguments, timeout_s=60):
+def run(arguments, timeout_s=600):
     """Run an emulator to its end: (exit status, standard output, standard error)."""
     done = subprocess.run(arguments, capture_output=True, text=True, timeout=timeout_s, check=False, stdin=subprocess.DEVNULL)
     return done.returncode, done.stdout, done.stderr

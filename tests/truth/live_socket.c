@@ -61,7 +61,7 @@ static bool read_request(int fd, uint8_t request[REQUEST], bool (*stop)(void))
     return true;
 }
 
-static int serve_one(struct truth_plant *plant, int fd, bool (*stop)(void), char *message)
+static int serve_one(struct truth_plant *const *plant, int fd, bool (*stop)(void), char *message)
 {
     uint8_t request[REQUEST];
     while (read_request(fd, request, stop)) {
@@ -70,7 +70,7 @@ static int serve_one(struct truth_plant *plant, int fd, bool (*stop)(void), char
             fputs("beam_truth: a request without its mark; the line is closed\n", stderr);
             return 0;
         }
-        if (truth_plant_tick(plant, (uint16_t)(request[2] | request[3] << 8), &code, message) != 0)
+        if (truth_plant_tick(*plant, (uint16_t)(request[2] | request[3] << 8), &code, message) != 0)
             return -1;
         const uint8_t answer[ANSWER] = {(uint8_t)(code & 0xFF), (uint8_t)(code >> 8)};
         if (send(fd, answer, ANSWER, MSG_NOSIGNAL) != ANSWER)
@@ -79,7 +79,8 @@ static int serve_one(struct truth_plant *plant, int fd, bool (*stop)(void), char
     return 0;
 }
 
-int truth_plant_serve(struct truth_plant *plant, const char *path, bool (*stop)(void), char message[TRUTH_MESSAGE])
+int truth_plant_serve(struct truth_plant *const *plant, const char *path, bool (*stop)(void),
+                      char message[TRUTH_MESSAGE])
 {
     int listening = listen_at(path, message), status = listening < 0 ? -1 : 0;
     while (status == 0 && wait_readable(listening, stop)) {

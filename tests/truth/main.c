@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
  * beam_truth SPEC... -o DIR: for each spec file X.txt a record DIR/X.csv.
- * beam_truth --live SPEC --socket PATH: the beam in lock step with a controller, until a signal ends it.
+ * beam_truth --live SPEC [SPEC] --socket PATH: the beam in lock step with a controller, until a signal ends it; SIGUSR1 puts the second
+ * beam, at rest, in the first one's place.
  */
 #include "truth.h"
 
@@ -47,31 +48,50 @@ static void stop(int signal)
     stopped = 1;
 }
 
+static volatile sig_atomic_t exchanged;
+
+static void exchange(int signal)
+{
+    (void)signal;
+    exchanged = 1;
+}
+
+static struct truth_plant *beam[3]; /* the one that swings; the first; the second or NULL */
+
 static bool is_stopped(void)
 {
+    beam[0] = exchanged && beam[2] ? beam[2] : beam[1];
     return stopped != 0;
 }
 
-static int live(const char *path, const char *socket_path)
+/* 1 or 2 specs */
+static int live(char *const path[], int n, const char *socket_path)
 {
     char message[TRUTH_MESSAGE] = "";
-    struct truth_spec spec;
-    const struct sigaction action = {.sa_handler = stop};
+    const struct sigaction action = {.sa_handler = stop}, other = {.sa_handler = exchange, .sa_flags = SA_RESTART};
     sigaction(SIGTERM, &action, NULL);
     sigaction(SIGINT, &action, NULL);
-    truth_spec_default(&spec);
-    struct truth_plant *plant = truth_spec_read(&spec, path, message) == 0 ? truth_plant_new(&spec, message) : NULL;
-    int status = plant ? truth_plant_serve(plant, socket_path, is_stopped, message) : -1;
+    sigaction(SIGUSR1, &other, NULL);
+    int status = 0;
+    for (int i = 0; i < n && status == 0; i++) {
+        struct truth_spec spec;
+        truth_spec_default(&spec);
+        beam[1 + i] = truth_spec_read(&spec, path[i], message) == 0 ? truth_plant_new(&spec, message) : NULL;
+        status = beam[1 + i] ? 0 : -1;
+    }
+    beam[0] = beam[1];
+    status = status == 0 ? truth_plant_serve(beam, socket_path, is_stopped, message) : status;
     if (status != 0)
         fprintf(stderr, "beam_truth: %s\n", message);
-    truth_plant_free(plant);
+    truth_plant_free(beam[1]);
+    truth_plant_free(beam[2]);
     return status == 0 ? 0 : 3;
 }
 
 int main(int argc, char **argv)
 {
-    if (argc == 5 && strcmp(argv[1], "--live") == 0 && strcmp(argv[3], "--socket") == 0)
-        return live(argv[2], argv[4]);
+    if ((argc == 5 || argc == 6) && strcmp(argv[1], "--live") == 0 && strcmp(argv[argc - 2], "--socket") == 0)
+        return live(argv + 2, argc - 4, argv[argc - 1]);
     const char *directory = ".";
     int status = 0, specs = 0;
     for (int i = 1; i < argc; i++)
@@ -87,7 +107,7 @@ int main(int argc, char **argv)
     }
     if (specs == 0) {
         fputs("usage: beam_truth SPEC... [-o DIR]   one DIR/NAME.csv for each NAME.txt; words: docs/truth.md\n"
-              "       beam_truth --live SPEC --socket PATH   the beam in lock step with a controller\n",
+              "       beam_truth --live SPEC [SPEC] --socket PATH   the beam in lock step with a controller\n",
               stderr);
         return 2;
     }

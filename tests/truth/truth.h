@@ -197,7 +197,11 @@ int truth_plant_tick(struct truth_plant *plant, uint16_t drive_code, uint16_t *s
 /* What the sensor's converter saw at the last tick, without noise, in the output's unit. */
 double truth_plant_sensor(const struct truth_plant *plant);
 void truth_plant_free(struct truth_plant *plant);
-/* Listens on a unix stream socket until stop() says so, one client at a time; the beam goes on from one to the next. */
-int truth_plant_serve(struct truth_plant *plant, const char *path, bool (*stop)(void), char message[TRUTH_MESSAGE]);
+/*
+ * Listens on a unix stream socket until stop() says so, one client at a time; the beam goes on from one to the next. stop() is asked
+ * before each tick and may put another beam at *plant.
+ */
+int truth_plant_serve(struct truth_plant *const *plant, const char *path, bool (*stop)(void),
+                      char message[TRUTH_MESSAGE]);
 
 #endif

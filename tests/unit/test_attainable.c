@@ -118,6 +118,37 @@ static void two_records_of_one_beam_end_at_their_noise(void **state)
     record_free(&records[1]);
 }
 
+/* What the linear model of a record leaves of another, in times the noise. */
+static double held_out(const struct record *fitted, const struct record *check)
+{
+    struct model model = read_model();
+    struct attainable a = find(fitted, 1);
+    struct bf_error err;
+    if (attainable_check(&model, fitted, 1, NULL, check, 1, &a, &err) != BF_OK)
+        fail_msg("%s", err.text);
+    const double ratio = a.held_out_noise_ratio;
+    attainable_free(&a);
+    model_free(&model);
+    return ratio;
+}
+
+static void what_is_held_out_ends_at_its_noise_unless_its_input_is_wrong(void **state)
+{
+    (void)state;
+    static const double wrong = 1.05; /* of the level */
+    struct record sweep = make_record(1, 3.0, 0.0, 31), hit = make_record(0, 1.0, 0.0, 32);
+    struct record decay = make_record(2, 1.0, 0.0, 33);
+    assert_true(fabs(held_out(&sweep, &hit) - 1.0) < 0.1);
+    assert_true(fabs(held_out(&sweep, &decay) - 1.0) < 0.1); /* its states are its own */
+    for (size_t i = 0; i < hit.n; i++)
+        hit.columns[0].x[i] *= wrong;
+    assert_true(fabs(held_out(&sweep, &hit) * noise_share / (wrong - 1.0) - 1.0) < 0.06);
+    assert_true(isnan(held_out(&decay, &hit))); /* no record tells what the input does */
+    record_free(&sweep);
+    record_free(&hit);
+    record_free(&decay);
+}
+
 static void a_free_decay_ends_at_its_noise(void **state)
 {
     (void)state;
@@ -267,6 +298,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(two_records_of_one_beam_end_at_their_noise),
+        cmocka_unit_test(what_is_held_out_ends_at_its_noise_unless_its_input_is_wrong),
         cmocka_unit_test(a_free_decay_ends_at_its_noise),
         cmocka_unit_test(records_that_begin_in_motion_keep_the_floor),
         cmocka_unit_test(an_unknown_level_is_no_misfit),

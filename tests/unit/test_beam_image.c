@@ -134,11 +134,11 @@ static void a_page_is_one_row_of_bytes(void **state)
     (void)state;
     assert_true(beam_image_read(&good, 0, BEAM_IMAGE_BYTES, whole));
     assert_memory_equal(whole, "BFMI", 4);
-    assert_memory_equal(whole + 220, good.effect, 4);
-    assert_memory_equal(whole + 224, &good.plan.use[0].channels, 4);
-    assert_memory_equal(whole + 228, good.plan.use[0].p, 16);
-    assert_memory_equal(whole + 412, &good.plan.n, 2 * BEAM_IMAGE_COUNTS);
-    assert_memory_equal(whole + 412 + 2 * BEAM_IMAGE_COUNTS, &good.plan.x, 4 * BEAM_IMAGE_NUMBERS);
+    assert_memory_equal(whole + 256, good.effect, 4);
+    assert_memory_equal(whole + 260, &good.plan.use[0].channels, 4);
+    assert_memory_equal(whole + 264, good.plan.use[0].p, 16);
+    assert_memory_equal(whole + 448, &good.plan.n, 2 * BEAM_IMAGE_COUNTS);
+    assert_memory_equal(whole + 448 + 2 * BEAM_IMAGE_COUNTS, &good.plan.x, 4 * BEAM_IMAGE_NUMBERS);
     assert_memory_equal(whole + BEAM_IMAGE_BYTES - 32, good.code, 32);
     assert_int_equal(beam_crc32(0, BEAM_IMAGE_BYTES - 64 - 32, whole + 64), good.front.header.crc32);
     for (int trial = 0; trial < 20000; trial++) {

@@ -102,7 +102,13 @@ static void units_and_signs_are_questioned(void **state)
     static const struct {
         double factor;
         const char *word;
-    } cases[] = {{1000.0, "1000"}, {0.0011, "1000"}, {-1.0, "opposite"}, {-950.0, "1000"}, {1.6, ""}, {30.0, ""}};
+    } cases[] = {{1000.0, "thousandths"},
+                 {0.0011, "thousands"},
+                 {-1.0, "other way round."},
+                 {-950.0, "other way round, and as if it were in thousandths"},
+                 {10.0, "decade"},
+                 {1.6, ""},
+                 {30.0, ""}};
     struct model model = read_model();
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         struct record record = hit_record("hit.csv");

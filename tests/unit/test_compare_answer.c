@@ -24,9 +24,12 @@ static char *printed(const struct comparison *all, bool as_json)
     FILE *f = open_memstream(&text, &size);
     assert_non_null(f);
     if (as_json)
-        assert_int_equal(json_print_and_free(compare_json(all), f, &err), BF_OK);
-    else
-        compare_print(f, all, true);
+        assert_int_equal(json_print_and_free(compare_json(all, NULL), f, &err), BF_OK);
+    else {
+        struct json *root = compare_json(all, NULL);
+        answer_print_text(f, root, compare_fields);
+        json_discard(root);
+    }
     assert_int_equal(fclose(f), 0);
     return text;
 }
@@ -57,7 +60,6 @@ static void json_keeps_the_contract(void **state)
     text = printed(&all, false);
     assert_contains(text, "hit.csv");
     assert_contains(text, "piezo_V");
-    assert_contains(text, "local rational method");
     free(text);
     compare_free(&all);
     record_free(&record);

@@ -44,6 +44,28 @@ static void fill_positive(double A[N * N])
         }
 }
 
+/* 2000 rows of the last block are as good as any other. */
+static void triangle_of_a_long_matrix(void **state)
+{
+    (void)state;
+    enum { ROWS = 5 * 65536 + 2000, COLUMNS = 3 };
+    struct bf_error err;
+    double *A = malloc(sizeof(double) * ROWS * COLUMNS), R[COLUMNS * COLUMNS], gram[COLUMNS * COLUMNS];
+    assert_non_null(A);
+    fill((size_t)ROWS * COLUMNS, A);
+    assert_int_equal(dense_qr_triangle(ROWS, COLUMNS, A, R, &err), BF_OK);
+    dense_gram(ROWS, COLUMNS, A, gram);
+    for (size_t i = 0; i < COLUMNS; i++)
+        for (size_t j = 0; j < COLUMNS; j++) {
+            double sum = 0.0;
+            for (size_t k = 0; k < COLUMNS; k++)
+                sum += R[k + i * COLUMNS] * R[k + j * COLUMNS];
+            assert_true(fabs(sum - gram[i + j * COLUMNS]) < 1e-12 * gram[0]);
+            assert_true(i <= j || fabs(R[i + j * COLUMNS]) <= 0.0);
+        }
+    free(A);
+}
+
 static void symmetric_eigenvectors_solve_the_problem(void **state)
 {
     (void)state;
@@ -262,6 +284,7 @@ int main(void)
         cmocka_unit_test(a_basis_leaves_dependent_columns_out),
         cmocka_unit_test(rank_deficient_least_squares_has_minimum_norm),
         cmocka_unit_test(what_is_not_finite_is_refused),
+        cmocka_unit_test(triangle_of_a_long_matrix),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -89,6 +89,35 @@ static void a_good_model_is_complete(void **state)
     done(&d);
 }
 
+/* What the spring's stiffness takes of what the damper leaves, the axial load takes of the whole misfit too. */
+static void a_special_case_is_named_where_its_general_form_takes_no_more_than_luck(void **state)
+{
+    struct diagnosis d;
+    struct hypothesis h[] = {refit("point_spring", NULL, 3, 2.4, 2.6), refit("point_damper", NULL, 2, 3.0, 3.1),
+                             refit("axial_load", NULL, 1, 15.0, 15.5)};
+    decide(&d, *state, 22.0, 23.0, h, 3);
+    d.attainable = (struct attainable){.modes = 4, .nrmse = 0.1, .noise_ratio = 2.4};
+    diagnose_decide(&d);
+    assert_int_equal(d.verdict, VERDICT_MISSING);
+    assert_int_equal(d.n_named, 1);
+    assert_string_equal(d.named[0], "point_damper");
+    assert_ptr_equal(d.hypotheses[0].effects[0], effect_by_id("point_damper"));
+    assert_true(fabs(d.hypotheses[0].probability - d.probability) < 1e-12);
+    done(&d);
+}
+
+static void a_general_form_that_takes_much_more_is_named(void **state)
+{
+    struct diagnosis d;
+    struct hypothesis h[] = {refit("point_spring", NULL, 3, 1.1, 1.1), refit("point_damper", NULL, 2, 4.0, 4.1),
+                             refit("axial_load", NULL, 1, 15.0, 15.5)};
+    decide(&d, *state, 22.0, 23.0, h, 3);
+    assert_int_equal(d.verdict, VERDICT_MISSING);
+    assert_int_equal(d.n_named, 1);
+    assert_string_equal(d.named[0], "point_spring");
+    done(&d);
+}
+
 static void significance_without_size_names_nothing(void **state)
 {
     struct diagnosis d;
@@ -307,6 +336,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_good_model_is_complete),
+        cmocka_unit_test(a_special_case_is_named_where_its_general_form_takes_no_more_than_luck),
+        cmocka_unit_test(a_general_form_that_takes_much_more_is_named),
         cmocka_unit_test(significance_without_size_names_nothing),
         cmocka_unit_test(one_clear_explanation_is_named),
         cmocka_unit_test(what_stands_out_is_named_though_it_leaves_much),

@@ -277,6 +277,32 @@ static void test_pin_and_event(void **state)
     assert_int_equal(packet[2], BEAM_EVENT_ALARM);
 }
 
+/* Two roles: the key that signs does not unlock, the one that unlocks does not sign. */
+static void test_two_keys(void **state)
+{
+    static struct beam_image_file image;
+    static uint8_t unlocking[32];
+    (void)state;
+    for (int i = 0; i < 32; i++)
+        unlocking[i] = (uint8_t)(200 - 3 * i);
+    board_reset();
+    board.facts.session_key = unlocking;
+    rig_image(&image, 0.75F, 4);
+    rig_boot();
+    assert_int_equal(rig_connect(), 0);
+    assert_int_equal(rig_unlock_with(board.key), BEAM_XCP_ERR_ACCESS_LOCKED);
+    assert_int_equal(RIG(BEAM_XCP_GET_STATUS), -1); /* DISCONNECTED */
+    rig_run(600);
+    assert_int_equal(rig_connect(), 0);
+    assert_int_equal(rig_unlock_with(unlocking), 0);
+    assert_int_equal(rig_download(&image), 0);
+    assert_true(rig_active_is(&image));
+    rig_sign(&image, unlocking, 5);
+    assert_int_equal(rig_download(&image), BEAM_XCP_ERR_PAGE_NOT_VALID);
+    assert_int_equal(rig_info().last_fault, BEAM_IMAGE_BAD_CODE);
+    board_reset();
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -288,6 +314,7 @@ int main(void)
         cmocka_unit_test_setup(test_signs_of_life, set_up),
         cmocka_unit_test_setup(test_starts_are_counted, set_up),
         cmocka_unit_test_setup(test_pin_and_event, set_up),
+        cmocka_unit_test_setup(test_two_keys, set_up),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -6,6 +6,7 @@
 #include <math.h>
 #include <cmocka.h>
 #include "firmware_rig.h"
+#include "gaussian.h"
 
 enum { SPAN = 1000 /* samples of averaging_s */, BLOCKS_TWO = 2 * HEALTH_BLOCK };
 
@@ -14,20 +15,6 @@ static struct sampler sampler;
 static struct beam_live live;
 static struct beam_state twin; /* the beam, as the model has it */
 static double noise_codes;
-static uint64_t random_word = 88172645463325252u;
-
-static double uniform(void)
-{
-    random_word ^= random_word << 13;
-    random_word ^= random_word >> 7;
-    random_word ^= random_word << 17;
-    return ((double)(random_word >> 11) + 0.5) / 9007199254740992.0;
-}
-
-static double gaussian(void)
-{
-    return sqrt(-2.0 * log(uniform())) * cos(2.0 * M_PI * uniform());
-}
 
 static int set_up(void **state)
 {

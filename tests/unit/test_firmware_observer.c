@@ -10,6 +10,7 @@
 #include <stdio.h>
 #include <cmocka.h>
 #include "firmware_rig.h"
+#include "gaussian.h"
 #include "observed_image.h"
 
 enum { SPAN = 1000 /* samples of averaging_s */ };
@@ -20,20 +21,6 @@ static struct beam_state moving;
 static struct sampler sampler;
 static struct beam_live live;
 static double noise_codes;
-static uint64_t random_word = 88172645463325252u;
-
-static double uniform(void)
-{
-    random_word ^= random_word << 13;
-    random_word ^= random_word >> 7;
-    random_word ^= random_word << 17;
-    return ((double)(random_word >> 11) + 0.5) / 9007199254740992.0;
-}
-
-static double gaussian(void)
-{
-    return sqrt(-2.0 * log(uniform())) * cos(2.0 * M_PI * uniform());
-}
 
 static int make_images(void **state)
 {
@@ -117,7 +104,8 @@ static void what_no_observer_may_be(void **state)
     *o = good;
     o->gain[0][1] = NAN;
     assert_int_equal(beam_image_check(&image, 0.001F), BEAM_IMAGE_BAD_SETUP);
-    *o = (struct beam_image_observer){.blocks = 0}; /* none at all */
+    memset(&image.front.tracking, 0, sizeof image.front.tracking); /* wants observed blocks */
+    *o = (struct beam_image_observer){.blocks = 0};                /* none at all */
     assert_int_equal(beam_image_check(&image, 0.001F), BEAM_IMAGE_FINE);
 }
 

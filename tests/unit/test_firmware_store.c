@@ -84,6 +84,29 @@ static void test_store_twice(void **state)
 }
 
 /* Images that the store does not take, or that a boot does not. */
+/* Erases that would stop the processor take place before sampling, but never of the slot whose image runs. */
+static void test_erases_before_sampling(void **state)
+{
+    (void)state;
+    board.stalls[0] = true; /* holds the newest image */
+    board.stalls[1] = true;
+    rig_boot();
+    assert_true(rig_active_is(&first));
+    assert_int_equal(board.stalled, 1);
+    assert_true(board.stalls[0] && !board.stalls[1]);
+    assert_int_equal(app.store.slot[1], STORE_EMPTY);
+    boot_and_download(&second);
+    assert_true(store());
+    assert_int_equal(board.stalled, 1); /* the store itself had not to */
+    rig_boot();                         /* now the other one is spare */
+    assert_true(rig_active_is(&second));
+    assert_int_equal(board.stalled, 2);
+    assert_int_equal(app.store.slot[0], STORE_EMPTY);
+    rig_boot();
+    assert_true(rig_active_is(&second));
+    assert_int_equal(board.stalled, 2);
+}
+
 static void test_what_is_not_booted(void **state)
 {
     (void)state;
@@ -323,6 +346,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(test_store_and_boot, set_up),
         cmocka_unit_test_setup(test_store_twice, set_up),
+        cmocka_unit_test_setup(test_erases_before_sampling, set_up),
         cmocka_unit_test_setup(test_what_is_not_booted, set_up),
         cmocka_unit_test_setup(test_built_in_is_not_stored, set_up),
         cmocka_unit_test_setup(test_broken_flash, set_up),

@@ -133,10 +133,23 @@ static void a_choice_is_one_of_the_names(void **state)
 static void one_answer_on_standard_output(void **state)
 {
     (void)state;
-    assert_int_equal(options_one_answer(true, "file", &err), BF_OK);
-    assert_int_equal(options_one_answer(true, NULL, &err), BF_OK);
-    assert_int_equal(options_one_answer(false, "-", &err), BF_OK);
-    assert_int_equal(options_one_answer(true, "-", &err), BF_USAGE);
+    static const struct option_row options[] = {{OPTION_ALL, 0, "all", NULL, NULL, "everything"}, OPTIONS_ANSWER, {0}};
+    char name[] = "info", json[] = "--json", format[] = "--format", html[] = "html", all[] = "--all";
+    char *words[] = {name, json, NULL}, *others[] = {name, all, format, html, NULL};
+    assert_int_equal(options_one_answer("-", &err), BF_OK);
+    assert_int_equal(options_format(), OPTIONS_TEXT);
+    assert_false(options_all());
+    optind = 1;
+    assert_int_equal(options_next(2, words, options, &err), -1);
+    assert_int_equal(options_format(), OPTIONS_AS_JSON);
+    assert_int_equal(options_one_answer("file", &err), BF_OK);
+    assert_int_equal(options_one_answer(NULL, &err), BF_OK);
+    assert_int_equal(options_one_answer("-", &err), BF_USAGE);
+    optind = 1;
+    assert_int_equal(options_next(4, others, options, &err), -1);
+    assert_int_equal(options_format(), OPTIONS_HTML);
+    assert_true(options_all());
+    assert_int_equal(options_one_answer("-", &err), BF_USAGE);
     assert_string_equal(err.text, "--json and -o - both want standard output; give a file to -o");
 }
 

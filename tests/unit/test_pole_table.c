@@ -46,6 +46,38 @@ static void lists_are_read(void **state)
     }
 }
 
+static void columns_have_names(void **state)
+{
+    (void)state;
+    static const char *const texts[] = {
+        "# a "
+        "rap\nmode,freq_Hz,sd_Hz,damping_ratio,sd,shape_at_0.1_m,shape_at_0.3_m\n1,3.5,0.01,0.002,1e-4,0.2,1\n,22,,,,-"
+        "0.5,\n"
+        "3,61.7,-,0.01,0.001,,1\n",
+        "shape_at_0.1_m; shape_at_0.3_m; damping_ratio; damping_sd; mode; frequency_Hz; sd_Hz\n"
+        "0.2; 1; 0.002; 1e-4; 1; 3.5; 0.01\n-0.5;;;;;22;\n;1;0.01;0.001;3;61.7;-\n",
+    };
+    for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
+        struct frequency_list list, again;
+        struct record record;
+        struct bf_error err;
+        if (read_list(texts[i], &list, &err) != BF_OK)
+            fail_msg("%s", err.text);
+        frequency_list_to_record(&list, NULL, &record);
+        frequency_list_of_record(&record, &again);
+        assert_int_equal(record.kind, RECORD_FREQUENCIES);
+        assert_int_equal(again.n, 3);
+        assert_memory_equal(again.modes, list.modes, sizeof list.modes[0]);
+        assert_true(list.modes[0].mode == 1 && list.modes[1].mode == 0 && again.modes[2].mode == 3);
+        assert_true(list.modes[0].damping_sd == 1e-4 && again.modes[2].damping_sd == 0.001);
+        assert_true(list.modes[1].sd_Hz == 0.0 && isnan(again.modes[1].damping_ratio) && list.modes[2].sd_Hz == 0.0);
+        assert_true(list.n_places == 2 && list.place_m[0] == 0.1 && list.place_m[1] == 0.3);
+        assert_true(list.shape[1] == 1.0 && list.shape[2] == -0.5 && isnan(list.shape[3]) && isnan(list.shape[4]));
+        assert_int_equal(strlen(record.sha256), 64);
+        frequency_list_free(&list), frequency_list_free(&again), record_free(&record);
+    }
+}
+
 static void what_is_no_list_is_refused_by_line(void **state)
 {
     (void)state;
@@ -63,7 +95,13 @@ static void what_is_no_list_is_refused_by_line(void **state)
         {"3.5, -0.1\n", ":1: ", "standard error"},
         {"3.5, 7\n", ":1: ", "standard error"},
         {"3.5, 0.1, 2\n", ":1: ", "between 0 and 1"},
-        {"3.5, 0.1, 0.2, 9\n", ":1: ", "not a mode"},
+        {"3.5, 0.1, 0.2, 9\n", ":1: ", "standard error 9 of the damping"},
+        {"3.5, 0.1, 0.2, 0.1, 9\n", ":1: ", "not a mode"},
+        {"mode,freq_Hz,colour\n1,3.5,2\n", ":1: ", "column 3 'colour'"},
+        {"freq_Hz,sd_Hz,sd_Hz\n3.5,1,1\n", ":1: ", "each once"},
+        {"mode,freq_Hz\n1.5,3.5\n", ":2: ", "1 for the lowest"},
+        {"mode,freq_Hz\n1,\n", ":2: ", "above 0"},
+        {"mode,freq_Hz\n1,3.5,7\n", ":2: ", "not a mode"},
     };
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         struct frequency_list list;
@@ -130,10 +168,35 @@ static void a_spread_is_no_scale(void **state)
     pole_table_free(&table);
 }
 
+/* The model's own shape scaled, another mode's, and one measured at a single place. */
+static void shapes_are_compared(void **state)
+{
+    double x_m[3] = {0.0, 0.5, 1.0}, of_modes[6] = {0.0, 0.34, 1.0, 0.0, -0.71, 1.0};
+    const struct modes modes = {.n = 2, .n_points = 3, .x_m = x_m, .shape = of_modes};
+    struct measured_frequency measured[2] = {{.frequency_Hz = cantilever[0]}, {.frequency_Hz = cantilever[1]}};
+    double shape[4] = {0.5 * 0.34, 0.5, 0.34, 1.0};
+    const struct frequency_list list = {
+        .n = 2, .modes = measured, .n_places = 2, .place_m = {0.5, 1.0}, .shape = shape};
+    struct pole_table table;
+    (void)state;
+    pole_table_make(&list, cantilever, 2, &table);
+    assert_true(isnan(table.pairs[0].mac));
+    pole_table_shapes(&table, &list, &modes);
+    assert_true(fabs(table.pairs[0].mac - 1.0) < 1e-12);
+    const double both = 0.34 * -0.71 + 1.0, expected = both * both / ((0.34 * 0.34 + 1.0) * (0.71 * 0.71 + 1.0));
+    assert_true(fabs(table.pairs[1].mac - expected) < 1e-12);
+    shape[2] = nan("");
+    pole_table_shapes(&table, &list, &modes);
+    assert_true(isnan(table.pairs[1].mac));
+    pole_table_free(&table);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(lists_are_read),
+        cmocka_unit_test(columns_have_names),
+        cmocka_unit_test(shapes_are_compared),
         cmocka_unit_test(what_is_no_list_is_refused_by_line),
         cmocka_unit_test(a_scale_is_told_from_a_mode_that_is_none),
         cmocka_unit_test(a_spread_is_no_scale),

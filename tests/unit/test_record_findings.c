@@ -130,6 +130,66 @@ static void a_hit_at_the_end_and_a_force_window_are_seen(void **state)
     record_free(&record);
 }
 
+/* The noise of 0.01 N would part two samples at a short hit's top. */
+static void a_short_clipped_hit_is_an_overload(void **state)
+{
+    (void)state;
+    struct record record = make(NULL, 0);
+    double *u = column(&record, "hammer_N"), second = 0.0;
+    size_t top = 0;
+    for (size_t k = 0; k < record.n; k++)
+        top = u[k] > u[top] ? k : top;
+    for (size_t k = 0; k < record.n; k++)
+        second = k != top && u[k] > second ? u[k] : second;
+    u[top] = second;
+    struct record_findings all = look(&record);
+    assert_int_equal(only(&record, &all, FINDING_OVERLOAD, "hammer_N")->n, 2);
+    record_findings_free(&all);
+    record_free(&record);
+}
+
+static void a_window_at_the_hit_s_end_is_seen_by_the_noise_before(void **state)
+{
+    (void)state;
+    struct record record = make(NULL, 0);
+    double *u = column(&record, "hammer_N");
+    for (size_t k = HIT + 12; k < record.n; k++)
+        u[k] = 0.0;
+    struct record_findings all = look(&record);
+    assert_int_equal(only(&record, &all, FINDING_WINDOW, "hammer_N")->sample, HIT + 12);
+    record_findings_free(&all);
+    record_free(&record);
+}
+
+static void a_record_that_begins_within_the_hit_is_seen(void **state)
+{
+    (void)state;
+    struct record record = make(NULL, 0);
+    for (size_t c = 0; c < record.n_columns; c++)
+        memmove(record.columns[c].x, record.columns[c].x + HIT + 4, (record.n - HIT - 4) * sizeof(double));
+    record.n -= HIT + 4;
+    struct record_findings all = look(&record);
+    assert_contains(only(&record, &all, FINDING_OPEN_BEGIN, "hammer_N")->text, "begins within a hit");
+    record_findings_free(&all);
+    record_free(&record);
+}
+
+static void a_channel_that_no_hit_moves_is_named(void **state)
+{
+    (void)state;
+    uint64_t seed = signal_seed(9);
+    for (int constant = 0; constant < 2; constant++) {
+        struct record record = make(NULL, 0);
+        double *z = column(&record, "accel_mps2");
+        for (size_t k = 0; k < record.n; k++)
+            z[k] = constant ? 0.25 : 0.01 * signal_normal(&seed);
+        struct record_findings all = look(&record);
+        assert_contains(only(&record, &all, FINDING_NO_ANSWER, "accel_mps2")->text, "no answer");
+        record_findings_free(&all);
+        record_free(&record);
+    }
+}
+
 static void hum_before_the_hit_is_named_with_its_harmonics(void **state)
 {
     (void)state;
@@ -184,6 +244,10 @@ int main(void)
         cmocka_unit_test(a_second_hit_is_named_with_its_sample),
         cmocka_unit_test(an_overload_is_counted),
         cmocka_unit_test(a_hit_at_the_end_and_a_force_window_are_seen),
+        cmocka_unit_test(a_short_clipped_hit_is_an_overload),
+        cmocka_unit_test(a_window_at_the_hit_s_end_is_seen_by_the_noise_before),
+        cmocka_unit_test(a_record_that_begins_within_the_hit_is_seen),
+        cmocka_unit_test(a_channel_that_no_hit_moves_is_named),
         cmocka_unit_test(hum_before_the_hit_is_named_with_its_harmonics),
         cmocka_unit_test(a_gate_leaves_the_hit_alone),
     };

@@ -21,6 +21,26 @@ static void nrmse_of_known_signals(void **state)
     assert_true(root_mean_square(z, 0) <= 0.0);
 }
 
+/* The median does not see two wild values of nine; the deviation is that of a normal variable with the same median distance. */
+static void medians_do_not_see_wild_values(void **state)
+{
+    (void)state;
+    double odd[] = {3.0, -1e9, 1.0, 5.0, 2.0, 4.0, 1e9, 2.5, 3.5}, even[] = {4.0, 1.0, 3.0, 2.0}, middle;
+    const double kept[] = {0.0, 1.0, 2.0, 3.0, 1e9};
+    assert_true(fabs(median(9, odd) - 3.0) < 1e-15);
+    assert_true(fabs(median(4, even) - 2.5) < 1e-15);
+    assert_true(isnan(median(0, NULL)));
+    assert_true(fabs(robust_deviation(5, kept, &middle) - 1.0 / 0.6744897501960817) < 1e-12);
+    assert_true(fabs(middle - 2.0) < 1e-15);
+    enum { MANY = 20000 };
+    static double x[MANY];
+    uint64_t seed = signal_seed(5);
+    for (size_t i = 0; i < MANY; i++)
+        x[i] = 7.0 + 0.3 * signal_normal(&seed) * (i % 20 == 0 ? 100.0 : 1.0);
+    assert_true(fabs(robust_deviation(MANY, x, &middle) / 0.3 - 1.0) < 0.1);
+    assert_true(fabs(middle - 7.0) < 0.02);
+}
+
 static void distributions_match_tables(void **state)
 {
     (void)state;
@@ -31,6 +51,19 @@ static void distributions_match_tables(void **state)
     assert_true(fabs(chi_square_tail(4.0, 2.0) - exp(-2.0)) < 1e-15);
     assert_true(chi_square_tail(0.0, 3.0) >= 1.0 && chi_square_tail(INFINITY, 3.0) <= 0.0);
     assert_true(chi_square_tail(1e4, 10.0) >= 0.0 && chi_square_tail(1e4, 10.0) < 1e-300);
+}
+
+/* Closed forms: F(2, m), F(1, 1); many degrees of freedom below are χ². */
+static void f_tail_is_the_tables(void **state)
+{
+    (void)state;
+    assert_true(fabs(f_tail(4.102821015, 2.0, 10.0) - 0.05) < 1e-9);
+    for (double x = 0.01; x < 1e4; x *= 3.0) {
+        assert_true(fabs(f_tail(x, 2.0, 7.0) / pow(1.0 + 2.0 * x / 7.0, -3.5) - 1.0) < 1e-11);
+        assert_true(fabs(f_tail(x, 1.0, 1.0) - (1.0 - 2.0 / M_PI * atan(sqrt(x)))) < 1e-13);
+    }
+    assert_true(fabs(f_tail(2.0, 5.0, 1e9) / chi_square_tail(10.0, 5.0) - 1.0) < 1e-6);
+    assert_true(f_tail(0.0, 3.0, 4.0) >= 1.0 && f_tail(INFINITY, 3.0, 4.0) <= 0.0);
 }
 
 static void ar_model_is_recovered(void **state)
@@ -315,6 +348,10 @@ static void band_edges_lie_between_modes(void **state)
     assert_true(edge[0] <= 0.0 && fabs(edge[1] - sqrt(6.6 * 38.4)) < 1e-12 && fabs(edge[5] - 512.0) < 1e-12);
     assert_int_equal(residual_band_edges(f, 5, 1.0 / 256.0, edge), 4); /* modes above 128 Hz make no edge */
     assert_true(fabs(edge[3] - 128.0) < 1e-12);
+    /* a free beam: the rounding of its rigid motions makes no edge */
+    const double free_beam[5] = {0.0, 3e-4, 26.7, 69.0, 138.0};
+    assert_int_equal(residual_band_edges(free_beam, 5, 1.0 / 1024.0, edge), 4);
+    assert_true(fabs(edge[1] - sqrt(26.7 * 69.0)) < 1e-9);
     const size_t octaves = residual_band_edges(NULL, 0, 1.0 / 1024.0, edge);
     assert_int_equal(octaves, 10);
     assert_true(fabs(edge[1] - 2.0) < 1e-12 && fabs(edge[8] - 256.0) < 1e-12 && fabs(edge[9] - 512.0) < 1e-12);
@@ -342,11 +379,50 @@ static void shares_by_time_and_amplitude(void **state)
     assert_int_equal(residual_amplitude_shares(z, r, 2, 31, &a, &err), BF_NUMERIC);
 }
 
+/*
+ * A clamp that shakes at 3.8 Hz moves a beam of 5.6 Hz, too, and what a model leaves rings at the higher modes: sharper lines than the one that is looked
+ * for, which is the largest. The other channel has another scale, and hum far below its ringing.
+ */
+static void lines_are_the_largest_and_the_most_prominent(void **state)
+{
+    (void)state;
+    enum { M = 3000 };
+    static double a[M], b[M];
+    struct bf_error err;
+    const double dt = 1.0 / 1024.0, damping = 0.15;
+    uint64_t seed = signal_seed(44);
+    for (size_t i = 0; i < M; i++) {
+        const double t = (double)i * dt, fall = exp(-damping * t);
+        a[i] = sin(2.0 * M_PI * 3.8 * t) + fall * (0.5 * sin(2.0 * M_PI * 5.6 * t) + 0.1 * sin(2.0 * M_PI * 34.0 * t)) +
+               0.08 * fall * (sin(2.0 * M_PI * 91.0 * t) + sin(2.0 * M_PI * 175.0 * t) + sin(2.0 * M_PI * 290.0 * t)) +
+               1e-3 * signal_normal(&seed);
+        b[i] = 1e3 * (a[i] + 0.01 * sin(2.0 * M_PI * 50.0 * t));
+    }
+    const struct residual_channel channels[2] = {{a, M, dt, 1e-3}, {b, M, dt, 1.0}};
+    double lines_Hz[10];
+    size_t n;
+    bool low = false, hum = false;
+    assert_int_equal(residual_lines(channels, 2, 0.0, INFINITY, 10, lines_Hz, &n, &err), BF_OK);
+    assert_int_equal(n, 10);
+    for (size_t i = 0; i < n; i++) {
+        low = low || (i < 6 && fabs(lines_Hz[i] - 3.8) < 0.1);
+        hum = hum || fabs(lines_Hz[i] - 50.0) < 0.1;
+    }
+    assert_true(low && hum);
+    assert_int_equal(residual_lines(channels, 2, 80.0, 200.0, 2, lines_Hz, &n, &err), BF_OK);
+    assert_int_equal(n, 2);
+    assert_true(lines_Hz[0] > 80.0 && lines_Hz[0] < 200.0 && lines_Hz[1] > 80.0 && lines_Hz[1] < 200.0);
+    assert_int_equal(residual_lines(channels, 0, 0.0, INFINITY, 10, lines_Hz, &n, &err), BF_OK);
+    assert_int_equal(n, 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(nrmse_of_known_signals),
+        cmocka_unit_test(medians_do_not_see_wild_values),
         cmocka_unit_test(distributions_match_tables),
+        cmocka_unit_test(f_tail_is_the_tables),
         cmocka_unit_test(ar_model_is_recovered),
         cmocka_unit_test(white_noise_has_order_zero),
         cmocka_unit_test(ar_of_nothing_and_of_constants),
@@ -361,6 +437,7 @@ int main(void)
         cmocka_unit_test(band_shares_add_up),
         cmocka_unit_test(band_edges_lie_between_modes),
         cmocka_unit_test(shares_by_time_and_amplitude),
+        cmocka_unit_test(lines_are_the_largest_and_the_most_prominent),
     };
     return cmocka_run_group_tests_name("residual", tests, NULL, NULL);
 }

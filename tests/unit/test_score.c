@@ -135,6 +135,22 @@ static void a_weak_mass_is_found_with_its_place_and_size(void **state)
     rig_free(&r);
 }
 
+/* Frequencies 0.03 % lower: far below what a trial of 1/1000 of ℓ/EI would change. */
+static void a_clamp_that_turns_a_little_is_found(void **state)
+{
+    (void)state;
+    struct rig r;
+    seed = 23;
+    rig_records(&r);
+    rig_effect(&r, "root_compliance", (const double[]){1.5e-4, 0.0}, 2);
+    rig_fit(&r);
+    rig_score(&r, NULL);
+    const struct score *score = &r.scores[index_of(&r, "root_compliance")];
+    assert_true(score->p_value < 1e-6);
+    assert_near(score->p[0], 1.5e-4, 4.0 * score->estimate_sd);
+    rig_free(&r);
+}
+
 static void a_strength_of_the_wrong_sign_explains_nothing(void **state)
 {
     (void)state;
@@ -263,6 +279,7 @@ int main(void)
         cmocka_unit_test(the_score_is_the_fall_of_a_linear_least_squares_fit),
         cmocka_unit_test(without_an_effect_the_score_is_chi_square),
         cmocka_unit_test(a_weak_mass_is_found_with_its_place_and_size),
+        cmocka_unit_test(a_clamp_that_turns_a_little_is_found),
         cmocka_unit_test(a_strength_of_the_wrong_sign_explains_nothing),
         cmocka_unit_test(a_finite_trial_finds_a_saturated_sensor),
         cmocka_unit_test(a_line_is_found_with_a_phase_for_each_record),

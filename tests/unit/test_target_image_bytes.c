@@ -58,17 +58,12 @@ static void hostile_counts_are_described(void **state)
     make("", &image);
     const beam_count hostile[] = {INT16_MIN, -1, 0, BEAM_BLOCKS + 1, INT16_MAX};
     for (size_t i = 0; i < sizeof hostile / sizeof hostile[0]; i++) {
-        char *text = NULL;
-        size_t size;
         image.file.counts.n_blocks = hostile[i];
         image.file.counts.n_uses = hostile[i];
-        FILE *out = open_memstream(&text, &size);
-        assert_non_null(out);
-        target_image_print_file(out, &image.file);
-        (void)fclose(out);
-        assert_non_null(strstr(text, "step       none: "));
-        free(text);
-        json_discard(target_image_file_json(&image.file));
+        char text[400];
+        struct json *root = target_image_file_json(&image.file);
+        assert_non_null(strstr(json_words(json_member(root, "step"), 5, text, sizeof text), "none: "));
+        json_discard(root);
     }
     target_image_free(&image);
 }
@@ -139,7 +134,7 @@ static void files_of_another_size(void **state)
         char *path = temporary_file("some.bfi", bytes, (size_t)size);
         assert_int_equal(target_image_read(path, &file, &err), i == 0 ? BF_OK : BF_BAD_FILE);
         if (i != 0)
-            assert_contains(err.text, i < 0 ? "fewer than 5024" : "more than 5024");
+            assert_contains(err.text, i < 0 ? "fewer than 5060" : "more than 5060");
         unlink(path);
         free(path);
     }

@@ -233,7 +233,7 @@ static void *serve(void *argument)
 {
     struct server *server = argument;
     char message[TRUTH_MESSAGE];
-    server->status = truth_plant_serve(server->plant, server->path, has_ended, message);
+    server->status = truth_plant_serve(&server->plant, server->path, has_ended, message);
     return NULL;
 }
 
@@ -309,7 +309,7 @@ static void test_a_file_at_the_path_is_left_alone(void **state)
     int fd = mkstemp(path);
     assert_true(fd >= 0);
     close(fd);
-    assert_int_equal(truth_plant_serve(p, path, has_ended, message), -1);
+    assert_int_equal(truth_plant_serve(&p, path, has_ended, message), -1);
     assert_non_null(strstr(message, "another file"));
     assert_int_equal(access(path, F_OK), 0);
     unlink(path);

@@ -35,6 +35,28 @@ const Explore = (() => {
     return curves.concat([{ name: 'model', y: Curves.values(list[after], decibels) }]);
   }
 
+  /* Predicted is measured less residual where every sample is there; else it has curves of its own. */
+  function predicted(t, measured) {
+    if (t.model.length)
+      return pair(t.model);
+    const curves = pair(t.residual);
+    for (const curve of curves)
+      curve.y = curve.y.map((v, i) => (v === null || measured[i] === null ? null : measured[i] - v));
+    return curves;
+  }
+
+  /* Where a curve is not whole: said, with where it is. */
+  function thinned(channel) {
+    const said = [];
+    for (const [grid, what] of [[channel.time.grid, 'samples'], [channel.frequency.grid, 'lines']]) {
+      const last = grid && grid[grid.length - 1], coarse = grid && Math.max(...grid.map((s) => s.step));
+      if (coarse > 1)
+        said.push('of ' + (last.first + last.n * last.step) + ' ' + what + ' the smallest and the largest of every ' + 2 * coarse +
+          (grid.length > 1 ? ', all of them in one part' : ''));
+    }
+    return said.length ? 'The curves here have ' + said.join('; ') + '. beamfit watch shows all.' : '';
+  }
+
   function scaled(curves, factor) {
     for (const curve of curves)
       curve.y = curve.y.map((v) => (v === null ? null : v * factor));
@@ -65,7 +87,7 @@ const Explore = (() => {
 
   function timeSpecs(channel) {
     const t = channel.time, x = Curves.abscissae(t.grid, t.start_s, t.step_s), xLabel = 'time (s)';
-    const curves = [{ name: 'measured', y: Curves.values(t.measured) }].concat(pair(t.model));
+    const measured = Curves.values(t.measured), curves = [{ name: 'measured', y: measured }].concat(predicted(t, measured));
     const left = asResidual(pair(t.residual));
     const big = Curves.prefix(Curves.largest(curves.map((c) => c.y)), channel.unit);
     const small = Curves.prefix(Curves.largest(left.map((c) => c.y)), channel.unit);
@@ -123,7 +145,7 @@ const Explore = (() => {
       section.append(host);
       charts.push({ channel, kind: spec.kind, chart: new Chart.One(host, spec) });
     }
-    section.append(make('p', { class: 'note' }, channel.text));
+    section.append(make('p', { class: 'note' }, channel.text), make('p', { class: 'note thinned' }, thinned(channel)));
     return section;
   }
 
@@ -178,7 +200,7 @@ const Explore = (() => {
     const input = make('input', { type: 'radio', name, checked: i === (name === 'before' ? before : after),
       onchange: () => { choose(name, i); } });
     input.setAttribute('aria-label', name + ': ' + data.explanations[i].name);
-    return make('td', {}, input);
+    return make('td', {}, make('label', { class: 'choice' }, input));
   }
 
   function choose(name, i) {
@@ -191,7 +213,7 @@ const Explore = (() => {
 
   function explanationRow(e, i) {
     const percent = (x) => (x === null ? '\u2013' : x < 1e-3 ? '< 0.1 %' : Curves.number(100 * x, 3) + ' %'), times = (x) => (x === null ? '\u2013' : Curves.number(x, 3) + ' \u00d7');
-    const row = make('tr', { onclick: (event) => { if (!event.target.closest('input, button')) choose('after', i); } },
+    const row = make('tr', { onclick: (event) => { if (!event.target.closest('input, label, button')) choose('after', i); } },
       choice('before', i), choice('after', i), make('td', {}, e.name),
       cell(percent(e.nrmse)), cell(times(e.noise_ratio)), cell(percent(e.check_nrmse)), cell(times(e.check_noise_ratio)),
       cell(percent(e.probability)), cell(percent(e.explained)));
@@ -201,7 +223,7 @@ const Explore = (() => {
   }
 
   function table() {
-    const heads = ['Before', 'After', 'Explanation', 'Error', 'Times the noise', 'Error, held out', 'Times the noise', 'Probability', 'Explains'];
+    const heads = ['Before', 'After', 'Explanation', 'Error', 'Times the noise', 'Error, held out', 'Times the noise, held out', 'Probability', 'Explains'];
     const head = make('tr', {}, ...heads.map((text, i) => make('th', { class: i > 2 ? 'n' : '' }, text)));
     if (actions)
       head.append(make('th', {}, ''));

@@ -45,7 +45,7 @@
     const choices = ['fit', 'check', 'off'].map((use) => {
       const input = make('input', { type: 'radio', name: 'use' + i, value: use, checked: record.use === use, onchange: pick });
       input.setAttribute('aria-label', record.file + ': ' + use);
-      return make('td', {}, input);
+      return make('td', {}, make('label', { class: 'choice' }, input));
     });
     return make('tr', {}, make('td', {}, record.file), make('td', { class: 'n' }, String(record.samples)),
       make('td', { class: 'n' }, Curves.number(record.seconds, 3)), ...choices);
@@ -72,7 +72,7 @@
         make('span', { id: 'falling' })),
       make('p', { id: 'said', class: 'note', role: 'status' }), make('ul', { id: 'warnings', class: 'note' }),
       make('h2', {}, 'Models'),
-      make('div', { class: 'scroll' }, make('table', { id: 'steps' }, make('thead', {}, make('tr', {}, ...['Model', 'Error', 'Times the noise', 'Error, held out', 'Times the noise', '']
+      make('div', { class: 'scroll' }, make('table', { id: 'steps' }, make('thead', {}, make('tr', {}, ...['Model', 'Error', 'Times the noise', 'Error, held out', 'Times the noise, held out', '']
         .map((text, i) => make('th', { class: i > 0 ? 'n' : '' }, text)))), make('tbody', {}))));
   }
 

@@ -1,0 +1,59 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/*
+ * A set of effects grows from the effect that came first. Another one that alone explains the records as well (a lag and a high-pass of
+ * a long time constant) has its place taken: in its stead it is tried in the same set, or the set would speak for the first alone.
+ */
+#include "diagnose_relatives.h"
+#include "diagnose_state.h"
+
+enum { MOST_EXCHANGED = 4 };
+
+static const struct hypothesis *best_alone(const struct diagnosis *d, const struct beam_effect *effect)
+{
+    for (size_t i = 0; i < d->n_hypotheses; i++)
+        if (d->hypotheses[i].n_effects == 1 && d->hypotheses[i].effects[0] == effect)
+            return &d->hypotheses[i];
+    return NULL;
+}
+
+/* The set with another effect, at the values that it has alone, instead of one of its own. */
+static enum bf_status exchanged(const struct hypothesis *set, const struct beam_effect *out,
+                                const struct hypothesis *in, struct model *model, struct bf_error *err)
+{
+    enum bf_status status = model_copy(&set->model, model, err);
+    if (status)
+        return status;
+    status = model_drop_effect(model, out->id, err);
+    if (!status)
+        model_take_effect(model, &in->model.effects[in->n_base]);
+    if (!status)
+        status = model_check(model, err);
+    if (status)
+        model_free(model);
+    return status;
+}
+
+enum bf_status diagnose_exchange(struct diagnose_state *w, struct bf_error *err)
+{
+    const struct diagnosis *d = w->d;
+    struct refit_job jobs[MOST_EXCHANGED];
+    size_t n = 0;
+    if (d->n_hypotheses == 0 || d->hypotheses[0].n_effects < 2)
+        return BF_OK;
+    const struct hypothesis *set = &d->hypotheses[0];
+    for (size_t e = 0; e < set->n_effects; e++) {
+        const struct hypothesis *alone = best_alone(d, set->effects[e]);
+        for (size_t i = 0; alone != NULL && i < d->n_hypotheses && n < MOST_EXCHANGED; i++) {
+            const struct hypothesis *other = &d->hypotheses[i];
+            if (other->n_effects != 1 || hypothesis_has_law(other) || hypothesis_has(set, other->effects[0]) ||
+                !diagnose_as_good(other, alone))
+                continue;
+            jobs[n] = (struct refit_job){.n_effects = set->n_effects, .n_tried = w->n_tried, .to_the_end = true};
+            if (exchanged(set, set->effects[e], other, &jobs[n].model, err) == BF_OK) {
+                jobs[n].first_new = jobs[n].model.n_effects;
+                n++;
+            }
+        }
+    }
+    return diagnose_try(w, jobs, n, BF_OK, 0.0);
+}
