@@ -144,6 +144,8 @@ static enum beam_status operator_form(const struct beam_description *d, const st
     case BEAM_AT_NOTHING:
         return BEAM_OK;
     case BEAM_AT_ROOT:
+    case BEAM_AT_OWN:
+    case BEAM_AT_POINT_TO_OWN:
         return BEAM_ERROR_NEEDS_HOST;
     case BEAM_OVER_MODES: {
         struct beam_modes modes;

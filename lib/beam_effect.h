@@ -68,7 +68,8 @@ enum beam_role {
     BEAM_ROLE_PHASE,     /* the angle of a sinusoid at a record's first sample (rad): any, one for each record */
     BEAM_ROLE_FREQUENCY, /* the frequency of a sinusoid (Hz): where the residual's spectrum has a line */
     BEAM_ROLE_SHARE,     /* a part of something that is there without the effect (no unit): between −1 and 1 */
-    BEAM_ROLE_LOSS       /* damping over the stiffness that it belongs to (no unit, or s): 0 or small */
+    BEAM_ROLE_LOSS,      /* damping over the stiffness that it belongs to (no unit, or s): 0 or small */
+    BEAM_ROLE_RESONANCE  /* the frequency at which something would swing alone (Hz): within the records' band */
 };
 
 /*
@@ -122,6 +123,8 @@ enum beam_operator_kind {
     BEAM_AT_SLOPE_DIFFERENCE, /* w = y'(to) − y'(from)           rad */
     BEAM_AT_PATCH,            /* w = slope difference of the model's (first) patch, rad */
     BEAM_AT_ROOT,             /* w = y'(0), the rotation of a clamp that this effect releases, rad */
+    BEAM_AT_OWN,              /* w = q, a coordinate of the effect's own beside y: what it hangs on the beam, m */
+    BEAM_AT_POINT_TO_OWN,     /* w = y(at) − q, the stretch between the beam and that coordinate, m */
     /* forms over the whole span: bilinear, weight(x) inside the integral */
     BEAM_OVER_DEFLECTION, /* ∫ weight y φ dx   */
     BEAM_OVER_SLOPE,      /* ∫ weight y' φ' dx */
@@ -150,6 +153,11 @@ struct beam_operator {
     beam_real from_m, to_m;  /* BEAM_AT_SLOPE_DIFFERENCE */
     int at_parameter;        /* 1 + index of the parameter that is at_m; 0: the place is no parameter */
 };
+
+/*
+ * BEAM_AT_OWN: an effect has one such coordinate at most, and gives it a mass that is not 0. Only the host's spaces hold it: a controller gets
+ * it inside the matrices that the host makes (beam_assemble() refuses it).
+ */
 
 /* What an effect may know of the beam it sits on. */
 struct beam_place {

@@ -61,7 +61,8 @@ struct block {
 struct reduced {
     struct fine_space space;
     size_t n;
-    double *V;             /* [space.n × n], columns orthonormal in M at the base */
+    size_t n_own;          /* the last coordinates, those of effects beside the beam; part of n */
+    double *V;             /* [space.n × n], columns orthonormal in M at the base; 0 for coordinates beside the beam */
     size_t n_modes;        /* leading columns that are modes */
     double *frequency_rad; /* [n_modes] undamped circular frequencies at the base */
     size_t n_blocks;
@@ -75,7 +76,7 @@ struct reduced_options {
     size_t min_modes, max_modes;
     int statics;  /* 0: modes only; 1: static responses too; 2: first dynamic corrections of these too */
     bool uniform; /* equidistant knots, not on the region edges */
-    size_t limit; /* dimension at most; 0: no limit */
+    size_t limit; /* dimension at most, coordinates beside the beam included; 0: no limit */
 };
 
 /*
@@ -89,9 +90,18 @@ void reduced_free(struct reduced *reduced);
 /* g[n] = Vᵀ D^k φ(at): the k-th derivative of the deflection at a point, as a functional on the reduced space. */
 void reduced_point(const struct reduced *reduced, int derivative, double at_m, double g[]);
 
-/* The functional of an effect's place (BEAM_AT_*), and its derivative by at_m (both [n]). */
+/* The functional of a place on the beam (BEAM_AT_*), and its derivative by at_m (both [n]). */
 void reduced_place(const struct reduced *reduced, const struct beam_operator *place, const struct model *model,
                    double g[], double g_at[]);
+
+/* The same of a place of effect `effect`, whose own coordinate may be part of it. */
+void reduced_effect_place(const struct reduced *reduced, const struct beam_operator *place, const struct model *model,
+                          size_t effect, double g[], double g_at[]);
+
+/* The effect hangs something on the beam that has a coordinate of its own. */
+bool effect_has_own(const struct beam_effect *effect);
+/* Coordinates of their own that the effects before `effect` have: where its own stands among them. */
+size_t own_index(const struct model *model, size_t effect);
 
 /* Functionals of the model's channels, [n]; gains (Ks, KB) not included. */
 void reduced_input(const struct reduced *reduced, const struct model_input *input, double g[]);

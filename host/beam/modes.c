@@ -50,11 +50,29 @@ static enum bf_status space_new(const struct model *model, const struct reduced_
     return status;
 }
 
+/* Of a beam with something on it that has a mode of its own: those of the whole. */
+static enum bf_status coupled_frequencies(const struct model *model, const struct reduced_options *beam, size_t n_modes,
+                                          double frequency_Hz[], struct bf_error *err)
+{
+    struct reduced_options options = *beam;
+    options.statics = 2;
+    struct space space;
+    const enum bf_status status = space_new(model, &options, &space, err);
+    if (status != BF_OK)
+        return status;
+    for (size_t k = 0; k < n_modes; k++)
+        frequency_Hz[k] = k < space.reduced.n ? space.system->omega_rad[k] / two_pi() : (double)NAN;
+    space_free(&space);
+    return BF_OK;
+}
+
 enum bf_status modes_frequencies(const struct model *model, size_t n_splines, bool uniform, size_t n_modes,
                                  double frequency_Hz[], struct bf_error *err)
 {
     struct reduced_options options = {
         .n_splines = n_splines, .top_rad = INFINITY, .min_modes = n_modes, .max_modes = n_modes, .uniform = uniform};
+    if (own_index(model, model->n_effects) > 0)
+        return coupled_frequencies(model, &options, n_modes, frequency_Hz, err);
     struct reduced reduced;
     enum bf_status status = reduced_new(model, &options, &reduced, err);
     if (status != BF_OK)
@@ -78,7 +96,7 @@ static size_t count_statics(const struct model *model)
 static enum bf_status deployed_frequencies(const struct model *model, size_t *n_modes, size_t *n_statics, size_t n,
                                            double frequency_Hz[], struct bf_error *err)
 {
-    size_t kept = DEPLOYED_DIMENSION - count_statics(model);
+    size_t kept = DEPLOYED_DIMENSION - count_statics(model) - own_index(model, model->n_effects);
     struct reduced_options options = {
         .top_rad = INFINITY, .min_modes = kept, .max_modes = kept, .statics = 1, .limit = DEPLOYED_DIMENSION};
     struct space space;
@@ -86,7 +104,7 @@ static enum bf_status deployed_frequencies(const struct model *model, size_t *n_
     if (status != BF_OK)
         return status;
     *n_modes = space.reduced.n_modes;
-    *n_statics = space.reduced.n - space.reduced.n_modes;
+    *n_statics = space.reduced.n - space.reduced.n_modes - space.reduced.n_own;
     for (size_t k = 0; k < n; k++)
         frequency_Hz[k] = k < space.reduced.n ? space.system->omega_rad[k] / two_pi() : (double)NAN;
     space_free(&space);

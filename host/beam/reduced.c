@@ -44,7 +44,7 @@ static void add_place_block(struct reduced *r, const struct model *model, struct
                             const struct beam_operator *place)
 {
     double *g = bf_alloc(r->n, sizeof *g), *g_at = bf_alloc(r->n, sizeof *g_at);
-    reduced_place(r, place, model, g, g_at);
+    reduced_effect_place(r, place, model, block.effect, g, g_at);
     double *B = add_block(r, block)->B;
     for (size_t j = 0; j < r->n; j++)
         for (size_t i = 0; i < r->n; i++)
@@ -108,16 +108,22 @@ enum bf_status reduced_new(const struct model *model, const struct reduced_optio
                                      root_released(model), !options->uniform, &out->space, err);
     if (status != BF_OK)
         return status;
-    size_t N = out->space.n;
+    size_t N = out->space.n, n_own = own_index(model, model->n_effects);
     size_t capacity = options->max_modes + 2 * (model->n_inputs + model->n_outputs + 3 * model->n_effects) + 4;
-    struct basis basis = {
-        .space = &out->space, .corrections = options->statics - 1, .limit = options->limit ? options->limit : capacity};
+    if (options->limit > 0 && n_own >= options->limit) {
+        fine_free(&out->space);
+        return bf_fail(err, BF_NUMERIC, "%zu effects have a mode of their own, which leaves none for the beam", n_own);
+    }
+    struct basis basis = {.space = &out->space,
+                          .corrections = options->statics - 1,
+                          .limit = options->limit ? options->limit - n_own : capacity};
     basis.M = bf_alloc(N * FINE_BAND, sizeof *basis.M);
-    basis.V = bf_alloc(N * capacity, sizeof *basis.V);
+    basis.V = bf_alloc(N * (capacity + n_own), sizeof *basis.V);
     basis.work = bf_alloc(N, sizeof *basis.work);
     status = reduced_basis(&basis, model, options, out, err);
     out->V = basis.V;
-    out->n = basis.n;
+    out->n = basis.n + n_own;
+    out->n_own = n_own;
     sparse_free(basis.factor);
     free(basis.M);
     free(basis.work);
@@ -144,7 +150,7 @@ enum bf_status reduced_move(const struct reduced *from, const struct model *from
                             struct reduced *out, struct bf_error *err)
 {
     const struct spline *old = &from->space.spline;
-    *out = (struct reduced){.space = from->space, .n = from->n, .n_modes = from->n_modes, .uniform = from->uniform};
+    *out = (struct reduced){.space = from->space, .n = from->n, .n_own = from->n_own, .n_modes = from->n_modes, .uniform = from->uniform};
     double *knots = out->space.spline.knots = bf_alloc(old->n_knots, sizeof *knots);
     for (size_t k = 0; k < old->n_knots; k++)
         knots[k] = from->uniform ? old->knots[k] * (to_model->length_m / from_model->length_m)

@@ -26,7 +26,7 @@ static enum bf_status add_effects(const struct fine_space *space, const struct m
         for (int t = 0; t < model->effects[e].effect->n_terms; t++) {
             struct place_points points = place_points(&terms[t].place, model);
             double m = terms[t].value.mass, k = terms[t].value.stiffness;
-            if (points.n == 1) {
+            if (points.n == 1 && terms[t].place.kind != BEAM_AT_POINT_TO_OWN) {
                 fine_add_point(space, points.derivative, points.at[0], m, M);
                 fine_add_point(space, points.derivative, points.at[0], k, K);
             }

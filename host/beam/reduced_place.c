@@ -23,6 +23,7 @@ struct place_points place_points(const struct beam_operator *place, const struct
     double from = 0.0, to = 0.0;
     switch (place->kind) {
     case BEAM_AT_POINT:
+    case BEAM_AT_POINT_TO_OWN:
         return (struct place_points){.n = 1, .derivative = 0, .at = {place->at_m}, .scale = {1.0}};
     case BEAM_AT_SLOPE:
         return (struct place_points){.n = 1, .derivative = 1, .at = {place->at_m}, .scale = {1.0}};
@@ -34,6 +35,7 @@ struct place_points place_points(const struct beam_operator *place, const struct
         model_patch(model, &from, &to);
         return place_slope_difference(from, to);
     case BEAM_AT_NOTHING:
+    case BEAM_AT_OWN:
     case BEAM_OVER_DEFLECTION:
     case BEAM_OVER_SLOPE:
     case BEAM_OVER_CURVATURE:
@@ -70,6 +72,37 @@ void reduced_place(const struct reduced *reduced, const struct beam_operator *pl
     reduced_points(reduced, &points, g);
     points.derivative++;
     reduced_points(reduced, &points, g_at);
+}
+
+void reduced_effect_place(const struct reduced *reduced, const struct beam_operator *place, const struct model *model,
+                          size_t effect, double g[], double g_at[])
+{
+    reduced_place(reduced, place, model, g, g_at);
+    if (own_share(place->kind) != 0.0)
+        g[reduced->n - reduced->n_own + own_index(model, effect)] = own_share(place->kind);
+}
+
+bool effect_has_own(const struct beam_effect *effect)
+{
+    const struct beam_place place = {.length_m = 1.0};
+    double p[BEAM_EFFECT_PARAMETERS] = {0};
+    struct beam_term terms[BEAM_EFFECT_TERMS] = {{.place = {.kind = BEAM_AT_NOTHING}}};
+    for (int s = 0; s < effect->n_parameters; s++)
+        p[s] = effect->parameters[s].start;
+    if (effect->terms == NULL || effect->terms(p, &place, terms) != 0)
+        return false;
+    for (int t = 0; t < effect->n_terms; t++)
+        if (terms[t].place.kind == BEAM_AT_OWN)
+            return true;
+    return false;
+}
+
+size_t own_index(const struct model *model, size_t effect)
+{
+    size_t n = 0;
+    for (size_t e = 0; e < effect; e++)
+        n += effect_has_own(model->effects[e].effect) ? 1 : 0;
+    return n;
 }
 
 void reduced_input(const struct reduced *reduced, const struct model_input *input, double g[])

@@ -21,7 +21,13 @@ void place_functional(const struct fine_space *space, const struct place_points 
 
 static inline bool is_place(enum beam_operator_kind kind)
 {
-    return kind >= BEAM_AT_POINT && kind <= BEAM_AT_ROOT;
+    return kind >= BEAM_AT_POINT && kind <= BEAM_AT_POINT_TO_OWN;
+}
+
+/* The share of the effect's own coordinate in a place. */
+static inline double own_share(enum beam_operator_kind kind)
+{
+    return kind == BEAM_AT_OWN ? 1.0 : kind == BEAM_AT_POINT_TO_OWN ? -1.0 : 0.0;
 }
 
 static inline bool is_form(enum beam_operator_kind kind)

@@ -161,7 +161,8 @@ static void use_term(const struct system *s, const struct block *block, const st
 }
 
 /* A place whose coordinate is the parameter `position` is projected anew. */
-static void use_place(const struct system *s, const struct beam_operator *place, size_t position, struct block_use *use)
+static void use_place(const struct system *s, const struct beam_operator *place, size_t effect, size_t position,
+                      struct block_use *use)
 {
     size_t n = s->n;
     use->position = position;
@@ -170,7 +171,7 @@ static void use_place(const struct system *s, const struct beam_operator *place,
         use->B_at = bf_alloc(n * n, sizeof(double));
     }
     double *g = bf_alloc(2 * n, sizeof *g);
-    reduced_place(s->reduced, place, s->model, g, g + n);
+    reduced_effect_place(s->reduced, place, s->model, effect, g, g + n);
     for (size_t j = 0; j < n; j++) {
         for (size_t i = 0; i < n; i++) {
             use->own[i + j * n] = g[i] * g[j];
@@ -188,7 +189,7 @@ static void use_sensor(const struct system *s, const struct block *block, const 
     if (position == SIZE_MAX)
         return;
     const struct beam_operator place = sensor_place(theta[position]);
-    use_place(s, &place, position, use);
+    use_place(s, &place, 0, position, use);
 }
 
 static enum bf_status terms_at(const struct system *s, size_t effect_index, const double theta[],
@@ -239,7 +240,8 @@ static enum bf_status use_block(const struct system *s, const struct block *bloc
         use_term(s, block, &terms[block->term], theta, use);
         const struct beam_operator *place = &terms[block->term].place;
         if (block->kind == BLOCK_PLACE && place->at_parameter != 0)
-            use_place(s, place, parameter_map_slot(s->map, 0, block->effect, place->at_parameter - 1), use);
+            use_place(s, place, block->effect,
+                      parameter_map_slot(s->map, 0, block->effect, place->at_parameter - 1), use);
     }
     return status;
 }

@@ -22,10 +22,13 @@ size_t deploy_statics(const struct model *model)
 /* As many modes as leave room for so many static responses; more where those depend on each other. */
 static enum bf_status find_space(struct deployment *d, size_t statics, struct bf_error *err)
 {
+    const size_t own = own_index(&d->model, d->model.n_effects);
+    if (own > 2)
+        return bf_fail(err, BF_BAD_FILE, "%zu effects have a mode of their own: the ten shapes of a controller hold 2", own);
     for (;; statics--) {
         const struct reduced_options options = {.top_rad = INFINITY,
-                                                .min_modes = BEAM_N - statics,
-                                                .max_modes = BEAM_N - statics,
+                                                .min_modes = BEAM_N - statics - own,
+                                                .max_modes = BEAM_N - statics - own,
                                                 .statics = statics > 0 ? 1 : 0,
                                                 .limit = BEAM_N};
         const enum bf_status status = reduced_new(&d->model, &options, &d->reduced, err);
@@ -142,7 +145,7 @@ enum bf_status deploy_space(struct deployment *d, size_t statics, struct target_
     image->sensor_unit = units[d->model.outputs[0].kind];
     image->drive_unit = d->model.inputs[0].kind == INPUT_PATCH_MOMENT ? "V" : "N";
     image->n_modes = d->reduced.n_modes;
-    image->n_statics = d->reduced.n - d->reduced.n_modes;
+    image->n_statics = d->reduced.n - d->reduced.n_modes; /* coordinates beside the beam among them */
     copy_matrix(system->M, 1.0, d->out.M);
     copy_matrix(system->C, 1.0, d->out.C);
     copy_matrix(system->K, 1.0, d->out.K);

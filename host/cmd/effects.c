@@ -100,6 +100,7 @@ static const char *const roles[] = {
     [BEAM_ROLE_FREQUENCY] = "frequency",
     [BEAM_ROLE_SHARE] = "share",
     [BEAM_ROLE_LOSS] = "loss",
+    [BEAM_ROLE_RESONANCE] = "resonance",
 };
 enum { FAMILIES = sizeof families / sizeof *families };
 

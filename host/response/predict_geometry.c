@@ -151,7 +151,7 @@ static void add_point_masses(const struct run *run)
         for (int t = 0; t < p->model.effects[e].effect->n_terms; t++) {
             if (!point_mass(p, &p->model, e, t, run->theta, &term))
                 continue;
-            reduced_place(&p->reduced, &term.place, &p->model, g, g_at);
+            reduced_effect_place(&p->reduced, &term.place, &p->model, e, g, g_at);
             add_scaled(n, -term.value.mass, g, p->base_load->g);
             for (int s = 0; s < p->model.effects[e].effect->n_parameters; s++) {
                 size_t j = parameter_map_slot(&p->map, 0, e, s);

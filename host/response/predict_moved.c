@@ -137,7 +137,8 @@ static void add_channels(const struct run *run, const struct moved *at, size_t j
     }
 }
 
-static void add_load(const struct run *run, const struct moved *at, size_t j, double scale, double g[])
+/* g, unused: [n] */
+static void add_load(const struct run *run, const struct moved *at, size_t j, double scale, double g[], double unused[])
 {
     struct predictor *p = run->p;
     size_t n = p->reduced.n;
@@ -157,7 +158,7 @@ static void add_load(const struct run *run, const struct moved *at, size_t j, do
         for (int t = 0; t < p->model.effects[e].effect->n_terms; t++) {
             if (!point_mass(p, &at->model, e, t, run->theta, &term))
                 continue;
-            reduced_point(&at->reduced, 0, term.place.at_m, g);
+            reduced_effect_place(&at->reduced, &term.place, &at->model, e, g, unused);
             add_scaled(n, -scale * term.value.mass, g, functional_change(p->base_load, n, j));
         }
     }
@@ -169,7 +170,7 @@ static void add_moved(const struct run *run, const struct moved *at, size_t move
     struct predictor *p = run->p;
     double *const *block_by = p->geometry.block_by[move];
     size_t n = p->reduced.n;
-    double *g = bf_alloc(n, sizeof *g);
+    double *g = bf_alloc(2 * n, sizeof *g);
     for (size_t b = 0; b < at->reduced.n_blocks; b++)
         if (block_by[b] != NULL)
             add_scaled(n * n, weight, at->reduced.blocks[b].B, block_by[b]);
@@ -178,7 +179,7 @@ static void add_moved(const struct run *run, const struct moved *at, size_t move
         if (!not_zero(scale))
             continue;
         add_channels(run, at, j, scale, g);
-        add_load(run, at, j, scale, g);
+        add_load(run, at, j, scale, g, g + n);
         laws_add_moved(run, &at->model, &at->reduced, j, scale);
     }
     free(g);

@@ -113,5 +113,5 @@ bool point_mass(const struct predictor *p, const struct model *model, size_t e, 
     if (effect->terms == NULL || t >= effect->n_terms || effect->terms(parameters, &place, terms) != 0)
         return false;
     *out = terms[t];
-    return out->place.kind == BEAM_AT_POINT;
+    return out->place.kind == BEAM_AT_POINT || out->place.kind == BEAM_AT_OWN;
 }

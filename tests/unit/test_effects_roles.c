@@ -47,6 +47,10 @@ static const char *broken_promise(const struct beam_parameter_info *info)
         return (has_unit(info, "") || has_unit(info, "s")) && info->neutral == 0.0 && info->minimum == 0.0
                    ? NULL
                    : "a loss has no unit or is in s, is not negative and neutral at 0";
+    case BEAM_ROLE_RESONANCE:
+        return has_unit(info, "Hz") && inner && (info->flags & BEAM_PARAMETER_LOG)
+                   ? NULL
+                   : "a resonance is in Hz, INNER and estimated as a logarithm";
     }
     return "it states no role (see enum beam_role)";
 }
