@@ -80,11 +80,12 @@ enum {
 enum beam_status {
     BEAM_OK = 0,
     /* the program that calls */
-    BEAM_ERROR_ARGUMENT = -1,   /* a count, kind or index outside its range */
-    BEAM_ERROR_INTERVAL = -2,   /* dt_s not positive and finite */
-    BEAM_ERROR_CAPACITY = -3,   /* more ports, taps, states or history than the sizes above */
-    BEAM_ERROR_EFFECT = -4,     /* unknown effect id, or no effect */
-    BEAM_ERROR_NEEDS_HOST = -5, /* an effect that changes the space (root, geometry, a coordinate of its own): a reduced model is needed */
+    BEAM_ERROR_ARGUMENT = -1, /* a count, kind or index outside its range */
+    BEAM_ERROR_INTERVAL = -2, /* dt_s not positive and finite */
+    BEAM_ERROR_CAPACITY = -3, /* more ports, taps, states or history than the sizes above */
+    BEAM_ERROR_EFFECT = -4,   /* unknown effect id, or no effect */
+    BEAM_ERROR_NEEDS_HOST =
+        -5, /* an effect that changes the space (root, geometry, a coordinate of its own): a reduced model is needed */
     /* the owner of the model */
     BEAM_ERROR_NOT_FINITE = -20,   /* NaN or infinity in parameters or matrices */
     BEAM_ERROR_PARAMETER = -21,    /* EI, ρ ≤ 0 or cDI, γ < 0 */

@@ -150,7 +150,8 @@ enum bf_status reduced_move(const struct reduced *from, const struct model *from
                             struct reduced *out, struct bf_error *err)
 {
     const struct spline *old = &from->space.spline;
-    *out = (struct reduced){.space = from->space, .n = from->n, .n_own = from->n_own, .n_modes = from->n_modes, .uniform = from->uniform};
+    *out = (struct reduced){
+        .space = from->space, .n = from->n, .n_own = from->n_own, .n_modes = from->n_modes, .uniform = from->uniform};
     double *knots = out->space.spline.knots = bf_alloc(old->n_knots, sizeof *knots);
     for (size_t k = 0; k < old->n_knots; k++)
         knots[k] = from->uniform ? old->knots[k] * (to_model->length_m / from_model->length_m)

@@ -240,8 +240,8 @@ static enum bf_status use_block(const struct system *s, const struct block *bloc
         use_term(s, block, &terms[block->term], theta, use);
         const struct beam_operator *place = &terms[block->term].place;
         if (block->kind == BLOCK_PLACE && place->at_parameter != 0)
-            use_place(s, place, block->effect,
-                      parameter_map_slot(s->map, 0, block->effect, place->at_parameter - 1), use);
+            use_place(s, place, block->effect, parameter_map_slot(s->map, 0, block->effect, place->at_parameter - 1),
+                      use);
     }
     return status;
 }

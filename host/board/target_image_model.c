@@ -24,7 +24,8 @@ static enum bf_status find_space(struct deployment *d, size_t statics, struct bf
 {
     const size_t own = own_index(&d->model, d->model.n_effects);
     if (own > 2)
-        return bf_fail(err, BF_BAD_FILE, "%zu effects have a mode of their own: the ten shapes of a controller hold 2", own);
+        return bf_fail(err, BF_BAD_FILE, "%zu effects have a mode of their own: the ten shapes of a controller hold 2",
+                       own);
     for (;; statics--) {
         const struct reduced_options options = {.top_rad = INFINITY,
                                                 .min_modes = BEAM_N - statics - own,

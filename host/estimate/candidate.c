@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "estimate.h"
+#include "beam/beam.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -269,6 +270,10 @@ static void consider(const struct scan *s, const struct beam_effect *effect, str
     }
     if (in_model(s->model, effect->id)) {
         refuse(list, effect, "the model has it");
+        return;
+    }
+    if (effect_has_own(effect)) {
+        refuse(list, effect, "tried where no other effect explains the records");
         return;
     }
     const bool whole = add(s, effect, "", list, reason);

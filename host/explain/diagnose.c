@@ -233,6 +233,8 @@ static enum bf_status search(struct diagnose_state *w, struct bf_error *err)
         status = without_one(w, err);
     if (!status && !progress_interrupted())
         status = diagnose_exchange(w, err);
+    if (!status && !progress_interrupted() && !is_answered(w->d))
+        status = diagnose_resonator(w, err);
     diagnose_drop_repeats(w->d);
     return status ? status : diagnose_hold_rig(w, err);
 }

@@ -93,6 +93,12 @@ enum bf_status diagnose_members_from_given(struct diagnose_state *w, struct bf_e
 /* diagnose_exchange.c: linear effects that alone are as good as one of the best set, in its place. Ranks. A refit each, four at most. */
 enum bf_status diagnose_exchange(struct diagnose_state *w, struct bf_error *err);
 
+/*
+ * diagnose_resonator.c: something with a mode of its own, where nothing that takes nearly all is sure. Ranks. Up to sixteen linear
+ * refits, most of them given up early.
+ */
+enum bf_status diagnose_resonator(struct diagnose_state *w, struct bf_error *err);
+
 /* diagnose_steps.c: the best laws at the steps a sample that they need. Ranks. */
 enum bf_status diagnose_steps(struct diagnose_state *w, struct bf_error *err);
 

@@ -1,0 +1,164 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/*
+ * A mode that no bending beam has. Something that swings by itself has a mass, a frequency, a damping and a place: enough to take a part of
+ * almost any misfit, near or far from a mode. So it is tried last, where nothing else is sure, and it stays only when it
+ * is a mode: within the band, lightly damped, and leaving clearly less than every other explanation.
+ */
+#include "diagnose_state.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "beam/beam.h"
+#include "ground/ground.h"
+
+/* All that is set by hand. */
+static const struct resonator_limits {
+    double lead;        /* rms: it leaves less than this part of what any other explanation leaves */
+    double damping;     /* ratio: above, it is a damper and no mode */
+    double below_first; /* of the first mode: below, it stands still */
+    double part;        /* of the beam's mass: where a search begins */
+} limits = {.lead = 0.7, .damping = 0.3, .below_first = 0.3, .part = 0.01};
+enum { FREQUENCIES = 8, PLACES = 2 };
+static const double places[PLACES] = {1.0, 0.6}; /* of the length */
+
+static bool is_excluded(const struct diagnose_state *w, const struct beam_effect *effect)
+{
+    for (size_t i = 0; i < w->options->n_without; i++)
+        if (strcmp(w->options->without[i], effect->id) == 0)
+            return true;
+    for (size_t e = 0; e < w->d->model->n_effects; e++)
+        if (effect_has_own(w->d->model->effects[e].effect))
+            return true;
+    return false;
+}
+
+static bool has_resonator(const struct hypothesis *h)
+{
+    for (size_t e = 0; e < h->n_effects; e++)
+        if (effect_has_own(h->effects[e]))
+            return true;
+    return false;
+}
+
+/* The modes in the band and the middles between them, the lowest first. Returns how many. */
+static size_t start_frequencies(const struct diagnosis *d, double frequency_Hz[FREQUENCIES])
+{
+    size_t n = 0;
+    if (d->n_modes > 0)
+        frequency_Hz[n++] = 0.6 * d->mode_Hz[0];
+    for (size_t m = 0; m < d->n_modes && n < FREQUENCIES; m++) {
+        frequency_Hz[n++] = d->mode_Hz[m];
+        if (m + 1 < d->n_modes && n < FREQUENCIES)
+            frequency_Hz[n++] = sqrt(d->mode_Hz[m] * d->mode_Hz[m + 1]);
+    }
+    return n;
+}
+
+static double beam_mass_kg(const struct model *model)
+{
+    double mass = 0.0;
+    for (size_t r = 0; r < model->n_regions; r++)
+        for (size_t m = 0; m < model->n_materials; m++)
+            if (strcmp(model->materials[m].name, model->regions[r].name) == 0)
+                mass += model->materials[m].rho.value * (model->regions[r].to_m - model->regions[r].from_m);
+    return mass;
+}
+
+static bool job_at(const struct diagnose_state *w, const struct beam_effect *effect, double frequency_Hz, double at_m,
+                   struct refit_job *job)
+{
+    struct bf_error ignored;
+    const struct model *from = &w->d->baseline.model;
+    *job = (struct refit_job){.n_effects = 1, .n_tried = w->n_tried, .places_tried = true};
+    if (model_copy(from, &job->model, &ignored) != BF_OK)
+        return false;
+    if (model_append_effect(&job->model, effect->id, "", &ignored) != BF_OK) {
+        model_free(&job->model);
+        return false;
+    }
+    struct parameter *p = job->model.effects[job->model.n_effects - 1].parameters;
+    for (int i = 0; i < effect->n_parameters; i++) {
+        p[i].fixed = false;
+        if (effect->parameters[i].role == BEAM_ROLE_STRENGTH)
+            p[i].value = limits.part * beam_mass_kg(from);
+        else if (effect->parameters[i].role == BEAM_ROLE_RESONANCE)
+            p[i].value = frequency_Hz;
+        else if (effect->parameters[i].role == BEAM_ROLE_PLACE)
+            p[i].value = at_m;
+    }
+    job->first_new = job->model.n_effects;
+    return true;
+}
+
+static enum bf_status try_all(struct diagnose_state *w, const struct beam_effect *effect)
+{
+    struct refit_job jobs[FREQUENCIES * PLACES];
+    double frequency_Hz[FREQUENCIES];
+    const size_t n_frequencies = start_frequencies(w->d, frequency_Hz);
+    const double last_m = model_last_place_m(w->d->model);
+    size_t n = 0;
+    w->n_tried += n_frequencies * PLACES;
+    for (size_t f = 0; f < n_frequencies; f++)
+        for (size_t a = 0; a < PLACES; a++)
+            n += job_at(w, effect, frequency_Hz[f], places[a] * last_m, &jobs[n]);
+    return diagnose_try(w, jobs, n, BF_OK, 0.0);
+}
+
+static double value_of(const struct hypothesis *h, enum beam_role role)
+{
+    const struct model_effect *own = &h->model.effects[h->n_base];
+    for (int i = 0; i < own->effect->n_parameters; i++)
+        if (own->effect->parameters[i].role == role)
+            return own->parameters[i].value;
+    return (double)NAN;
+}
+
+/* The least that an explanation without a resonator leaves, in units of the noise. */
+static double others_leave(const struct diagnosis *d)
+{
+    double least = d->baseline.fitted.noise_ratio;
+    for (size_t i = 0; i < d->n_hypotheses; i++)
+        if (!has_resonator(&d->hypotheses[i]))
+            least = fmin(least, d->hypotheses[i].fitted.noise_ratio);
+    return least;
+}
+
+static bool is_mode(const struct diagnosis *d, const struct hypothesis *h, double others)
+{
+    const double f_Hz = value_of(h, BEAM_ROLE_RESONANCE);
+    double band_Hz = 0.0;
+    for (size_t r = 0; r < d->n_records; r++)
+        band_Hz = fmax(band_Hz, 0.5 / d->records[r].dt_s);
+    return h->fitted.noise_ratio <= limits.lead * others && value_of(h, BEAM_ROLE_LOSS) < limits.damping &&
+           f_Hz > limits.below_first * d->mode_Hz[0] && f_Hz < band_Hz;
+}
+
+/* What is no mode is no explanation either. */
+static void drop_others(struct diagnosis *d)
+{
+    const double others = others_leave(d);
+    size_t kept = 0;
+    for (size_t i = 0; i < d->n_hypotheses; i++) {
+        struct hypothesis *h = &d->hypotheses[i];
+        if (has_resonator(h) && !is_mode(d, h, others))
+            hypothesis_free(h);
+        else
+            d->hypotheses[kept++] = *h;
+    }
+    d->n_hypotheses = kept;
+}
+
+enum bf_status diagnose_resonator(struct diagnose_state *w, struct bf_error *err)
+{
+    const struct beam_effect *effect = effect_find("attached_resonator", err);
+    struct diagnosis *d = w->d;
+    if (effect == NULL || is_excluded(w, effect) || d->n_modes == 0 || diagnose_is_complete(d) ||
+        d->linearity.verdict == LINEARITY_NONLINEAR)
+        return BF_OK;
+    const enum bf_status status = try_all(w, effect);
+    drop_others(d);
+    diagnose_rank(d, w->n_tried);
+    return status;
+}
