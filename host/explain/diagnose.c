@@ -30,7 +30,7 @@ static void set_progress(struct diagnose_state *w, double done, const char *note
 {
     w->done = done;
     if (w->bar)
-        progress_update(w->bar, done, note);
+        progress_stage(w->bar, done, note);
 }
 
 static enum bf_status test_linearity(struct diagnose_state *w, struct bf_error *err)

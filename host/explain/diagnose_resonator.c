@@ -2,7 +2,7 @@
 /*
  * A mode that no bending beam has. Something that swings by itself has a mass, a frequency, a damping and a place: enough to take a part of
  * almost any misfit, near or far from a mode. So it is tried last, where nothing else is sure, and it stays only when it
- * is a mode: within the band, lightly damped, and leaving clearly less than every other explanation.
+ * is a mode: within the band, lightly damped, and leaving nothing where no other pair of effects does, or clearly less than every other explanation.
  */
 #include "diagnose_state.h"
 
@@ -115,34 +115,48 @@ static double value_of(const struct hypothesis *h, enum beam_role role)
     return (double)NAN;
 }
 
-/* The least that an explanation without a resonator leaves, in units of the noise. */
-static double others_leave(const struct diagnosis *d)
+/* Explanations without a resonator. */
+struct others {
+    double least;  /* that one of them leaves, in units of the noise */
+    bool explains; /* one with so few parameters as a pair leaves nothing that matters */
+};
+
+static struct others others_leave(const struct diagnosis *d)
 {
-    double least = d->baseline.fitted.noise_ratio;
-    for (size_t i = 0; i < d->n_hypotheses; i++)
-        if (!has_resonator(&d->hypotheses[i]))
-            least = fmin(least, d->hypotheses[i].fitted.noise_ratio);
-    return least;
+    struct others others = {.least = d->baseline.fitted.noise_ratio};
+    for (size_t i = 0; i < d->n_hypotheses; i++) {
+        const struct hypothesis *h = &d->hypotheses[i];
+        if (has_resonator(h))
+            continue;
+        others.least = fmin(others.least, h->fitted.noise_ratio);
+        others.explains = others.explains || (h->explains && h->n_effects <= 2);
+    }
+    return others;
 }
 
-static bool is_mode(const struct diagnosis *d, const struct hypothesis *h, double others)
+static bool stands_out(const struct hypothesis *h, const struct others *others)
+{
+    return (h->explains && !others->explains) || h->fitted.noise_ratio <= limits.lead * others->least;
+}
+
+static bool is_mode(const struct diagnosis *d, const struct hypothesis *h, const struct others *others)
 {
     const double f_Hz = value_of(h, BEAM_ROLE_RESONANCE);
     double band_Hz = 0.0;
     for (size_t r = 0; r < d->n_records; r++)
         band_Hz = fmax(band_Hz, 0.5 / d->records[r].dt_s);
-    return h->fitted.noise_ratio <= limits.lead * others && value_of(h, BEAM_ROLE_LOSS) < limits.damping &&
+    return stands_out(h, others) && value_of(h, BEAM_ROLE_LOSS) < limits.damping &&
            f_Hz > limits.below_first * d->mode_Hz[0] && f_Hz < band_Hz;
 }
 
 /* What is no mode is no explanation either. */
 static void drop_others(struct diagnosis *d)
 {
-    const double others = others_leave(d);
+    const struct others others = others_leave(d);
     size_t kept = 0;
     for (size_t i = 0; i < d->n_hypotheses; i++) {
         struct hypothesis *h = &d->hypotheses[i];
-        if (has_resonator(h) && !is_mode(d, h, others))
+        if (has_resonator(h) && !is_mode(d, h, &others))
             hypothesis_free(h);
         else
             d->hypotheses[kept++] = *h;

@@ -275,6 +275,8 @@ struct progress *progress_begin(const char *what);
 
 /* fraction in [0, 1]; note may be NULL, else one short phrase ("stage 3 of 6, error 0.041"). Cheap: redraws ≤ 10/s. */
 void progress_update(struct progress *progress, double fraction, const char *note);
+/* The same, always drawn: the beginning of another part of the work. */
+void progress_stage(struct progress *progress, double fraction, const char *note);
 void progress_end(struct progress *progress); /* clears the line */
 
 /* After progress_catch_interrupts(), Ctrl-C sets a flag once; a second Ctrl-C ends the program the ordinary way. */

@@ -100,6 +100,12 @@ void progress_update(struct progress *progress, double fraction, const char *not
         draw(progress, now, fraction, note);
 }
 
+void progress_stage(struct progress *progress, double fraction, const char *note)
+{
+    progress->drawn_s = -1e9;
+    progress_update(progress, fraction, note);
+}
+
 void progress_end(struct progress *progress)
 {
     if (progress->visible && progress->drawn_s > 0.0) {
