@@ -8,7 +8,9 @@ import math
 
 import rigs
 
-OUTSIDE = ("tuned_absorber", "quintic_spring", "tip_magnet", "drive_dead_zone", "delayed_feedback", "sensor_quadratic", "stiffness_step")
+OUTSIDE = ("attached_resonator", "quintic_spring", "tip_magnet", "drive_dead_zone", "delayed_feedback", "sensor_quadratic", "stiffness_step")
+# Drawn among those, so that the seeds keep their cases, and in the catalogue by now.
+SINCE = ("attached_resonator",)
 LAWS = ("quadratic_drag", "cubic_stiffness", "patch_softening", "coulomb_friction", "microslip", "bilinear_stiffness",
         "stop_contact", "sensor_saturation", "drive_saturation", "thermal_drift")  # their form can be bent
 PATCH = ("patch_position", "electrical_coupling", "patch_softening", "coulomb_friction", "microslip")
@@ -128,7 +130,7 @@ def set_structure(e, rig, dice, seen, unit):
         e.values = {"loss_factor": 0.005}
     elif e.id == "viscoelastic":
         e.values = {"strength_Nm2": 0.02 * rig.EI, "relaxation_s": unit["time"]}
-    elif e.id == "tuned_absorber":
+    elif e.id == "attached_resonator":
         e.values = {"mass_kg": 0.02 * mass, "frequency_Hz": rigs.log_uniform(dice, rig.frequency_Hz(1), rig.frequency_Hz(3)),
                     "damping_ratio": rigs.log_uniform(dice, 0.005, 0.05), "at_m": e.at}
 

@@ -150,7 +150,8 @@ def describe(rig, kind, hidden, found):
     """The truth as stored."""
     truth = [effect.id for effect in hidden]
     places = {effect.id: effect.values.get("at_m") for effect in hidden if "at_m" in effect.values}
-    known = kind != "clean" and not set(truth) & set(effects.OUTSIDE)
+    known = kind != "clean" and not set(truth) & (set(effects.OUTSIDE) - set(effects.SINCE))
+    kind = "plain" if kind == "outside" and set(truth) <= set(effects.SINCE) else kind
     return {"case": rig.name, "kind": kind, "truth": truth, "right": effects.mates(truth, rig, places) if known else [],
             "also_true": rig.also_true(), "removed": effects.removed(truth) if known and kind != "outside" else [],
             "effects": [{"id": e.id, "channel": e.channel, "bent": e.bent, "values": e.values} for e in hidden], **found,

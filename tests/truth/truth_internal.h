@@ -47,9 +47,9 @@ enum truth_effect_kind {
     TRUTH_CLOCK_ERROR,
     TRUTH_MAINS_HUM,
     TRUTH_BASE_MOTION,
+    TRUTH_ATTACHED_RESONATOR,
     TRUTH_THERMAL_DRIFT,
     /* not in beamfit's catalogue */
-    TRUTH_TUNED_ABSORBER,
     TRUTH_QUINTIC_SPRING,
     TRUTH_TIP_MAGNET,
     TRUTH_DRIVE_DEAD_ZONE,

@@ -13,7 +13,7 @@ static size_t states_of(const struct truth_effect *effect, size_t n_modes)
     case TRUTH_VISCOELASTIC:
     case TRUTH_ELECTRICAL_COUPLING:
         return n_modes;
-    case TRUTH_TUNED_ABSORBER:
+    case TRUTH_ATTACHED_RESONATOR:
         return 2;
     case TRUTH_MICROSLIP:
         return 1;
@@ -161,7 +161,7 @@ static void fill_effects(struct truth_system *s, const struct truth_spec *spec, 
         case TRUTH_ELECTRICAL_COUPLING:
             fill_maxwell(s, fe, fe->mesh.in_patch, p[0], p[1], first);
             break;
-        case TRUTH_TUNED_ABSORBER:
+        case TRUTH_ATTACHED_RESONATOR:
             fill_absorber(s, fe, p, at_m, first);
             break;
         case TRUTH_QUADRATIC_DRAG:

@@ -209,11 +209,30 @@ static int filter_is_identity(const double y[])
     return y[0] == y[2] && y[1] == y[3] && y[4] == 0.0 && (y[2] != 0.0 || y[3] != 0.0);
 }
 
+/* What hangs on the beam with a coordinate of its own keeps a nanogram: the coordinate is never without mass. */
+static int has_own(const struct beam_effect *e)
+{
+    const struct beam_place place = {1.0, 0.0, 0.0};
+    double p[BEAM_EFFECT_PARAMETERS];
+    struct beam_term terms[BEAM_EFFECT_TERMS];
+    memset(terms, 0, sizeof terms);
+    for (int j = 0; j < BEAM_EFFECT_PARAMETERS; j++)
+        p[j] = j < e->n_parameters ? e->parameters[j].start : 0.0;
+    if (!e->terms || e->terms(p, &place, terms) != 0)
+        return 0;
+    for (int t = 0; t < e->n_terms; t++)
+        if (terms[t].place.kind == BEAM_AT_OWN)
+            return 1;
+    return 0;
+}
+
 static int absent(const struct shadow_case *c, const struct shadow_answer *a)
 {
     const double *y = a->y;
     switch (c->slot) {
     case SHADOW_TERMS:
+        if (has_own(beam_effects[c->effect]))
+            return y[0] <= 1e-9;
         for (int i = 0; i < a->n_out; i++)
             if (i % 6 < 4 && y[i] != 0.0 && !beam_effects[c->effect]->releases_root)
                 return 0;
@@ -270,6 +289,8 @@ static void test_inner_parameters_do_nothing_at_neutral(void **state)
 {
     (void)state;
     for (int e = 0; e < beam_effects_count; e++) {
+        if (has_own(beam_effects[e]))
+            continue;
         if (beam_effects[e]->releases_root)
             continue; /* its neutral value is a rigid clamp, a large number, and a loss scales it */
         uint64_t seed = 31 + (uint64_t)e;

@@ -115,6 +115,19 @@ static void no_effect(void **state)
     compare("", "", 3e-4);
 }
 
+/* Something that swings by itself, near the second mode and on a shaken clamp. */
+static void resonator(void **state)
+{
+    (void)state;
+    compare("  - {kind: attached_resonator, mass_kg: 0.002, frequency_Hz: 20, damping_ratio: 0.03, at_m: 0.35}\n",
+            "effect attached_resonator mass_kg=0.002 frequency_Hz=20 damping_ratio=0.03 at_m=0.35\n", 3e-4);
+    compare("  - {kind: base_motion, amplitude_mps2: 0.5, phase_rad: 0.4, frequency_Hz: 31}\n"
+            "  - {kind: attached_resonator, mass_kg: 0.001, frequency_Hz: 45, damping_ratio: 0.01, at_m: 0.4573}\n",
+            "effect base_motion amplitude_mps2=0.5 phase_rad=0.4 frequency_Hz=31\n"
+            "effect attached_resonator mass_kg=0.001 frequency_Hz=45 damping_ratio=0.01\n",
+            3e-4);
+}
+
 static void hysteresis(void **state)
 {
     (void)state;
@@ -400,6 +413,7 @@ static void free_decay_under_a_law(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(resonator),
         cmocka_unit_test(no_effect),
         cmocka_unit_test(hysteresis),
         cmocka_unit_test(saturation),

@@ -91,19 +91,26 @@ static double complex by_poles(const struct system *s, double complex at, const 
 }
 
 static const char *const cases[] = {
-    "", "  - {kind: tip_mass, mass_kg: 0.002}\n",
+    "",
+    "  - {kind: tip_mass, mass_kg: 0.002}\n",
     "  - {kind: root_compliance, compliance_radpNm: 0.01, loss_s: 3e-5}\n",
     "  - {kind: point_spring, stiffness_Npm: 30, damping_Nspm: 0.02, at_m: {value: 0.3, fixed: false}}\n",
-    "  - {kind: square_root_damping, coefficient_Ns: 1e-4}\n", "  - {kind: hysteretic_damping, loss_factor: 0.01}\n",
+    "  - {kind: square_root_damping, coefficient_Ns: 1e-4}\n",
+    "  - {kind: hysteretic_damping, loss_factor: 0.01}\n",
     "  - {kind: viscoelastic, strength_Nm2: 0.035, relaxation_s: 0.006}\n",
     "  - {kind: viscoelastic, strength_Nm2: 0.02, relaxation_s: 0.002}\n  - {kind: tip_mass, mass_kg: 0.001}\n",
     /* two effects with one relaxation time: their poles would coincide if each had states of its own */
     "  - {kind: viscoelastic, relaxation_s: 1e-3}\n  - {kind: electrical_coupling, time_constant_s: 1e-3}\n",
+    "  - {kind: attached_resonator, mass_kg: 0.002, frequency_Hz: 41, damping_ratio: 0.03, at_m: {value: 0.3, fixed: "
+    "false}}\n",
     "  - {kind: electrical_coupling}\n", /* memory over a part of the span: fewer states than coordinates */
+    /* two of them, one without mass */
+    "  - {kind: attached_resonator, mass_kg: 0.002, frequency_Hz: 20, damping_ratio: 0}\n"
+    "  - {kind: attached_resonator, mass_kg: 0, frequency_Hz: 70, damping_ratio: 0.01, at_m: 0.2}\n",
 };
 enum { CASES = sizeof cases / sizeof *cases };
-/* The last has poles that nearly coincide and hardly act; its derivatives are tested in test_predict_gradients.c. */
-enum { DERIVATIVE_CASES = CASES - 1 };
+/* The last two have poles that hardly act, of the first they nearly coincide: derivatives in test_predict_gradients.c. */
+enum { DERIVATIVE_CASES = CASES - 2 };
 
 static void functionals(const struct fixture *f, double b[], double c[])
 {

@@ -114,7 +114,7 @@ static void test_both_integrators_agree(void **state)
     struct truth_spec spec;
     paper_rig(&spec);
     say(&spec, "effect viscoelastic strength_Nm2=0.03 relaxation_s=0.006");
-    say(&spec, "effect tuned_absorber mass_kg=0.002 frequency_Hz=40 damping_ratio=0.05 at_m=0.3");
+    say(&spec, "effect attached_resonator mass_kg=0.002 frequency_Hz=40 damping_ratio=0.05 at_m=0.3");
     say(&spec, "effect root_compliance compliance_radpNm=0.008 loss_s=2e-5");
     say(&spec, "effect base_motion amplitude_mps2=2 frequency_Hz=30 phase_rad=0.3");
     struct truth_record exact = run(&spec);
