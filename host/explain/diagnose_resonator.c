@@ -164,6 +164,22 @@ static void drop_others(struct diagnosis *d)
     d->n_hypotheses = kept;
 }
 
+/* The best of the refits stop before their end where the frequency had far to go: it goes on from there. */
+static enum bf_status to_the_end(struct diagnose_state *w, struct bf_error *err)
+{
+    const struct diagnosis *d = w->d;
+    for (size_t i = 0; i < d->n_hypotheses; i++) {
+        if (!has_resonator(&d->hypotheses[i]))
+            continue;
+        struct refit_job job = {
+            .n_effects = 1, .n_tried = w->n_tried, .places_tried = true, .to_the_end = true, .near = true};
+        const enum bf_status status = model_copy(&d->hypotheses[i].model, &job.model, err);
+        job.first_new = job.model.n_effects;
+        return diagnose_try(w, &job, status == BF_OK ? 1 : 0, status, 0.0);
+    }
+    return BF_OK;
+}
+
 enum bf_status diagnose_resonator(struct diagnose_state *w, struct bf_error *err)
 {
     const struct beam_effect *effect = effect_find("attached_resonator", err);
@@ -171,7 +187,9 @@ enum bf_status diagnose_resonator(struct diagnose_state *w, struct bf_error *err
     if (effect == NULL || is_excluded(w, effect) || d->n_modes == 0 || diagnose_is_complete(d) ||
         d->linearity.verdict == LINEARITY_NONLINEAR)
         return BF_OK;
-    const enum bf_status status = try_all(w, effect);
+    enum bf_status status = try_all(w, effect);
+    if (status == BF_OK)
+        status = to_the_end(w, err);
     drop_others(d);
     diagnose_rank(d, w->n_tried);
     return status;

@@ -1,0 +1,69 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* A mode that no bending beam has: found where nothing simpler explains the records, and not even tried where something does. */
+#include "diagnose_rig.h"
+#include "beam/beam.h"
+
+static bool was_tried(const struct diagnosis *d)
+{
+    for (size_t i = 0; i < d->n_hypotheses; i++)
+        for (size_t e = 0; e < d->hypotheses[i].n_effects; e++)
+            if (effect_has_own(d->hypotheses[i].effects[e]))
+                return true;
+    return false;
+}
+
+static void an_absorber_is_found_with_its_values(void **state)
+{
+    (void)state;
+    static const char *const ids[] = {"point_mass", "point_spring", "attached_resonator", NULL};
+    struct bench *b =
+        bench_new("{kind: attached_resonator, mass_kg: 0.001, frequency_Hz: 25, damping_ratio: 0.03, at_m: 0.3}", 2,
+                  LONG, 0.004, ids);
+    diagnose(b, 2, 0);
+    assert_true(b->d.baseline.fitted.noise_ratio > 20.0);
+    assert_int_equal(b->d.verdict, VERDICT_MISSING);
+    assert_int_equal(b->d.n_named, 1);
+    assert_string_equal(b->d.named[0], "attached_resonator");
+    const struct hypothesis *best = &b->d.hypotheses[0];
+    const struct parameter *p = best->model.effects[0].parameters;
+    assert_true(best->explained > 0.995);
+    assert_true(fabs(p[0].value - 0.001) < 2e-5);
+    assert_true(fabs(p[1].value - 25.0) < 0.1);
+    assert_true(fabs(p[2].value - 0.03) < 1.5e-3);
+    assert_true(fabs(p[3].value - 0.3) < 2e-3);
+    bench_free(b);
+}
+
+static void a_mass_needs_no_mode_of_its_own(void **state)
+{
+    (void)state;
+    static const char *const ids[] = {"point_mass", "point_spring", "attached_resonator", NULL};
+    struct bench *b = bench_new("{kind: point_mass, mass_kg: 0.001, at_m: 0.3}", 2, LONG, 0.004, ids);
+    diagnose(b, 2, 0);
+    assert_int_equal(b->d.n_named, 1);
+    assert_string_equal(b->d.named[0], "point_mass");
+    assert_false(was_tried(&b->d));
+    bench_free(b);
+}
+
+/* Below every mode and heavily damped it is a damper on a mass that stands still. */
+static void what_is_no_mode_is_not_named(void **state)
+{
+    (void)state;
+    static const char *const ids[] = {"point_mass", "attached_resonator", NULL};
+    struct bench *b = bench_new("{kind: point_damper, damping_Nspm: 0.05, at_m: 0.3}", 2, LONG, 0.004, ids);
+    diagnose(b, 2, 0);
+    assert_false(was_tried(&b->d)); /* tried, and dropped again */
+    assert_int_not_equal(b->d.verdict, VERDICT_MISSING);
+    bench_free(b);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(an_absorber_is_found_with_its_values),
+        cmocka_unit_test(a_mass_needs_no_mode_of_its_own),
+        cmocka_unit_test(what_is_no_mode_is_not_named),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
