@@ -59,10 +59,25 @@ static void time_constants(const struct scan *s, struct candidate *c, int slot)
         add_value(c, slot, shortest * pow(longest / shortest, (double)i / (TIMES - 1)));
 }
 
+/* A line in the sensor's wire comes from the mains; one of the bench from anything that turns. */
+static bool of_mains(double frequency_Hz)
+{
+    enum { HARMONICS = 8 };
+    static const double off = 0.02, lowest_Hz = 45.0, highest_Hz = 65.0; /* a generator may run anywhere between */
+    if (frequency_Hz >= lowest_Hz && frequency_Hz <= highest_Hz)
+        return true;
+    for (size_t m = 0; m < sizeof mains_Hz / sizeof *mains_Hz; m++)
+        for (int k = 1; k <= HARMONICS; k++)
+            if (fabs(frequency_Hz - k * mains_Hz[m]) < off * k * mains_Hz[m])
+                return true;
+    return false;
+}
+
 static void frequencies(const struct scan *s, struct candidate *c, int slot)
 {
     for (size_t i = 0; s->options && i < s->options->n_lines && i < CANDIDATE_GRID - 2; i++)
-        add_value(c, slot, s->options->line_Hz[i]);
+        if (c->effect->signal == NULL || of_mains(s->options->line_Hz[i]))
+            add_value(c, slot, s->options->line_Hz[i]);
     scale_values(c, slot, 1.0, mains_Hz, sizeof mains_Hz / sizeof *mains_Hz);
     if (c->n_grid[slot] == 0)
         add_value(c, slot, c->start[slot]);

@@ -93,17 +93,12 @@ static void say(const struct record *record, double rms, struct record_finding *
     for (size_t k = 0; k < f->n_lines && used < sizeof f->text; k++)
         used += (size_t)snprintf(f->text + used, sizeof f->text - used, "%s%.2f Hz (%.3g)", k > 0 ? ", " : "",
                                  f->line[k].frequency_Hz, f->line[k].amplitude);
-    const bool fundamental_stands = f->line[0].frequency_Hz < 1.5 * f->mains_Hz;
-    if (used < sizeof f->text && fundamental_stands)
-        used += (size_t)snprintf(f->text + used, sizeof f->text - used,
-                                 ". The model takes the first as {kind: mains_hum, channel: %.60s, frequency_Hz: %.2f, "
-                                 "amplitude: %.3g}",
-                                 record->columns[f->column].name, f->line[0].frequency_Hz, f->line[0].amplitude);
     if (used < sizeof f->text)
-        (void)snprintf(f->text + used, sizeof f->text - used, "%s",
-                       f->n_lines > 1 || !fundamental_stands
-                           ? "; no effect takes harmonics: keep cables and supplies apart, or filter."
-                           : ".");
+        (void)snprintf(
+            f->text + used, sizeof f->text - used,
+            ". The model takes %s as {kind: mains_hum, channel: %.60s, frequency_Hz: %.2f, amplitude: %.3g}.",
+            f->n_lines > 1 ? "each of these lines" : "it", record->columns[f->column].name, f->line[0].frequency_Hz,
+            f->line[0].amplitude);
 }
 
 static bool try_mains(const struct stretch *s, double nominal_Hz, struct record_finding *f)

@@ -26,7 +26,8 @@ const struct beam_effect BEAM_NAME(effect_mains_hum) = {
         "signal line"),
     .looks_like = BEAM_TEXT(
         "A needle at 50 or 60 Hz in the spectrum of one channel, present before the hit, of the same "
-        "height at every level of excitation, and with another phase in each record. It does not decay."),
+        "height at every level of excitation, and with another phase in each record. It does not decay. Often "
+        "with harmonics (150, 250 Hz; 100 Hz from a rectifier): one such effect for each line."),
     .confused_with = BEAM_TEXT(
         "base_motion near 50 or 60 Hz (a machine's motor): that reaches every channel through the "
         "modes, hum only the electrical one. A mode close to 50 Hz: it decays. Record some seconds "
@@ -54,11 +55,11 @@ const struct beam_effect BEAM_NAME(effect_mains_hum) = {
                     .flags = BEAM_PARAMETER_INNER | BEAM_PARAMETER_PER_RECORD},
                    {.name = BEAM_TEXT("frequency_Hz"),
                     .unit = BEAM_TEXT("Hz"),
-                    .what = BEAM_TEXT("frequency of the mains"),
+                    .what = BEAM_TEXT("frequency of the mains, or of one of its harmonics"),
                     .role = BEAM_ROLE_FREQUENCY,
                     .neutral = 50.0,
                     .minimum = 45.0,
-                    .maximum = 65.0,
+                    .maximum = 1000.0,
                     .start = 50.0,
                     .flags = BEAM_PARAMETER_INNER}},
     .channels = BEAM_CHANNELS_PATCH_OUTPUT,

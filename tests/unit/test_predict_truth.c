@@ -128,6 +128,16 @@ static void resonator(void **state)
             3e-4);
 }
 
+static void hum_with_a_harmonic(void **state)
+{
+    (void)state;
+    compare("  - {kind: mains_hum, channel: piezo_V, amplitude: 0.05, frequency_Hz: 50, phase_rad: 0.5}\n"
+            "  - {kind: mains_hum, channel: piezo_V, amplitude: 0.02, frequency_Hz: 150, phase_rad: 1.1}\n",
+            "effect mains_hum channel=piezo_V amplitude=0.05 frequency_Hz=50 phase_rad=0.5\n"
+            "effect mains_hum channel=piezo_V amplitude=0.02 frequency_Hz=150 phase_rad=1.1\n",
+            3e-4);
+}
+
 static void hysteresis(void **state)
 {
     (void)state;
@@ -414,6 +424,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(resonator),
+        cmocka_unit_test(hum_with_a_harmonic),
         cmocka_unit_test(no_effect),
         cmocka_unit_test(hysteresis),
         cmocka_unit_test(saturation),
