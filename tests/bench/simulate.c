@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
+#include "maths/maths.h"
 #include "model/model.h"
 #include "response/response.h"
 #include "record/record.h"
@@ -19,18 +20,6 @@ static double seconds(void)
     struct timespec t;
     clock_gettime(CLOCK_MONOTONIC, &t);
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
-static int ascending(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-static double median(double x[RUNS])
-{
-    qsort(x, RUNS, sizeof *x, ascending);
-    return x[RUNS / 2];
 }
 
 static void must(enum bf_status status, const struct bf_error *err)
@@ -51,7 +40,7 @@ static double ours(struct predictor *predictor, const double parameters[], const
         must(predictor_run(predictor, parameters, want, &prediction, &err), &err);
         t[i] = seconds() - begin;
     }
-    return median(t);
+    return median(RUNS, t);
 }
 
 static double plain(const double p[PARAMETERS], int n_records, char **paths)
@@ -73,7 +62,7 @@ static double plain(const double p[PARAMETERS], int n_records, char **paths)
     }
     for (int c = 0; c < CHANNELS; c++)
         free(y[c]);
-    return median(t);
+    return median(RUNS, t);
 }
 
 int main(int argc, char **argv)
