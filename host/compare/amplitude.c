@@ -247,7 +247,7 @@ static void measure_stretch(const struct comparison *all, const struct compariso
         struct windows w;
         if (!lay_windows(all, c, mode, s, &w))
             continue;
-        struct amplitude_curve curve = {.record = c->record, .channel = c->name, .mode = mode};
+        struct amplitude_curve curve = {.record = c->record, .channel = c->name, .mode = mode, .amplitude_sd = w.noise};
         find_ridge(&w, c->measured);
         curve_alloc(&curve, w.n);
         const double found_Hz = w.omega / (2.0 * M_PI * c->dt_s);
@@ -307,7 +307,8 @@ static void describe(const struct comparison *all, struct amplitude_curves *out)
 enum bf_status amplitude_measure(const struct comparison *comparison, struct amplitude_curves *out,
                                  struct bf_error *err)
 {
-    *out = (struct amplitude_curves){0};
+    *out = (struct amplitude_curves){.n_records = comparison->n_records,
+                                     .free_stretches = bf_alloc(comparison->n_records + 1, sizeof(size_t))};
     for (size_t i = 0; i < comparison->n_channels; i++) {
         const struct comparison_channel *c = &comparison->channels[i];
         const struct record *record = &comparison->records[c->record];
@@ -316,6 +317,7 @@ enum bf_status amplitude_measure(const struct comparison *comparison, struct amp
             return bf_fail(err, BF_BAD_FILE, "%s: there is no column '%s'", record->path, c->name);
         struct stretch stretches[STRETCHES];
         const size_t n = free_stretches(comparison->model, record, (size_t)(c->measured - own), c->n, stretches);
+        out->free_stretches[c->record] += n;
         for (size_t k = 0; k < n; k++)
             measure_stretch(comparison, c, &stretches[k], out);
     }
@@ -327,6 +329,6 @@ void amplitude_free(struct amplitude_curves *curves)
 {
     for (size_t i = 0; i < curves->n; i++)
         curve_free(&curves->curves[i]);
-    free(curves->curves);
+    free(curves->curves), free(curves->free_stretches);
     *curves = (struct amplitude_curves){0};
 }
