@@ -182,8 +182,8 @@ struct json *localise_json(const struct localisation *localisation, const struct
  *
  * In overlapping windows, long enough to part a mode from its neighbours, the complex amplitude at the mode's frequency is
  * taken (Blackman–Harris); its phase and logarithmic magnitude from window to window give f and ζ. Windows whose amplitude
- * is below a few times its standard error are left out. The prediction is treated in the same way, so that what the windows
- * do cancels in a comparison.
+ * is below a few times its standard error are left out. The prediction is treated in the same way, about its own frequency,
+ * so that what the windows do cancels in a comparison.
  */
 
 /* One mode in one free stretch of one channel. */

@@ -37,12 +37,14 @@ enum bf_status compare_plot_amplitude(const struct comparison *all, const struct
 enum bf_status compare_plot_stabilisation(const struct comparison *all, const struct stabilisation *found,
                                           const char *directory, struct bf_error *err)
 {
-    char title[120];
+    char title[160];
     const size_t n = all->n_records - all->n_held_out;
     plot_forget(directory, COMPARE_STABILISATION);
     if (found->modes == 0)
         return BF_OK;
-    (void)snprintf(title, sizeof title, "Poles of free linear models, %zu %s", n, n == 1 ? "record" : "records");
+    (void)snprintf(title, sizeof title,
+                   "Poles of free linear models, %zu %s; stable: frequency within 1 %%, damping within 5 %%", n,
+                   n == 1 ? "record" : "records");
     const struct plot_stabilisation diagram = {.directory = directory,
                                                .stem = COMPARE_STABILISATION,
                                                .title = title,

@@ -81,34 +81,88 @@ static void find_range(const struct plot_drift_mode *q, enum row row, double *lo
     *high += room;
 }
 
-/* Under the title of the picture, once for all panels. */
-static void place_legend(struct picture *p, bool first)
+/* Under the title of the picture, once for all panels: a plot of its own, without anything in it. */
+static void draw_legend(const struct plot_drift *q, struct picture *p)
 {
-    if (first)
+    bool before = false, after = false;
+    for (size_t m = 0; m < q->n_modes; m++) {
+        before = before || q->modes[m].n_before > 0;
+        after = after || q->modes[m].n_after > 0;
+    }
+    plot_linear(p->script, 'x');
+    plot_linear(p->script, 'y');
+    (void)fprintf(p->script,
+                  "unset border\nunset tics\nunset xlabel\nunset ylabel\nunset label\nset lmargin at screen 0.02\n"
+                  "set rmargin at screen 0.98\nset tmargin at screen 0.96\nset bmargin at screen 0.93\n"
+                  "set key center center horizontal maxrows 1 samplen 3 width 1\n"
+                  "plot [0:1] [0:1] 2 with points pointtype 7 pointsize 1.1*mark linecolor rgb '" PLOT_MEASURED
+                  "' title 'measured'%s",
+                  before ? ", 2 with lines dashtype 2 linewidth 2 linecolor rgb '" PLOT_MODEL_BEFORE
+                           "' title 'model before'"
+                         : "");
+    if (after)
+        (void)fprintf(p->script, ", 2 with lines linewidth 1.6 linecolor rgb '" PLOT_MODEL "' title '%s'",
+                      before ? "model after" : "model");
+    (void)fprintf(p->script, "\n");
+}
+
+/* A model whose curves are all beyond the panel is told in words, at its edge. */
+static void tell_of_model(struct picture *p, const struct plot_drift_curve *models, size_t n, enum row row, double low,
+                          double high, int place)
+{
+    double sum = 0.0, count = 0.0;
+    for (size_t i = 0; i < n; i++)
+        for (size_t k = 0; k < models[i].n; k++) {
+            const double y = value_of(&models[i], row, k);
+            if (y >= low && y <= high)
+                return;
+            if (isfinite(y)) {
+                sum += y;
+                count += 1.0;
+            }
+        }
+    if (count > 0.0 && row != ENVELOPE)
         (void)fprintf(p->script,
-                      "set key at screen 0.5, screen 0.957 center top horizontal maxrows 1 samplen 3 width 2\n");
-    else
-        (void)fprintf(p->script, "unset key\n");
+                      "set label %d '%s %.4g %s' at graph 0.99, graph %s right noenhanced textcolor rgb '%s'\n", place,
+                      sum / count > high ? "↑ model" : "↓ model", sum / count, row == FREQUENCY ? "Hz" : "%",
+                      sum / count > high ? "0.95" : "0.06", place == 2 ? PLOT_MODEL_BEFORE : PLOT_MODEL);
+}
+
+/* Where the panels are, in cm; the picture is as wide as its columns. */
+static const double left_cm = 2.3, right_cm = 0.5, gap_cm = 2.7, column_cm[PLOT_DRIFT_MODES] = {14.2, 9.3, 7.6};
+
+static double width_of(size_t columns)
+{
+    const double n = (double)columns;
+    return left_cm + right_cm + n * column_cm[columns - 1] + (n - 1.0) * gap_cm;
+}
+
+static void place_panel(struct picture *p, size_t columns, size_t column, enum row row)
+{
+    static const double top = 0.885, high = 0.206, step = 0.302; /* shares of the picture */
+    const double width = width_of(columns), left = left_cm + (double)column * (column_cm[columns - 1] + gap_cm);
+    (void)fprintf(p->script,
+                  "set lmargin at screen %.4f\nset rmargin at screen %.4f\nset tmargin at screen %.4f\nset bmargin at "
+                  "screen %.4f\n",
+                  left / width, (left + column_cm[columns - 1]) / width, top - step * row, top - step * row - high);
 }
 
 static void draw_curves(const struct plot_drift_mode *q, struct picture *p, enum row row, size_t mode)
 {
     const int x = row == ENVELOPE ? 1 : 2, y = (int)row + 2, sd = (int)row + 5;
-    const char *after = q->n_before > 0 ? "model after" : "model";
     (void)fprintf(p->script,
                   "plot '%s-measured%zu.dat' using %d:%d:%d with yerrorbars pointtype 7 pointsize 1.1*mark linewidth "
-                  "0.8 linecolor rgb '" PLOT_MEASURED "' title 'measured'",
+                  "0.8 linecolor rgb '" PLOT_MEASURED "'",
                   p->stem, mode + 1, x, y, sd);
     if (q->n_before > 0)
         (void)fprintf(p->script,
                       ", '%s-before%zu.dat' using %d:%d with lines dashtype 2 linewidth 2 linecolor rgb "
-                      "'" PLOT_MODEL_BEFORE "' title 'model before'",
+                      "'" PLOT_MODEL_BEFORE "'",
                       p->stem, mode + 1, x, y);
     if (q->n_after > 0)
         (void)fprintf(p->script,
-                      ", '%s-after%zu.dat' using %d:%d with lines linewidth 1.6 linecolor rgb '" PLOT_MODEL
-                      "' title '%s'",
-                      p->stem, mode + 1, x, y, after);
+                      ", '%s-after%zu.dat' using %d:%d with lines linewidth 1.6 linecolor rgb '" PLOT_MODEL "'",
+                      p->stem, mode + 1, x, y);
     (void)fprintf(p->script, "\n");
 }
 
@@ -140,34 +194,30 @@ static void panel(const struct plot_drift *q, struct picture *p, enum row row, s
         plot_ticks(p->script, 'y', low, high);
     }
     title_panel(p, q->modes[mode].title, row);
-    place_legend(p, row == ENVELOPE && mode == 0);
+    (void)fprintf(p->script, "unset key\nunset label 2\nunset label 3\n");
+    place_panel(p, q->n_modes, mode, row);
+    tell_of_model(p, q->modes[mode].before, q->modes[mode].n_before, row, low, high, 2);
+    tell_of_model(p, q->modes[mode].after, q->modes[mode].n_after, row, low, high, 3);
     draw_curves(&q->modes[mode], p, row, mode);
 }
 
 enum bf_status plot_drift(const struct plot_drift *q, struct bf_error *err)
 {
-    static const double width_cm[PLOT_DRIFT_MODES] = {17.0, 24.0, 31.0}, left_cm = 2.3, right_cm = 0.5, gap_cm = 2.7;
     struct picture p;
-    char layout[200];
     if (q->n_modes < 1 || q->n_modes > PLOT_DRIFT_MODES)
         return bf_fail(err, BF_USAGE, "a picture of a decay has 1 to %d modes, not %zu", PLOT_DRIFT_MODES, q->n_modes);
-    const double width = width_cm[q->n_modes - 1];
-    picture_begin(q->directory, q->stem, width, 19.0, &p);
+    picture_begin(q->directory, q->stem, width_of(q->n_modes), 19.0, &p);
     for (size_t m = 0; m < q->n_modes; m++) {
         write_curves(q->modes[m].measured, q->modes[m].n_measured, &p, "measured", m);
         write_curves(q->modes[m].before, q->modes[m].n_before, &p, "before", m);
         write_curves(q->modes[m].after, q->modes[m].n_after, &p, "after", m);
     }
-    (void)snprintf(
-        layout, sizeof layout,
-        "layout %d,%zu rowsfirst margins screen %.4f, screen %.4f, screen 0.075, screen 0.885 spacing screen "
-        "%.4f, screen 0.095",
-        ROWS, q->n_modes, left_cm / width, 1.0 - right_cm / width, gap_cm / width);
     plot_note(p.script, q->note);
-    plot_sheet(p.script, layout, q->title);
+    plot_sheet(p.script, "", q->title);
     for (enum row row = ENVELOPE; row < ROWS; row++)
         for (size_t m = 0; m < q->n_modes; m++)
             panel(q, &p, row, m);
+    draw_legend(q, &p);
     (void)fprintf(p.script, "unset multiplot\n");
     return picture_end(&p, err);
 }

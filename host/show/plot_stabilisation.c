@@ -77,7 +77,7 @@ static void axes(const struct plot_stabilisation *q, struct picture *p, double l
                   "set y2label 'Mean response spectrum (dB of its largest)' offset 0.5,0 textcolor rgb '" PLOT_GREY
                   "'\nset lmargin at screen 0.085\nset rmargin at screen 0.905\nset tmargin at screen 0.845\n"
                   "set bmargin at screen 0.115\n"
-                  "set key at screen 0.495, screen 0.945 center top horizontal maxrows 1 samplen 1.6 width 0\n",
+                  "set key at screen 0.495, screen 0.928 center top horizontal maxrows 1 samplen 1.6 width -1\n",
                   q->found->to_Hz, q->found->modes + 1, 10.0 * floor(low_dB / 10.0));
     (void)fputs("set title ", p->script);
     plot_quote(p->script, q->title);
@@ -97,11 +97,12 @@ enum bf_status plot_stabilisation(const struct plot_stabilisation *q, struct bf_
     (void)fprintf(p.script,
                   "plot '%s-spectrum.dat' using 1:2 axes x1y2 with lines linewidth 0.8 linecolor rgb '" PLOT_GREY
                   "' title 'spectrum', '%s-model.dat' using 1:2 with lines linewidth 1 dashtype 2 linecolor rgb "
-                  "'" PLOT_MODEL "' title 'this model', '%s-new.dat' using 1:2 with points pointtype 2 pointsize "
-                  "0.8*mark linewidth 0.8 linecolor rgb '" PLOT_GREY "' title 'new', '%s-frequency.dat' using 1:2 with "
+                  "'" PLOT_MODEL "' title 'model', '%s-new.dat' using 1:2 with points pointtype 2 pointsize "
+                  "0.8*mark linewidth 0.8 linecolor rgb '" PLOT_GREY
+                  "' title 'new pole', '%s-frequency.dat' using 1:2 with "
                   "points pointtype 6 pointsize 1.2*mark linewidth 0.8 linecolor rgb '" PLOT_MEASURED
-                  "' title 'frequency within 1 %%', '%s-stable.dat' using 1:2 with points pointtype 7 pointsize "
-                  "1.2*mark linecolor rgb '" PLOT_MEASURED "' title 'stable: damping within 5 %%, too'\n",
+                  "' title 'frequency only', '%s-stable.dat' using 1:2 with points pointtype 7 pointsize "
+                  "1.2*mark linecolor rgb '" PLOT_MEASURED "' title 'stable'\n",
                   p.stem, p.stem, p.stem, p.stem, p.stem);
     return picture_end(&p, err);
 }

@@ -164,6 +164,35 @@ static void a_cubic_spring_hardens_by_the_known_amount(void **state)
     model_free(&model);
 }
 
+/* A model that is 7 % off, windows that are many turns apart: both have their own frequency. */
+static void a_model_that_is_off_does_not_move_what_is_measured(void **state)
+{
+    (void)state;
+    struct model model = read_model();
+    struct record record = make_record(false, NULL);
+    struct comparison all = compare(&model, &record);
+    struct amplitude_curves curves;
+    struct bf_error err;
+    double off_Hz[MODES];
+    assert_true(all.n_modes >= MODES);
+    for (int m = 0; m < MODES; m++)
+        off_Hz[m] = 1.07 * mode_rad(m) / (2.0 * pi);
+    memcpy(all.frequency_Hz, off_Hz, sizeof off_Hz);
+    assert_int_equal(amplitude_measure(&all, &curves, &err), BF_OK);
+    for (size_t mode = 1; mode <= 2; mode++) {
+        const struct amplitude_curve *c = curve_of(&curves, "laser_mps", mode);
+        const double f_Hz = mode_rad((int)mode - 1) / (2.0 * pi);
+        for (size_t k = 0; k < c->n; k++) {
+            assert_true(fabs(c->frequency_Hz[k] - f_Hz) < 5.0 * c->frequency_sd_Hz[k] + 2e-4 * f_Hz);
+            assert_true(fabs(c->model_frequency_Hz[k] - f_Hz) < 2e-4 * f_Hz);
+        }
+    }
+    amplitude_free(&curves);
+    compare_free(&all);
+    record_free(&record);
+    model_free(&model);
+}
+
 static void a_driven_record_says_that_it_has_no_decay(void **state)
 {
     (void)state;
@@ -286,6 +315,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_linear_backbone_is_flat_within_its_error_bars),
         cmocka_unit_test(a_cubic_spring_hardens_by_the_known_amount),
+        cmocka_unit_test(a_model_that_is_off_does_not_move_what_is_measured),
         cmocka_unit_test(a_driven_record_says_that_it_has_no_decay),
         cmocka_unit_test(the_strongest_modes_come_first),
         cmocka_unit_test(a_hit_and_a_chirp_show_the_true_poles),
