@@ -8,6 +8,7 @@
 #include "compare/compare.h"
 #include "factors_or_warn.h"
 #include "findings_of.h"
+#include "free_or_warn.h"
 #include "record_sets.h"
 #include "repeats_or_warn.h"
 #include "show/show.h"
@@ -30,7 +31,8 @@ static const char help[] =
 static const struct option_row options[] = {
     RECORD_SETS_CHECK("records that were held out of the fit; they get a total of their own"),
     {'p', 0, "plot", "DIR", NULL,
-     "pictures, PNG and PDF, with gnuplot's script and data beside them: the four panels (measured, model, "
+     "pictures, PNG and PDF, with gnuplot's script and data beside them: decays (amplitude in time, frequency and "
+     "damping against it), a stabilisation diagram of free linear models, the four panels (measured, model, "
      "spectra of both, a short interval) and a page on the residual"},
     {OPTION_FORCE, 0, "force", NULL, NULL,
      "replace pictures even when `compare` has not made them or somebody has changed them"},
@@ -103,7 +105,7 @@ static double whole_error(const struct comparison *all, const struct line_compar
 
 static enum bf_status print(const struct comparison *all, const struct line_comparison *lines,
                             const struct channel_factors *factors, const struct record_findings findings[],
-                            const struct repeatability *repeats, struct bf_error *err)
+                            const struct repeatability *repeats, const struct free_motion *motion, struct bf_error *err)
 {
     for (size_t i = 0; i < all->n_channels && factors->n == 0; i++) /* else what they ask is answered */
         if (all->channels[i].warning[0] != '\0')
@@ -112,26 +114,45 @@ static enum bf_status print(const struct comparison *all, const struct line_comp
     channel_factors_json(root, all->model, factors);
     record_findings_json(root, all->records, findings, all->n_records);
     repeatability_json(root, all->model, all->records, repeats);
+    if (motion->wanted) {
+        amplitude_json(root, all->records, &motion->decays);
+        stabilisation_json(root, &motion->poles);
+    }
     return answer_print_and_free(root, compare_fields, err);
+}
+
+static enum bf_status draw(const char *directory, const struct comparison *all, const struct line_comparison *lines,
+                           const struct free_motion *motion, struct bf_error *err)
+{
+    enum bf_status status = BF_OK;
+    if (motion->wanted)
+        status = compare_plot_amplitude(all, &motion->decays, directory, err);
+    if (status == BF_OK && motion->wanted)
+        status = compare_plot_stabilisation(all, &motion->poles, directory, err);
+    if (status == BF_OK)
+        status = compare_plot(all, directory, err);
+    if (status == BF_OK)
+        status = compare_lines_plot(lines, directory, err);
+    if (status == BF_OK && options_format() == OPTIONS_TEXT && plot_can_draw(NULL))
+        (void)fprintf(stdout, "\nPictures: %s\n", directory);
+    return status;
 }
 
 static enum bf_status answer(const struct arguments *a, const struct comparison *all,
                              const struct line_comparison *lines, const struct channel_factors *factors,
                              struct bf_error *err)
 {
+    struct free_motion motion = free_or_warn(all, a->directory != NULL || options_format() != OPTIONS_TEXT);
     struct record_findings *findings = findings_of(all->model, all->records, all->n_records);
     struct repeatability repeats = repeats_or_warn(all->model, all->records, all->n_records);
-    const enum bf_status status = print(all, lines, factors, findings, &repeats, err);
+    enum bf_status status = print(all, lines, factors, findings, &repeats, &motion, err);
     repeatability_free(&repeats);
     findings_free(findings, all->n_records);
+    if (status == BF_OK && a->directory != NULL)
+        status = draw(a->directory, all, lines, &motion, err);
+    free_motion_free(&motion);
     if (status != BF_OK)
         return status;
-    if (a->directory != NULL && compare_plot(all, a->directory, err) != BF_OK)
-        return err->status;
-    if (a->directory != NULL && compare_lines_plot(lines, a->directory, err) != BF_OK)
-        return err->status;
-    if (a->directory != NULL && options_format() == OPTIONS_TEXT && plot_can_draw(NULL))
-        (void)fprintf(stdout, "\nPictures: %s\n", a->directory);
     const double error = whole_error(all, lines);
     if (error > a->most)
         return bf_fail(err, BF_NO, "the error is %.4g, more than --max-nrmse %.4g", error, a->most);

@@ -30,8 +30,8 @@ static const struct option_row options[] = {
     {'o', 'o', "output", "NEW", NULL,
      "writes the model with the named effects at the values found; the fitted model when none is named"},
     {'p', 0, "plot", "DIR", NULL,
-     "pictures: misfit before and after, ranking, frequency and damping against amplitude, the missing "
-     "force"},
+     "pictures: decay (amplitude in time, frequency and damping against it), misfit before and after, ranking, the "
+     "missing force"},
     {OPTION_FORCE, 0, "force", NULL, NULL, "replace outputs that are not its own"},
     {'a', 0, "everything", NULL, NULL, "fit every candidate, short-listed or not (slow; for comparison)"},
     OPTION_INTERSAMPLE('i'),

@@ -17,6 +17,7 @@ enum {
 static const double at_rest = 1e-3;         /* of an input's peak: below, nothing drives */
 static const double least_periods = 6.0;    /* of the mode in one window */
 static const double separation = 4.0;       /* windows are this many beats with the next mode long */
+static const double farthest = 1.2;         /* a mode's frequency from the model's, as a factor */
 static const double above_noise = 8.0;      /* amplitude over its own standard error, for a window to count */
 static const double drift_sds = 5.0;        /* a drift that is described exceeds this many standard errors … */
 static const double frequency_drift = 5e-4; /* … and this relative change of a frequency, … */
@@ -130,10 +131,41 @@ static bool lay_windows(const struct comparison *all, const struct comparison_ch
     return true;
 }
 
-/* Moves omega onto the mode: mean turn of the phase from window to window, weighted by amplitude. */
-static void find_ridge(struct windows *w, const double *x)
+/*
+ * omega of the largest line of the first window, within a fifth of the model's frequency and nearer to it than to its neighbours: windows are a
+ * hop apart, so that a turn of the phase tells omega only once it is known to half a turn a hop.
+ */
+static enum bf_status find_peak(const struct comparison *all, size_t mode, const double *x, struct windows *w,
+                                double dt_s, struct bf_error *err)
 {
-    for (int pass = 0; pass < 3; pass++) {
+    const double f = all->frequency_Hz[mode - 1], *model = all->frequency_Hz;
+    const double low = fmax(f / farthest, mode > 1 ? 0.5 * (model[mode - 2] + f) : 0.0),
+                 high = fmin(f * farthest, mode < all->n_modes ? 0.5 * (model[mode] + f) : HUGE_VAL);
+    const struct fft *plan;
+    const size_t n = fft_good_size(2 * w->length);
+    const enum bf_status status = fft_get(n, &plan, err);
+    if (status != BF_OK)
+        return status;
+    double *part = bf_alloc(n, sizeof *part), largest = 0.0;
+    double complex *X = bf_alloc(n / 2 + 1, sizeof *X);
+    for (size_t t = 0; t < w->length; t++)
+        part[t] = w->w[t] * x[w->from + t];
+    fft_forward(plan, part, X);
+    for (size_t k = (size_t)ceil(low * dt_s * (double)n); k <= n / 2 && (double)k <= high * dt_s * (double)n; k++)
+        if (cabs(X[k]) > largest) {
+            largest = cabs(X[k]);
+            w->omega = 2.0 * M_PI * (double)k / (double)n;
+        }
+    free(part), free(X);
+    return status;
+}
+
+/* Moves omega onto the mode: the peak, then the mean turn of the phase from window to window, weighted by amplitude. */
+static enum bf_status find_ridge(const struct comparison *all, size_t mode, const double *x, double dt_s,
+                                 struct windows *w, struct bf_error *err)
+{
+    const enum bf_status status = find_peak(all, mode, x, w, dt_s, err);
+    for (int pass = 0; pass < 3 && status == BF_OK; pass++) {
         double complex turn = 0.0, last = 0.0;
         for (size_t i = 0; i < w->n; i++) {
             const double complex a = window_amplitude(w, x, i);
@@ -142,6 +174,7 @@ static void find_ridge(struct windows *w, const double *x)
         }
         w->omega += carg(turn) / (double)w->hop;
     }
+    return status;
 }
 
 /* f and ζ between two windows `hop` samples apart. */
@@ -182,12 +215,14 @@ static void curve_free(struct amplitude_curve *curve)
     *curve = (struct amplitude_curve){0};
 }
 
-static void fill_curve(const struct comparison_channel *c, const struct windows *w, struct amplitude_curve *curve)
+/* The same windows for both, each about its own frequency. */
+static void fill_curve(const struct comparison_channel *c, const struct windows *w, const struct windows *of_model,
+                       struct amplitude_curve *curve)
 {
     double complex last = 0.0, last_model = 0.0;
     const double step = (double)w->hop;
     for (size_t i = 0; i < w->n; i++) {
-        const double complex a = window_amplitude(w, c->measured, i), m = window_amplitude(w, c->predicted, i);
+        const double complex a = window_amplitude(w, c->measured, i), m = window_amplitude(of_model, c->predicted, i);
         if (i > 0 && cabs(a) > above_noise * w->noise && cabs(last) > above_noise * w->noise) {
             const size_t k = curve->n++;
             const double size = sqrt(cabs(a) * cabs(last)), sd = M_SQRT2 * w->noise / size / step; /* per sample */
@@ -199,7 +234,7 @@ static void fill_curve(const struct comparison_channel *c, const struct windows 
             curve->model_amplitude[k] = sqrt(cabs(m) * cabs(last_model));
             curve->model_frequency_Hz[k] = curve->model_damping_ratio[k] = nan("");
             if (cabs(m) > 0.05 * cabs(a) && cabs(last_model) > 0.05 * cabs(last))
-                slopes(last_model, m, w, c->dt_s, &curve->model_frequency_Hz[k], &curve->model_damping_ratio[k]);
+                slopes(last_model, m, of_model, c->dt_s, &curve->model_frequency_Hz[k], &curve->model_damping_ratio[k]);
         }
         last = a;
         last_model = m;
@@ -240,19 +275,23 @@ static void find_drifts(struct amplitude_curve *curve)
         line_rise(curve->amplitude, curve->damping_ratio, curve->damping_sd, n, &curve->damping_drift_sd);
 }
 
-static void measure_stretch(const struct comparison *all, const struct comparison_channel *c, const struct stretch *s,
-                            struct amplitude_curves *out)
+static enum bf_status measure_stretch(const struct comparison *all, const struct comparison_channel *c,
+                                      const struct stretch *s, struct amplitude_curves *out, struct bf_error *err)
 {
-    for (size_t mode = 1; mode <= all->n_modes; mode++) {
+    enum bf_status status = BF_OK;
+    for (size_t mode = 1; mode <= all->n_modes && status == BF_OK; mode++) {
         struct windows w;
         if (!lay_windows(all, c, mode, s, &w))
             continue;
-        struct amplitude_curve curve = {.record = c->record, .channel = c->name, .mode = mode};
-        find_ridge(&w, c->measured);
+        struct amplitude_curve curve = {.record = c->record, .channel = c->name, .mode = mode, .amplitude_sd = w.noise};
+        struct windows of_model = w;
+        status = find_ridge(all, mode, c->measured, c->dt_s, &w, err);
+        if (status == BF_OK)
+            status = find_ridge(all, mode, c->predicted, c->dt_s, &of_model, err);
         curve_alloc(&curve, w.n);
         const double found_Hz = w.omega / (2.0 * M_PI * c->dt_s);
-        if (fabs(found_Hz / all->frequency_Hz[mode - 1] - 1.0) < 0.2)
-            fill_curve(c, &w, &curve);
+        if (status == BF_OK && fabs(found_Hz / all->frequency_Hz[mode - 1] - 1.0) < farthest - 1.0)
+            fill_curve(c, &w, &of_model, &curve);
         if (curve.n >= 3) {
             find_drifts(&curve);
             out->curves = bf_grow(out->curves, out->n + 1, sizeof *out->curves);
@@ -262,6 +301,7 @@ static void measure_stretch(const struct comparison *all, const struct compariso
         }
         free(w.w);
     }
+    return status;
 }
 
 /* ---- Words ---- */
@@ -307,7 +347,8 @@ static void describe(const struct comparison *all, struct amplitude_curves *out)
 enum bf_status amplitude_measure(const struct comparison *comparison, struct amplitude_curves *out,
                                  struct bf_error *err)
 {
-    *out = (struct amplitude_curves){0};
+    *out = (struct amplitude_curves){.n_records = comparison->n_records,
+                                     .free_stretches = bf_alloc(comparison->n_records + 1, sizeof(size_t))};
     for (size_t i = 0; i < comparison->n_channels; i++) {
         const struct comparison_channel *c = &comparison->channels[i];
         const struct record *record = &comparison->records[c->record];
@@ -316,8 +357,10 @@ enum bf_status amplitude_measure(const struct comparison *comparison, struct amp
             return bf_fail(err, BF_BAD_FILE, "%s: there is no column '%s'", record->path, c->name);
         struct stretch stretches[STRETCHES];
         const size_t n = free_stretches(comparison->model, record, (size_t)(c->measured - own), c->n, stretches);
+        out->free_stretches[c->record] += n;
         for (size_t k = 0; k < n; k++)
-            measure_stretch(comparison, c, &stretches[k], out);
+            if (measure_stretch(comparison, c, &stretches[k], out, err) != BF_OK)
+                return err->status;
     }
     describe(comparison, out);
     return BF_OK;
@@ -327,6 +370,6 @@ void amplitude_free(struct amplitude_curves *curves)
 {
     for (size_t i = 0; i < curves->n; i++)
         curve_free(&curves->curves[i]);
-    free(curves->curves);
+    free(curves->curves), free(curves->free_stretches);
     *curves = (struct amplitude_curves){0};
 }

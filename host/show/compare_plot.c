@@ -23,6 +23,13 @@ void compare_name_picture(const struct record records[], size_t r, const char *w
         (void)snprintf(stem, PLOT_STEM, "%.*s-%.60s", length < 60 ? length : 60, name, what);
 }
 
+void compare_amplitude_stem(const struct record records[], size_t r, const char *channel, char stem[PLOT_STEM + 16])
+{
+    char name[PLOT_STEM];
+    compare_name_picture(records, r, channel, name);
+    (void)snprintf(stem, PLOT_STEM + 16, "%s-amplitude", name);
+}
+
 /* What was measured and how well it is predicted; whose record it is stands in the corner. */
 static void name_title(const struct comparison_channel *c, char *title, size_t size)
 {
@@ -132,8 +139,8 @@ enum bf_status compare_plot(const struct comparison *all, const char *directory,
 enum bf_status compare_plot_prepare(const struct model *model, const struct record records[], size_t n,
                                     const char *directory, struct bf_error *err)
 {
-    char(*stems)[PLOT_STEM + 16] = bf_alloc(2 * n * (model->n_outputs + 1), sizeof *stems);
-    const char **names = bf_alloc(2 * n * (model->n_outputs + 1), sizeof *names);
+    char(*stems)[PLOT_STEM + 16] = bf_alloc(3 * n * (model->n_outputs + 1) + 1, sizeof *stems);
+    const char **names = bf_alloc(3 * n * (model->n_outputs + 1) + 1, sizeof *names);
     size_t count = 0;
     for (size_t r = 0; r < n; r++) {
         if (records[r].kind == RECORD_FREQUENCIES)
@@ -141,9 +148,11 @@ enum bf_status compare_plot_prepare(const struct model *model, const struct reco
         for (size_t o = 0; o < model->n_outputs && records[r].kind != RECORD_FREQUENCIES; o++) {
             compare_name_picture(records, r, model->outputs[o].name, stems[count]);
             (void)snprintf(stems[count + 1], sizeof *stems, "%.160s-residual", stems[count]);
-            count += 2;
+            compare_amplitude_stem(records, r, model->outputs[o].name, stems[count + 2]);
+            count += 3;
         }
     }
+    (void)snprintf(stems[count++], sizeof *stems, COMPARE_STABILISATION);
     for (size_t i = 0; i < count; i++)
         names[i] = stems[i];
     const enum bf_status status = plot_prepare(directory, names, count, err);

@@ -21,6 +21,10 @@ enum bf_status compare_plot_bode(const struct comparison *all, const struct comp
 enum bf_status compare_plot_channel(const struct comparison *comparison, size_t channel, const char *directory,
                                     const char *stem, struct bf_error *err);
 
+/* "train1-piezo_V-amplitude", and the one diagram of all records. */
+void compare_amplitude_stem(const struct record records[], size_t r, const char *channel, char stem[PLOT_STEM + 16]);
+#define COMPARE_STABILISATION "stabilisation"
+
 /* Up to where its spectrum is worth showing: twice the frequency below which all but 0.01 % of its power is; 0 when that is everything. */
 double compare_worth_showing_Hz(const struct comparison_channel *channel);
 

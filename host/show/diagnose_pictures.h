@@ -17,7 +17,7 @@ struct diagnose_pictures {
 
 /* diagnose_plot_misfit.c: by band and amplitude. */
 enum bf_status diagnose_plot_misfit(const struct diagnose_pictures *p, struct bf_error *err);
-/* diagnose_plot_drift.c: frequency and damping against amplitude; *drawn false: no record has a free stretch. */
+/* diagnose_plot_drift.c: amplitude in time, frequency and damping against it; *drawn false: no record has a free stretch. */
 enum bf_status diagnose_plot_drift(const struct diagnose_pictures *p, bool *drawn, struct bf_error *err);
 /* diagnose_plot_force.c: the reconstructed force. */
 enum bf_status diagnose_plot_force(const struct diagnose_pictures *p, struct bf_error *err);

@@ -3,12 +3,12 @@
 #include "diagnose_pictures.h"
 #include "show.h"
 #include "plot.h"
+#include "plot_gnuplot.h"
 #include "ground/ground.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 enum { MOST_ROWS = 16 }; /* of the ranking */
 
@@ -67,24 +67,11 @@ static enum bf_status draw_ranking(const struct diagnose_pictures *p, struct bf_
 /* ---- All ---- */
 
 enum { STEMS = 4 };
-static const char *const stems[STEMS] = {"diagnose-misfit", "diagnose-ranking", "diagnose-amplitude", "diagnose-force"};
+static const char *const stems[STEMS] = {"diagnose-amplitude", "diagnose-misfit", "diagnose-ranking", "diagnose-force"};
 
 enum bf_status diagnose_plot_prepare(const char *directory, struct bf_error *err)
 {
     return plot_prepare(directory, stems, STEMS, err);
-}
-
-/* A picture of an earlier run must not pass for one of this. */
-static void forget_all(const char *directory)
-{
-    static const char *const kinds[] = {"png", "pdf"};
-    const size_t size = strlen(directory) + 40;
-    char *path = bf_alloc(size, 1);
-    for (int i = 0; i < 2 * STEMS; i++) {
-        (void)snprintf(path, size, "%s/%s.%s", directory, stems[i / 2], kinds[i % 2]);
-        (void)unlink(path);
-    }
-    free(path);
 }
 
 static void find_heading(struct diagnose_pictures *p)
@@ -117,11 +104,11 @@ static enum bf_status draw_all(const struct diagnose_pictures *p, enum bf_status
 {
     bool drawn;
     if (!status && !progress_interrupted())
+        status = diagnose_plot_drift(p, &drawn, err);
+    if (!status && !progress_interrupted())
         status = diagnose_plot_misfit(p, err);
     if (!status && !progress_interrupted())
         status = draw_ranking(p, err);
-    if (!status && !progress_interrupted())
-        status = diagnose_plot_drift(p, &drawn, err);
     if (!status && !progress_interrupted() && p->d->reconstructed)
         status = diagnose_plot_force(p, err);
     if (progress_interrupted())
@@ -134,7 +121,8 @@ enum bf_status diagnose_plot(const struct diagnosis *d, const struct predict_opt
 {
     struct diagnose_pictures p = {.d = d, .directory = directory};
     struct predict_options quiet = options != NULL ? *options : (struct predict_options){0};
-    forget_all(directory);
+    for (int i = 0; i < STEMS; i++)
+        plot_forget(directory, stems[i]);
     if (d->interrupted) {
         bf_warn("interrupted: no pictures are drawn");
         return BF_OK;

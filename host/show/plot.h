@@ -83,19 +83,37 @@ struct plot_ranking {
 };
 enum bf_status plot_ranking(const struct plot_ranking *ranking, struct bf_error *err);
 
-/* Frequency and damping ratio of one mode against its amplitude: points with standard errors, and two models as lines. */
+/* A decay, a column a mode: its amplitude in time, and its frequency and damping ratio against that amplitude; points with
+ * standard errors, and models as lines. Without a model before, the one after is "model". */
+enum { PLOT_DRIFT_MODES = 3 };
 struct plot_drift_curve {
     size_t n;
-    const double *amplitude, *frequency_Hz, *damping; /* [n] NAN: none */
-    const double *frequency_sd_Hz, *damping_sd;       /* [n] or NULL */
+    const double *t_s, *amplitude, *frequency_Hz, *damping; /* [n] NAN: none */
+    const double *frequency_sd_Hz, *damping_sd;             /* [n] or NULL */
+    double amplitude_sd;                                    /* 0: none */
 };
-struct plot_drift {
-    const char *directory, *stem, *title;
-    const char *quantity; /* of the amplitude, as in plot_panels */
+struct plot_drift_mode {
+    const char *title; /* of the column */
     size_t n_measured, n_before, n_after;
     const struct plot_drift_curve *measured, *before, *after;
 };
+struct plot_drift {
+    const char *directory, *stem, *title;
+    const char *note;     /* as of plot_residual */
+    const char *quantity; /* of the amplitude, as in plot_panels */
+    size_t n_modes;       /* 1 … PLOT_DRIFT_MODES */
+    const struct plot_drift_mode *modes;
+};
 enum bf_status plot_drift(const struct plot_drift *drift, struct bf_error *err);
+
+/* Poles of free linear models over the number of their modes, with the mean spectrum behind and a model's frequencies as lines. */
+struct plot_stabilisation {
+    const char *directory, *stem, *title;
+    const struct stabilisation *found;
+    size_t n_modes;
+    const double *mode_Hz; /* [n_modes] of the model */
+};
+enum bf_status plot_stabilisation(const struct plot_stabilisation *diagram, struct bf_error *err);
 
 /* A force against displacement and velocity at its place (samples and means in bins), its size against the size of the
  * displacement, and its amplitude spectrum with the modes as thin lines. */

@@ -50,6 +50,9 @@ void picture_name(const char *from, char to[PICTURE_STEM]);
 /* BF_USAGE when a file of this picture, its data, its script or what it draws, may not be replaced (OUTPUTS). */
 enum bf_status picture_may_be_made(const char *directory, const char *stem, struct bf_error *err);
 
+/* Removes what an earlier run drew of this stem, so that it does not pass for one of this. */
+void plot_forget(const char *directory, const char *stem);
+
 /* Width and height of the printed picture. The script may use the point sizes `dot` and `mark`. */
 void picture_begin(const char *directory, const char *stem, double width_cm, double height_cm, struct picture *p);
 /* Opens STEM-NAME.dat. One at a time. */

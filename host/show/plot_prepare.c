@@ -42,3 +42,17 @@ enum bf_status plot_prepare(const char *directory, const char *const stems[], si
         (void)plot_can_draw(directory);
     return status;
 }
+
+void plot_forget(const char *directory, const char *stem)
+{
+    static const char *const tails[] = {".png", ".pdf"};
+    char name[PICTURE_STEM];
+    picture_name(stem, name);
+    const size_t size = strlen(directory) + sizeof name + 8;
+    char *path = bf_alloc(size, 1);
+    for (int i = 0; i < 2; i++) {
+        (void)snprintf(path, size, "%s/%s%s", directory[0] != '\0' ? directory : ".", name, tails[i]);
+        (void)unlink(path);
+    }
+    free(path);
+}

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* plot_units.c — what a quantity is called on an axis, and the prefix that makes its numbers short. */
 #include <math.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -62,25 +63,38 @@ double plot_scaled(const char *name, double largest, char *out, size_t size)
     return factor;
 }
 
-void plot_si_logarithmic(FILE *script, char axis, double low, double high)
+/* "20 m" at 0.02; 1e-20 where there is no prefix. */
+static void write_tick(FILE *script, int factor, int decade)
 {
     static const char *const prefixes[] = {"p", "n", "µ", "m", "", "k", "M", "G"};
-    enum { PLAIN = 4, PREFIXES = sizeof prefixes / sizeof *prefixes, MOST = 7 };
-    const int first = (int)ceil(log10(low) - 1e-9), last = (int)floor(log10(high) + 1e-9);
-    const int every = (last - first) / MOST + 1;
-    const char *comma = "";
+    enum { PLAIN = 4, PREFIXES = sizeof prefixes / sizeof *prefixes };
+    const int step = (int)floor(decade / 3.0), part = PLAIN + step;
+    if (part >= 0 && part < PREFIXES)
+        (void)fprintf(script, "'%g%s%s' %de%d", factor * pow(10.0, decade - 3 * step), step != 0 ? " " : "",
+                      prefixes[part], factor, decade);
+    else
+        (void)fprintf(script, "'%de%d' %de%d", factor, decade, factor, decade);
+}
+
+void plot_si_logarithmic(FILE *script, char axis, double low, double high)
+{
+    enum { MOST = 7, FEWEST = 3 };
+    static const int factors[] = {1, 2, 5};
+    const int first = (int)floor(log10(low) + 1e-9), last = (int)floor(log10(high) + 1e-9);
+    const int decades = last - (int)ceil(log10(low) - 1e-9) + 1, every = (decades - 1) / MOST + 1;
+    bool some = false;
     (void)fprintf(script, "set logscale %c\nset %crange [%.6g:%.6g]\nset m%ctics 10\nset %ctics (", axis, axis, low,
                   high, axis, axis);
-    for (int k = first; k <= last; k += every) {
-        const int step = (int)floor(k / 3.0), part = PLAIN + step;
-        if (part >= 0 && part < PREFIXES)
-            (void)fprintf(script, "%s'%g%s%s' 1e%d", comma, pow(10.0, k - 3 * step), step != 0 ? " " : "",
-                          prefixes[part], k);
-        else
-            (void)fprintf(script, "%s'1e%d' 1e%d", comma, k, k);
-        comma = ", ";
-    }
-    (void)fprintf(script, "%s)\n", first > last ? "1" : "");
+    for (int k = first; k <= last; k++)
+        for (int i = 0; i < (decades < FEWEST ? 3 : 1); i++) { /* two and five between few powers of ten */
+            const double x = factors[i] * pow(10.0, k);
+            if (x < low * (1.0 - 1e-9) || x > high * (1.0 + 1e-9) || (decades >= FEWEST && (last - k) % every != 0))
+                continue;
+            (void)fputs(some ? ", " : "", script);
+            write_tick(script, factors[i], k);
+            some = true;
+        }
+    (void)fprintf(script, "%s)\n", some ? "" : "1");
 }
 
 void plot_linear(FILE *script, char axis)

@@ -124,7 +124,8 @@ enum bf_status answer_print_schema(const char *command, const struct answer_fiel
 extern const struct answer_field fit_fields[], compare_fields[], diagnose_fields[], history_fields[],
     discriminate_fields[];
 extern const struct answer_field attainable_fields[], channel_factor_fields[], record_finding_fields[],
-    repeatability_fields[], repeatability_floor_fields[]; /* of the pieces below */
+    repeatability_fields[], repeatability_floor_fields[], amplitude_fields[], no_decay_fields[],
+    stabilisation_fields[]; /* of the pieces below */
 
 /* What is said of the records before anything of a model. */
 #define ANSWER_RECORDS_FIRST                                                                                           \
@@ -152,6 +153,12 @@ enum bf_status compare_lines_plot(const struct line_comparison *lines, const cha
  * fewer than 16 samples are left out. Errors as in PLOT. About 0.7 s a channel.
  */
 enum bf_status compare_plot(const struct comparison *comparison, const char *directory, struct bf_error *err);
+/* DIR/RECORD-CHANNEL-amplitude of each channel with a decay: its dominant modes, amplitude in time, frequency and damping against it. Errors as in PLOT. */
+enum bf_status compare_plot_amplitude(const struct comparison *comparison, const struct amplitude_curves *curves,
+                                      const char *directory, struct bf_error *err);
+/* DIR/stabilisation; nothing where no order was computed. */
+enum bf_status compare_plot_stabilisation(const struct comparison *comparison, const struct stabilisation *found,
+                                          const char *directory, struct bf_error *err);
 /* plot_prepare() for the pictures of all channels of these records, samples or not. */
 enum bf_status compare_plot_prepare(const struct model *model, const struct record records[], size_t n,
                                     const char *directory, struct bf_error *err);
@@ -184,8 +191,8 @@ struct json *diagnose_json(const struct diagnosis *diagnosis, const char *writte
 void diagnose_put_next(struct json *root, const struct diagnosis *diagnosis, const char *written);
 
 /*
- * Pictures, each as PNG and PDF: DIR/diagnose-misfit (by band and amplitude, before and after adding the best),
- * diagnose-ranking, diagnose-amplitude (frequency and damping; when a record has a stretch without drive), diagnose-force
+ * Pictures, each as PNG and PDF: DIR/diagnose-amplitude (the decay; when a record has a stretch without drive, else that is said),
+ * diagnose-misfit (by band and amplitude, before and after adding the best), diagnose-ranking, diagnose-force
  * (when reconstructed). docs/diagnose.md, 'Pictures', says how to read them. None is drawn after an interruption; Ctrl-C
  * while drawing ends after the picture that is being drawn. predict: as in the options of the diagnosis; NULL: defaults.
  * Predicts all records with the fitted model and with the best.
@@ -336,6 +343,13 @@ void watch_page_policy(FILE *out);
 
 /* root.attainable: {nrmse, noise_ratio, modes, poles, text}, null without modes. nrmse: of the model, beside which the text holds the floor. */
 void attainable_json(struct json *root, const struct attainable *attainable, double nrmse);
+
+/* FREE MOTION — what records say of modes without a model. */
+
+/* root.decays, no_decay, drift. */
+void amplitude_json(struct json *root, const struct record records[], const struct amplitude_curves *curves);
+/* root.stabilisation, null where nothing was computed. */
+void stabilisation_json(struct json *root, const struct stabilisation *found);
 
 /* FACTORS — wrong signs and units of channels, above everything else that is said; nothing where there are none. */
 

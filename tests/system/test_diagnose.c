@@ -156,14 +156,14 @@ static void ctrl_c_while_drawing_leaves_whole_pictures(void **state)
     const int status = run_and_type(rig,
                                     (const char *[]){"beamfit", "diagnose", "model.yaml", "soft.csv", "hard.csv",
                                                      "--effects", "1", "--plot", "pictures", NULL},
-                                    NULL, "pictures/diagnose-misfit.png");
+                                    NULL, "pictures/diagnose-amplitude.png");
     assert_int_equal(status, 0);
     assert_non_null(strstr(rig->outcome.out, "Verdict: complete\n"));
     assert_non_null(strstr(rig->outcome.err, "not every picture is drawn"));
-    assert_true(file_exists(rig->dir, "pictures/diagnose-misfit.png"));
-    assert_whole(rig, "diagnose-misfit.png", "IEND\xae\x42\x60\x82", 8);
-    assert_whole(rig, "diagnose-misfit.pdf", "%%EOF\n", 6);
-    assert_false(file_exists(rig->dir, "pictures/diagnose-amplitude.png"));
+    assert_true(file_exists(rig->dir, "pictures/diagnose-amplitude.png"));
+    assert_whole(rig, "diagnose-amplitude.png", "IEND\xae\x42\x60\x82", 8);
+    assert_whole(rig, "diagnose-amplitude.pdf", "%%EOF\n", 6);
+    assert_false(file_exists(rig->dir, "pictures/diagnose-ranking.png"));
 }
 
 static void a_coarse_computation_is_said_first(void **state)

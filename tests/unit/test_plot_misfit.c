@@ -152,8 +152,9 @@ static void test_drift(void **state)
 {
     (void)state;
     struct bf_error err;
-    double amplitude[12], f_Hz[12], zeta[12], f_sd[12], zeta_sd[12], flat_Hz[12], flat[12];
+    double t_s[12], amplitude[12], f_Hz[12], zeta[12], f_sd[12], zeta_sd[12], flat_Hz[12], flat[12];
     for (int k = 0; k < 12; k++) {
+        t_s[k] = 0.1 * k;
         amplitude[k] = exp2(-k) * 0.2;
         f_Hz[k] = 36.0 * (1.0 + 0.02 * amplitude[k]);
         zeta[k] = 0.005 + 0.01 * amplitude[k];
@@ -162,25 +163,62 @@ static void test_drift(void **state)
         flat_Hz[k] = k == 5 ? (double)NAN : 36.05;
         flat[k] = k == 5 ? (double)NAN : 0.006;
     }
-    const struct plot_drift_curve measured = {12, amplitude, f_Hz, zeta, f_sd, zeta_sd},
-                                  before = {12, amplitude, flat_Hz, flat, NULL, NULL},
-                                  after = {12, amplitude, f_Hz, zeta, NULL, NULL};
+    struct plot_drift_curve measured = {.n = 12, .t_s = t_s, .amplitude = amplitude, .amplitude_sd = 1e-6};
+    measured.frequency_Hz = f_Hz, measured.frequency_sd_Hz = f_sd;
+    measured.damping = zeta, measured.damping_sd = zeta_sd;
+    const struct plot_drift_curve
+        before = {.n = 12, .t_s = t_s, .amplitude = amplitude, .frequency_Hz = flat_Hz, .damping = flat},
+        after = {.n = 12, .t_s = t_s, .amplitude = amplitude, .frequency_Hz = f_Hz, .damping = zeta};
+    struct plot_drift_mode modes[PLOT_DRIFT_MODES + 1] = {{"Mode 2, 36 Hz", 1, 1, 1, &measured, &before, &after}};
     struct plot_drift q = {.directory = directory,
                            .stem = "drift",
-                           .title = "Mode 2 in piezo_V, before and after adding quadratic_drag (verdict: missing)",
+                           .title = "piezo_V, before and after adding quadratic_drag (verdict: missing)",
                            .quantity = "piezo_V",
-                           .n_measured = 1,
-                           .n_before = 1,
-                           .n_after = 1,
-                           .measured = &measured,
-                           .before = &before,
-                           .after = &after};
+                           .n_modes = 1,
+                           .modes = modes};
     assert_int_equal(plot_drift(&q, &err), BF_OK);
     check_picture("drift");
     q.stem = "drift_before";
-    q.n_after = 0;
+    modes[0].n_after = 0;
+    modes[1] = modes[2] = modes[3] = modes[0];
+    q.n_modes = 3;
     assert_int_equal(plot_drift(&q, &err), BF_OK);
     check_picture("drift_before");
+    q.n_modes = 4;
+    assert_int_equal(plot_drift(&q, &err), BF_USAGE);
+    q.n_modes = 0;
+    assert_int_equal(plot_drift(&q, &err), BF_USAGE);
+}
+
+static void test_stabilisation(void **state)
+{
+    (void)state;
+    struct bf_error err;
+    static struct stabilisation_pole poles[] = {
+        {1, 6.6, 0.002, false, false}, {2, 6.61, 0.003, true, false}, {3, 6.61, 0.003, true, true}};
+    static double line_Hz[] = {2.0, 4.0, 6.0, 8.0, 10.0}, magnitude[] = {0.1, 0.2, 1.0, 0.2, 0.0};
+    static const double mode_Hz[] = {6.7, 6.75, 41.0};
+    const struct stabilisation found = {.modes = 3,
+                                        .to_Hz = 10.0,
+                                        .n_poles = 3,
+                                        .poles = poles,
+                                        .n_lines = 5,
+                                        .line_Hz = line_Hz,
+                                        .magnitude = magnitude};
+    struct plot_stabilisation q = {.directory = directory,
+                                   .stem = "stabilisation",
+                                   .title = "Poles of it's 'free' models",
+                                   .found = &found,
+                                   .n_modes = 3,
+                                   .mode_Hz = mode_Hz};
+    assert_int_equal(plot_stabilisation(&q, &err), BF_OK);
+    check_picture("stabilisation");
+    const struct stabilisation none = {.modes = 3, .to_Hz = 10.0};
+    q.found = &none;
+    q.n_modes = 0;
+    q.stem = "stabilisation_none";
+    assert_int_equal(plot_stabilisation(&q, &err), BF_OK);
+    check_picture("stabilisation_none");
 }
 
 static void test_force(void **state)
@@ -235,8 +273,9 @@ static void test_force(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_misfit), cmocka_unit_test(test_misfit_with_parts_missing),
-                                       cmocka_unit_test(test_ranking), cmocka_unit_test(test_drift),
-                                       cmocka_unit_test(test_force)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_misfit),        cmocka_unit_test(test_misfit_with_parts_missing),
+        cmocka_unit_test(test_ranking),       cmocka_unit_test(test_drift),
+        cmocka_unit_test(test_stabilisation), cmocka_unit_test(test_force)};
     return cmocka_run_group_tests(tests, make_place, clear_place);
 }
