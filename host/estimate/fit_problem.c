@@ -216,6 +216,8 @@ void fit_problem_free(struct fit_problem *p)
     free(p->level), free(p->onset_s), free(p->levels), free(p->sigma), free(p->weight), free(p->residual);
     free(p->fitted), free(p->jacobian), free(p->coefficients), free(p->at), free(p->explained), free(p->horizon_s);
     free(p->states);
+    if (p->compressed)
+        free(p->beside);
     *p = (struct fit_problem){0};
 }
 
@@ -352,6 +354,21 @@ enum bf_status fit_problem_pair(struct fit_problem *p, const double x[], struct 
     return status;
 }
 
+/* Not of a record with a level of its own: its rows are projected as a whole. */
+static void make_jacobian(struct fit_problem *p)
+{
+    const size_t n = p->n_unknowns;
+    if (p->compressed)
+        free(p->beside);
+    p->compressed = n > 0 && p->predictor != NULL && predictor_is_long(p->predictor);
+    for (size_t r = 0; r < p->n_records; r++)
+        p->compressed = p->compressed && !p->level[r];
+    p->n_jacobian = p->compressed ? n + 1 + p->n_rows - p->n_sample_rows : p->n_rows;
+    free(p->jacobian); /* nothing of it is kept: no copy of an old one */
+    p->jacobian = bf_grow(NULL, p->n_jacobian * (n ? n : 1), sizeof *p->jacobian);
+    p->beside = p->compressed ? bf_alloc(p->n_jacobian, sizeof *p->beside) : p->residual;
+}
+
 enum bf_status fit_problem_stage(struct fit_problem *p, double decay_ps, double floor, const double x[],
                                  struct bf_error *err)
 {
@@ -375,7 +392,7 @@ enum bf_status fit_problem_stage(struct fit_problem *p, double decay_ps, double 
     p->weight = bf_grow(p->weight, p->n_rows, sizeof *p->weight);
     p->residual = bf_grow(p->residual, p->n_rows, sizeof *p->residual);
     p->fitted = bf_grow(p->fitted, p->n_rows, sizeof *p->fitted);
-    p->jacobian = bf_grow(p->jacobian, p->n_rows * (p->n_unknowns ? p->n_unknowns : 1), sizeof *p->jacobian);
+    make_jacobian(p);
     p->n_used = 0;
     for (size_t k = p->n_sample_rows; k < p->n_rows; k++)
         p->weight[k] = 0.0;
