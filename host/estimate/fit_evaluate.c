@@ -90,6 +90,8 @@ static enum bf_status fit_record(struct fit_problem *p, const struct prediction 
 {
     gather(p, y, record, part);
     p->levels[record] = 1.0;
+    if (p->compressed)
+        return BF_OK; /* there are none, see make_rows() */
     double *fitted = p->fitted + part->row;
     memcpy(fitted, y->y + part->row, part->m * sizeof *fitted);
     if (part->n == 0)
@@ -196,6 +198,8 @@ static enum bf_status run(struct fit_problem *p, const double x[], bool with_jac
                        p->n_sample_rows);
     p->coefficients = bf_grow(p->coefficients, y->n_nuisance ? y->n_nuisance : 1, sizeof *p->coefficients);
     p->n_nuisance = y->n_nuisance;
+    if (p->compressed)
+        p->fitted = y->y;
     for (size_t k = 0; k < p->n_nuisance; k++)
         p->coefficients[k] = 0.0;
     for (size_t r = 0; r < p->n_records && p->predictor != NULL && !status; r++) {

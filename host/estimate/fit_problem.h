@@ -56,7 +56,8 @@ struct fit_problem {
     /* last evaluation */
     double *theta;    /* [n_refs] */
     double *residual; /* [n_rows], weighted, after projection */
-    double *fitted;   /* [n_rows] ŷ with the linear unknowns in place */
+    double *
+        fitted; /* [n_rows] ŷ with the linear unknowns in place; of a compressed problem the predictor's [n_sample_rows] */
     /*
      * Weighted, by x, after projection: [n_unknowns][n_jacobian]. Rows of long records are not kept: compressed, these are R of the samples' [J r], by blocks,
      * above the rows of lines, so that JᵀJ and Jᵀr are those of all rows.
