@@ -90,6 +90,8 @@ static enum bf_status fit_record(struct fit_problem *p, const struct prediction 
 {
     gather(p, y, record, part);
     p->levels[record] = 1.0;
+    if (p->compressed)
+        return BF_OK; /* there are none, see make_rows() */
     double *fitted = p->fitted + part->row;
     memcpy(fitted, y->y + part->row, part->m * sizeof *fitted);
     if (part->n == 0)
@@ -123,17 +125,19 @@ static enum bf_status fit_record(struct fit_problem *p, const struct prediction 
 static void weighted_jacobian(struct fit_problem *p, const struct prediction *y, const double x[])
 {
     for (size_t i = 0; i < p->n_unknowns; i++) {
-        const double *from = y->jacobian + p->unknowns[i].ref * y->n_rows, slope = fit_problem_slope(p, i, x);
-        double *to = p->jacobian + i * p->n_rows;
-        for (size_t c = 0; c < p->n_channels; c++) {
+        const double *from = p->compressed ? NULL : y->jacobian + p->unknowns[i].ref * y->n_rows;
+        const double slope = fit_problem_slope(p, i, x);
+        double *to = p->jacobian + i * p->n_jacobian;
+        for (size_t c = 0; c < p->n_channels && !p->compressed; c++) {
             const struct predict_channel *channel = &p->channels[c];
             const double factor = slope * p->levels[channel->record];
             for (size_t k = channel->row; k < channel->row + channel->n; k++)
                 to[k] = factor * p->weight[k] *
                         from[k]; /* there are channels: NOLINT(clang-analyzer-core.NullDereference) */
         }
-        for (size_t k = p->n_sample_rows; k < p->n_rows; k++)
-            to[k] = slope * p->lines->jacobian[p->unknowns[i].ref * p->lines->n_rows + k - p->n_sample_rows];
+        to += p->n_jacobian - lines_rows(p->lines);
+        for (size_t k = 0; k < lines_rows(p->lines); k++)
+            to[k] = slope * p->lines->jacobian[p->unknowns[i].ref * p->lines->n_rows + k];
     }
 }
 
@@ -160,17 +164,30 @@ static void weigh_residual(struct fit_problem *p)
             p->residual[row] = p->weight[row] * (p->fitted[row] - channel->measured[k]);
         }
     }
-    if (p->lines != NULL)
-        memcpy(p->residual + p->n_sample_rows, p->lines->residual, p->lines->n_rows * sizeof *p->residual);
+    if (p->lines == NULL)
+        return;
+    memcpy(p->residual + p->n_sample_rows, p->lines->residual, p->lines->n_rows * sizeof *p->residual);
+    if (p->compressed)
+        memcpy(p->beside + p->n_unknowns + 1, p->lines->residual, p->lines->n_rows * sizeof *p->beside);
+}
+
+static enum bf_status predict(struct fit_problem *p, const double x[], bool with_jacobian, struct prediction *y,
+                              struct bf_error *err)
+{
+    if (p->predictor == NULL)
+        return BF_OK;
+    if (with_jacobian && p->compressed)
+        return fit_problem_compress(p, x, y, err);
+    return predictor_run(p->predictor, p->theta, with_jacobian ? p->want : NULL, y, err);
 }
 
 /* Runs the predictor and solves every record's linear unknowns. parts: [n_records]. */
-static enum bf_status run(struct fit_problem *p, bool with_jacobian, struct linear_part parts[], struct prediction *y,
-                          struct bf_error *err)
+static enum bf_status run(struct fit_problem *p, const double x[], bool with_jacobian, struct linear_part parts[],
+                          struct prediction *y, struct bf_error *err)
 {
     const bool *want = with_jacobian ? p->want : NULL;
     *y = (struct prediction){0};
-    enum bf_status status = p->predictor != NULL ? predictor_run(p->predictor, p->theta, want, y, err) : BF_OK;
+    enum bf_status status = predict(p, x, with_jacobian, y, err);
     if (!status)
         status = lines_run(p->lines, p->theta, want, err);
     p->runs++;
@@ -181,6 +198,8 @@ static enum bf_status run(struct fit_problem *p, bool with_jacobian, struct line
                        p->n_sample_rows);
     p->coefficients = bf_grow(p->coefficients, y->n_nuisance ? y->n_nuisance : 1, sizeof *p->coefficients);
     p->n_nuisance = y->n_nuisance;
+    if (p->compressed)
+        p->fitted = y->y;
     for (size_t k = 0; k < p->n_nuisance; k++)
         p->coefficients[k] = 0.0;
     for (size_t r = 0; r < p->n_records && p->predictor != NULL && !status; r++) {
@@ -199,9 +218,9 @@ static enum bf_status evaluate(struct fit_problem *p, const double x[], bool wit
     const struct predict_target target = {.weight = p->weight, .start = p->states, .runs = &p->runs};
     enum bf_status status = p->predictor != NULL ? predictor_settle(p->predictor, p->theta, &target, err) : BF_OK;
     if (!status && (!with_jacobian || p->has_decay))
-        status = run(p, false, parts, &y, err);
+        status = run(p, x, false, parts, &y, err);
     if (!status && with_jacobian)
-        status = run(p, true, parts, &y, err); /* at the amplitudes of the run before */
+        status = run(p, x, true, parts, &y, err); /* at the amplitudes of the run before */
     if (status)
         return status;
     weigh_residual(p);

@@ -210,12 +210,23 @@ enum bf_status fit_problem_new_with_lines(struct fit_problem *p, const struct mo
     return scale_unknowns(p, err);
 }
 
+/* What belongs to a compressed problem alone, or to none. */
+static void free_rows(struct fit_problem *p)
+{
+    if (p->compressed)
+        free(p->beside);
+    else
+        free(p->fitted);
+    free(p->jacobian);
+    p->fitted = p->beside = p->jacobian = NULL;
+}
+
 void fit_problem_free(struct fit_problem *p)
 {
+    free_rows(p);
     free(p->unknowns), free(p->lower), free(p->upper), free(p->base), free(p->theta), free(p->want), free(p->held);
     free(p->level), free(p->onset_s), free(p->levels), free(p->sigma), free(p->weight), free(p->residual);
-    free(p->fitted), free(p->jacobian), free(p->coefficients), free(p->at), free(p->explained), free(p->horizon_s);
-    free(p->states);
+    free(p->coefficients), free(p->at), free(p->explained), free(p->horizon_s), free(p->states);
     *p = (struct fit_problem){0};
 }
 
@@ -352,6 +363,20 @@ enum bf_status fit_problem_pair(struct fit_problem *p, const double x[], struct 
     return status;
 }
 
+/* Fitted rows and the Jacobian. Not compressed is a record with a level of its own: its rows are projected as a whole. */
+static void make_rows(struct fit_problem *p)
+{
+    const size_t n = p->n_unknowns;
+    free_rows(p);
+    p->compressed = n > 0 && p->predictor != NULL && predictor_is_long(p->predictor);
+    for (size_t r = 0; r < p->n_records; r++)
+        p->compressed = p->compressed && !p->level[r];
+    p->n_jacobian = p->compressed ? n + 1 + p->n_rows - p->n_sample_rows : p->n_rows;
+    p->jacobian = bf_grow(NULL, p->n_jacobian * (n ? n : 1), sizeof *p->jacobian);
+    p->beside = p->compressed ? bf_alloc(p->n_jacobian, sizeof *p->beside) : p->residual;
+    p->fitted = p->compressed ? NULL : bf_grow(NULL, p->n_rows, sizeof *p->fitted);
+}
+
 enum bf_status fit_problem_stage(struct fit_problem *p, double decay_ps, double floor, const double x[],
                                  struct bf_error *err)
 {
@@ -374,8 +399,7 @@ enum bf_status fit_problem_stage(struct fit_problem *p, double decay_ps, double 
     p->n_rows = p->n_sample_rows + lines_rows(p->lines);
     p->weight = bf_grow(p->weight, p->n_rows, sizeof *p->weight);
     p->residual = bf_grow(p->residual, p->n_rows, sizeof *p->residual);
-    p->fitted = bf_grow(p->fitted, p->n_rows, sizeof *p->fitted);
-    p->jacobian = bf_grow(p->jacobian, p->n_rows * (p->n_unknowns ? p->n_unknowns : 1), sizeof *p->jacobian);
+    make_rows(p);
     p->n_used = 0;
     for (size_t k = p->n_sample_rows; k < p->n_rows; k++)
         p->weight[k] = 0.0;

@@ -56,9 +56,17 @@ struct fit_problem {
     /* last evaluation */
     double *theta;    /* [n_refs] */
     double *residual; /* [n_rows], weighted, after projection */
-    double *fitted;   /* [n_rows] ŷ with the linear unknowns in place */
-    double *jacobian; /* [n_unknowns][n_rows], weighted, by x, after projection */
-    double *levels;   /* [n_records] factor of the record; 1 where it is known */
+    double *
+        fitted; /* [n_rows] ŷ with the linear unknowns in place; of a compressed problem the predictor's [n_sample_rows] */
+    /*
+     * Weighted, by x, after projection: [n_unknowns][n_jacobian]. Rows of long records are not kept: compressed, these are R of the samples' [J r], by blocks,
+     * above the rows of lines, so that JᵀJ and Jᵀr are those of all rows.
+     */
+    bool compressed;
+    size_t n_jacobian; /* n_rows, or those of the compressed ones */
+    double *jacobian;
+    double *beside; /* [n_jacobian] residual, or that of the compressed rows */
+    double *levels; /* [n_records] factor of the record; 1 where it is known */
     size_t n_nuisance;
     double *coefficients; /* [n_nuisance] */
     double *states;       /* [n_nuisance] the same at the last evaluation with a Jacobian; NULL: there was none */
@@ -127,6 +135,21 @@ enum bf_status fit_problem_evaluate(struct fit_problem *p, const double x[], boo
 void fit_problem_weigh_priors(struct fit_problem *p, const double x[]);
 /* That scale at the last evaluation, with or without priors: how many times the data say the same, ≥ 1. */
 double fit_problem_form_scale(const struct fit_problem *p);
+
+/*
+ * fit_blocks.c, of a compressed problem: a prediction at p->theta, which is that of x, whose rows are handed on. take: n rows from `row` on, all of one channel,
+ * of the weighted Jacobian by x, J[n × n_unknowns], and of the residual r[n]; of each channel the last ones come first.
+ */
+struct fit_rows_sink {
+    enum bf_status (*take)(void *context, size_t channel, size_t row, size_t n, const double J[], const double r[],
+                           struct bf_error *err);
+    void *context;
+};
+enum bf_status fit_problem_blocks(struct fit_problem *p, const double x[], const struct fit_rows_sink *sink,
+                                  struct prediction *out, struct bf_error *err);
+/* Such a prediction; fills jacobian and beside but for the rows of lines. O(n_rows n_unknowns²). */
+enum bf_status fit_problem_compress(struct fit_problem *p, const double x[], struct prediction *out,
+                                    struct bf_error *err);
 
 /* The problem as the optimiser sees it; valid while p stays where it is. */
 struct least_squares fit_problem_view(struct fit_problem *p);

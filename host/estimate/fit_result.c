@@ -55,13 +55,58 @@ static void warn_about_guessed_errors(const struct fit_problem *p, const bool kn
                  p->lines->groups[g].kind == LINE_FREQUENCY ? "0.5 %" : "20 %");
 }
 
-static enum bf_status covariance(const struct fit_problem *p, struct fit_result *out, double cov[],
+/* JᵀWCWJ[n × n] of rows that are handed on: the end of each channel comes first. */
+struct coloured {
+    const struct fit_problem *p;
+    const struct interval_channel *channels;
+    double *later; /* [n_channels][n_unknowns × AR_MAX] */
+    double *square;
+};
+
+static enum bf_status colour_rows(void *context, size_t channel, size_t row, size_t some, const double J[],
+                                  const double r[], struct bf_error *err)
+{
+    const struct coloured *c = context;
+    const size_t n = c->p->n_unknowns;
+    double *V = bf_alloc(some * n, sizeof *V);
+    (void)r, (void)err;
+    for (size_t j = 0; j < n; j++)
+        for (size_t k = 0; k < some; k++)
+            V[k + j * some] = c->p->weight[row + k] * J[k + j * some];
+    intervals_add_block(&c->channels[channel].noise, some, n, V, c->later + channel * n * AR_MAX, c->square);
+    free(V);
+    return BF_OK;
+}
+
+/* square[n × n] = Σ JᵀWCWJ of all channels, behind which are those of lines. */
+static enum bf_status coloured_square(struct fit_problem *p, const double x[], struct interval_channel channels[],
+                                      size_t n_channels, double square[], struct bf_error *err)
+{
+    const size_t n = p->n_unknowns, lines = lines_rows(p->lines);
+    if (!p->compressed) {
+        intervals_add_coloured(p->n_rows, n, p->jacobian, p->weight, n_channels, channels, square);
+        return BF_OK;
+    }
+    struct coloured c = {.p = p, .channels = channels, .square = square};
+    struct prediction y;
+    c.later = bf_alloc(p->n_channels * n * AR_MAX, sizeof *c.later);
+    const enum bf_status status =
+        fit_problem_blocks(p, x, &(struct fit_rows_sink){.take = colour_rows, .context = &c}, &y, err);
+    for (size_t g = p->n_channels; g < n_channels; g++)
+        channels[g].row -= p->n_sample_rows;
+    intervals_add_coloured(p->n_jacobian, n, p->jacobian + p->n_jacobian - lines, p->weight + p->n_sample_rows,
+                           n_channels - p->n_channels, channels + p->n_channels, square);
+    free(c.later);
+    return status;
+}
+
+static enum bf_status covariance(struct fit_problem *p, const double x[], struct fit_result *out, double cov[],
                                  struct bf_error *err)
 {
     const size_t n = p->n_unknowns, n_groups = p->lines != NULL ? p->lines->n_groups : 0;
     bool *known = bf_alloc(n_groups + 1, sizeof *known);
     double *precision = bf_alloc(n, sizeof *precision), *extent = bf_alloc(n, sizeof *extent);
-    double *basis = bf_alloc(n * n, sizeof *basis);
+    double *basis = bf_alloc(n * n, sizeof *basis), *coloured = bf_alloc(n * n, sizeof *coloured);
     struct interval_channel *channels = bf_alloc(p->n_channels + n_groups, sizeof *channels);
     for (size_t i = 0; i < n; i++) {
         const struct unknown *u = &p->unknowns[i];
@@ -70,7 +115,8 @@ static enum bf_status covariance(const struct fit_problem *p, struct fit_result 
     }
     const double inflation = sqrt(fmax(1.0, fit_problem_mean_square(p)));
     struct identifiability *id = &out->identifiability;
-    enum bf_status status = identifiability_compute(p->n_rows, n, p->jacobian, precision, extent, inflation, id, err);
+    enum bf_status status =
+        identifiability_compute(p->n_jacobian, n, p->jacobian, precision, extent, inflation, id, err);
     if (!status) {
         for (size_t j = 0; j < id->kept; j++) /* V is in x/extent and need not be orthonormal in x: any basis serves */
             for (size_t i = 0; i < n; i++)
@@ -80,10 +126,12 @@ static enum bf_status covariance(const struct fit_problem *p, struct fit_result 
     }
     if (!status) {
         warn_about_guessed_errors(p, known, out);
-        status = intervals_covariance(p->n_rows, n, p->jacobian, p->weight, precision, fit_problem_form_scale(p),
-                                      p->n_channels + n_groups, channels, basis, id->kept, cov, err);
+        status = coloured_square(p, x, channels, p->n_channels + n_groups, coloured, err);
     }
-    free(known), free(precision), free(extent), free(basis), free(channels);
+    if (!status)
+        status = intervals_from_coloured(p->n_jacobian, n, p->jacobian, precision, fit_problem_form_scale(p), coloured,
+                                         basis, id->kept, cov, err);
+    free(known), free(precision), free(extent), free(basis), free(coloured), free(channels);
     return status;
 }
 
@@ -274,7 +322,7 @@ static void scale_covariance(const struct fit_problem *p, const double x[], doub
     }
 }
 
-enum bf_status fit_statistics(const struct fit_problem *p, const struct model *model, const double x[],
+enum bf_status fit_statistics(struct fit_problem *p, const struct model *model, const double x[],
                               struct fit_result *out, struct bf_error *err)
 {
     const size_t n = p->n_unknowns;
@@ -284,7 +332,7 @@ enum bf_status fit_statistics(const struct fit_problem *p, const struct model *m
     out->parameters = bf_alloc(p->n_refs, sizeof *out->parameters);
     for (size_t r = 0; r < p->n_refs; r++)
         fill_parameter(p, r, &out->parameters[r]);
-    const enum bf_status status = covariance(p, out, cov, err);
+    const enum bf_status status = covariance(p, x, out, cov, err);
     out->unknown = bf_alloc(n, sizeof *out->unknown);
     for (size_t i = 0; i < n && !status; i++) {
         out->unknown[i] = p->unknowns[i].ref;

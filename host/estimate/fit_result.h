@@ -8,9 +8,9 @@
 
 /*
  * Fills parameters, names, levels, identifiability and warnings of *out from the problem as last evaluated (with its
- * Jacobian, whole records, weights of the noise) at x.
+ * Jacobian, whole records, weights of the noise) at x. Of long records that is one prediction with derivatives more.
  */
-enum bf_status fit_statistics(const struct fit_problem *p, const struct model *model, const double x[],
+enum bf_status fit_statistics(struct fit_problem *p, const struct model *model, const double x[],
                               struct fit_result *out, struct bf_error *err);
 
 /* What the last evaluation leaves, channels first, groups of lines behind; noise: [n_channels], 0 where it is not known. free() it. */

@@ -93,7 +93,7 @@ enum bf_status starts_restore_vanished(struct fit_problem *p, double theta[], st
     for (size_t i = 0; i < p->n_unknowns && !status; i++) {
         const struct unknown *u = &p->unknowns[i];
         const enum parameter_role role = p->refs[u->ref].role;
-        const double size = dense_norm(p->n_rows, p->jacobian + i * p->n_rows) / sqrt((double)p->n_rows);
+        const double size = dense_norm(p->n_jacobian, p->jacobian + i * p->n_jacobian) / sqrt((double)p->n_rows);
         if (!u->logarithmic || role == ROLE_EFFECT || size > vanished)
             continue;
         const double factor = fmin(restored / size, most);

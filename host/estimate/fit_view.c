@@ -82,8 +82,8 @@ static enum bf_status view_derivative(void *context, const double x[], double *h
     if (status)
         return status;
     *half_square += prior_square(p, x);
-    dense_gram(p->n_rows, n, p->jacobian, gram);
-    dense_gemv(true, p->n_rows, n, 1.0, p->jacobian, p->residual, 0.0, gradient);
+    dense_gram(p->n_jacobian, n, p->jacobian, gram);
+    dense_gemv(true, p->n_jacobian, n, 1.0, p->jacobian, p->beside, 0.0, gradient);
     for (size_t i = 0; i < n; i++) {
         const struct unknown *u = &p->unknowns[i];
         if (!(u->prior > 0.0))

@@ -8,35 +8,55 @@
 
 /*
  * With r_t = Σ a_i r_{t−i} + e_t the covariance is C = σ² L⁻¹ L⁻ᵀ, L unit lower triangular with −a_i on its ith
- * subdiagonal: vᵀ C v = σ² ‖u‖², u = L⁻ᵀ v, a recursion from the last sample backwards. In place.
+ * subdiagonal: vᵀ C v = σ² ‖u‖², u = L⁻ᵀ v, a recursion from the last sample backwards. In place. later[order]: the first u behind
+ * these rows, and then the first of these.
  */
-static void colour(const struct ar_model *noise, size_t n, double v[])
+static void colour(const struct ar_model *noise, size_t n, double v[], double later[])
 {
+    const size_t order = (size_t)noise->order;
     for (size_t k = n; k-- > 0;) {
         double sum = v[k];
-        for (int i = 0; i < noise->order && k + (size_t)i + 1 < n; i++)
-            sum += noise->a[i] * v[k + (size_t)i + 1];
+        for (size_t i = 0; i < order; i++)
+            sum += noise->a[i] * (k + i + 1 < n ? v[k + i + 1] : later[k + i + 1 - n]);
         v[k] = sum;
     }
+    for (size_t i = order; i-- > 0;)
+        later[i] = i < n ? v[i] : later[i - n];
     for (size_t k = 0; k < n; k++)
         v[k] *= noise->sigma;
+}
+
+void intervals_add_block(const struct ar_model *noise, size_t some, size_t n, double V[], double later[], double B[])
+{
+    double *G = bf_alloc(n * n, sizeof *G);
+    for (size_t j = 0; j < n; j++)
+        colour(noise, some, V + j * some, later + j * (size_t)noise->order);
+    dense_gram(some, n, V, G);
+    for (size_t i = 0; i < n * n; i++)
+        B[i] += G[i];
+    free(G);
 }
 
 /* B[n × n] += Jᵀ W C W J of one channel. */
 static void add_channel(size_t n_rows, size_t n, const double J[], const double weight[],
                         const struct interval_channel *channel, double B[])
 {
-    double *V = bf_alloc(channel->n * n, sizeof *V), *G = bf_alloc(n * n, sizeof *G);
+    double *V = bf_alloc(channel->n * n, sizeof *V);
+    double *later = bf_alloc((size_t)channel->noise.order * n, sizeof *later);
     for (size_t j = 0; j < n; j++) {
         double *v = V + j * channel->n;
         for (size_t k = 0; k < channel->n; k++)
             v[k] = weight[channel->row + k] * J[channel->row + k + j * n_rows];
-        colour(&channel->noise, channel->n, v);
     }
-    dense_gram(channel->n, n, V, G);
-    for (size_t i = 0; i < n * n; i++)
-        B[i] += G[i];
-    free(V), free(G);
+    intervals_add_block(&channel->noise, channel->n, n, V, later, B);
+    free(V), free(later);
+}
+
+void intervals_add_coloured(size_t n_rows, size_t n, const double J[], const double weight[], size_t n_channels,
+                            const struct interval_channel channels[], double B[])
+{
+    for (size_t c = 0; c < n_channels; c++)
+        add_channel(n_rows, n, J, weight, &channels[c], B);
 }
 
 /* X ← basisᵀ X basis, [kept × kept]. */
@@ -77,15 +97,25 @@ enum bf_status intervals_covariance(size_t n_rows, size_t n, const double J[], c
                                     const struct interval_channel channels[], const double basis[], size_t kept,
                                     double covariance[], struct bf_error *err)
 {
+    double *coloured = bf_alloc(n * n + 1, sizeof *coloured);
+    intervals_add_coloured(n_rows, n, J, weight, n_channels, channels, coloured);
+    const enum bf_status status =
+        intervals_from_coloured(n_rows, n, J, prior_precision, form_scale, coloured, basis, kept, covariance, err);
+    free(coloured);
+    return status;
+}
+
+enum bf_status intervals_from_coloured(size_t n_rows, size_t n, const double J[], const double prior_precision[],
+                                       double form_scale, const double coloured[], const double basis[], size_t kept,
+                                       double covariance[], struct bf_error *err)
+{
     if (n == 0)
         return BF_OK;
     memset(covariance, 0, n * n * sizeof *covariance);
     double *A = bf_alloc(n * n, sizeof *A), *B = bf_alloc(n * n, sizeof *B), *unit = bf_alloc(n * n, sizeof *unit);
     dense_gram(n_rows, n, J, A);
     for (size_t i = 0; i < n * n; i++)
-        B[i] = (form_scale - 1.0) * A[i];
-    for (size_t c = 0; c < n_channels; c++)
-        add_channel(n_rows, n, J, weight, &channels[c], B);
+        B[i] = (form_scale - 1.0) * A[i] + coloured[i];
     for (size_t i = 0; i < n; i++) {
         A[i + i * n] += form_scale * prior_precision[i];
         B[i + i * n] += form_scale * form_scale * prior_precision[i];

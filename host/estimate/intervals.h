@@ -29,6 +29,19 @@ enum bf_status intervals_covariance(size_t n_rows, size_t n, const double J[], c
                                     const struct interval_channel channels[], const double basis[], size_t kept,
                                     double covariance[], struct bf_error *err);
 
+/* The same in two: B += JᵀWCWJ of some channels … */
+void intervals_add_coloured(size_t n_rows, size_t n, const double J[], const double weight[], size_t n_channels,
+                            const struct interval_channel channels[], double B[]);
+/*
+ * … or of `some` rows of one channel, which come from its end: V[some × n], those of WJ (in), is overwritten; later[n × noise->order] is what the rows behind have
+ * left (zero before the last block). …
+ */
+void intervals_add_block(const struct ar_model *noise, size_t some, size_t n, double V[], double later[], double B[]);
+/* … and the rest, from the B so added. J may be any rows with the same JᵀJ. */
+enum bf_status intervals_from_coloured(size_t n_rows, size_t n, const double J[], const double prior_precision[],
+                                       double form_scale, const double coloured[], const double basis[], size_t kept,
+                                       double covariance[], struct bf_error *err);
+
 /* Two-sided 95 % quantile of Student's t (1.96 for many degrees of freedom), dof ≥ 1; relative error < 1e-4. */
 double intervals_student95(double dof);
 

@@ -15,16 +15,16 @@ static const double too_small = 0.01;  /* p of χ² below which stated errors ar
 /* leverage[n_rows] of the rows of lines: diagonal of the projection on the columns of the Jacobian. */
 static enum bf_status find_leverage(const struct fit_problem *p, double leverage[], struct bf_error *err)
 {
-    const size_t n = p->n_unknowns, rows = p->n_rows > n ? p->n_rows : n;
+    const size_t n = p->n_unknowns, rows = p->n_jacobian > n ? p->n_jacobian : n;
     size_t rank;
     double *A = bf_alloc(rows * n, sizeof *A), *Q = bf_alloc(rows * n, sizeof *Q);
     for (size_t j = 0; j < n; j++)
-        for (size_t i = 0; i < p->n_rows; i++)
-            A[i + j * rows] = p->jacobian[i + j * p->n_rows];
+        for (size_t i = 0; i < p->n_jacobian; i++)
+            A[i + j * rows] = p->jacobian[i + j * p->n_jacobian];
     const enum bf_status status = n > 0 ? dense_orthonormal(rows, n, A, dependent, Q, &rank, err) : BF_OK;
     for (size_t j = 0; n > 0 && !status && j < rank; j++)
         for (size_t i = 0; i < p->lines->n_rows; i++)
-            leverage[i] += pow(Q[p->n_sample_rows + i + j * rows], 2.0);
+            leverage[i] += pow(Q[p->n_jacobian - p->lines->n_rows + i + j * rows], 2.0);
     free(A), free(Q);
     return status;
 }

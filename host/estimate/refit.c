@@ -182,7 +182,7 @@ static void forget_inner(const struct refit_work *w, size_t effect, struct refit
     }
 }
 
-static enum bf_status fill_errors(const struct refit_work *w, struct refit_result *out, struct bf_error *err)
+static enum bf_status fill_errors(struct refit_work *w, struct refit_result *out, struct bf_error *err)
 {
     struct fit_result statistics = {0};
     enum bf_status status = fit_statistics(&w->problem, &w->model, w->x, &statistics, err);

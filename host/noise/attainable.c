@@ -97,7 +97,6 @@ enum bf_status attainable_find(const struct model *model, const struct record re
     double top_rad = 0.0, *x = NULL;
     *out = (struct attainable){
         .nrmse = nan(""), .noise_ratio = nan(""), .start_nrmse = nan(""), .held_out_noise_ratio = nan("")};
-    p.records = bf_alloc(n_records + 1, sizeof *p.records);
     for (size_t r = 0; r < n_records; r++)
         top_rad = fmax(top_rad, M_PI / records[r].dt_s);
     enum bf_status status = n_records > 0 ? start_poles(model, top_rad, &p.m, &x, err) : BF_OK;
@@ -109,7 +108,7 @@ enum bf_status attainable_find(const struct model *model, const struct record re
         out->n_channels = p.n_channels;
         out->channels = bf_alloc(p.n_channels, sizeof *out->channels);
         for (size_t r = 0; r < p.n_records; r++)
-            out->n_moving += p.records[r].moving ? 1 : 0;
+            out->n_moving += p.records[r].first && p.records[r].moving ? 1 : 0;
         status = attainable_search(&p, top_rad, x, out, err);
         if (status == BF_OK)
             write_poles(x, p.m, out);

@@ -25,13 +25,12 @@ static enum bf_status side_new(const struct model *model, const struct record re
 {
     *s = (struct side){
         .problem = {.m = found->modes, .n_slots = n_slots, .n_outputs = model->n_outputs, .form_error = found->nrmse}};
-    s->problem.records = bf_alloc(n_records + 1, sizeof *s->problem.records);
     enum bf_status status = BF_OK;
     for (size_t r = 0; r < n_records && status == BF_OK; r++)
         status = attainable_add_record(&s->problem, model, &records[r], r, noise_rms, err);
     if (status != BF_OK)
         return status;
-    s->rows = bf_alloc(n_records + 1, sizeof *s->rows);
+    s->rows = bf_alloc(s->problem.n_records + 1, sizeof *s->rows);
     return attainable_compress(&s->problem, x, EXTRA_NONE, s->rows, err);
 }
 
@@ -64,9 +63,9 @@ static void subtract(const struct attainable_problem *p, const struct attainable
     }
 }
 
-/* Adds squared ratios to the noise of this output's channels. */
+/* Adds squared ratios to the noise of this output's channels; a piece counts as the share of its record that it is. */
 static enum bf_status add_output(const struct side *fitted, const struct side *check, size_t output, double *sum,
-                                 size_t *n, struct bf_error *err)
+                                 double *n, struct bf_error *err)
 {
     const size_t n_slots = fitted->problem.n_slots;
     struct attainable_stack a, b;
@@ -82,8 +81,9 @@ static enum bf_status add_output(const struct side *fitted, const struct side *c
             continue;
         const double rms =
             dense_norm(part->n, b.r + part->first) / part->weight / sqrt((double)part->record->n) / data->noise;
-        *sum += rms * rms;
-        ++*n;
+        const double share = (double)part->record->n / (double)part->record->n_whole;
+        *sum += share * rms * rms;
+        *n += share;
     }
     attainable_stack_free(&a);
     attainable_stack_free(&b);
@@ -95,8 +95,7 @@ enum bf_status attainable_check(const struct model *model, const struct record r
                                 struct attainable *found, struct bf_error *err)
 {
     struct side fitted = {0}, check = {0};
-    double sum = 0.0;
-    size_t n = 0;
+    double sum = 0.0, n = 0.0;
     found->held_out_noise_ratio = nan("");
     if (found->modes == 0 || n_checks == 0)
         return BF_OK;
@@ -110,8 +109,8 @@ enum bf_status attainable_check(const struct model *model, const struct record r
         status = side_new(model, checks, n_checks, NULL, x, found, fitted.problem.n_slots, &check, err);
     for (size_t o = 0; o < model->n_outputs && status == BF_OK; o++)
         status = add_output(&fitted, &check, o, &sum, &n, err);
-    if (status == BF_OK && n > 0)
-        found->held_out_noise_ratio = sqrt(sum / (double)n);
+    if (status == BF_OK && n > 0.0)
+        found->held_out_noise_ratio = sqrt(sum / n);
     side_free(&fitted);
     side_free(&check);
     free(x);

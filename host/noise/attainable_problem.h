@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
  * attainable_problem.h — private to noise/: attainable.c (start poles, answer) calls attainable_records.c (what is fitted) and
- * attainable_search.c (rounds), which calls attainable_rows.c (records at given poles), attainable_stack.c (residues) and
- * attainable_poles.c (better poles).
+ * attainable_search.c (rounds), which calls attainable_rows.c (records at given poles, on the lines of attainable_lines.c),
+ * attainable_stack.c (residues) and attainable_poles.c (better poles).
  *
  * A pair of poles is a quadratic q = s² + 2as + ω², kept as x[2k] = ln ω, x[2k + 1] = ln a: stable, and two real poles where a > ω.
  * Its columns for an input u are ω²u/q and ω s u/q; an initial state has the same columns with a pulse for u.
@@ -18,22 +18,32 @@ enum { ATTAINABLE_PATHS = 3 }; /* columns of what lies above the band: u, u', u'
 /* One recorded input of one record. */
 struct attainable_source {
     size_t slot;       /* which residues it takes: those of the input, or its own where the level is unknown */
+    const double *u;   /* [n] */
     double complex *U; /* [grid.m] */
     double *path[ATTAINABLE_PATHS]; /* [n] */
 };
 
 /* One output of one record. */
 struct attainable_data {
-    size_t record, output;
-    const double *z;   /* [n] */
-    double noise, rms; /* noise 0: unknown */
-    double complex *Y; /* [grid.m] */
+    size_t record, output, channel; /* channel: its number among all channels, the same in all pieces of a record */
+    const double *z;                /* [n] */
+    double noise, rms;              /* noise 0: unknown */
+    double complex *Y;              /* [grid.m] */
 };
 
+/*
+ * A record, or one piece of a long one. A piece that is not the first begins in a motion of its own, so that what was before need not be known; its inputs
+ * are led in and out by the samples on both sides, until their edges have rung out. Only one piece at a time is on its line.
+ */
 struct attainable_record {
-    size_t n, lead;            /* samples; and those before them, by which inputs of a record in motion are led in */
-    bool moving;               /* does not begin at rest */
-    struct response_grid grid; /* of lead + n samples */
+    size_t n, n_whole;  /* samples; and of the record that this is a piece of */
+    size_t lead, after; /* samples before and behind them, by which inputs are led in and out */
+    bool first;         /* or only piece of its record */
+    bool moving;        /* does not begin at rest */
+    bool periodic;      /* one period of a steady state */
+    double dt_s, window_rate;
+    bool open, measured;       /* on its line, see attainable_open(); its channels, too */
+    struct response_grid grid; /* of lead + n + after samples, while open */
     size_t n_sources, n_data;
     struct attainable_source *sources;
     struct attainable_data *data;
@@ -52,7 +62,8 @@ enum attainable_extra { EXTRA_NONE, EXTRA_DERIVATIVES, EXTRA_MEASURED };
 
 /* What is fitted. */
 struct attainable_problem {
-    size_t m, n_slots, n_outputs, n_records, n_channels;
+    size_t m, n_slots, n_outputs, n_channels;
+    size_t n_records; /* with the pieces of long ones each */
     struct attainable_record *records;
     double form_error; /* τ: relative error of the form, which weighs a channel beside its noise */
 };
@@ -94,7 +105,7 @@ void attainable_stack_new(const struct attainable_problem *problem, const struct
 enum bf_status attainable_stack_solve(struct attainable_stack *stack, struct bf_error *err);
 void attainable_stack_free(struct attainable_stack *stack);
 
-/* ½ Σ r²; square[channel] (NULL: not wanted): unweighted Σ r² of each channel. */
+/* ½ Σ r²; square[channel] (NULL: not wanted) grows by the unweighted Σ r² of each channel. */
 double attainable_squares(const struct attainable_stack *stack, double square[]);
 
 /* X[row, j] += factor × column `from` of a part's rows; X has stride rows. */
@@ -120,9 +131,20 @@ enum bf_status attainable_derivative(const struct attainable_problem *problem, c
 enum bf_status attainable_relocate(const struct attainable_problem *problem, const double x[],
                                    const struct attainable_rows rows[], double x_new[], struct bf_error *err);
 
+/* ---- attainable_lines.c ---- */
+
+/* Transforms of the inputs and, with_measured, of the channels. Nothing is done where they are there. Closed also after a failure. */
+enum bf_status attainable_open(struct attainable_record *record, bool with_measured, struct bf_error *err);
+void attainable_close(struct attainable_record *record);
+/* Is it a piece of a longer record, to be closed after use? */
+static inline bool attainable_is_piece(const struct attainable_record *record)
+{
+    return record->n < record->n_whole;
+}
+
 /* ---- attainable_records.c, attainable_search.c ---- */
 
-/* Adds a record; noise_rms as of attainable_find(). n_records counts it also after a failure. */
+/* Adds a record, or its pieces; noise_rms as of attainable_find(). To be freed also after a failure. */
 enum bf_status attainable_add_record(struct attainable_problem *problem, const struct model *model,
                                      const struct record *record, size_t index, const double noise_rms[],
                                      struct bf_error *err);

@@ -1,10 +1,15 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* attainable_records.c — what is fitted: inputs and channels of the records on their Laplace lines. */
+/* attainable_records.c — what is fitted: inputs and channels of the records, and the pieces of long ones. */
 #include "attainable_problem.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+/* A longer record is taken in pieces of about PIECE samples, and what a fit needs does not grow with it. */
+enum { LONG = 131072, PIECE = 65536 };
+/* Samples over which the edges of an input that was cut ring, to 1e-8: a floor is known to three digits. */
+enum { GUARD = 1024 };
 
 static bool is_free_decay(const struct record *record)
 {
@@ -18,56 +23,6 @@ static bool own_residues(const struct model *model, const struct record *record,
     const char *excitation = record_meta(record, "excitation");
     return input->level_per_record || record_has_places(model, record) ||
            (excitation != NULL && strcmp(excitation, "unknown_level") == 0);
-}
-
-/* y[grid->n + n_tail]: x[n] with a run-up of `lead` samples before it and a run-out after it: it begins and ends in no step. */
-static void extend(const struct response_grid *grid, const double x[], size_t n, size_t lead, double y[])
-{
-    double *turned = bf_alloc(n, sizeof *turned), *long_one = bf_alloc(n + 2 * grid->n_tail, sizeof *long_one);
-    struct response_grid back = *grid; /* of n samples: the run-up is the run-out of the record turned round */
-    back.n = n;
-    for (size_t k = 0; k < n; k++)
-        turned[k] = x[n - 1 - k];
-    response_tail(&back, turned, n, long_one);
-    for (size_t k = 0; k < lead; k++)
-        y[lead - 1 - k] = long_one[n + k];
-    memcpy(y + lead, x, n * sizeof *y);
-    memcpy(long_one, y, (lead + n) * sizeof *y);
-    response_tail(grid, long_one, lead + n, y);
-    free(turned), free(long_one);
-}
-
-static enum bf_status transform(const struct attainable_record *r, const double x[], double complex **out,
-                                struct bf_error *err)
-{
-    const size_t count = r->lead + r->n + r->grid.n_tail;
-    double *y = bf_alloc(count, sizeof *y);
-    *out = bf_alloc(r->grid.m, sizeof **out);
-    extend(&r->grid, x, r->n, r->lead, y);
-    const enum bf_status status = response_transform(&r->grid, y, count, *out, err);
-    free(y);
-    return status;
-}
-
-static enum bf_status add_source(struct attainable_record *r, const double u[], size_t slot, struct bf_error *err)
-{
-    struct attainable_source *source = &r->sources[r->n_sources++];
-    source->slot = slot;
-    enum bf_status status = transform(r, u, &source->U, err);
-    double complex *F = bf_alloc(r->grid.m, sizeof *F);
-    double *y = bf_alloc(r->grid.n, sizeof *y);
-    if (status == BF_OK)
-        memcpy(F, source->U, r->grid.m * sizeof *F);
-    for (size_t k = 0; k < ATTAINABLE_PATHS; k++) {
-        source->path[k] = bf_alloc(r->n, sizeof *source->path[k]);
-        if (status == BF_OK)
-            status = response_back(&r->grid, F, y, err);
-        memcpy(source->path[k], k == 0 ? u : y + r->lead, r->n * sizeof *y);
-        for (size_t i = 0; i < r->grid.m; i++)
-            F[i] *= r->grid.s[i];
-    }
-    free(F), free(y);
-    return status;
 }
 
 /* Its first samples are louder than noise (times `clearly`), and no trifle (a share of the rms): the noise may be underrated. */
@@ -102,71 +57,101 @@ static enum bf_status find_noise(const struct model *model, const struct record 
     return status;
 }
 
-/* What moves already has a run-up; one period of a steady state needs none. */
-static enum bf_status make_grid(struct attainable_record *r, const struct record *record, struct bf_error *err)
+/* ---- One record ---- */
+
+static void add_input(struct attainable_problem *p, const struct model *model, const struct record *record, size_t i,
+                      struct attainable_record *r)
 {
-    if (record_is_periodic(record)) {
-        r->moving = false;
-        return response_grid_periodic(r->n, record->dt_s, record_window_rate(record), &r->grid, err);
-    }
-    const enum bf_status status = response_grid_new(r->n, record->dt_s, INTERSAMPLE_BAND_LIMITED, &r->grid, err);
-    if (status != BF_OK || !r->moving)
-        return status;
-    r->lead = r->grid.n_tail;
-    response_grid_free(&r->grid);
-    return response_grid_new(r->lead + r->n, record->dt_s, INTERSAMPLE_BAND_LIMITED, &r->grid, err);
+    const double *u = record_column(record, model->inputs[i].name);
+    if (u == NULL || !(root_mean_square(u, r->n) > 0.0))
+        return;
+    const size_t slot = own_residues(model, record, &model->inputs[i]) ? p->n_slots++ : i;
+    r->sources[r->n_sources++] = (struct attainable_source){.slot = slot, .u = u};
 }
 
-enum bf_status attainable_add_record(struct attainable_problem *p, const struct model *model,
-                                     const struct record *record, size_t index, const double noise_rms[],
-                                     struct bf_error *err)
+static enum bf_status add_channels(struct attainable_problem *p, const struct model *model, const struct record *record,
+                                   size_t index, const double noise_rms[], struct attainable_record *r,
+                                   struct bf_error *err)
 {
-    const size_t from = first_sample(record), outputs = model->n_outputs;
-    const bool decay = is_free_decay(record);
-    struct attainable_record *r = &p->records[p->n_records++];
+    const size_t from = record->n - r->n, outputs = model->n_outputs;
     enum bf_status status = BF_OK;
-    *r = (struct attainable_record){.n = record->n - from, .moving = record_state_is_free(record)};
-    r->sources = bf_alloc(model->n_inputs + 1, sizeof *r->sources);
-    r->data = bf_alloc(outputs + 1, sizeof *r->data);
     for (size_t o = 0; o < outputs && status == BF_OK; o++) {
         const double *z = record_column(record, model->outputs[o].name);
         const double rms = z != NULL ? root_mean_square(z + from, r->n) : 0.0;
         if (!(rms > 0.0))
             continue;
         struct attainable_data *data = &r->data[r->n_data++];
-        *data = (struct attainable_data){.record = index, .output = o, .z = z + from, .rms = rms};
+        *data = (struct attainable_data){
+            .record = index, .output = o, .channel = p->n_channels++, .z = z + from, .rms = rms};
         if (noise_rms != NULL)
             data->noise = noise_rms[index * outputs + o];
         else
             status = find_noise(model, record, model->outputs[o].name, &data->noise, err);
         r->moving = r->moving || in_motion(data, r->n);
     }
-    p->n_channels += r->n_data;
-    if (status == BF_OK)
-        status = make_grid(r, record, err);
-    for (size_t i = 0; i < model->n_inputs && status == BF_OK && !decay; i++) {
-        const double *u = record_column(record, model->inputs[i].name);
-        if (u != NULL && root_mean_square(u, r->n) > 0.0)
-            status = add_source(r, u, own_residues(model, record, &model->inputs[i]) ? p->n_slots++ : i, err);
+    return status;
+}
+
+/* ---- Pieces ---- */
+
+/* Samples from … to − 1 of a whole record. */
+static struct attainable_record cut(const struct attainable_record *whole, size_t from, size_t to)
+{
+    struct attainable_record r = *whole;
+    r.n = to - from;
+    r.first = from == 0;
+    r.moving = whole->moving || from > 0;
+    r.lead = from < GUARD ? from : GUARD;
+    r.after = whole->n - to < GUARD ? whole->n - to : GUARD;
+    r.sources = bf_alloc(r.n_sources + 1, sizeof *r.sources);
+    r.data = bf_alloc(r.n_data + 1, sizeof *r.data);
+    for (size_t i = 0; i < r.n_sources; i++) {
+        r.sources[i] = whole->sources[i];
+        r.sources[i].u += from;
     }
-    for (size_t d = 0; d < r->n_data && status == BF_OK; d++)
-        status = transform(r, r->data[d].z, &r->data[d].Y, err);
+    for (size_t d = 0; d < r.n_data; d++) {
+        r.data[d] = whole->data[d];
+        r.data[d].z += from;
+    }
+    return r;
+}
+
+static void add_pieces(struct attainable_problem *p, const struct attainable_record *whole)
+{
+    const size_t n_pieces = whole->periodic || whole->n <= LONG ? 1 : whole->n / PIECE;
+    p->records = bf_grow(p->records, p->n_records + n_pieces, sizeof *p->records);
+    for (size_t i = 0; i < n_pieces; i++)
+        p->records[p->n_records++] = cut(whole, i * whole->n / n_pieces, (i + 1) * whole->n / n_pieces);
+}
+
+enum bf_status attainable_add_record(struct attainable_problem *p, const struct model *model,
+                                     const struct record *record, size_t index, const double noise_rms[],
+                                     struct bf_error *err)
+{
+    const bool decay = is_free_decay(record);
+    struct attainable_record whole = {.n = record->n - first_sample(record),
+                                      .moving = record_state_is_free(record),
+                                      .periodic = record_is_periodic(record),
+                                      .dt_s = record->dt_s,
+                                      .window_rate = record_window_rate(record)};
+    whole.n_whole = whole.n;
+    whole.sources = bf_alloc(model->n_inputs + 1, sizeof *whole.sources);
+    whole.data = bf_alloc(model->n_outputs + 1, sizeof *whole.data);
+    enum bf_status status = add_channels(p, model, record, index, noise_rms, &whole, err);
+    whole.moving = whole.moving && !whole.periodic;
+    for (size_t i = 0; i < model->n_inputs && status == BF_OK && !decay; i++)
+        add_input(p, model, record, i, &whole);
+    if (status == BF_OK)
+        add_pieces(p, &whole);
+    free(whole.sources), free(whole.data);
     return status;
 }
 
 void attainable_problem_free(struct attainable_problem *p)
 {
     for (size_t r = 0; r < p->n_records; r++) {
-        struct attainable_record *record = &p->records[r];
-        for (size_t i = 0; i < record->n_sources; i++) {
-            for (size_t k = 0; k < ATTAINABLE_PATHS; k++)
-                free(record->sources[i].path[k]);
-            free(record->sources[i].U);
-        }
-        for (size_t d = 0; d < record->n_data; d++)
-            free(record->data[d].Y);
-        response_grid_free(&record->grid);
-        free(record->sources), free(record->data);
+        attainable_close(&p->records[r]);
+        free(p->records[r].sources), free(p->records[r].data);
     }
     free(p->records);
 }

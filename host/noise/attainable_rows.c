@@ -22,7 +22,7 @@ struct sheet {
     size_t rows;                    /* of X: the samples */
     double *X;                      /* [rows × columns] */
     double complex *F, *S, *factor; /* [grid.m] */
-    double *y;                      /* [lead + n] */
+    double *y;                      /* [grid.n] */
 };
 
 static enum bf_status put_column(struct sheet *s, const double complex F[], size_t column, struct bf_error *err)
@@ -68,7 +68,7 @@ static void put_states(struct sheet *s, const double x[2], size_t column, size_t
 {
     static const double apart = 1e-6; /* of c² from 0, as a share of ω²: nearer, 1/c³ cancels */
     const struct pair pair = pair_of(x);
-    const double a = 0.5 * pair.A, omega = sqrt(pair.b), split = pair.b - a * a, dt_s = s->record->grid.dt_s;
+    const double a = 0.5 * pair.A, omega = sqrt(pair.b), split = pair.b - a * a, dt_s = s->record->dt_s;
     const double complex i = CMPLX(0.0, 1.0), c = csqrt(fabs(split) > apart * pair.b ? split : apart * pair.b);
     const double complex per_c = 1.0 / c, half_cube = 0.5 * per_c * per_c * per_c;
     const double complex up_step = cexp((i * c - a) * dt_s), down_step = cexp((-i * c - a) * dt_s);
@@ -133,9 +133,11 @@ static enum bf_status triangle(size_t rows, size_t n, const double X[], double R
 }
 
 static enum bf_status compress(const struct attainable_problem *p, const double x[], enum attainable_extra extra,
-                               const struct attainable_record *record, struct attainable_rows *rows,
-                               struct bf_error *err)
+                               struct attainable_record *record, struct attainable_rows *rows, struct bf_error *err)
 {
+    enum bf_status status = attainable_open(record, extra == EXTRA_MEASURED, err);
+    if (status != BF_OK)
+        return status;
     const size_t pairs = 2 * p->m, states = record->moving ? pairs : 0;
     *rows = (struct attainable_rows){.n_states = states, .n_residues = record->n_sources * attainable_block(p)};
     if (extra == EXTRA_DERIVATIVES)
@@ -148,12 +150,14 @@ static enum bf_status compress(const struct attainable_problem *p, const double 
     s.F = bf_alloc(record->grid.m, sizeof *s.F);
     s.S = bf_alloc(record->grid.m, sizeof *s.S);
     s.factor = bf_alloc(record->grid.m, sizeof *s.factor);
-    s.y = bf_alloc(record->lead + record->n, sizeof *s.y);
+    s.y = bf_alloc(record->grid.n, sizeof *s.y);
     rows->R = bf_alloc(rows->n * rows->n, sizeof *rows->R);
-    enum bf_status status = fill(p, x, extra, rows, &s, err);
+    status = fill(p, x, extra, rows, &s, err);
     if (status == BF_OK)
         status = triangle(s.rows, rows->n, s.X, rows->R, err);
     free(s.X), free(s.F), free(s.S), free(s.factor), free(s.y);
+    if (attainable_is_piece(record))
+        attainable_close(record);
     return status;
 }
 

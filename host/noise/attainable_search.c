@@ -58,11 +58,12 @@ static enum bf_status derivative(void *context, const double x[], double *half_s
 static double judge(struct attainable_problem *p, const double square[], struct attainable *out)
 {
     double errors = 0.0, ratios = 0.0, form = 0.0;
-    size_t c = 0, n_ratios = 0;
+    size_t n_ratios = 0;
     for (size_t r = 0; r < p->n_records; r++)
-        for (size_t d = 0; d < p->records[r].n_data; d++, c++) {
+        for (size_t d = 0; p->records[r].first && d < p->records[r].n_data; d++) {
             const struct attainable_data *data = &p->records[r].data[d];
-            const double rms = sqrt(square[c] / (double)p->records[r].n), nrmse = rms / data->rms;
+            const size_t c = data->channel;
+            const double rms = sqrt(square[c] / (double)p->records[r].n_whole), nrmse = rms / data->rms;
             const double noise = data->noise / data->rms, ratio = data->noise > 0.0 ? rms / data->noise : nan("");
             errors += nrmse * nrmse;
             form += fmax(0.0, nrmse * nrmse - noise * noise);
@@ -73,8 +74,8 @@ static double judge(struct attainable_problem *p, const double square[], struct 
         }
     if (out != NULL)
         out->noise_ratio = n_ratios > 0 ? sqrt(ratios / (double)n_ratios) : nan("");
-    p->form_error = sqrt(form / (double)c);
-    return sqrt(errors / (double)c);
+    p->form_error = sqrt(form / (double)p->n_channels);
+    return sqrt(errors / (double)p->n_channels);
 }
 
 /* nrmse at the poles of the rows at hand, the form error taken from it. */
@@ -138,7 +139,7 @@ static double longest_s(const struct attainable_problem *p)
 {
     double longest = 0.0;
     for (size_t r = 0; r < p->n_records; r++)
-        longest = fmax(longest, (double)p->records[r].n * p->records[r].grid.dt_s);
+        longest = fmax(longest, (double)p->records[r].n_whole * p->records[r].dt_s);
     return longest;
 }
 

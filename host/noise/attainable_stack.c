@@ -45,19 +45,21 @@ void attainable_add_rows(const struct attainable_part *part, double factor, size
 static void find_parts(const struct attainable_problem *p, const struct attainable_rows rows[], size_t output,
                        struct attainable_stack *s)
 {
-    s->parts = bf_alloc(p->n_channels, sizeof *s->parts);
+    size_t most = 0;
+    for (size_t r = 0; r < p->n_records; r++)
+        most += p->records[r].n_data;
+    s->parts = bf_alloc(most + 1, sizeof *s->parts);
     s->column = bf_alloc(p->n_slots + 1, sizeof *s->column);
     for (size_t k = 0; k < p->n_slots; k++)
         s->column[k] = SIZE_MAX;
-    size_t channel = 0;
     for (size_t r = 0; r < p->n_records; r++) {
         const struct attainable_record *record = &p->records[r];
-        for (size_t d = 0; d < record->n_data; d++, channel++) {
+        for (size_t d = 0; d < record->n_data; d++) {
             if (record->data[d].output != output)
                 continue;
             struct attainable_part *part = &s->parts[s->n_parts++];
             *part = (struct attainable_part){
-                .record = record, .rows = &rows[r], .data = d, .channel = channel, .first = s->n};
+                .record = record, .rows = &rows[r], .data = d, .channel = record->data[d].channel, .first = s->n};
             part->n = rows[r].n - rows[r].n_states;
             part->weight = weight_of(p, &record->data[d]);
             s->n += part->n;
@@ -131,7 +133,7 @@ double attainable_squares(const struct attainable_stack *s, double square[])
         const double one = dense_dot(part->n, s->r + part->first, s->r + part->first);
         sum += one;
         if (square != NULL)
-            square[part->channel] = part->weight > 0.0 ? one / (part->weight * part->weight) : 0.0;
+            square[part->channel] += part->weight > 0.0 ? one / (part->weight * part->weight) : 0.0;
     }
     return 0.5 * sum;
 }
@@ -141,6 +143,8 @@ enum bf_status attainable_value(const struct attainable_problem *p, const struct
 {
     enum bf_status status = BF_OK;
     *half_square = 0.0;
+    for (size_t c = 0; square != NULL && c < p->n_channels; c++)
+        square[c] = 0.0;
     for (size_t o = 0; o < p->n_outputs && status == BF_OK; o++) {
         struct attainable_stack s;
         attainable_stack_new(p, rows, o, &s);

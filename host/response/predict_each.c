@@ -11,54 +11,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Is any parameter of this model on these records of one record alone and moves the beam, or is any place? */
-static bool each_wanted(const struct model *model, const struct record records[], size_t n_records)
-{
-    bool wanted = model_differs_by_record(model);
-    for (size_t r = 0; r < n_records && !wanted; r++)
-        wanted = record_has_places(model, &records[r]);
-    return wanted;
-}
-
-static enum bf_status hold_place(const struct model *model, const struct record *record, const char *name,
-                                 struct channel_parameters *own, double *at_m, struct bf_error *err)
-{
-    double stated_m;
-    if (!record_place(model, record, name, &stated_m))
-        return BF_OK;
-    if (!(stated_m >= 0.0 && stated_m <= model->length_m))
-        return bf_fail_at(err, record->path, 1, "%s.at_m: %.6g m is outside the beam (0 … %.6g m); is it in metres?",
-                          name, stated_m, model->length_m);
-    *at_m = own->at.value = stated_m;
-    own->lists_at = false;
-    own->at.fixed = true;
-    return BF_OK;
-}
-
-/* The model of one record, in which nothing differs any more. */
-static enum bf_status record_model(const struct model *model, const struct record *record, struct model *out,
-                                   struct bf_error *err)
-{
-    const char *name = record_base_name(record);
-    enum bf_status status = model_copy(model, out, err);
-    for (size_t e = 0; e < out->n_effects; e++) {
-        struct model_effect *effect = &out->effects[e];
-        for (int j = 0; j < effect->effect->n_parameters; j++) {
-            const struct per_record_value *own = effect_record_value(effect, j, name);
-            if (effect->by_record[j] && own != NULL)
-                effect->parameters[j].value = own->value;
-            effect->by_record[j] = false;
-        }
-    }
-    for (size_t i = 0; i < out->n_inputs && !status; i++)
-        if (out->inputs[i].kind == INPUT_POINT_FORCE)
-            status = hold_place(model, record, out->inputs[i].name, &out->inputs[i].own, &out->inputs[i].at_m, err);
-    for (size_t o = 0; o < out->n_outputs && !status; o++)
-        if (out->outputs[o].kind != OUTPUT_PATCH_STRAIN)
-            status = hold_place(model, record, out->outputs[o].name, &out->outputs[o].own, &out->outputs[o].at_m, err);
-    return status;
-}
-
 /* ---- Life ---- */
 
 static size_t common_index(const struct predictor *p, const struct parameter_ref *ref, size_t record)
@@ -86,7 +38,7 @@ static enum bf_status open_record(struct predictor *p, size_t r, double memory, 
     if (own->pieces != NULL)
         record = &own->pieces->record;
     geometry_original(p, &as_file);
-    enum bf_status status = record_model(&as_file, record, &model, err);
+    enum bf_status status = each_model(&as_file, record, &model, err);
     if (!status) {
         own->n_refs = model_parameters(&model, &name, 1, &own->refs);
         own->from = bf_alloc(own->n_refs, sizeof *own->from);
@@ -207,6 +159,13 @@ void predictor_set_nuisance(struct predictor *p, const double amplitude[])
         single_set_nuisance(p->each[r].predictor, amplitude + p->each[r].nuisance);
 }
 
+/* What one run wants: derivatives by these parameters of the record (NULL: none), kept or handed on (sink NULL: kept). */
+struct errand {
+    const double *x;  /* [n_refs] of the record */
+    const bool *want; /* [n_refs] */
+    const struct predict_sink *sink;
+};
+
 static void hand_up(struct predictor *p, const struct each_record *own, const struct prediction *y, const bool want[])
 {
     const size_t rows = y->n_rows;
@@ -220,9 +179,40 @@ static void hand_up(struct predictor *p, const struct each_record *own, const st
                    rows * sizeof *p->jacobian);
 }
 
+/* Rows of one channel, of which the record's prediction has the derivatives from row `from` on. */
+static enum bf_status hand_on(struct predictor *p, const struct each_record *own, const struct prediction *y,
+                              const struct errand *errand, size_t from, struct predict_block *block,
+                              struct bf_error *err)
+{
+    const double **column = bf_alloc(p->map.n, sizeof *column);
+    for (size_t i = 0; i < own->n_refs; i++)
+        if (errand->want[i])
+            column[own->from[i]] = y->jacobian + i * y->n_rows + from;
+    block->y = y->y + from;
+    block->column = column;
+    const enum bf_status status = errand->sink->take(errand->sink->context, block, err);
+    free(column);
+    return status;
+}
+
+/* All rows of a record that is one piece. */
+static enum bf_status hand_on_record(struct predictor *p, size_t r, const struct prediction *y,
+                                     const struct errand *errand, struct bf_error *err)
+{
+    const struct each_record *own = &p->each[r];
+    const struct record_plan *plan = &p->plans[r];
+    enum bf_status status = BF_OK;
+    hand_up(p, own, y, NULL);
+    for (size_t c = plan->first_channel; c < plan->first_channel + plan->n_channels && !status; c++) {
+        struct predict_block block = {.channel = c, .row = p->channels[c].row, .n = plan->n};
+        status = hand_on(p, own, y, errand, block.row - own->row, &block, err);
+    }
+    return status;
+}
+
 /* The rows of one piece, channel by channel. */
-static void hand_up_piece(struct predictor *p, size_t r, const struct piece *piece, const struct prediction *y,
-                          const bool want[])
+static enum bf_status hand_up_piece(struct predictor *p, size_t r, const struct piece *piece,
+                                    const struct prediction *y, const struct errand *errand, struct bf_error *err)
 {
     const struct each_record *own = &p->each[r];
     const struct record_plan *plan = &p->plans[r];
@@ -231,35 +221,61 @@ static void hand_up_piece(struct predictor *p, size_t r, const struct piece *pie
         const size_t to = p->channels[plan->first_channel + c].row + piece->from;
         const size_t from = own->predictor->channels[c].row + skipped;
         memcpy(p->y + to, y->y + from, count * sizeof *p->y);
-        for (size_t i = 0; want != NULL && i < own->n_refs; i++)
-            if (want[i])
+        struct predict_block block = {.channel = plan->first_channel + c, .row = to, .n = count};
+        const enum bf_status status = errand->sink != NULL ? hand_on(p, own, y, errand, from, &block, err) : BF_OK;
+        if (status != BF_OK)
+            return status;
+        for (size_t i = 0; errand->sink == NULL && errand->want != NULL && i < own->n_refs; i++)
+            if (errand->want[i])
                 memcpy(p->jacobian + own->from[i] * p->n_rows + to, y->jacobian + i * y->n_rows + from,
                        count * sizeof *p->jacobian);
     }
+    return BF_OK;
 }
 
-/* One piece after the other; *longer > 0: the beam remembers more samples than the pieces begin early, and nothing is predicted. */
-static enum bf_status run_pieces(struct predictor *p, size_t r, const double x[], const bool want[], double *longer,
-                                 struct bf_error *err)
+/* The pieces of n rows, in their order; to be freed. */
+static struct piece *list_pieces(const struct pieces *pieces, size_t n, size_t *count)
+{
+    struct piece piece = {0}, *list = NULL;
+    for (*count = 0; pieces_next(pieces, n, &piece); ++*count) {
+        list = bf_grow(list, *count + 1, sizeof *list);
+        list[*count] = piece;
+    }
+    return list;
+}
+
+/* One piece; *longer as of run_pieces(). */
+static enum bf_status run_piece(struct predictor *p, size_t r, const struct piece *piece, const struct errand *errand,
+                                double *longer, struct bf_error *err)
 {
     struct each_record *own = &p->each[r];
-    struct piece piece = {0};
+    struct prediction y;
+    pieces_load(own->pieces, own->predictor, p->plans[r].n, piece);
+    enum bf_status status = single_window(own->predictor, INFINITY, err);
+    if (status == BF_OK)
+        status = single_run(own->predictor, errand->x, errand->want, &y, err);
+    const double memory = status == BF_OK ? pieces_memory(own->predictor, 0, errand->x) : 0.0;
+    if (memory > (double)own->pieces->early)
+        *longer = memory;
+    else if (status == BF_OK)
+        status = hand_up_piece(p, r, piece, &y, errand, err);
+    return status;
+}
+
+/*
+ * One piece after the other, from the last; *longer > 0: the beam remembers more samples than the pieces begin early, which the first that is run shows,
+ * and nothing is predicted.
+ */
+static enum bf_status run_pieces(struct predictor *p, size_t r, const struct errand *errand, double *longer,
+                                 struct bf_error *err)
+{
+    size_t n;
+    struct piece *list = list_pieces(p->each[r].pieces, p->plans[r].n, &n);
     enum bf_status status = BF_OK;
     *longer = 0.0;
-    while (status == BF_OK && pieces_next(own->pieces, p->plans[r].n, &piece)) {
-        struct prediction y;
-        pieces_load(own->pieces, own->predictor, p->plans[r].n, &piece);
-        status = single_window(own->predictor, INFINITY, err);
-        if (status == BF_OK)
-            status = single_run(own->predictor, x, want, &y, err);
-        const double memory = status == BF_OK ? pieces_memory(own->predictor, 0, x) : 0.0;
-        if (memory > (double)own->pieces->early) {
-            *longer = memory;
-            return BF_OK;
-        }
-        if (status == BF_OK)
-            hand_up_piece(p, r, &piece, &y, want);
-    }
+    while (n-- > 0 && status == BF_OK && !(*longer > 0.0))
+        status = run_piece(p, r, &list[n], errand, longer, err);
+    free(list);
     return status;
 }
 
@@ -276,7 +292,7 @@ static enum bf_status reopen(struct predictor *p, size_t r, double memory, struc
 }
 
 static enum bf_status run_record(struct predictor *p, size_t r, const double theta[], const bool want[],
-                                 struct prediction *out, struct bf_error *err)
+                                 const struct predict_sink *sink, struct prediction *out, struct bf_error *err)
 {
     const struct each_record *own = &p->each[r];
     struct prediction y = {0};
@@ -284,19 +300,22 @@ static enum bf_status run_record(struct predictor *p, size_t r, const double the
     bool *wanted = bf_alloc(own->n_refs, sizeof *wanted);
     for (size_t i = 0; i < own->n_refs; i++)
         wanted[i] = want != NULL && own->from[i] != SIZE_MAX && want[own->from[i]];
+    const struct errand errand = {.x = x, .want = want != NULL ? wanted : NULL, .sink = sink};
     enum bf_status status;
     if (pieces_several(own->pieces, p->plans[r].n)) {
-        status = run_pieces(p, r, x, want != NULL ? wanted : NULL, &longer, err);
+        status = run_pieces(p, r, &errand, &longer, err);
     } else {
-        status = single_run(own->predictor, x, want != NULL ? wanted : NULL, &y, err);
-        if (status == BF_OK)
-            hand_up(p, own, &y, want != NULL ? wanted : NULL);
+        status = single_run(own->predictor, x, errand.want, &y, err);
+        if (status == BF_OK && sink != NULL)
+            status = hand_on_record(p, r, &y, &errand, err);
+        else if (status == BF_OK)
+            hand_up(p, own, &y, errand.want);
     }
     out->bends = out->bends || (status == BF_OK && y.bends);
     free(wanted), free(x);
     if (longer > 0.0) {
         status = reopen(p, r, longer, err);
-        return status == BF_OK ? run_record(p, r, theta, want, out, err) : status;
+        return status == BF_OK ? run_record(p, r, theta, want, sink, out, err) : status;
     }
     return status;
 }
@@ -311,25 +330,39 @@ static void clear_columns(struct predictor *p, const bool want[])
     }
 }
 
-static enum bf_status run_each(struct predictor *p, const double theta[], const bool want[], struct prediction *out,
-                               struct bf_error *err)
+static enum bf_status run_each(struct predictor *p, const double theta[], const bool want[],
+                               const struct predict_sink *sink, struct prediction *out, struct bf_error *err)
 {
     enum bf_status status = single_run_system(p, theta, want != NULL && !p->in_pieces, out, err);
     memset(p->nuisance, 0, p->n_rows * p->n_nuisance * sizeof *p->nuisance);
     out->bends = false;
-    if (p->in_pieces && want != NULL) {
+    if (p->in_pieces && want != NULL && sink == NULL) {
         clear_columns(p, want);
         out->jacobian = p->jacobian;
     }
     for (size_t r = 0; r < p->n_records && !status; r++)
-        status = run_record(p, r, theta, want, out, err);
+        status = run_record(p, r, theta, want, sink, out, err);
     return status;
+}
+
+bool predictor_is_long(const struct predictor *p)
+{
+    bool several = false;
+    for (size_t r = 0; p->in_pieces && r < p->n_records; r++)
+        several = several || pieces_several(p->each[r].pieces, p->plans[r].n);
+    return several;
+}
+
+enum bf_status predictor_run_blocks(struct predictor *p, const double theta[], const bool want[],
+                                    const struct predict_sink *sink, struct prediction *out, struct bf_error *err)
+{
+    return run_each(p, theta, want, sink, out, err);
 }
 
 enum bf_status predictor_run(struct predictor *p, const double theta[], const bool want[], struct prediction *out,
                              struct bf_error *err)
 {
-    return p->each != NULL ? run_each(p, theta, want, out, err) : single_run(p, theta, want, out, err);
+    return p->each != NULL ? run_each(p, theta, want, NULL, out, err) : single_run(p, theta, want, out, err);
 }
 
 static enum bf_status settle_each(struct predictor *p, const double theta[], const struct predict_target *target,

@@ -122,7 +122,8 @@ static enum bf_status run_with_clock(const struct run *run, struct bf_error *err
 }
 
 /* Nothing predicted yet; BF_NUMERIC where the last base failed. */
-static enum bf_status begin(struct predictor *p, bool with_jacobian, struct prediction *out, struct bf_error *err)
+static enum bf_status begin(struct predictor *p, bool with_jacobian, const bool want[], struct prediction *out,
+                            struct bf_error *err)
 {
     *out = (struct prediction){.n_rows = p->n_rows,
                                .n_parameters = p->map.n,
@@ -135,7 +136,10 @@ static enum bf_status begin(struct predictor *p, bool with_jacobian, struct pred
         return bf_fail(err, BF_NUMERIC, "the model could not be evaluated at its last base; rebase it first");
     if (with_jacobian) {
         out->jacobian = p->jacobian;
-        memset(p->jacobian, 0, p->n_rows * p->map.n * sizeof *p->jacobian);
+        for (size_t j = 0; j < p->map.n; j++)
+            if (p->whole == 0 || want == NULL ||
+                want[j]) /* of a piece nobody reads the others, and they take no memory */
+                memset(p->jacobian + j * p->n_rows, 0, p->n_rows * sizeof *p->jacobian);
     }
     return BF_OK;
 }
@@ -144,7 +148,7 @@ enum bf_status single_run_system(struct predictor *p, const double theta[], bool
                                  struct bf_error *err)
 {
     const struct run run = {.p = p, .theta = theta, .out = out};
-    const enum bf_status status = begin(p, with_jacobian, out, err);
+    const enum bf_status status = begin(p, with_jacobian, NULL, out, err);
     return status == BF_OK ? run_system(&run, err) : status;
 }
 
@@ -152,7 +156,7 @@ enum bf_status single_run(struct predictor *p, const double parameters[], const 
                           struct prediction *out, struct bf_error *err)
 {
     const struct run run = {.p = p, .theta = parameters, .want = want_jacobian, .out = out};
-    enum bf_status status = begin(p, want_jacobian != NULL, out, err);
+    enum bf_status status = begin(p, want_jacobian != NULL, want_jacobian, out, err);
     if (status != BF_OK)
         return status;
     bool differences = false;

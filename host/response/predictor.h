@@ -184,6 +184,14 @@ enum bf_status single_settle(struct predictor *p, const double theta[], const st
 enum bf_status settle_last(struct predictor *p, const struct predict_target *target, struct prediction *y, double a[],
                            struct bf_error *err);
 
+/*
+ * predict_each_model.c. each_wanted: is any parameter of this model on these records of one record alone and moves the beam, or is any place? each_model: the
+ * model of one record, in which nothing differs any more; to be freed also after a failure.
+ */
+bool each_wanted(const struct model *model, const struct record records[], size_t n_records);
+enum bf_status each_model(const struct model *model, const struct record *record, struct model *out,
+                          struct bf_error *err);
+
 void kernels_new(struct predictor *p); /* at the system as evaluated */
 void kernels_free(struct predictor *p);
 /* predict_parameters.c: what a parameter vector says. predictor_use: writes it into p->model. */

@@ -119,6 +119,29 @@ enum bf_status predictor_rebase(struct predictor *predictor, const double parame
 enum bf_status predictor_run(struct predictor *predictor, const double parameters[], const bool want_jacobian[],
                              struct prediction *out, struct bf_error *err);
 
+/*
+ * The same without a Jacobian in memory: some record of the window is so long that it is predicted piece by piece (`pieces`), and the rows' derivatives are
+ * handed on as they come. No such record has initial states.
+ */
+bool predictor_is_long(const struct predictor *predictor);
+
+/* Rows row … row + n − 1 of the stacked vectors, all of one channel. */
+struct predict_block {
+    size_t channel, row, n;
+    const double *y;             /* [n] */
+    const double *const *column; /* [n_parameters], d y/d parameter [n]; NULL: not wanted */
+};
+
+/* Takes each row once; of each channel the last block comes first, as a recursion over all later samples wants it. */
+struct predict_sink {
+    enum bf_status (*take)(void *context, const struct predict_block *block, struct bf_error *err);
+    void *context;
+};
+
+/* predictor_run() of a predictor that is long; out->jacobian is NULL. */
+enum bf_status predictor_run_blocks(struct predictor *predictor, const double parameters[], const bool want_jacobian[],
+                                    const struct predict_sink *sink, struct prediction *out, struct bf_error *err);
+
 /* amplitude[n_nuisance]: the initial states as last solved; kept until changed. */
 void predictor_set_nuisance(struct predictor *predictor, const double amplitude[]);
 

@@ -7,6 +7,7 @@
 #include <string.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 #include "run_program.h"
@@ -130,8 +131,10 @@ static void run(const char *dir, long file_limit, const char *program, const cha
     if (child == 0)
         become(dir, file_limit, program, arguments, out, err);
     int state;
-    if (waitpid(child, &state, 0) != child)
+    struct rusage used;
+    if (wait4(child, &state, 0, &used) != child)
         give_up("wait for", program);
+    outcome->memory_kB = used.ru_maxrss;
     outcome->status = WIFEXITED(state) ? WEXITSTATUS(state) : 128 + WTERMSIG(state);
     read_file(out, outcome->out);
     read_file(err, outcome->err);

@@ -12,6 +12,7 @@ enum { PROGRAM_TEXT = 1 << 17 };
 
 struct outcome {
     int status;             /* exit status; 128 + signal when it was killed */
+    long memory_kB;         /* at its peak */
     char out[PROGRAM_TEXT]; /* standard output, cut to this size */
     char err[PROGRAM_TEXT]; /* standard error */
 };

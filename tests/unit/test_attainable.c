@@ -7,6 +7,7 @@
 #include <cmocka.h>
 #include <math.h>
 #include <stdio.h>
+#include "noise/attainable_problem.h"
 #include "noise/noise.h"
 #include "signals.h"
 #include "test_files.h"
@@ -294,6 +295,79 @@ static void nonlinear_causes_do_not(void **state)
     }
 }
 
+/* A sweep that goes on for 180,000 samples; both channels, with noise. */
+static struct record make_long_record(size_t n)
+{
+    struct record record = {.path = strdup("long.csv"), .n = n, .dt_s = dt};
+    double *u = bf_alloc(n, sizeof *u), *z = bf_alloc(n, sizeof *z);
+    uint64_t seed = signal_seed(51);
+    for (size_t i = 0; i < n; i++)
+        u[i] = (1.0 - exp(-(double)i * dt)) *
+               sin(2.0 * M_PI * (90.0 * (double)i * dt + 80.0 * sin(0.9 * (double)i * dt) / 0.9));
+    record_add_column(&record, "drive_N", u);
+    for (int channel = 0; channel < 2; channel++) {
+        memset(z, 0, n * sizeof *z);
+        for (int m = 0; m < MODES; m++)
+            signal_add_mode(mode_Hz[m], damping[m], (channel == 1 && m == 1 ? -1.0 : 1.0) / (1.0 + m), dt, u, n, 0.0,
+                            z);
+        const double rms = signal_rms(z, n);
+        for (size_t i = 0; i < n; i++)
+            z[i] += noise_share * rms * signal_normal(&seed);
+        record_add_column(&record, channel == 0 ? "tip_m" : "middle_m", z);
+    }
+    free(u), free(z);
+    return record;
+}
+
+/* ½ Σ r² of a problem's records at the poles, weighted. */
+static double value_at(const struct attainable_problem *p, const double x[])
+{
+    struct attainable_rows *rows = bf_alloc(p->n_records, sizeof *rows);
+    struct bf_error err;
+    double value;
+    if (attainable_compress(p, x, EXTRA_NONE, rows, &err) != BF_OK ||
+        attainable_value(p, rows, &value, NULL, &err) != BF_OK)
+        fail_msg("%s", err.text);
+    attainable_rows_free(rows, p->n_records);
+    free(rows);
+    return value;
+}
+
+/* At the same poles the pieces leave what the whole leaves, but for what states of their own take: of noise little, of a wrong damping more. */
+static void a_long_record_is_the_sum_of_its_pieces(void **state)
+{
+    (void)state;
+    struct model model = read_model();
+    struct record record = make_long_record(180000);
+    struct attainable_problem p = {.m = MODES, .n_slots = 1, .n_outputs = 2};
+    struct bf_error err;
+    double x[2 * MODES];
+    assert_int_equal(attainable_add_record(&p, &model, &record, 0, NULL, &err), BF_OK);
+    assert_true(p.n_records > 1);
+    assert_int_equal(p.n_channels, 2);
+    struct attainable_problem whole = p;
+    struct attainable_record one = p.records[0];
+    one.n = one.n_whole, one.after = 0;
+    whole.records = &one, whole.n_records = 1;
+    for (int off = 0; off < 2; off++) { /* at the poles, and beside them */
+        for (int m = 0; m < MODES; m++) {
+            x[2 * m] = log(2.0 * M_PI * mode_Hz[m]);
+            x[2 * m + 1] = x[2 * m] + log(damping[m] * (off ? 1.05 : 1.0));
+        }
+        const double wanted = value_at(&whole, x);
+        attainable_close(&one); /* its sources are those of the first piece */
+        const double got = value_at(&p, x);
+        if (!(got <= wanted * (1.0 + 1e-9) && got > wanted * (1.0 - (off ? 3e-3 : 4e-4))))
+            fail_msg("%.9g where the whole record leaves %.9g", got, wanted);
+    }
+    attainable_problem_free(&p);
+    struct attainable a = find(&record, 1);
+    check_floor(&a, 2, 0);
+    attainable_free(&a);
+    record_free(&record);
+    model_free(&model);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -306,6 +380,7 @@ int main(void)
         cmocka_unit_test(what_cannot_be_fitted_has_no_modes),
         cmocka_unit_test(linear_causes_end_at_the_noise),
         cmocka_unit_test(nonlinear_causes_do_not),
+        cmocka_unit_test(a_long_record_is_the_sum_of_its_pieces),
     };
     return cmocka_run_group_tests_name("attainable", tests, NULL, NULL);
 }

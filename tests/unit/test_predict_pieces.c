@@ -46,6 +46,44 @@ struct both {
     bool *want;
 };
 
+/* Blocks against the Jacobian that was kept: each row once, of each channel the last ones first. */
+struct kept {
+    const struct both *b;
+    size_t rows, next[8]; /* taken; the first row taken of each channel */
+};
+
+static enum bf_status take(void *context, const struct predict_block *block, struct bf_error *err)
+{
+    struct kept *k = context;
+    const struct prediction *out = &k->b->out[1];
+    const struct predict_channel *channels;
+    (void)err;
+    assert_true(block->channel < predictor_channels(k->b->predictor[1], &channels));
+    const struct predict_channel *channel = &channels[block->channel];
+    assert_int_equal(block->row + block->n,
+                     k->next[block->channel] > 0 ? k->next[block->channel] : channel->row + channel->n);
+    k->next[block->channel] = block->row;
+    k->rows += block->n;
+    for (size_t j = 0; j < k->b->n; j++)
+        assert_memory_equal(block->column[j], out->jacobian + j * out->n_rows + block->row, block->n * sizeof(double));
+    assert_memory_equal(block->y, out->y + block->row, block->n * sizeof(double));
+    return BF_OK;
+}
+
+static void check_blocks(const struct both *b)
+{
+    struct bf_error err;
+    struct kept kept = {.b = b};
+    struct prediction y;
+    assert_false(predictor_is_long(b->predictor[0]));
+    assert_true(predictor_is_long(b->predictor[1]));
+    if (predictor_run_blocks(b->predictor[1], b->theta, b->want, &(struct predict_sink){take, &kept}, &y, &err) !=
+        BF_OK)
+        fail_msg("%s", err.text);
+    assert_null(y.jacobian);
+    assert_int_equal(kept.rows, b->out[1].n_rows);
+}
+
 static void run_both(struct both *b)
 {
     struct bf_error err;
@@ -65,6 +103,7 @@ static void run_both(struct both *b)
                 fail_msg("channel %zu, parameter %zu: %.3g of rms", c, j, off);
         }
     }
+    check_blocks(b);
 }
 
 static void check(const char *effects, enum intersample intersample, double t_end_s)
