@@ -288,7 +288,8 @@ void stabilisation_sums_free(struct stabilisation_sums *sums)
 /* Gᵢⱼ = sum at lag j − i of the signals that rows and columns are multiples of: Toeplitz blocks of n + 1. */
 static double entry(const struct stabilisation_channel *c, size_t n, size_t row, size_t column)
 {
-    const size_t a = row / (n + 1), b = column / (n + 1), i = row % (n + 1), j = column % (n + 1);
+    const size_t own = n + 1; /* > 0: NOLINTNEXTLINE(clang-analyzer-core.DivideZero) */
+    const size_t a = row / own, b = column / own, i = row % own, j = column % own;
     return c->sum[a][b][STABILISATION_LAGS + j - i];
 }
 

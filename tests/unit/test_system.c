@@ -101,8 +101,7 @@ static const char *const cases[] = {
     "  - {kind: viscoelastic, strength_Nm2: 0.02, relaxation_s: 0.002}\n  - {kind: tip_mass, mass_kg: 0.001}\n",
     /* two effects with one relaxation time: their poles would coincide if each had states of its own */
     "  - {kind: viscoelastic, relaxation_s: 1e-3}\n  - {kind: electrical_coupling, time_constant_s: 1e-3}\n",
-    "  - {kind: attached_resonator, mass_kg: 0.004, frequency_Hz: 8, damping_ratio: 0.1, at_m: {value: 0.3, fixed: "
-    "false}}\n",
+    "  - {kind: attached_resonator, mass_kg: 4e-3, frequency_Hz: 8, at_m: {value: 0.3, fixed: false}}\n",
     "  - {kind: electrical_coupling}\n", /* memory over a part of the span: fewer states than coordinates */
     /* two of them, one without mass */
     "  - {kind: attached_resonator, mass_kg: 0.002, frequency_Hz: 20, damping_ratio: 0}\n"
