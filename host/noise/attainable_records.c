@@ -77,7 +77,9 @@ static enum bf_status add_channels(struct attainable_problem *p, const struct mo
     enum bf_status status = BF_OK;
     for (size_t o = 0; o < outputs && status == BF_OK; o++) {
         const double *z = record_column(record, model->outputs[o].name);
-        const double rms = z != NULL ? root_mean_square(z + from, r->n) : 0.0;
+        if (z == NULL)
+            continue;
+        const double rms = root_mean_square(z + from, r->n);
         if (!(rms > 0.0))
             continue;
         struct attainable_data *data = &r->data[r->n_data++];

@@ -104,8 +104,7 @@ static const char *const cases[] = {
     "  - {kind: attached_resonator, mass_kg: 4e-3, frequency_Hz: 8, at_m: {value: 0.3, fixed: false}}\n",
     "  - {kind: electrical_coupling}\n", /* memory over a part of the span: fewer states than coordinates */
     /* two of them, one without mass */
-    "  - {kind: attached_resonator, mass_kg: 0.002, frequency_Hz: 20, damping_ratio: 0}\n"
-    "  - {kind: attached_resonator, mass_kg: 0, frequency_Hz: 70, damping_ratio: 0.01, at_m: 0.2}\n",
+    "  - {kind: attached_resonator}\n  - {kind: attached_resonator, mass_kg: 0, frequency_Hz: 70, at_m: 0.2}\n",
 };
 enum { CASES = sizeof cases / sizeof *cases };
 /* The last two have poles that hardly act, of the first they nearly coincide: derivatives in test_predict_gradients.c. */
