@@ -14,6 +14,8 @@
 static const double least_excess = 0.05;
 /* Nats that are half of a lead without end. */
 static const double clear_lead = 5.0;
+/* Of the misfit's power: what takes it is an answer of a real beam, which is never exact. */
+static const double an_answer = 0.97;
 
 static double excess(const struct hypothesis *h)
 {
@@ -84,15 +86,33 @@ static double share_above(double left, double floor)
     return sqrt(1.0 - least * least / (all * all));
 }
 
+static bool is_linear(const struct hypothesis *h)
+{
+    for (size_t e = 0; e < h->n_effects; e++)
+        if (!effect_is_linear(h->effects[e]))
+            return false;
+    return true;
+}
+
+/*
+ * What no linear model takes a nonlinear effect may take: a free linear model is no measure of what such an explanation should leave. It is let
+ * off with that floor only where it takes nearly all, of the held-out records, too.
+ */
+static bool has_floor(const struct diagnosis *d, const struct hypothesis *h)
+{
+    const bool nearly_all = h->explained >= an_answer && !(h->held_out_explained < an_answer);
+    return d->attainable.modes > 0 && (is_linear(h) || nearly_all);
+}
+
 /* Of the fitted records with the least that any explanation leaves, or of the held-out ones with the best: whichever has more above a free linear model. */
 static double share_left(const struct diagnosis *d, const struct hypothesis *least, const struct hypothesis *best)
 {
-    const double floor = d->attainable.modes > 0 ? d->attainable.noise_ratio : 1.0;
-    const double fitted = share_above(least->fitted.noise_ratio, floor);
+    const double floor = d->attainable.noise_ratio;
+    const double fitted = share_above(least->fitted.noise_ratio, has_floor(d, least) ? floor : 1.0);
     if (best->check.n_channels == 0)
         return fitted;
     /* the floor of the held-out records where it is known, and never less than of the fitted ones */
-    const double held_out = d->attainable.modes > 0 ? fmax(d->attainable.held_out_noise_ratio, floor) : floor;
+    const double held_out = has_floor(d, best) ? fmax(d->attainable.held_out_noise_ratio, floor) : 1.0;
     return fmax(fitted, share_above(best->check.noise_ratio, held_out));
 }
 
