@@ -194,7 +194,7 @@ static void spoil_6(struct model *m)
 }
 static void spoil_7(struct model *m)
 {
-    m->effects[0].parameters[2].value = 1000.0;
+    m->effects[0].parameters[2].value = 1001.0;
 }
 
 static void check_sees_what_a_program_can_spoil(void **state)
