@@ -157,7 +157,7 @@ static void project(struct fit_problem *p, const struct linear_part *part)
 
 static void weigh_residual(struct fit_problem *p)
 {
-    for (size_t c = 0; c < p->n_channels; c++) {
+    for (size_t c = 0; c < p->n_channels && p->fitted != NULL; c++) { /* NULL: there are no samples */
         const struct predict_channel *channel = &p->channels[c];
         for (size_t k = 0; k < channel->n; k++) {
             const size_t row = channel->row + k;
