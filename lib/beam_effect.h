@@ -115,6 +115,11 @@ struct beam_parameter_info {
 
 /* ---- Places: linear operators on the deflection y ---- */
 
+/*
+ * An effect has at most one coordinate of its own, and gives it a mass that is not 0. Only the host's spaces hold such coordinates: a controller
+ * gets them inside the matrices that the host makes, and beam_assemble() refuses them.
+ */
+
 enum beam_operator_kind {
     BEAM_AT_NOTHING = 0,
     /* functionals: one number w; the term acts as w(φ)·(…)w(y) */
@@ -153,11 +158,6 @@ struct beam_operator {
     beam_real from_m, to_m;  /* BEAM_AT_SLOPE_DIFFERENCE */
     int at_parameter;        /* 1 + index of the parameter that is at_m; 0: the place is no parameter */
 };
-
-/*
- * BEAM_AT_OWN: an effect has one such coordinate at most, and gives it a mass that is not 0. Only the host's spaces hold it: a controller gets
- * it inside the matrices that the host makes (beam_assemble() refuses it).
- */
 
 /* What an effect may know of the beam it sits on. */
 struct beam_place {

@@ -119,12 +119,6 @@ static enum bf_status error_of(const struct work *w, enum factor_of_fit how, dou
 
 /* ---- What an open factor says ---- */
 
-static int ascending(const void *a, const void *b)
-{
-    const double *x = a, *y = b;
-    return (*x > *y) - (*x < *y);
-}
-
 /* The records' common factor; false: they have none. */
 static bool common_factor(const struct fit_result *result, double *factor)
 {
@@ -133,9 +127,8 @@ static bool common_factor(const struct fit_result *result, double *factor)
     if (n == 0 || n > FACTOR_RECORDS)
         return false;
     memcpy(sorted, result->level, n * sizeof *sorted);
-    qsort(sorted, n, sizeof *sorted, ascending);
+    *factor = median(n, sorted); /* sorts them */
     const double low = sorted[0], high = sorted[n - 1];
-    *factor = 0.5 * (sorted[(n - 1) / 2] + sorted[n / 2]);
     const double ratio = low > 0.0 ? high / low : low / high;
     return low * high > 0.0 && ratio < (*factor < 0.0 ? alike_sign : alike);
 }

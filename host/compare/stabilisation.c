@@ -91,18 +91,6 @@ static void mark_stable(struct stabilisation *s, size_t below, size_t first)
 
 /* ---- Columns of stable poles ---- */
 
-static int by_value(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-static double median_of(double x[], size_t n)
-{
-    qsort(x, n, sizeof *x, by_value);
-    return 0.5 * (x[(n - 1) / 2] + x[n / 2]);
-}
-
 /* Medians of stable poles [from, to), ascending in frequency, when they are of enough orders. */
 static void name_column(const struct stabilisation_pole stable[], size_t from, size_t to, struct stabilisation *out)
 {
@@ -115,7 +103,7 @@ static void name_column(const struct stabilisation_pole stable[], size_t from, s
         zeta[k] = stable[from + k].damping_ratio;
     }
     out->found = bf_grow(out->found, out->n_found + 1, sizeof *out->found);
-    out->found[out->n_found++] = (struct stabilisation_found){median_of(f_Hz, n), median_of(zeta, n), n};
+    out->found[out->n_found++] = (struct stabilisation_found){median(n, f_Hz), median(n, zeta), n};
     free(f_Hz), free(zeta);
 }
 

@@ -63,7 +63,7 @@ static void time_constants(const struct scan *s, struct candidate *c, int slot)
 static bool of_mains(double frequency_Hz)
 {
     enum { HARMONICS = 8 };
-    static const double off = 0.02, lowest_Hz = 45.0, highest_Hz = 65.0; /* a generator may run anywhere between */
+    static const double off = 0.01, lowest_Hz = 45.0, highest_Hz = 65.0; /* a generator may run anywhere between */
     if (frequency_Hz >= lowest_Hz && frequency_Hz <= highest_Hz)
         return true;
     for (size_t m = 0; m < sizeof mains_Hz / sizeof *mains_Hz; m++)

@@ -23,15 +23,11 @@ static const struct resonator_limits {
 enum { FREQUENCIES = 8, PLACES = 2 };
 static const double places[PLACES] = {1.0, 0.6}; /* of the length */
 
-static bool is_excluded(const struct diagnose_state *w, const struct beam_effect *effect)
+/* The model's own resonators take what another one would. */
+static bool is_worth_trying(const struct diagnosis *d)
 {
-    for (size_t i = 0; i < w->options->n_without; i++)
-        if (strcmp(w->options->without[i], effect->id) == 0)
-            return true;
-    for (size_t e = 0; e < w->d->model->n_effects; e++)
-        if (effect_has_own(w->d->model->effects[e].effect))
-            return true;
-    return false;
+    return d->n_modes > 0 && own_index(d->model, d->model->n_effects) == 0 && !diagnose_is_complete(d) &&
+           d->linearity.verdict != LINEARITY_NONLINEAR;
 }
 
 static bool has_resonator(const struct hypothesis *h)
@@ -164,7 +160,7 @@ static void drop_others(struct diagnosis *d)
     d->n_hypotheses = kept;
 }
 
-/* The best of the refits stop before their end where the frequency had far to go: it goes on from there. */
+/* A refit takes a limited number of steps, too few where its frequency had far to go. The best one is refitted from where it stopped. */
 static enum bf_status to_the_end(struct diagnose_state *w, struct bf_error *err)
 {
     const struct diagnosis *d = w->d;
@@ -182,15 +178,15 @@ static enum bf_status to_the_end(struct diagnose_state *w, struct bf_error *err)
 
 enum bf_status diagnose_resonator(struct diagnose_state *w, struct bf_error *err)
 {
-    const struct beam_effect *effect = effect_find("attached_resonator", err);
-    struct diagnosis *d = w->d;
-    if (effect == NULL || is_excluded(w, effect) || d->n_modes == 0 || diagnose_is_complete(d) ||
-        d->linearity.verdict == LINEARITY_NONLINEAR)
+    enum bf_status status = BF_OK;
+    if (!is_worth_trying(w->d))
         return BF_OK;
-    enum bf_status status = try_all(w, effect);
+    for (int i = 0; i < beam_effects_count && status == BF_OK; i++)
+        if (effect_has_own(beam_effects[i]) && !diagnose_leaves_out(w, beam_effects[i]))
+            status = try_all(w, beam_effects[i]);
     if (status == BF_OK)
         status = to_the_end(w, err);
-    drop_others(d);
-    diagnose_rank(d, w->n_tried);
+    drop_others(w->d);
+    diagnose_rank(w->d, w->n_tried);
     return status;
 }

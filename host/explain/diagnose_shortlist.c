@@ -153,10 +153,10 @@ enum bf_status shortlist_score(struct shortlist *s, enum effect_kind kind, struc
     return BF_OK;
 }
 
-static bool excluded(const struct diagnose_state *w, const char *id)
+bool diagnose_leaves_out(const struct diagnose_state *w, const struct beam_effect *effect)
 {
     for (size_t i = 0; i < w->options->n_without; i++)
-        if (strcmp(w->options->without[i], id) == 0)
+        if (strcmp(w->options->without[i], effect->id) == 0)
             return true;
     return false;
 }
@@ -183,7 +183,7 @@ enum bf_status shortlist_try_laws(struct shortlist *s, struct bf_error *err)
     size_t kept = 0;
     for (size_t i = 0; i < s->n_trials; i++) {
         w->n_tried += s->trials[i].forces;
-        if (excluded(w, s->trials[i].effect->id) || !s->trials[i].possible)
+        if (diagnose_leaves_out(w, s->trials[i].effect) || !s->trials[i].possible)
             trial_free(&s->trials[i]);
         else
             s->trials[kept++] = s->trials[i];

@@ -140,6 +140,8 @@ enum bf_status diagnose_try(struct diagnose_state *w, struct refit_job jobs[], s
 extern const double diagnose_worth; /* a candidate that will leave more than this times the best is given up */
 /* The misfit is many times the noise; only the true kind of effect then comes down to the noise. Otherwise the misfit is weak. */
 bool diagnose_is_far(const struct hypothesis *h);
+/* The effect is left out on request (--without). */
+bool diagnose_leaves_out(const struct diagnose_state *w, const struct beam_effect *effect);
 extern const double diagnose_at_noise; /* fitted noise ratio that passes it; the floor's own error is about 1 % */
 
 /*

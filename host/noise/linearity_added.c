@@ -18,12 +18,6 @@ static const double line_sds = 12.0;     /* of a line's amplitude: steady drives
 static const double line_scatter = 0.03; /* of its amplitude over the pieces, relative; a mode decays faster */
 static const double offset_sds = 6.0;
 
-static int ascending(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* Power of x, Blackman–Harris window: [n/2 + 1]. */
 static double *power_spectrum(const double *x, size_t n)
 {
@@ -47,7 +41,7 @@ static double background(const double *power, size_t n_bins, size_t k)
         if (k + d < n_bins)
             around[n++] = power[k + d];
     }
-    qsort(around, n, sizeof *around, ascending);
+    sort_ascending(n, around);
     return n > 0 ? around[n / 2] : 0.0;
 }
 

@@ -49,18 +49,12 @@ static bool is_constant(const double *x, size_t n)
     return true;
 }
 
-static int ascending(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* The smallest step between values, when every value is a whole number of steps from the first; else 0. */
 static double find_quantisation(const double *z, size_t n)
 {
     double *sorted = bf_alloc(n, sizeof *sorted), step = INFINITY;
     memcpy(sorted, z, n * sizeof *sorted);
-    qsort(sorted, n, sizeof *sorted, ascending);
+    sort_ascending(n, sorted);
     for (size_t i = 1; i < n; i++)
         if (sorted[i] > sorted[i - 1])
             step = fmin(step, sorted[i] - sorted[i - 1]);

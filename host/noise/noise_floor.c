@@ -122,12 +122,6 @@ static double collect_rows(const struct noise_tiles *w, double bias, double supp
     return total;
 }
 
-static int ascending(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* The given quantile of all tiles. */
 static double low_level(const struct noise_tiles *w, double quantile)
 {
@@ -136,7 +130,7 @@ static double low_level(const struct noise_tiles *w, double quantile)
     for (size_t i = 0; i < w->n_tiles; i++)
         if (w->usable[i])
             level[n++] = w->power[i] / w->gain[i];
-    qsort(level, n, sizeof *level, ascending);
+    sort_ascending(n, level);
     const double x = n > 0 ? level[(size_t)(quantile * (double)(n - 1))] : 0.0;
     free(level);
     return x;

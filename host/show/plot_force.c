@@ -26,12 +26,6 @@ static double mean_at(const struct plot_force *q, double w)
     return y0;
 }
 
-static int ascending(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 static void write_samples(const struct plot_force *q, struct picture *p)
 {
     const size_t step = q->n / MOST_DOTS + 1;
@@ -88,7 +82,7 @@ static double height(const struct plot_force *q)
     double *size = bf_alloc(q->n + 1, sizeof *size);
     for (size_t k = 0; k < q->n; k++)
         size[k] = fabs(q->f[k]);
-    qsort(size, q->n, sizeof *size, ascending);
+    sort_ascending(q->n, size);
     if (q->n > 0)
         top = size[q->n * 9 / 10];
     free(size);

@@ -84,13 +84,38 @@ static struct record make_record(bool driven, const char *more)
     return measure(&spec);
 }
 
-static struct comparison compare(const struct model *model, const struct record *record)
-{
+/* The strip as it is, one record, and the comparison of the two. */
+struct compared {
+    struct model model;
+    struct record record;
     struct comparison all;
+};
+
+static struct compared *compared_new(struct record record)
+{
     struct bf_error err;
-    if (compare_run(model, record, 1, 0, NULL, &all, &err) != BF_OK)
+    struct compared *c = calloc(1, sizeof *c);
+    assert_non_null(c);
+    c->model = read_model(), c->record = record;
+    if (compare_run(&c->model, &c->record, 1, 0, NULL, &c->all, &err) != BF_OK)
         fail_msg("%s", err.text);
-    return all;
+    return c;
+}
+
+static void compared_free(struct compared *c)
+{
+    compare_free(&c->all);
+    record_free(&c->record);
+    model_free(&c->model);
+    free(c);
+}
+
+static struct amplitude_curves curves_of(const struct compared *c)
+{
+    struct amplitude_curves curves;
+    struct bf_error err;
+    assert_int_equal(amplitude_measure(&c->all, &curves, &err), BF_OK);
+    return curves;
 }
 
 static const struct amplitude_curve *curve_of(const struct amplitude_curves *curves, const char *channel, size_t mode)
@@ -106,12 +131,8 @@ static const struct amplitude_curve *curve_of(const struct amplitude_curves *cur
 static void a_linear_backbone_is_flat_within_its_error_bars(void **state)
 {
     (void)state;
-    struct model model = read_model();
-    struct record record = make_record(false, NULL);
-    struct comparison all = compare(&model, &record);
-    struct amplitude_curves curves;
-    struct bf_error err;
-    assert_int_equal(amplitude_measure(&all, &curves, &err), BF_OK);
+    struct compared *strip = compared_new(make_record(false, NULL));
+    struct amplitude_curves curves = curves_of(strip);
     for (size_t i = 0; i < curves.n; i++) {
         const struct amplitude_curve *c = &curves.curves[i];
         const double f_Hz = mode_rad((int)c->mode - 1) / (2.0 * pi), zeta = mode_damping((int)c->mode - 1);
@@ -127,21 +148,15 @@ static void a_linear_backbone_is_flat_within_its_error_bars(void **state)
     assert_null(amplitude_no_decay(&curves, 0));
     assert_string_equal(curves.text, "");
     amplitude_free(&curves);
-    compare_free(&all);
-    record_free(&record);
-    model_free(&model);
+    compared_free(strip);
 }
 
 /* A cubic spring at the tip: f = f₀ (1 + 3 k₃ φ² A²/(8 ω²)), φ² = 4/(ρℓ) at the tip, A there. To 3 % of the shift, below a shift of 3 %. */
 static void a_cubic_spring_hardens_by_the_known_amount(void **state)
 {
     (void)state;
-    struct model model = read_model();
-    struct record record = make_record(false, "effect cubic_stiffness coefficient_Npm3=3e8 at_m=0.35");
-    struct comparison all = compare(&model, &record);
-    struct amplitude_curves curves;
-    struct bf_error err;
-    assert_int_equal(amplitude_measure(&all, &curves, &err), BF_OK);
+    struct compared *strip = compared_new(make_record(false, "effect cubic_stiffness coefficient_Npm3=3e8 at_m=0.35"));
+    struct amplitude_curves curves = curves_of(strip);
     const struct amplitude_curve *c = curve_of(&curves, "tip_m", 1);
     const double w = mode_rad(0), f_Hz = w / (2.0 * pi);
     size_t checked = 0;
@@ -159,26 +174,20 @@ static void a_cubic_spring_hardens_by_the_known_amount(void **state)
     assert_true(c->frequency_drift > 0.04 && c->frequency_drift < 0.08);
     assert_contains(curves.text, "frequency of mode 1 rises");
     amplitude_free(&curves);
-    compare_free(&all);
-    record_free(&record);
-    model_free(&model);
+    compared_free(strip);
 }
 
 /* A model that is 7 % off, windows that are many turns apart: both have their own frequency. */
 static void a_model_that_is_off_does_not_move_what_is_measured(void **state)
 {
     (void)state;
-    struct model model = read_model();
-    struct record record = make_record(false, NULL);
-    struct comparison all = compare(&model, &record);
-    struct amplitude_curves curves;
-    struct bf_error err;
+    struct compared *strip = compared_new(make_record(false, NULL));
     double off_Hz[MODES];
-    assert_true(all.n_modes >= MODES);
+    assert_true(strip->all.n_modes >= MODES);
     for (int m = 0; m < MODES; m++)
         off_Hz[m] = 1.07 * mode_rad(m) / (2.0 * pi);
-    memcpy(all.frequency_Hz, off_Hz, sizeof off_Hz);
-    assert_int_equal(amplitude_measure(&all, &curves, &err), BF_OK);
+    memcpy(strip->all.frequency_Hz, off_Hz, sizeof off_Hz);
+    struct amplitude_curves curves = curves_of(strip);
     for (size_t mode = 1; mode <= 2; mode++) {
         const struct amplitude_curve *c = curve_of(&curves, "laser_mps", mode);
         const double f_Hz = mode_rad((int)mode - 1) / (2.0 * pi);
@@ -188,28 +197,20 @@ static void a_model_that_is_off_does_not_move_what_is_measured(void **state)
         }
     }
     amplitude_free(&curves);
-    compare_free(&all);
-    record_free(&record);
-    model_free(&model);
+    compared_free(strip);
 }
 
 static void a_driven_record_says_that_it_has_no_decay(void **state)
 {
     (void)state;
-    struct model model = read_model();
-    struct record record = make_record(true, NULL);
-    struct comparison all = compare(&model, &record);
-    struct amplitude_curves curves;
-    struct bf_error err;
+    struct compared *strip = compared_new(make_record(true, NULL));
+    struct amplitude_curves curves = curves_of(strip);
     size_t mode[3];
-    assert_int_equal(amplitude_measure(&all, &curves, &err), BF_OK);
     assert_int_equal(curves.n, 0);
     assert_contains(amplitude_no_decay(&curves, 0), "drives the beam to the end");
     assert_int_equal(amplitude_dominant(&curves, "tip_m", SIZE_MAX, 0, mode, 3), 0);
     amplitude_free(&curves);
-    compare_free(&all);
-    record_free(&record);
-    model_free(&model);
+    compared_free(strip);
 }
 
 static void the_strongest_modes_come_first(void **state)
@@ -241,14 +242,13 @@ static const struct stabilisation_found *nearest(const struct stabilisation *s, 
     return best;
 }
 
-/* Poles to 0.5 %, damping to the stated share, nothing else named; the beam's frequencies up to Nyquist are three. */
-static void check_poles(const struct record *record, double damping_share)
+/* Poles to 0.5 %, damping to the stated share, nothing else named; the beam's frequencies up to Nyquist are three. Frees the record. */
+static void check_poles(struct record record, double damping_share)
 {
-    struct model model = read_model();
-    struct comparison all = compare(&model, record);
+    struct compared *strip = compared_new(record);
     struct stabilisation s;
     struct bf_error err;
-    assert_int_equal(stabilisation_find(&all, &s, &err), BF_OK);
+    assert_int_equal(stabilisation_find(&strip->all, &s, &err), BF_OK);
     assert_int_equal(s.modes, STABILISATION_MODES);
     assert_int_equal(s.n_found, MODES);
     for (int m = 0; m < MODES; m++) {
@@ -260,18 +260,14 @@ static void check_poles(const struct record *record, double damping_share)
     }
     assert_true(s.n_lines > 100 && s.line_Hz[s.n_lines - 1] <= 1024.0 + 1e-9);
     stabilisation_free(&s);
-    compare_free(&all);
-    model_free(&model);
+    compared_free(strip);
 }
 
 static void a_hit_and_a_chirp_show_the_true_poles(void **state)
 {
     (void)state;
-    struct record hit = make_record(false, NULL), chirp = make_record(true, NULL);
-    check_poles(&hit, 0.2);
-    check_poles(&chirp, 0.2);
-    record_free(&hit);
-    record_free(&chirp);
+    check_poles(make_record(false, NULL), 0.2);
+    check_poles(make_record(true, NULL), 0.2);
 }
 
 /* The record from 0.3 s on, in full motion at its beginning: a free decay. Mode 3 is near the noise there: its frequency is right, its
@@ -285,29 +281,24 @@ static void a_free_decay_shows_the_true_poles(void **state)
     record_add_column(&decay, "laser_mps", record_column(&hit, "laser_mps") + from);
     record_add_column(&decay, "tip_m", record_column(&hit, "tip_m") + from);
     record_add_meta(&decay, "excitation", "free_decay");
-    check_poles(&decay, 0.5);
-    record_free(&decay);
     record_free(&hit);
+    check_poles(decay, 0.5);
 }
 
 static void noise_alone_has_no_stable_poles(void **state)
 {
     (void)state;
-    struct model model = read_model();
-    struct record record = make_record(false, "noise 100");
-    struct comparison all = compare(&model, &record);
+    struct compared *strip = compared_new(make_record(false, "noise 100"));
     struct stabilisation s;
     struct bf_error err;
-    assert_int_equal(stabilisation_find(&all, &s, &err), BF_OK);
+    assert_int_equal(stabilisation_find(&strip->all, &s, &err), BF_OK);
     assert_int_equal(s.n_found, 0);
     stabilisation_free(&s);
-    all.n_held_out = 1; /* nothing is left to compute from */
-    assert_int_equal(stabilisation_find(&all, &s, &err), BF_OK);
+    strip->all.n_held_out = 1; /* nothing is left to compute from */
+    assert_int_equal(stabilisation_find(&strip->all, &s, &err), BF_OK);
     assert_int_equal(s.modes, 0);
     stabilisation_free(&s);
-    compare_free(&all);
-    record_free(&record);
-    model_free(&model);
+    compared_free(strip);
 }
 
 int main(void)
