@@ -200,6 +200,7 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     if (status == BF_OK)
         status = record_list_read(&a.sets.held_out, &model, err);
     if (status == BF_OK) {
+        record_lists_take_baselines(&model, &a.sets.fitted, &a.sets.held_out);
         record_sets_join(&a.sets, &all);
         status = compare_plot_prepare(&model, all.records, a.sets.fitted.n + a.sets.held_out.n, a.directory, err);
     }

@@ -60,6 +60,28 @@ enum bf_status record_list_read(struct record_list *list, const struct model *mo
     return BF_OK;
 }
 
+void record_lists_take_baselines(const struct model *model, struct record_list *fitted, struct record_list *held_out)
+{
+    struct record_list *const lists[2] = {fitted, held_out};
+    struct record **records = bf_alloc(fitted->n + (held_out ? held_out->n : 0) + 1, sizeof *records);
+    struct baseline_list found;
+    struct bf_error err;
+    size_t n = 0;
+    for (size_t i = 0; i < 2; i++)
+        for (size_t r = 0; lists[i] != NULL && r < record_list_sampled(lists[i]); r++)
+            records[n++] = &lists[i]->records[r];
+    if (baselines_take_off(model, records, n, &found, &err) != BF_OK)
+        bf_warn("zero shifts of accelerometers were not looked for: %s", err.text);
+    for (size_t i = 0; i < found.n; i++)
+        bf_warn("%s: %s has left its zero: a baseline of %.3g m/s² at the first input and %.3g at the end, %.2g %% of "
+                "the channel's rms, and other records have another. No motion of a held beam is so slow; it is taken "
+                "off. A sensor that is tightened or filtered at its base does not shift",
+                found.all[i].record->path, found.all[i].channel, found.all[i].first, found.all[i].last,
+                100.0 * found.all[i].share);
+    baselines_free(&found);
+    free(records);
+}
+
 void record_list_free(struct record_list *list)
 {
     for (size_t i = 0; i < list->n; i++)
@@ -120,6 +142,7 @@ enum bf_status record_sets_read(struct record_sets *sets, const struct model *mo
 {
     if (record_list_read(&sets->fitted, model, err) != BF_OK || record_list_read(&sets->held_out, model, err) != BF_OK)
         return err->status;
+    record_lists_take_baselines(model, &sets->fitted, &sets->held_out);
     return check_held_out(sets, err);
 }
 

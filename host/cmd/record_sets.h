@@ -20,6 +20,10 @@ void record_list_add(struct record_list *list, const char *name);
  * Every name, once; records over time in order, and then the others. A record that begins in motion beside its input (initial_state_find()) is marked, and a warning says so. On failure the records before the bad one stay, to be freed as always.
  */
 enum bf_status record_list_read(struct record_list *list, const struct model *model, struct bf_error *err);
+/*
+ * Takes zero shifts off the records of both lists (baselines_take_off()), each with a warning; BF_OK when it could not be found out, with a warning. held_out may be NULL.
+ */
+void record_lists_take_baselines(const struct model *model, struct record_list *fitted, struct record_list *held_out);
 void record_list_free(struct record_list *list);
 /* How many of the records that were read are over time; lists of frequencies and spectra without phase stand behind them. */
 size_t record_list_sampled(const struct record_list *list);

@@ -223,6 +223,8 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
         status = model_read(a.sets.model, &model, err);
     if (status == BF_OK)
         status = record_list_read(all, &model, err);
+    if (status == BF_OK)
+        record_lists_take_baselines(&model, all, NULL);
     model_free(&model);
     progress_listen(on_progress, &w);
     bf_warn_listen(on_warning, &w);

@@ -120,14 +120,15 @@ enum bf_status facts_measure(const struct diagnosis *d, const struct misfit_chan
 /* ---- Scores ---- */
 
 /*
- * Counted as the catalogue has them: a place that was pushed to the end of the beam is no unknown of the fit, and was one of the search; a
- * value for each record is one.
+ * Counted as the catalogue has them: a place that was pushed to the end of the beam is no unknown of the fit, and was one of the search. What
+ * differs from record to record is estimated from each of them, the held-out ones too.
  */
-static size_t n_parameters(const struct hypothesis *h)
+static size_t n_parameters(const struct diagnosis *d, const struct hypothesis *h)
 {
     size_t n = 0;
     for (size_t i = 0; i < h->n_effects; i++)
-        n += (size_t)h->effects[i]->n_parameters;
+        for (int slot = 0; slot < h->effects[i]->n_parameters; slot++)
+            n += effect_per_record(&h->model.effects[h->n_base + i], slot) ? d->n_records + d->n_checks : 1;
     return n;
 }
 
@@ -195,5 +196,5 @@ void facts_scores(const struct diagnosis *d, double score[])
     add_fitted(d, score);
     add_held_out(d, score);
     for (size_t i = 0; i < d->n_hypotheses; i++)
-        score[i] -= price * (double)n_parameters(&d->hypotheses[i]);
+        score[i] -= price * (double)n_parameters(d, &d->hypotheses[i]);
 }

@@ -5,6 +5,7 @@
  *
  * Order of calls:
  *   noise_of_channel()     for each channel of each record; both of the others start from it
+ *   baselines_take_off()   before all others, for all records
  *   linearity_test()       once, for all records
  *   repeatability_find()   what repeated hits tell without a model
  *   whitener_from_noise()  for each channel; then misfit_measure() for each model, evidence_compare() for a poorer and a
@@ -67,6 +68,27 @@ double noise_power(const struct noise_estimate *estimate, double from_Hz, double
  * "initial_state: free". Nothing is looked for where the record states it. Errors are those of noise_of_channel(), and so is the cost.
  */
 enum bf_status initial_state_find(const struct model *model, struct record *record, bool *found, struct bf_error *err);
+
+/*
+ * BASELINES — an accelerometer that a blow has thrown off its zero and that creeps back: slow, another in each record, and no motion of a held
+ * beam. Taken off the samples of records that begin at rest, from the first instant of an input on, by a cosine series below a tenth
+ * of the model's first frequency. An offset that all records share stays: a model may have it (sensor_offset); so does what a single record has,
+ * which has nothing to differ from.
+ */
+struct baseline {
+    const struct record *record;
+    const char *channel;
+    double first, last; /* unit of the channel, at the onset and at the end */
+    double share;       /* of the channel's rms */
+};
+struct baseline_list {
+    size_t n;
+    struct baseline *all; /* [n] */
+};
+/* records: [n_records], changed in place; all that are fitted or held out together. Errors are those of noise_of_channel(), and so is the cost. */
+enum bf_status baselines_take_off(const struct model *model, struct record *const records[], size_t n_records,
+                                  struct baseline_list *out, struct bf_error *err);
+void baselines_free(struct baseline_list *list);
 
 /*
  * EVIDENCE — how strongly data prefer one residual to another, with noise that is not white.

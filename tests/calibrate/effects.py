@@ -20,6 +20,9 @@ STATEFUL = ("quadratic_drag", "cubic_stiffness", "patch_softening", "coulomb_fri
 DRIVE = ("feedthrough", "drive_hysteresis", "drive_saturation", "drive_dead_zone")
 CHANNEL = ("sensor_highpass", "sensor_lag", "sensor_delay", "sensor_saturation", "sensor_offset", "feedthrough", "mains_hum", "sensor_quadratic")
 PER_RECORD = {"input_position": ("shift_m",), "mains_hum": ("phase_rad",), "base_motion": ("phase_rad",)}
+# What a rough rig lacks beside the cause (rigs.ROUGH_SHARE): a clamp that gives, something that swings, more damping than the model's
+BESIDE = ("root_compliance", "root_compliance", "attached_resonator", "point_damper", "point_spring", "axial_load", "hysteretic_damping",
+          "viscoelastic", "sensor_lag", "quadratic_drag", "rotary_inertia")
 FAMILIES = (("tip_mass", "point_mass"), ("point_spring", "point_damper"))  # one is a special case of the other
 CATALOGUE = ("tip_mass", "point_mass", "root_compliance", "point_spring", "point_damper", "axial_load", "rotary_inertia", "patch_position",
              "input_position", "electrical_coupling", "square_root_damping", "hysteretic_damping", "viscoelastic", "quadratic_drag",

@@ -118,13 +118,17 @@ def references(rig, exact):
 
 
 def spoil(rig, record, name, exact, reference):
-    """What stands in the file for the exact channel: gain, noise, converter."""
+    """What stands in the file for the exact channel: gain, noise, a zero shift, converter."""
     dice = random.Random("beamfit instrument %d %s %s" % (rig.seed, record, name))
     noise, is_input = rig.noise[name], name in rig.inputs
-    own = rms(exact) if noise["of"] == "rms" else max(map(abs, exact))
+    own_rms = rms(exact)
+    own = own_rms if noise["of"] == "rms" else max(map(abs, exact))
     level = noise["level"] * (reference[0] if rig.common_noise else own)
     gain = rig.gain[name] * (rig.repeats[record] if name == "hammer_N" else 1)
     values = [gain * (x + level * e) for x, e in zip(exact, coloured(dice, noise, len(exact), rig.rate_Hz, rig.mains_Hz))]
+    if (record, name) in rig.shift:
+        share, settling_s = rig.shift[record, name]
+        values = [v + gain * share * own_rms * math.exp(-i / rig.rate_Hz / settling_s) for i, v in enumerate(values)]
     if is_input and name == "drive_V":
         return values
     largest = gain * (reference[1] if rig.common_range else max(map(abs, exact)))

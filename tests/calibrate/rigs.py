@@ -18,6 +18,8 @@ SAMPLES = (1500, 4096)  # fewest and most of a record
 PLACE_SD_M, EDGE_SD_M, GAIN_SD = 0.002, 0.001, 0.05
 CAREFUL = 3  # one rig of so many is where and what the model says
 UNEVEN_SHARE, PIECES = 0.4, 6  # of the rigs; pieces of a beam
+ROUGH_SHARE = 0.3  # of the rigs whose experimenter makes errors: what they lack beside the cause is seen, as on every measured beam
+SHIFTED, SHIFT = 0.3, (0.03, 0.5)  # of their records of acceleration: a zero shift that creeps back, of the rms
 SECTION_SD, REPEAT_SD = (0.003, 0.05), (0.003, 0.05)  # relative, each drawn between these: EI and rho of a piece; what a blow is said to be
 KIND_UNIT = {"displacement": "m", "velocity": "mps", "acceleration": "mps2", "patch_strain": "V"}
 
@@ -56,6 +58,7 @@ class Rig:
         self.draw_instruments(dice)
         self.draw_beliefs(dice)
         self.draw_unevenness(dice)
+        self.draw_roughness(dice)
 
     def frequency_Hz(self, mode):
         """Of the bare beam."""
@@ -266,6 +269,17 @@ class Rig:
         if self.shaker or "hammer_N" not in self.inputs:
             return
         self.repeats = {record: math.exp(bounded_normal(dice, repeat)) for record in self.records}
+
+    def draw_roughness(self, dice):
+        """self.rough: other effects than the cause are there, too (settle.py). self.shift: {(record, channel): (of the rms, time constant in s)}."""
+        self.rough, self.shift = self.care > 0 and dice.random() < ROUGH_SHARE, {}
+        if not self.rough:
+            return
+        for record in self.records:
+            for name in self.channels(record)[1]:
+                if self.outputs[name][0] == "acceleration" and self.support != "free-free" and dice.random() < SHIFTED:
+                    duration = self.samples / self.rate_Hz
+                    self.shift[record, name] = (dice.choice((-1, 1)) * log_uniform(dice, *SHIFT), duration * log_uniform(dice, 0.3, 3))
 
     @staticmethod
     def region(k):

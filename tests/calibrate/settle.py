@@ -16,6 +16,7 @@ BAD_FIT = 0.15  # a fit that leaves so much without a search has ended in a wron
 STRONGEST = 150  # times the noise of a strong effect, unless the clean rig leaves a tenth of that or more
 KINDS = (("clean", 12, None), ("plain", 55, (4, 40)), ("subtle", 20, (1.4, 2.8)), ("pair", 8, (4, 40)), ("outside", 5, (2.5, 20)))
 PLAIN, FAINT = 3.2, 1.15  # times clean_ratio: plain above, subtle between, faint (nobody can see it) below
+ROUGH, MOST = (0.02, 0.2), 0.8  # nrmse that a rough rig's fit leaves without the cause, and most of what one with it should
 FIT_LIMIT_S = 60
 TRIALS = 3  # effects that are tried on a rig before it is given up
 
@@ -89,6 +90,15 @@ def draw_effects(rig, kind, dice):
     return [effects.Effect(effect, rig, dice) for effect in chosen]
 
 
+def draw_beside(rig, hidden, dice):
+    """Objects of what a rough rig lacks beside the cause: one or two, none of its kin."""
+    kin = {effect.id for effect in hidden}
+    kin |= {id for family in effects.FAMILIES for id in family if kin & set(family)}
+    able = [effect for effect in effects.BESIDE if effect not in kin and effects.can_act(effect, rig)]
+    chosen = {dice.choice(able) for _ in range(dice.choice((1, 2)))} if rig.rough and hidden else set()
+    return [effects.Effect(effect, rig, dice) for effect in sorted(chosen)]
+
+
 def noise_ratio(answer):
     return float(answer["noise_ratio"]) if answer and answer.get("noise_ratio") is not None else math.nan
 
@@ -112,26 +122,44 @@ def measure(rig, hidden, tools, work, stage, probes=None):
     return noise_ratio(answer), float(answer["nrmse"]), exact
 
 
-def strength(rig, hidden, goal, dice, tools, work):
+def scaled(rig, own, others, factor, tools, work, stage):
+    """measure() with `own` effects so many times as strong, beside others."""
+    if own[0].inverse and "level" in own[0].strength[0]:  # what saturates answers a high power of its level
+        factor = factor ** 0.35
+    for effect in own:
+        effect.scale(factor)
+    return measure(rig, others + own, tools, work, stage)
+
+
+def roughen(rig, beside, dice, tools, work):
+    """Brings what is there beside the cause to its share of the signal; (ratio, nrmse)."""
+    wanted = rigs.log_uniform(dice, *ROUGH)
+    ratio, nrmse, _ = measure(rig, beside, tools, work, "raw_guess")
+    if not 0.7 * wanted < nrmse < 1.4 * wanted:
+        ratio, nrmse, _ = scaled(rig, beside, [], max(0.05, min(20, wanted / nrmse)), tools, work, "raw_scaled")
+    if not ROUGH[0] / 2 < nrmse < 1.5 * ROUGH[1]:
+        raise Refused("rough by %.3g" % nrmse)
+    return ratio, nrmse
+
+
+def strength(rig, hidden, beside, goal, dice, tools, work):
     """The ratios of a case; hidden ends at the settled strength, the records on disk are those."""
-    clean, clean_nrmse, exact = measure(rig, [], tools, work, "raw_clean", hidden)
+    clean, clean_nrmse, exact = measure(rig, [], tools, work, "raw_clean", beside + hidden)
+    for effect, seen in zip(beside + hidden, look(rig, exact, beside + hidden)):
+        effects.first_guess(effect, rig, dice, seen)
+    if beside:
+        clean, clean_nrmse = roughen(rig, beside, dice, tools, work)
     found = {"clean_ratio": clean, "clean_nrmse": clean_nrmse, "ratio": clean, "nrmse": clean_nrmse}
     if not hidden:
         return found
-    for effect, seen in zip(hidden, look(rig, exact, hidden)):
-        effects.first_guess(effect, rig, dice, seen)
     floor = max(clean, 1.0)
     low, high = goal[0], min(goal[1], max(1.5 * goal[0], STRONGEST / floor))
+    high = min(high, max(low, MOST / clean_nrmse)) if beside else high
     wanted = math.sqrt(rigs.log_uniform(dice, low, high) ** 2 - 1) * floor
-    ratio, nrmse, _ = measure(rig, hidden, tools, work, "raw_guess")
+    ratio, nrmse, _ = measure(rig, beside + hidden, tools, work, "raw_guess")
     if not low <= ratio / floor <= high:
         own = math.sqrt(max(ratio ** 2 - clean ** 2, (0.1 * floor) ** 2))
-        factor = max(0.05, min(20, wanted / own))
-        if hidden[0].inverse and "level" in hidden[0].strength[0]:  # what saturates answers a high power of its level
-            factor = factor ** 0.35
-        for effect in hidden:
-            effect.scale(factor)
-        ratio, nrmse, _ = measure(rig, hidden, tools, work, "raw_scaled")
+        ratio, nrmse, _ = scaled(rig, hidden, beside, max(0.05, min(20, wanted / own)), tools, work, "raw_scaled")
     found.update(ratio=ratio, nrmse=nrmse)
     return found
 
@@ -146,15 +174,16 @@ def landed(kind, found):
     return ("plain" if times >= PLAIN else "subtle") if kind in ("plain", "subtle") else kind
 
 
-def describe(rig, kind, hidden, found):
-    """The truth as stored."""
+def describe(rig, kind, hidden, beside, found):
+    """The truth as stored. What is there beside the cause counts as the rig's own error."""
     truth = [effect.id for effect in hidden]
     places = {effect.id: effect.values.get("at_m") for effect in hidden if "at_m" in effect.values}
     known = kind != "clean" and not set(truth) & (set(effects.OUTSIDE) - set(effects.SINCE))
     kind = "plain" if kind == "outside" and set(truth) <= set(effects.SINCE) else kind
     return {"case": rig.name, "kind": kind, "truth": truth, "right": effects.mates(truth, rig, places) if known else [],
-            "also_true": rig.also_true(), "removed": effects.removed(truth) if known and kind != "outside" else [],
-            "effects": [{"id": e.id, "channel": e.channel, "bent": e.bent, "values": e.values} for e in hidden], **found,
+            "also_true": sorted(set(rig.also_true()) | {e.id for e in beside} | ({"sensor_offset"} if rig.shift else set())), "removed": effects.removed(truth) if known and kind != "outside" else [],
+            "effects": [{"id": e.id, "channel": e.channel, "bent": e.bent, "values": e.values} for e in hidden],
+            "beside": [{"id": e.id, "values": e.values} for e in beside], "shifted": len(rig.shift), **found,
             "rig": {"support": rig.support, "material": rig.material, "length_m": rig.length_m, "modes": rig.modes, "rate_Hz": rig.rate_Hz,
                     "samples": rig.samples, "patches": len(rig.patches), "records": len(rig.records), "checks": len(rig.records) - len(train(rig)),
                     "outputs": len(rig.outputs), "decays": any(p["decay"] for p in rig.records.values()), "bits": rig.bits,
@@ -178,14 +207,15 @@ def make_case(seed, number, tools, work):
     goal, messages, case = next(g for k, _, g in KINDS if k == kind), [], None
     for trial in range(TRIALS):
         hidden = draw_effects(rig, kind, dice)
+        beside = draw_beside(rig, hidden, dice)
         try:
-            found = strength(rig, hidden, goal, dice, tools, directory)
+            found = strength(rig, hidden, beside, goal, dice, tools, directory)
             if landed(kind, found) == "faint" and trial + 1 < TRIALS:
                 raise Refused("faint")
-            exact, message = write(rig, list(rig.records), hidden, tools, os.path.join(directory, "raw"), os.path.join(directory, "records"))
+            exact, message = write(rig, list(rig.records), beside + hidden, tools, os.path.join(directory, "raw"), os.path.join(directory, "records"))
             if exact is None:
                 raise Refused(message)
-            case = describe(rig, landed(kind, found), hidden, found)
+            case = describe(rig, landed(kind, found), hidden, beside, found)
             break
         except Refused as refused:
             messages.append("%s: %s" % ("+".join(e.id for e in hidden) or "clean", refused))
