@@ -6,6 +6,7 @@
 #include <stdlib.h>
 
 #include "maths/maths.h"
+#include "plausible.h"
 
 /* What any model's own computation is wrong by, of the power in a band: two explanations closer than this are one. */
 static const double computed = 2e-3;
@@ -196,5 +197,5 @@ void facts_scores(const struct diagnosis *d, double score[])
     add_fitted(d, score);
     add_held_out(d, score);
     for (size_t i = 0; i < d->n_hypotheses; i++)
-        score[i] -= price * (double)n_parameters(d, &d->hypotheses[i]);
+        score[i] -= price * (double)n_parameters(d, &d->hypotheses[i]) + implausible_nats(d, &d->hypotheses[i]);
 }

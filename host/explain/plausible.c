@@ -1,0 +1,95 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/*
+ * A stand-in often needs a value that nobody would believe: a Maxwell branch twice as stiff as the beam, kilonewtons of tension in a cantilever, hum
+ * that happens to have the beam's own frequency. The fit itself knows no prior of an effect; here the value has one.
+ */
+#include "plausible.h"
+
+#include <math.h>
+
+/* Of EI or of the buckling load: up to this part nothing is said; e times as much, and more, is improbable as a normal logarithm of deviation 1. */
+static const double usual_share = 0.1;
+/* Tones are spread evenly over the logarithm of the frequency: one within this share of a pole is judged by how near it is. */
+static const double neighbourhood = 0.1;
+
+static double stiffest(const struct model *model)
+{
+    double EI = 0.0;
+    for (size_t m = 0; m < model->n_materials; m++)
+        EI = fmax(EI, model->materials[m].EI.value);
+    return EI;
+}
+
+/* π² EI/(μ l)² */
+static double buckling_load(const struct model *model)
+{
+    static const double pi = 3.14159265358979323846;
+    static const double effective_length[] = {[SUPPORT_CLAMPED_FREE] = 2.0,
+                                              [SUPPORT_CLAMPED_CLAMPED] = 0.5,
+                                              [SUPPORT_PINNED_PINNED] = 1.0,
+                                              [SUPPORT_FREE_FREE] = 1.0};
+    const double length_m = effective_length[model->support] * (double)model_place(model).length_m;
+    return pi * pi * stiffest(model) / (length_m * length_m);
+}
+
+static double beyond(double value, double usual)
+{
+    const double log_ratio = log(fmax(fabs(value) / usual, 1.0));
+    return 0.5 * log_ratio * log_ratio;
+}
+
+static double nats_of_term(const struct model *model, const struct beam_term *term)
+{
+    const bool plain = term->place.weight == BEAM_WEIGHT_ONE || term->place.weight == BEAM_WEIGHT_PATCH;
+    if (plain && term->place.kind == BEAM_OVER_CURVATURE)
+        return beyond((double)(term->value.stiffness + term->value.memory), usual_share * stiffest(model));
+    if (plain && term->place.kind == BEAM_OVER_SLOPE)
+        return beyond((double)term->value.stiffness, usual_share * buckling_load(model));
+    return 0.0;
+}
+
+static double nats_of_terms(const struct model *model, const struct model_effect *own)
+{
+    const struct beam_place place = model_place(model);
+    struct beam_term terms[BEAM_EFFECT_TERMS] = {0};
+    beam_real p[BEAM_EFFECT_PARAMETERS] = {0};
+    double nats = 0.0;
+    for (int slot = 0; slot < own->effect->n_parameters; slot++)
+        p[slot] = (beam_real)own->parameters[slot].value;
+    if (own->effect->terms == NULL || own->effect->terms(p, &place, terms) != 0)
+        return 0.0;
+    for (int t = 0; t < own->effect->n_terms; t++)
+        nats += nats_of_term(model, &terms[t]);
+    return nats;
+}
+
+/* The poles are those of the free linear model: what the records have, whatever the beam's model makes of it. */
+static double nats_of_tone(const struct attainable *attainable, double frequency_Hz)
+{
+    double nats = 0.0;
+    for (size_t k = 0; k < attainable->modes; k++) {
+        const struct attainable_pole *pole = &attainable->poles[k];
+        const double away = fabs(frequency_Hz - pole->frequency_Hz) + fabs(pole->damping_ratio) * pole->frequency_Hz;
+        nats = fmax(nats, log(neighbourhood * frequency_Hz / fmax(away, 1e-9 * frequency_Hz)));
+    }
+    return nats;
+}
+
+static double nats_of_tones(const struct attainable *attainable, const struct model_effect *own)
+{
+    double nats = 0.0;
+    for (int slot = 0; slot < own->effect->n_parameters; slot++)
+        if (own->effect->parameters[slot].role == BEAM_ROLE_FREQUENCY)
+            nats += nats_of_tone(attainable, own->parameters[slot].value);
+    return nats;
+}
+
+double implausible_nats(const struct diagnosis *d, const struct hypothesis *h)
+{
+    double nats = 0.0;
+    for (size_t i = 0; i < h->n_effects; i++) {
+        const struct model_effect *own = &h->model.effects[h->n_base + i];
+        nats += nats_of_terms(&h->model, own) + nats_of_tones(&d->attainable, own);
+    }
+    return nats;
+}

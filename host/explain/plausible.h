@@ -1,0 +1,14 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* plausible.h — what is known of an effect's strength before any record. Private to explain/. */
+#ifndef BEAMFIT_PLAUSIBLE_H
+#define BEAMFIT_PLAUSIBLE_H
+
+#include "explain.h"
+
+/*
+ * Nats ≥ 0 that the fitted values of a hypothesis cost, from their density before the records: a stiffness over the whole span against the beam's own
+ * bending stiffness or its buckling load, a tone against the chance that it lies so near a pole of the beam. 0 for all others.
+ */
+double implausible_nats(const struct diagnosis *d, const struct hypothesis *h);
+
+#endif
