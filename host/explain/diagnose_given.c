@@ -14,8 +14,10 @@
 #include "compare/compare.h"
 #include "ground/ground.h"
 
-/* Refits at most, and how many of them before it is asked whether one has explained the records. */
-enum { MOST_FIRST = 3, MOST_GIVEN = 32, MOST_AT_ONCE = 4 };
+/* Refits at most, and how many of them before it is asked whether one has explained the records; places of a rigid support that are tried. */
+enum { MOST_FIRST = 3, MOST_GIVEN = 32, MOST_AT_ONCE = 4, SUPPORTS = 4 };
+/* Of EI/l³: a spring that holds the beam. From a soft one a fit does not find the support, whose place is all that the records tell. */
+static const double rigid = 1e3;
 
 static void to_prior(struct parameter *p)
 {
@@ -181,12 +183,45 @@ static bool turn(const struct candidate *candidate, double start[])
     return any && is_structural(effect);
 }
 
+/* Parameter that is the stiffness of a spring at a point, and the parameter of its place; false: the effect is none. */
+static bool is_point_spring(const struct model *model, const struct candidate *candidate, int *stiffness, int *place)
+{
+    const struct beam_effect *effect = candidate->effect;
+    const struct beam_place where = model_place(model);
+    struct beam_term terms[BEAM_EFFECT_TERMS] = {0};
+    if (effect->terms == NULL || effect->n_terms != 1 || effect->terms(candidate->start, &where, terms) != 0 ||
+        terms[0].place.kind != BEAM_AT_POINT || terms[0].place.at_parameter == 0)
+        return false;
+    *place = terms[0].place.at_parameter - 1;
+    for (*stiffness = 0; *stiffness < effect->n_parameters; (*stiffness)++)
+        if (fabs((double)terms[0].by_parameter[*stiffness].stiffness) > 0.0)
+            return true;
+    return false;
+}
+
+/* Rigid supports along the span, as starts of a spring. */
+static void push_supports(const struct shortlist *s, const struct model *from, const struct candidate *candidate,
+                          struct refit_job jobs[], size_t *n)
+{
+    double start[BEAM_EFFECT_PARAMETERS];
+    int stiffness, place;
+    if (!is_point_spring(from, candidate, &stiffness, &place))
+        return;
+    memcpy(start, candidate->start, sizeof start);
+    const double length_m = from->length_m, EI = from->materials[model_plain_material(from)].EI.value;
+    start[stiffness] = fmin(rigid * EI / (length_m * length_m * length_m), candidate->upper[stiffness]);
+    for (int k = 1; k <= SUPPORTS; k++) {
+        start[place] = length_m * k / (SUPPORTS + 2);
+        push(s, from, candidate, start, jobs, n);
+    }
+}
+
 /* The next candidates, and their refits. Far from the truth either sign may lead astray (a strut near buckling): both_signs tries the two. */
 static void refit_some(struct shortlist *s, const struct model *from_model, const size_t order[], size_t from,
                        size_t to, bool both_signs, double span)
 {
     struct diagnose_state *w = s->w;
-    struct refit_job jobs[2 * MOST_AT_ONCE];
+    struct refit_job jobs[(2 + SUPPORTS) * MOST_AT_ONCE];
     double start[BEAM_EFFECT_PARAMETERS];
     size_t n = 0;
     for (size_t k = from; k < to; k++) {
@@ -194,6 +229,8 @@ static void refit_some(struct shortlist *s, const struct model *from_model, cons
         push(s, from_model, candidate, candidate->start, jobs, &n);
         if (both_signs && turn(candidate, start))
             push(s, from_model, candidate, start, jobs, &n);
+        if (both_signs)
+            push_supports(s, from_model, candidate, jobs, &n);
     }
     (void)diagnose_try(w, jobs, n, BF_OK, span);
 }

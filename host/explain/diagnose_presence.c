@@ -17,16 +17,6 @@ static const double clear_lead = 5.0;
 /* Of the misfit's power: what takes it is an answer of a real beam, which is never exact. */
 static const double an_answer = 0.97;
 
-static double excess(const struct hypothesis *h)
-{
-    return fmax(hypothesis_excess(&h->fitted), least_excess);
-}
-
-static double held_out_excess(const struct hypothesis *h)
-{
-    return fmax(hypothesis_excess(&h->check), least_excess);
-}
-
 /* ---- With and without ---- */
 
 static bool has_one(const struct hypothesis *h, const struct decision *one)
@@ -71,14 +61,6 @@ static void find_best(const struct diagnosis *d, struct decision *one)
 
 /* ---- Features ---- */
 
-/* Times the rms above the noise that `other` leaves, one leaves: of the fitted and, where both were asked, the held-out records. */
-static double rms_of(const struct hypothesis *one, const struct hypothesis *other)
-{
-    const bool held_out = one->check.n_channels > 0 && other->check.n_channels > 0;
-    const double left = excess(one) + (held_out ? held_out_excess(one) : 0.0);
-    return sqrt(left / (excess(other) + (held_out ? held_out_excess(other) : 0.0)));
-}
-
 /* Of the rms that is left, the share that neither the noise nor what else is the floor would leave. */
 static double share_above(double left, double floor)
 {
@@ -116,6 +98,31 @@ static double share_left(const struct diagnosis *d, const struct hypothesis *lea
     return fmax(fitted, share_above(best->check.noise_ratio, held_out));
 }
 
+/* Power above the floor, and never so little that it cannot be told from none: in units of the noise's. */
+static double above(double noise_ratio, double floor)
+{
+    return fmax(noise_ratio * noise_ratio - floor * floor, least_excess * floor * floor);
+}
+
+static double at_least_noise(double floor)
+{
+    return isfinite(floor) ? fmax(floor, 1.0) : 1.0;
+}
+
+/* Times the rms above the floor that `other` leaves, one leaves: of the fitted and, where both were asked, the held-out records. */
+static double rms_of(const struct diagnosis *d, const struct hypothesis *one, const struct hypothesis *other)
+{
+    const bool held_out = one->check.n_channels > 0 && other->check.n_channels > 0;
+    const struct hypothesis *const both[2] = {one, other};
+    double left[2];
+    for (int i = 0; i < 2; i++) {
+        const double floor = at_least_noise(has_floor(d, both[i]) ? d->attainable.noise_ratio : 1.0);
+        const double unseen = has_floor(d, both[i]) ? fmax(at_least_noise(d->attainable.held_out_noise_ratio), floor) : 1.0;
+        left[i] = above(both[i]->fitted.noise_ratio, floor) + (held_out ? above(both[i]->check.noise_ratio, unseen) : 0.0);
+    }
+    return sqrt(left[0] / left[1]);
+}
+
 /* Of the hypotheses with one of the effects, the one that leaves the least. */
 static const struct hypothesis *least_left(const struct diagnosis *d, const struct decision *one)
 {
@@ -147,7 +154,7 @@ static void fill_features(const struct diagnosis *d, struct decision *one)
     x[FEATURE_REMAINS] = share_left(d, least_left(d, one), best);
     x[FEATURE_SET] = best->n_effects > 1 ? 1.0 : 0.0;
     x[FEATURE_LEAD] = bounded(best->score - other->score, clear_lead);
-    x[FEATURE_CROWD] = bounded(log(rms_of(other, best)), 1.0);
+    x[FEATURE_CROWD] = bounded(log(rms_of(d, other, best)), 1.0);
     one->probability = probability_of(x);
 }
 
