@@ -117,8 +117,10 @@ static double rms_of(const struct diagnosis *d, const struct hypothesis *one, co
     double left[2];
     for (int i = 0; i < 2; i++) {
         const double floor = at_least_noise(has_floor(d, both[i]) ? d->attainable.noise_ratio : 1.0);
-        const double unseen = has_floor(d, both[i]) ? fmax(at_least_noise(d->attainable.held_out_noise_ratio), floor) : 1.0;
-        left[i] = above(both[i]->fitted.noise_ratio, floor) + (held_out ? above(both[i]->check.noise_ratio, unseen) : 0.0);
+        const double unseen =
+            has_floor(d, both[i]) ? fmax(at_least_noise(d->attainable.held_out_noise_ratio), floor) : 1.0;
+        left[i] =
+            above(both[i]->fitted.noise_ratio, floor) + (held_out ? above(both[i]->check.noise_ratio, unseen) : 0.0);
     }
     return sqrt(left[0] / left[1]);
 }

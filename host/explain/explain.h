@@ -86,8 +86,10 @@ struct hypothesis {
 
 /* How much of the baseline's prediction depends on how finely it is computed. */
 struct numerics {
-    double change;  /* when computed twice as finely: rms over the noise, of the worst channel; NaN: no value there */
-    size_t channel; /* that channel, in the order of predictor_channels() */
+    double change; /* when computed twice as finely: rms over the noise, of the worst channel; NaN: no value there */
+    double
+        as_given; /* the same at the values as given; 0: not asked, because the baseline's is fine or the misfit is weak */
+    size_t channel; /* the worst channel, in the order of predictor_channels() */
     bool fine;      /* too small to be mistaken for physics */
     bool steps;     /* the baseline steps through time, and that step was halved too */
 };

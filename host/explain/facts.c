@@ -126,10 +126,11 @@ enum bf_status facts_measure(const struct diagnosis *d, const struct misfit_chan
  */
 static size_t n_parameters(const struct diagnosis *d, const struct hypothesis *h)
 {
+    const bool modelled = h->model.n_effects >= h->n_base + h->n_effects; /* not where it was only scored */
     size_t n = 0;
     for (size_t i = 0; i < h->n_effects; i++)
         for (int slot = 0; slot < h->effects[i]->n_parameters; slot++)
-            n += effect_per_record(&h->model.effects[h->n_base + i], slot) ? d->n_records + d->n_checks : 1;
+            n += modelled && effect_per_record(&h->model.effects[h->n_base + i], slot) ? d->n_records + d->n_checks : 1;
     return n;
 }
 

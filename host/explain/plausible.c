@@ -87,7 +87,7 @@ static double nats_of_tones(const struct attainable *attainable, const struct mo
 double implausible_nats(const struct diagnosis *d, const struct hypothesis *h)
 {
     double nats = 0.0;
-    for (size_t i = 0; i < h->n_effects; i++) {
+    for (size_t i = 0; i < h->n_effects && h->n_base + i < h->model.n_effects; i++) {
         const struct model_effect *own = &h->model.effects[h->n_base + i];
         nats += nats_of_terms(&h->model, own) + nats_of_tones(&d->attainable, own);
     }

@@ -14,12 +14,14 @@ enum { MOST_TERMS = 24, LEAST_SAMPLES = 64, PARTS = 3 };
 
 /* All that is set by hand. */
 static const struct baseline_limits {
-    double band;   /* of the model's first frequency: below, a beam does next to nothing, whatever sits at its tip */
-    double onset;  /* of an input's peak */
-    double falls;  /* the slowest third of the terms has at least so many times the power of the fastest: a beam's share rises */
+    double band;  /* of the model's first frequency: below, a beam does next to nothing, whatever sits at its tip */
+    double onset; /* of an input's peak */
+    double
+        falls; /* the slowest third of the terms has at least so many times the power of the fastest: a beam's share rises */
     double share;  /* of the channel's rms */
     double noises; /* of the noise */
-    double shared; /* of the largest mean over a record: means that scatter less are one offset, which is the sensor's */
+    double
+        shared; /* of the largest mean over a record: means that scatter less are one offset, which is the sensor's */
 } limits = {.band = 0.1, .onset = 0.01, .falls = 30.0, .share = 0.02, .noises = 3.0, .shared = 0.3};
 
 /* ---- One channel of one record ---- */
@@ -79,7 +81,8 @@ static bool is_shift(const struct slow_part *slow, double rms, double noise)
 {
     const size_t third = slow->n_terms / PARTS;
     const double all = power(slow, 0, slow->n_terms);
-    return third > 0 && all > fmax(limits.share * limits.share * rms * rms, limits.noises * limits.noises * noise * noise) &&
+    return third > 0 &&
+           all > fmax(limits.share * limits.share * rms * rms, limits.noises * limits.noises * noise * noise) &&
            power(slow, 0, third) > limits.falls * power(slow, slow->n_terms - third, slow->n_terms);
 }
 
@@ -136,7 +139,8 @@ static void take_off(struct shifted *one, const char *channel, struct baseline_l
     const double rms = root_mean_square(one->z, n);
     out->all = bf_grow(out->all, out->n + 1, sizeof *out->all);
     struct baseline *found = &out->all[out->n++];
-    *found = (struct baseline){.record = one->record, .channel = channel, .share = sqrt(power(&one->slow, 0, terms)) / rms};
+    *found =
+        (struct baseline){.record = one->record, .channel = channel, .share = sqrt(power(&one->slow, 0, terms)) / rms};
     for (size_t k = one->slow.onset; k < n; k++) {
         double shift = 0.0;
         for (size_t j = 0; j < terms; j++)

@@ -25,6 +25,23 @@ static void what_ruins_the_baseline_is_found(void **state)
     bench_free(b);
 }
 
+/* A beam on a rigid point: tension and a stiff branch take its first frequency, too, at values that nobody would believe. */
+static void a_rigid_support_is_found_at_its_place(void **state)
+{
+    (void)state;
+    static const char *const ids[] = {"point_spring", "axial_load", "viscoelastic", "point_mass", NULL};
+    struct bench *b =
+        bench_new("{kind: point_spring, stiffness_Npm: 2e4, damping_Nspm: 0.05, at_m: 0.14}", 2, LONG, 0.004, ids);
+    diagnose(b, 2, 0);
+    assert_int_equal(b->d.verdict, VERDICT_MISSING);
+    assert_int_equal(b->d.n_named, 1);
+    assert_string_equal(b->d.named[0], "point_spring");
+    const struct hypothesis *best = &b->d.hypotheses[0];
+    assert_true(best->fitted.noise_ratio < 1.05);
+    assert_true(fabs(best->model.effects[0].parameters[2].value - 0.14) < 2e-3);
+    bench_free(b);
+}
+
 /* ---- What was believed before any fit ---- */
 
 static void a_prior_says_what_was_believed(void **state)
@@ -71,6 +88,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(what_ruins_the_baseline_is_found),
+        cmocka_unit_test(a_rigid_support_is_found_at_its_place),
         cmocka_unit_test(a_prior_says_what_was_believed),
         cmocka_unit_test(an_ancestor_says_what_was_believed),
     };

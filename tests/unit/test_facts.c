@@ -11,6 +11,7 @@
 #include <cmocka.h>
 
 #include "explain/facts.h"
+#include "explain/plausible.h"
 #include "model_fixture.h"
 
 enum { FACTS = 12 };
@@ -91,6 +92,60 @@ static void parameters_have_their_price(void **state)
     assert_true(fabs(score[0] - score[1] - 2.0) < 1e-9);
 }
 
+/* What is estimated from each record is paid for in each: a shaking clamp's phase. */
+static void a_value_for_each_record_is_paid_for_in_each(void **state)
+{
+    struct case_of_two c;
+    double score[3];
+    (void)state;
+    two(&c, 1.0, 1.0, 4.0, 200.0, 0.01);
+    c.d.n_records = 3, c.d.n_checks = 2;
+    for (int i = 0; i < 2; i++) {
+        fixture_model(&c.h[i].model, i == 0 ? "  - {kind: tip_mass, mass_kg: 0.001}\n"
+                                            : "  - {kind: base_motion, amplitude_mps2: 0.1, frequency_Hz: 20}\n");
+        c.h[i].n_effects = 1, c.h[i].effects[0] = c.h[i].model.effects[0].effect;
+    }
+    facts_scores(&c.d, score);
+    assert_true(fabs(score[0] - score[1] - 2.0 * (2 + 3 + 2 - 1)) < 1e-9);
+    model_free(&c.h[0].model), model_free(&c.h[1].model);
+}
+
+/* Nats of one effect, as a YAML list item, in a hypothesis of its own. */
+static double nats_of(const char *effect, const struct attainable *attainable)
+{
+    struct diagnosis d = {.attainable = *attainable};
+    struct hypothesis h = {.n_effects = 1};
+    fixture_model(&h.model, effect);
+    const double nats = implausible_nats(&d, &h);
+    model_free(&h.model);
+    return nats;
+}
+
+/* The beam: EI 0.793 at most, 0.4573 m, so that it buckles at 9.4 N and a tenth of either is usual. */
+static void an_unbelievable_strength_costs(void **state)
+{
+    (void)state;
+    const struct attainable none = {0};
+    assert_true(nats_of("  - {kind: axial_load, force_N: 0.9}\n", &none) == 0.0);
+    assert_true(fabs(nats_of("  - {kind: axial_load, force_N: -25}\n", &none) -
+                     0.5 * log(25 / 0.936) * log(25 / 0.936)) < 0.01);
+    assert_true(nats_of("  - {kind: viscoelastic, strength_Nm2: 0.05, relaxation_s: 0.01}\n", &none) == 0.0);
+    assert_true(nats_of("  - {kind: viscoelastic, strength_Nm2: 1.6, relaxation_s: 100}\n", &none) > 4.0);
+    assert_true(nats_of("  - {kind: point_spring, stiffness_Npm: 1e6, damping_Nspm: 0, at_m: 0.1}\n", &none) == 0.0);
+    assert_true(nats_of("  - {kind: tip_mass, mass_kg: 1}\n", &none) == 0.0);
+}
+
+/* A tenth of its frequency around the pole is its neighbourhood; within its bandwidth the chance is its damping over a tenth. */
+static void a_tone_at_a_pole_costs(void **state)
+{
+    (void)state;
+    struct attainable_pole pole = {.frequency_Hz = 20.0, .damping_ratio = 0.001};
+    const struct attainable one = {.modes = 1, .poles = &pole};
+    assert_true(fabs(nats_of("  - {kind: base_motion, amplitude_mps2: 0.1, frequency_Hz: 20}\n", &one) - log(100.0)) <
+                1e-6);
+    assert_true(nats_of("  - {kind: base_motion, amplitude_mps2: 0.1, frequency_Hz: 30}\n", &one) == 0.0);
+}
+
 /* Each channel has a band around each mode, up to its Nyquist frequency, and the noise of all bands together is the channel's. */
 static void bands_share_the_noise(void **state)
 {
@@ -118,6 +173,9 @@ int main(void)
         cmocka_unit_test(far_from_the_noise_a_band_counts_once),
         cmocka_unit_test(a_doubted_noise_is_no_error_of_form),
         cmocka_unit_test(parameters_have_their_price),
+        cmocka_unit_test(a_value_for_each_record_is_paid_for_in_each),
+        cmocka_unit_test(an_unbelievable_strength_costs),
+        cmocka_unit_test(a_tone_at_a_pole_costs),
         cmocka_unit_test(bands_share_the_noise),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
