@@ -7,6 +7,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "beam/beam.h"
 
@@ -104,10 +105,10 @@ static bool may_shift(const struct model *model, const struct record *record, co
 
 static double *own_column(struct record *record, const char *name)
 {
-    for (size_t i = 0; i < record->n_columns; i++)
-        if (record->columns[i].x == record_column(record, name))
-            return record->columns[i].x;
-    return NULL;
+    size_t i = 0;
+    while (strcmp(record->columns[i].name, name) != 0) /* may_shift() has seen it */
+        i++;
+    return record->columns[i].x;
 }
 
 static enum bf_status look_at(const struct model *model, const char *channel, double below_Hz, struct shifted *one,
