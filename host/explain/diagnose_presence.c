@@ -10,8 +10,8 @@
 
 #include <math.h>
 
-/* Of the noise's power: a misfit that is smaller cannot be told from none. */
-static const double least_excess = 0.05;
+/* Of the rms of a misfit: what cannot be told from nothing. */
+static const double nothing = 0.02;
 /* Nats that are half of a lead without end. */
 static const double clear_lead = 5.0;
 /* Of the misfit's power: what takes it is an answer of a real beam, which is never exact. */
@@ -98,31 +98,17 @@ static double share_left(const struct diagnosis *d, const struct hypothesis *lea
     return fmax(fitted, share_above(best->check.noise_ratio, held_out));
 }
 
-/* Power above the floor, and never so little that it cannot be told from none: in units of the noise's. */
-static double above(double noise_ratio, double floor)
+/* Of the rms of the baseline's misfit above the noise, the share that is still there; of the fitted or the held-out records, whichever is more. */
+static double share_not_taken(const struct hypothesis *h)
 {
-    return fmax(noise_ratio * noise_ratio - floor * floor, least_excess * floor * floor);
+    const double taken = h->held_out_explained < h->explained ? h->held_out_explained : h->explained;
+    return sqrt(fmin(fmax(1.0 - taken, 0.0), 1.0));
 }
 
-static double at_least_noise(double floor)
+/* How many times less it leaves, as a logarithm: 0 nothing is taken, 1 all but what cannot be told from nothing. */
+static double times_less(const struct hypothesis *h)
 {
-    return isfinite(floor) ? fmax(floor, 1.0) : 1.0;
-}
-
-/* Times the rms above the floor that `other` leaves, one leaves: of the fitted and, where both were asked, the held-out records. */
-static double rms_of(const struct diagnosis *d, const struct hypothesis *one, const struct hypothesis *other)
-{
-    const bool held_out = one->check.n_channels > 0 && other->check.n_channels > 0;
-    const struct hypothesis *const both[2] = {one, other};
-    double left[2];
-    for (int i = 0; i < 2; i++) {
-        const double floor = at_least_noise(has_floor(d, both[i]) ? d->attainable.noise_ratio : 1.0);
-        const double unseen =
-            has_floor(d, both[i]) ? fmax(at_least_noise(d->attainable.held_out_noise_ratio), floor) : 1.0;
-        left[i] =
-            above(both[i]->fitted.noise_ratio, floor) + (held_out ? above(both[i]->check.noise_ratio, unseen) : 0.0);
-    }
-    return sqrt(left[0] / left[1]);
+    return log(fmax(share_not_taken(h), nothing)) / log(nothing);
 }
 
 /* Of the hypotheses with one of the effects, the one that leaves the least. */
@@ -156,7 +142,8 @@ static void fill_features(const struct diagnosis *d, struct decision *one)
     x[FEATURE_REMAINS] = share_left(d, least_left(d, one), best);
     x[FEATURE_SET] = best->n_effects > 1 ? 1.0 : 0.0;
     x[FEATURE_LEAD] = bounded(best->score - other->score, clear_lead);
-    x[FEATURE_CROWD] = bounded(log(rms_of(d, other, best)), 1.0);
+    x[FEATURE_TAKES] = times_less(best);
+    x[FEATURE_ALONE] = sqrt(fmin(fmax(1.0 - other->explained, 0.0), 1.0));
     one->probability = probability_of(x);
 }
 

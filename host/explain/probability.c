@@ -9,7 +9,8 @@ const char *feature_name(enum feature feature)
         [FEATURE_REMAINS] = "remains",
         [FEATURE_SET] = "set",
         [FEATURE_LEAD] = "lead",
-        [FEATURE_CROWD] = "crowd",
+        [FEATURE_TAKES] = "takes",
+        [FEATURE_ALONE] = "alone",
     };
     return names[feature];
 }
