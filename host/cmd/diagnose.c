@@ -242,7 +242,7 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     if (!status)
         status = diagnose_plot_prepare(a.plot, err);
     if (!status) {
-        factors_or_warn(&model, a.sets.fitted.records, a.sets.fitted.n, &a.options.predict, &factors);
+        factors_or_warn(&model, a.sets.fitted.records, a.sets.fitted.n, &a.options.predict, NULL, &factors);
         status = take_factors(&a, &factors, &model, err);
     }
     if (!status)
