@@ -221,24 +221,32 @@ static void refit_special_cases(struct shortlist *s, const struct model *given, 
     refit_some(s, given, order, 0, n, true, span / MOST_GIVEN);
 }
 
-enum bf_status shortlist_from_given(struct shortlist *s, double span, struct bf_error *err)
+/* Until one of them explains the records. */
+static void refit_in_turn(struct shortlist *s, const struct model *given, double span)
 {
-    struct diagnose_state *w = s->w;
-    struct model given;
-    enum bf_status status = shortlist_score(s, KIND_LINEAR, err);
-    if (!status)
-        status = diagnose_as_given(w->d->model, &given, err);
-    if (status)
-        return status;
     size_t *order = bf_alloc(s->list.n + 1, sizeof *order);
     const size_t all = order_from_given(s, order), n = all < MOST_GIVEN ? all : MOST_GIVEN;
-    for (size_t k = 0; k < n && !diagnose_explained(w->d, s->n_effects) && !progress_interrupted(); k += MOST_AT_ONCE)
-        refit_some(s, &given, order, k, k + MOST_AT_ONCE < n ? k + MOST_AT_ONCE : n, true,
+    for (size_t k = 0; k < n && !diagnose_explained(s->w->d, s->n_effects) && !progress_interrupted();
+         k += MOST_AT_ONCE)
+        refit_some(s, given, order, k, k + MOST_AT_ONCE < n ? k + MOST_AT_ONCE : n, true,
                    span * MOST_AT_ONCE / MOST_GIVEN);
+    free(order);
+}
+
+enum bf_status shortlist_from_given(struct shortlist *s, double span, struct bf_error *err)
+{
+    struct model given;
+    const bool explained = diagnose_explained(s->w->d, s->n_effects); /* then nothing asks for scores */
+    enum bf_status status = explained ? BF_OK : shortlist_score(s, KIND_LINEAR, err);
+    if (!status)
+        status = diagnose_as_given(s->w->d->model, &given, err);
+    if (status)
+        return status;
+    if (!explained)
+        refit_in_turn(s, &given, span);
     if (!progress_interrupted())
         refit_special_cases(s, &given, span);
     model_free(&given);
-    free(order);
     return BF_OK;
 }
 
