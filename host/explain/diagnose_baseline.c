@@ -74,14 +74,14 @@ static enum bf_status find_facts(struct diagnose_state *w, struct bf_error *err)
     return status;
 }
 
-/* The fit that the caller has. Where the noise of a channel is not known it was weighted otherwise than here. */
+/* The fit that the caller has, of the model as given. Where the noise of a channel is not known it was weighted otherwise than here. */
 static const struct fit_result *known_fit(const struct diagnose_state *w)
 {
-    const struct fit_result *fit = w->options->fitted;
-    for (size_t c = 0; c < w->d->n_channels; c++)
-        if (!(w->d->noise[c].rms > 0.0))
+    const struct diagnosis *d = w->d;
+    for (size_t c = 0; c < d->n_channels; c++)
+        if (!(d->noise[c].rms > 0.0))
             return NULL;
-    return fit != NULL && fit->n_channels == w->d->n_channels ? fit : NULL;
+    return d->model == &d->rig ? NULL : w->options->fitted;
 }
 
 /* fit_run() knows how to begin far off. */
@@ -119,8 +119,12 @@ enum bf_status diagnose_baseline(struct diagnose_state *w, struct bf_error *err)
     if (status)
         return status;
     h->n_base = h->model.n_effects;
-    const struct refit_options again = {
-        .sigma = w->sigma, .threads = w->threads, .first_new = h->model.n_effects, .predict = w->options->predict};
+    const struct refit_options again = {.sigma = w->sigma,
+                                        .threads = w->threads,
+                                        .first_new = h->model.n_effects,
+                                        .near = d->converged,
+                                        .errors = true,
+                                        .predict = w->options->predict};
     status = refit_run(&h->model, d->records, d->n_records, &again, &h->fit, err);
     if (status)
         return status;
