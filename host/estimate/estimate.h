@@ -35,6 +35,7 @@ struct fit_options {
     enum fit_start start;
     bool never_search;   /* no global search, even when the noise floor is missed */
     bool quiet;          /* no progress bar */
+    size_t most_runs;    /* evaluations of the prediction, after which the best so far is told; 0: as many as it takes */
     const double *sigma; /* noise rms per channel in the order of predictor_channels(); NULL: estimated */
     struct predict_options predict;
 };
