@@ -9,7 +9,8 @@
 #include "estimate/estimate.h"
 
 static const double size_kept = 0.35; /* |ln| of what sets the size of the response: no hypothesis is so near to 1 */
-static const double stiffness_kept = 1.0; /* |ln| of a stiffness or of a patch's mass: two standard deviations of the check's */
+static const double stiffness_kept =
+    1.0; /* |ln| of a stiffness or of a patch's mass: two standard deviations of the check's */
 
 static bool is_stated(const struct parameter *p)
 {

@@ -238,7 +238,8 @@ enum bf_status staircase_run(struct fit_problem *p, const struct staircase *stai
 {
     double s = stairs->first_ps;
     enum bf_status status = BF_OK;
-    const bool give_up = !phases_any(p, 0); /* a sinusoid, left out until the last stage, may explain what windows leave */
+    const bool give_up =
+        !phases_any(p, 0); /* a sinusoid, left out until the last stage, may explain what windows leave */
     phases_hold(p, x);
     if (stairs->gentle)
         status = careful_windows(p, stairs, bar, x, out, err);

@@ -209,10 +209,8 @@ static void refit_roads(struct shortlist *s, const struct model *from, struct ro
         struct refit_job *job = &jobs[n_jobs];
         if (roads[k].done)
             continue;
-        *job = (struct refit_job){.n_effects = s->n_effects,
-                                  .n_tried = s->w->n_tried,
-                                  .first_new = from->n_effects,
-                                  .most_runs = most_runs};
+        *job = (struct refit_job){
+            .n_effects = s->n_effects, .n_tried = s->w->n_tried, .first_new = from->n_effects, .most_runs = most_runs};
         roads[k].done = candidate_model(from, roads[k].candidate, roads[k].start, &job->model, &ignored) != BF_OK;
         if (!roads[k].done)
             taken[n_jobs++] = &roads[k];
