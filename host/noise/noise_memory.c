@@ -83,7 +83,7 @@ void noise_memory_add(struct noise_key key, const struct noise_estimate *estimat
     pthread_mutex_lock(&lock);
     if (place_of(key) == NOISE_REMEMBERED) {
         const size_t i = n_added++ % NOISE_REMEMBERED;
-        noise_free(&kept[i].estimate);
+        free(kept[i].estimate.psd);
         kept[i].key = key;
         kept[i].estimate = copy_of(estimate);
     }
