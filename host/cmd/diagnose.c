@@ -197,7 +197,6 @@ static enum bf_status answer(const struct arguments *a, const struct model *mode
                              const struct channel_factors *factors, struct bf_error *err)
 {
     const struct record_list *fitted = &a->sets.fitted, *held_out = &a->sets.held_out;
-    progress_catch_interrupts();
     enum bf_status status = say_silent_records(model, fitted, err);
     if (!status)
         status = diagnose_run(model, fitted->records, fitted->n, held_out->records, held_out->n, &a->options, diagnosis,
@@ -226,12 +225,29 @@ static enum bf_status take_factors(struct arguments *a, const struct channel_fac
     return BF_OK;
 }
 
+/*
+ * What the fit of the model as given leaves tells whether signs and units are to be asked for; where they are not, the diagnosis begins with
+ * that fit. A fit that fails is the diagnosis's to tell.
+ */
+static enum bf_status check_factors(struct arguments *a, struct model *model, struct fit_result *fit,
+                                    struct channel_factors *factors, struct bf_error *err)
+{
+    const struct record_list *fitted = &a->sets.fitted;
+    const struct fit_options how = {.never_search = true, .quiet = true, .predict = a->options.predict};
+    struct bf_error ignored;
+    const bool known = fit_run(model, fitted->records, fitted->n, &how, fit, &ignored) == BF_OK;
+    factors_or_warn(model, fitted->records, fitted->n, &a->options.predict, known ? fit : NULL, factors);
+    a->options.fitted = known && factors->n == 0 ? fit : NULL;
+    return take_factors(a, factors, model, err);
+}
+
 static enum bf_status run(int argc, char **argv, struct bf_error *err)
 {
     struct arguments a = {0};
     struct model model = {0};
     struct diagnosis diagnosis = {0};
     struct channel_factors factors = {0};
+    struct fit_result fit = {0};
     enum bf_status status = parse(argc, argv, &a, err);
     if (!status)
         status = model_read(a.sets.model, &model, err);
@@ -241,13 +257,13 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
         status = atomic_check_file(a.output, err);
     if (!status)
         status = diagnose_plot_prepare(a.plot, err);
-    if (!status) {
-        factors_or_warn(&model, a.sets.fitted.records, a.sets.fitted.n, &a.options.predict, &factors);
-        status = take_factors(&a, &factors, &model, err);
-    }
+    progress_catch_interrupts();
+    if (!status)
+        status = check_factors(&a, &model, &fit, &factors, err);
     if (!status)
         status = answer(&a, &model, &diagnosis, &factors, err);
     diagnose_free(&diagnosis);
+    fit_free(&fit);
     channel_factors_free(&factors);
     model_free(&model);
     record_sets_free(&a.sets);

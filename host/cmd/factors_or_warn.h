@@ -5,8 +5,9 @@
 
 #include "compare/compare.h"
 
-/* A failure is a warning and leaves *out empty. Free with channel_factors_free(). */
+/* As channel_factors_find(). A failure is a warning and leaves *out empty, and so is it after a fit that was interrupted. */
 void factors_or_warn(const struct model *model, const struct record records[], size_t n_records,
-                     const struct predict_options *options, struct channel_factors *out);
+                     const struct predict_options *options, const struct fit_result *fitted,
+                     struct channel_factors *out);
 
 #endif

@@ -156,12 +156,33 @@ static void note_disagreements(const struct arguments *a, struct work *w)
     const struct record_list *held_out = &a->sets.held_out;
     struct disagreements found;
     struct bf_error ignored;
+    if (!disagreements_possible(w->check, w->n_check, w->result.nrmse))
+        return;
     (void)disagreements_find(w->own.model, held_out->records, record_list_sampled(held_out), &a->fit.predict,
                              w->result.nrmse, &found, &ignored);
     w->own.notes = bf_grow(w->own.notes, w->own.n_notes + found.n, sizeof *w->own.notes);
     for (size_t i = 0; i < found.n; i++)
         w->own.notes[w->own.n_notes++] = bf_strdup(found.notes[i]);
     disagreements_free(&found);
+}
+
+/*
+ * Begins with the model as given, because a fit may end where modes have left the band; with the fitted one where that is at the noise, and
+ * little is left to search.
+ */
+static void add_attainable(const struct arguments *a, const struct fit_check *check, struct work *w)
+{
+    const struct record_list *fitted = &a->sets.fitted, *held_out = &a->sets.held_out;
+    const size_t n_sampled = record_list_sampled(fitted);
+    const bool wanted = !w->result.interrupted && n_sampled == fitted->n;
+    const bool at_noise = compare_is_noise(w->result.noise_ratio);
+    if (at_noise)
+        fit_into_model(&w->result, fitted->records, check, &w->model);
+    if (wanted)
+        attainable_or_warn(&w->model, fitted->records, n_sampled, held_out->records, record_list_sampled(held_out),
+                           &w->result.attainable);
+    if (!at_noise)
+        fit_into_model(&w->result, fitted->records, check, &w->model);
 }
 
 static enum bf_status fit_and_answer(const struct arguments *a, struct work *w, struct bf_error *err)
@@ -173,15 +194,11 @@ static enum bf_status fit_and_answer(const struct arguments *a, struct work *w, 
     w->n_fitted = a->sets.fitted.n;
     w->findings = findings_of(&w->model, fitted, w->n_fitted);
     w->repeats = repeats_or_warn(&w->model, fitted, n_sampled);
-    factors_or_warn(&w->model, fitted, n_sampled, &a->fit.predict, &w->factors);
     enum bf_status status = fit_run(&w->model, fitted, a->sets.fitted.n, &a->fit, &w->result, err);
     if (status)
         return status;
-    if (!w->result.interrupted &&
-        n_sampled == a->sets.fitted.n) /* from the model as given: a fit may end where modes have left the band */
-        attainable_or_warn(&w->model, fitted, n_sampled, held_out, record_list_sampled(&a->sets.held_out),
-                           &w->result.attainable);
-    fit_into_model(&w->result, fitted, &check, &w->model);
+    factors_or_warn(&w->model, fitted, n_sampled, &a->fit.predict, &w->result, &w->factors);
+    add_attainable(a, &check, w);
     status = own_values_find(&w->model, held_out, n_held_out, &a->fit, &w->own, err);
     if (!status)
         status = fit_errors(w->own.model, held_out, n_held_out, &a->fit, &w->check, &w->n_check, err);

@@ -105,12 +105,12 @@ static enum bf_status fit_unit(const struct fleet_settings *settings, struct wor
 {
     const struct record_list *fitted = &w->sets.fitted, *held_out = &w->sets.held_out;
     struct fit_check check = {.records = held_out->records, .n = held_out->n};
-    factors_or_warn(&w->model, fitted->records, fitted->n, &settings->fit.predict, &w->factors);
     enum bf_status status = model_copy(&w->model, &w->corrected, err);
     if (status == BF_OK)
         status = fit_run(&w->model, fitted->records, fitted->n, &settings->fit, &w->result, err);
     if (status != BF_OK)
         return status;
+    factors_or_warn(&w->model, fitted->records, fitted->n, &settings->fit.predict, &w->result, &w->factors);
     if (!fit_learned(&w->result))
         return bf_fail(err, BF_NO, "nothing was fitted: the records determine none of the free parameters");
     fit_into_model(&w->result, fitted->records, &check, &w->model);

@@ -135,6 +135,8 @@ enum bf_status disagreements_find(const struct model *model, const struct record
                                   const struct predict_options *options, double fitted_nrmse, struct disagreements *out,
                                   struct bf_error *err);
 void disagreements_free(struct disagreements *disagreements);
+/* Do errors that are known already (fit_errors() of the held-out records) leave anything for disagreements_find() to say? */
+bool disagreements_possible(const struct fit_channel_error channels[], size_t n, double fitted_nrmse);
 
 /*
  * LOCALISE — where the misfit above the noise is: record, channel, band of one mode, time, amplitude.
@@ -315,13 +317,14 @@ struct channel_factors {
 
 /*
  * Nothing is looked for in free decays and records of unknown level, and nothing where the model as given is within half of the
- * signal. model and records are not changed. Free with channel_factors_free(), also after a failure.
+ * signal, or `fitted` is: a fit of it to these records (NULL: none) that has kept the size of the response. model and records are not changed. Free with
+ * channel_factors_free(), also after a failure.
  * Cost: a prediction of the records; where that is far off, one to four short fits for each output and input; up to five more for each channel and one for
  * each two where no factor explains them.
  */
 enum bf_status channel_factors_find(const struct model *model, const struct record records[], size_t n_records,
-                                    const struct predict_options *options, struct channel_factors *out,
-                                    struct bf_error *err);
+                                    const struct predict_options *options, const struct fit_result *fitted,
+                                    struct channel_factors *out, struct bf_error *err);
 void channel_factors_free(struct channel_factors *factors);
 
 /* The model with the factors in its gains and the places found, as the lines say; what is wrong with the records changes nothing. */

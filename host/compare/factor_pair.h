@@ -32,6 +32,16 @@ enum bf_status factor_pair_judge(const struct model *model, const struct record 
 /* A patch's gain that the model leaves open has no size to be wrong by. */
 bool factor_size_is_stated(const struct model *model, const struct factor_pair *pair);
 
+/* ---- factor_errors.c ---- */
+
+/*
+ * nrmse[n_records · n_outputs], infinite where it is not known: of the fit (NULL: none) where that has kept the size and the sign of the response as the
+ * model gives them, else of the model as it is. fitted: of this model to these records and, behind them, lists.
+ */
+enum bf_status factor_errors(const struct model *model, const struct record records[], size_t n_records,
+                             const struct predict_options *options, const struct fit_result *fitted, double nrmse[],
+                             struct bf_error *err);
+
 /* ---- factor_check.c ---- */
 
 /* The model of the check, for one output (SIZE_MAX: all of them). *out is to be freed also after a failure. */

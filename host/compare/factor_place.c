@@ -10,11 +10,14 @@
 
 static const double explained = 0.3;       /* error of a fit that has found the beam, all outputs together */
 static const double well_explained = 0.05; /* no other start is tried */
+static const double worth_an_end = 0.6;    /* error where a fit is left early: above, it is not gone on with */
 static const double fall = 0.4;            /* error after over error before */
 static const double as_well =
     1.5; /* error of another channel's place over that of the best: they cannot be told apart */
 static const double moved = 0.02; /* of the length; less is a ruler's error, which a fit with a prior finds */
 static const double well_inside = 0.02;
+/* Evaluations in which a fit finds the beam, if its channels are where they are looked for; another goes on several times as long, and ends far off. */
+enum { ENOUGH_RUNS = 80 };
 static const double starts[] = {0.3, 0.55, 0.8, 0.97}; /* of the length, beside the place as given */
 
 struct place_work {
@@ -32,11 +35,17 @@ struct place_work {
 
 /* ---- Fits ---- */
 
-/* Error of a fit of all outputs; HUGE_VAL: it has no answer. */
+/* Error of a fit of all outputs, to its end where it comes near the records; HUGE_VAL: it has no answer. */
 static enum bf_status error_of_fit(const struct place_work *w, const struct model *model, struct fit_result *result,
                                    struct bf_error *err)
 {
-    const enum bf_status status = fit_run(model, w->view, w->n, &w->fit, result, err);
+    struct fit_options quick = w->fit;
+    quick.most_runs = ENOUGH_RUNS;
+    enum bf_status status = fit_run(model, w->view, w->n, &quick, result, err);
+    if (status == BF_OK && result->nrmse <= worth_an_end && result->evaluations >= ENOUGH_RUNS) {
+        fit_free(result);
+        status = fit_run(model, w->view, w->n, &w->fit, result, err);
+    }
     if (status != BF_NUMERIC && status != BF_BAD_FILE)
         return status;
     *result = (struct fit_result){.nrmse = HUGE_VAL};

@@ -9,7 +9,8 @@
 #include "compare_predict.h"
 #include "estimate/estimate.h"
 
-static const double fits_already = 0.5; /* error of the model as given: neither sign nor size can be wrong */
+/* Error of the model as given, or of a fit that kept its size: neither sign nor size can be wrong. */
+static const double fits_already = 0.5;
 static const double drives = 0.02; /* an input that is weaker than this, of its largest in any record, is its noise */
 
 struct search {
@@ -17,10 +18,11 @@ struct search {
     const struct record *records;
     size_t n_records;
     const struct predict_options *options;
+    const struct fit_result *fitted; /* of this model to these records; NULL: not known */
     double time_factor;
     size_t n_pairs;
     struct factor_pair *pairs;
-    double *given; /* [n_records · n_outputs] error of the model as given; NAN unknown */
+    double *given; /* [n_records · n_outputs] error of the model as given or fitted; infinite: unknown */
 };
 
 /* ---- Pairs ---- */
@@ -93,27 +95,7 @@ static void find_pairs(struct search *s)
     }
 }
 
-/* ---- What the model as given leaves ---- */
-
-static enum bf_status find_given(struct search *s, struct bf_error *err)
-{
-    struct fit_options options = {.quiet = true};
-    struct fit_channel_error *channels = NULL;
-    size_t n = 0;
-    if (s->options)
-        options.predict = *s->options;
-    options.predict.quiet = true;
-    s->given = bf_alloc(s->n_records * s->model->n_outputs + 1, sizeof *s->given);
-    for (size_t i = 0; i < s->n_records * s->model->n_outputs; i++)
-        s->given[i] = HUGE_VAL;
-    enum bf_status status = fit_errors(s->model, s->records, s->n_records, &options, &channels, &n, err);
-    for (size_t c = 0; c < n && !status; c++)
-        for (size_t o = 0; o < s->model->n_outputs; o++)
-            if (strcmp(channels[c].name, s->model->outputs[o].name) == 0)
-                s->given[channels[c].record * s->model->n_outputs + o] = channels[c].nrmse;
-    free(channels);
-    return status == BF_NUMERIC || status == BF_BAD_FILE ? BF_OK : status; /* said by the command itself */
-}
+/* ---- What the model leaves ---- */
 
 static double given_error(const struct search *s, const struct factor_pair *pair)
 {
@@ -359,7 +341,8 @@ static bool all_fit(const struct search *s)
 static enum bf_status find(struct search *s, struct channel_factors *out, struct bf_error *err)
 {
     bool any = false;
-    enum bf_status status = find_given(s, err);
+    s->given = bf_alloc(s->n_records * s->model->n_outputs + 1, sizeof *s->given);
+    enum bf_status status = factor_errors(s->model, s->records, s->n_records, s->options, s->fitted, s->given, err);
     if (status || all_fit(s))
         return status;
     status = suspected_time(s, &s->time_factor, err);
@@ -381,11 +364,15 @@ static enum bf_status find(struct search *s, struct channel_factors *out, struct
 }
 
 enum bf_status channel_factors_find(const struct model *model, const struct record records[], size_t n_records,
-                                    const struct predict_options *options, struct channel_factors *out,
-                                    struct bf_error *err)
+                                    const struct predict_options *options, const struct fit_result *fitted,
+                                    struct channel_factors *out, struct bf_error *err)
 {
-    struct search s = {
-        .model = model, .records = records, .n_records = n_records, .options = options, .time_factor = 1};
+    struct search s = {.model = model,
+                       .records = records,
+                       .n_records = n_records,
+                       .options = options,
+                       .fitted = fitted,
+                       .time_factor = 1};
     *out = (struct channel_factors){0};
     find_pairs(&s);
     const enum bf_status status = s.n_pairs > 0 ? find(&s, out, err) : BF_OK;

@@ -163,6 +163,19 @@ void compare_suspect(const struct comparison *all, const struct comparison_chann
 
 /* ---- Held-out records ---- */
 
+static bool is_far_worse(double nrmse, double noise_ratio, double fitted_nrmse)
+{
+    return nrmse > clearly_worse * fitted_nrmse && !compare_is_noise(noise_ratio);
+}
+
+bool disagreements_possible(const struct fit_channel_error channels[], size_t n, double fitted_nrmse)
+{
+    bool any = false;
+    for (size_t i = 0; i < n; i++)
+        any = any || channels[i].cut || is_far_worse(channels[i].nrmse, channels[i].noise_ratio, fitted_nrmse);
+    return any;
+}
+
 enum bf_status disagreements_find(const struct model *model, const struct record held_out[], size_t n,
                                   const struct predict_options *options, double fitted_nrmse, struct disagreements *out,
                                   struct bf_error *err)
@@ -175,7 +188,7 @@ enum bf_status disagreements_find(const struct model *model, const struct record
     const enum bf_status status = compare_run(model, held_out, n, 0, options, &all, err);
     for (size_t i = 0; status == BF_OK && i < all.n_channels; i++) {
         const struct comparison_channel *c = &all.channels[i];
-        if (!(c->nrmse > clearly_worse * fitted_nrmse) || compare_is_noise(c->noise_ratio))
+        if (!is_far_worse(c->nrmse, c->noise_ratio, fitted_nrmse))
             continue;
         find_cause(&all, c, true, cause);
         if (cause[0] == '\0')

@@ -33,8 +33,9 @@ enum fit_start {
 
 struct fit_options {
     enum fit_start start;
-    bool never_search;   /* no global search, even when the noise floor is missed */
-    bool quiet;          /* no progress bar */
+    bool never_search; /* no global search, even when the noise floor is missed */
+    bool quiet;        /* no progress bar */
+    size_t most_runs;  /* evaluations of the prediction, after which the best so far is told; 0: as many as it takes */
     const double *sigma; /* noise rms per channel in the order of predictor_channels(); NULL: estimated */
     struct predict_options predict;
 };
@@ -260,9 +261,10 @@ struct refit_options {
     const double *sigma;  /* noise rms per channel in the order of predictor_channels(), > 0; unit of the channel */
     int threads;          /* for records of nonlinear models; 0: 1 */
     double abandon_above; /* χ²/n: stop when ten more steps like the next would not get below it; 0: never */
-    bool quick;           /* best start, few steps: good enough to rank, not for values; sd is NaN */
-    bool near;   /* the model's values are near the optimum: whole records at once, no other start; sd is NaN */
-    bool errors; /* with near: standard errors too */
+    size_t most_runs; /* evaluations of the prediction, after which it ends as interrupted; 0: as many as it takes */
+    bool quick;       /* best start, few steps: good enough to rank, not for values; sd is NaN */
+    bool near;        /* the model's values are near the optimum: whole records at once, no other start; sd is NaN */
+    bool errors;      /* with near: standard errors too */
     const double *
         known_sd; /* [n_parameters] with near: standard errors of the values, see REFIT_WEAK; NULL: all are estimated */
     size_t first_new; /* effects of the model before this index hold fitted values and have no starts of their own */

@@ -102,6 +102,7 @@ static enum bf_status work_new(struct fit_work *w, const struct model *model, co
     double *theta = bf_alloc(w->n_refs, sizeof *theta);
     for (size_t i = 0; i < w->n_refs; i++)
         theta[i] = w->refs[i].value;
+    w->problem.most_runs = options->most_runs;
     w->x = bf_alloc(w->problem.n_unknowns, sizeof *w->x);
     fit_problem_to_x(&w->problem, theta, w->x);
     free(theta);
@@ -228,7 +229,7 @@ static enum bf_status verify(struct fit_work *w, const struct optimise_result *f
     struct fit_problem *p = &w->problem;
     double square;
     enum bf_status status = BF_OK;
-    if (!out->interrupted && p->n_unknowns > 0)
+    if (!fit_problem_interrupted(p) && p->n_unknowns > 0)
         status = best_polish(p, w->x, found->half_square, &out->polish_gain, err);
     if (!status)
         status = fit_problem_evaluate(p, w->x, true, &square, err);

@@ -76,10 +76,12 @@ struct fit_problem {
     bool stop;                          /* set by the caller or by Ctrl-C */
     bool (*interrupted)(void *context); /* asked before every evaluation, besides Ctrl-C; may be NULL */
     void *context;
-    double prior_scale;   /* ≥ 1, see fit_problem_weigh_priors() */
-    double explained_ps;  /* smallest s of a window that was explained to the floor, by careful windows; 0: none */
-    double *explained;    /* [n_refs] θ of that window */
-    double abandon_above; /* χ²/n; the last step of a staircase ends when it would not get below; 0: never */
+    double prior_scale;  /* ≥ 1, see fit_problem_weigh_priors() */
+    double explained_ps; /* smallest s of a window that was explained to the floor, by careful windows; 0: none */
+    double *explained;   /* [n_refs] θ of that window */
+    double
+        abandon_above; /* χ²/n; a window or the last step of a staircase ends where it would not get below; 0: never */
+    size_t most_runs;  /* interrupted after so many; 0: never */
 };
 
 /* refs, names, records and predictor are borrowed; sigma[n_channels] is copied. start: θ[n_refs]. */

@@ -58,6 +58,12 @@ static void say(struct progress *bar, double decay_ps, const struct staircase *s
     progress_update(bar, fraction, note);
 }
 
+/* Of ½Σr². A window weighs each row less than whole records do: what it leaves at its best, they leave at least. */
+static double give_up_above(const struct fit_problem *p)
+{
+    return 0.5 * p->abandon_above * (double)p->n_used;
+}
+
 enum bf_status staircase_last(struct fit_problem *p, const struct staircase *stairs, double x[],
                               struct optimise_result *out, struct bf_error *err)
 {
@@ -72,7 +78,7 @@ enum bf_status staircase_last(struct fit_problem *p, const struct staircase *sta
         const struct optimise_options options = {.iterations = stairs->iterations,
                                                  .tolerance = 1e-4,
                                                  .relative = stairs->relative / (double)p->n_rows,
-                                                 .give_up_above = 0.5 * p->abandon_above * (double)p->n_used};
+                                                 .give_up_above = give_up_above(p)};
         const struct least_squares view = fit_problem_view(p);
         status = optimise_local(&view, &options, x, out, err);
         values += out->values, derivatives += out->derivatives;
@@ -214,11 +220,26 @@ static enum bf_status careful_windows(struct fit_problem *p, const struct stairc
     return status;
 }
 
+/* Given up in a window: x is judged by whole records, as every other end. */
+static enum bf_status judge_whole(struct fit_problem *p, double x[], struct optimise_result *out, struct bf_error *err)
+{
+    enum bf_status status = fit_problem_stage(p, 0.0, 0.0, x, err);
+    out->end = OPTIMISE_GAVE_UP;
+    if (!status)
+        fit_problem_weigh_priors(p, x);
+    if (!status)
+        status = fit_problem_evaluate(p, x, false, &out->half_square, err);
+    phases_wrap(p, x);
+    return status;
+}
+
 enum bf_status staircase_run(struct fit_problem *p, const struct staircase *stairs, struct progress *bar, double x[],
                              struct optimise_result *out, struct bf_error *err)
 {
     double s = stairs->first_ps;
     enum bf_status status = BF_OK;
+    const bool give_up =
+        !phases_any(p, 0); /* a sinusoid, left out until the last stage, may explain what windows leave */
     phases_hold(p, x);
     if (stairs->gentle)
         status = careful_windows(p, stairs, bar, x, out, err);
@@ -226,6 +247,8 @@ enum bf_status staircase_run(struct fit_problem *p, const struct staircase *stai
         status = staircase_step(p, s, STEP_ITERATIONS, x, out, err);
         if (status || out->end == OPTIMISE_INTERRUPTED)
             return status;
+        if (give_up && p->abandon_above > 0.0 && out->half_square > give_up_above(p))
+            return judge_whole(p, x, out, err);
         const double misfit = sqrt(fit_problem_mean_square(p));
         if (stairs->tried)
             tried_add_x(stairs->tried, p, x);

@@ -102,7 +102,8 @@ static enum bf_status view_derivative(void *context, const double x[], double *h
 
 bool fit_problem_interrupted(const struct fit_problem *p)
 {
-    return p->stop || progress_interrupted() || (p->interrupted && p->interrupted(p->context));
+    return p->stop || progress_interrupted() || (p->interrupted && p->interrupted(p->context)) ||
+           (p->most_runs > 0 && p->runs >= p->most_runs);
 }
 
 static bool view_interrupted(void *context)

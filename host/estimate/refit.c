@@ -67,7 +67,7 @@ static enum bf_status work_new(struct refit_work *w, const struct model *model, 
         return status;
     struct fit_problem *p = &w->problem;
     p->interrupted = options->interrupted, p->context = options->context;
-    p->abandon_above = options->abandon_above;
+    p->abandon_above = options->abandon_above, p->most_runs = options->most_runs;
     w->theta0 = bf_alloc(w->n_refs, sizeof *w->theta0);
     for (size_t i = 0; i < w->n_refs; i++)
         w->theta0[i] = w->refs[i].value;

@@ -74,30 +74,57 @@ static enum bf_status find_facts(struct diagnose_state *w, struct bf_error *err)
     return status;
 }
 
-/* fit_run() knows how to begin far off; refit_run() then gives residual and errors in the form of every hypothesis. */
+/* The fit that the caller has, of the model as given. Where the noise of a channel is not known it was weighted otherwise than here. */
+static const struct fit_result *known_fit(const struct diagnose_state *w)
+{
+    const struct diagnosis *d = w->d;
+    for (size_t c = 0; c < d->n_channels; c++)
+        if (!(d->noise[c].rms > 0.0))
+            return NULL;
+    return d->model == &d->rig ? NULL : w->options->fitted;
+}
+
+/* fit_run() knows how to begin far off. */
+static enum bf_status fit_given(struct diagnose_state *w, struct hypothesis *h, struct bf_error *err)
+{
+    struct diagnosis *d = w->d;
+    const struct fit_options options = {
+        .quiet = true, .never_search = true, .sigma = w->sigma, .predict = w->options->predict};
+    static const struct fit_check nothing_held_out;
+    struct fit_result own = {0};
+    const struct fit_result *fit = known_fit(w);
+    enum bf_status status = BF_OK;
+    if (fit == NULL) {
+        status = fit_run(d->model, d->records, d->n_records, &options, &own, err);
+        fit = &own;
+    }
+    if (!status)
+        status = model_copy(d->model, &h->model, err);
+    if (!status) {
+        fit_into_model(fit, d->records, &nothing_held_out, &h->model);
+        d->evaluations += fit->evaluations;
+        d->converged = fit->converged;
+        d->interrupted = fit->interrupted;
+    }
+    fit_free(&own);
+    return status;
+}
+
+/* refit_run() then gives residual and errors in the form of every hypothesis. */
 enum bf_status diagnose_baseline(struct diagnose_state *w, struct bf_error *err)
 {
     struct diagnosis *d = w->d;
     struct hypothesis *h = &d->baseline;
-    const struct fit_options options = {
-        .quiet = true, .never_search = true, .sigma = w->sigma, .predict = w->options->predict};
-    static const struct fit_check nothing_held_out;
-    struct fit_result fit;
-    enum bf_status status = fit_run(d->model, d->records, d->n_records, &options, &fit, err);
-    if (status)
-        return status;
-    status = model_copy(d->model, &h->model, err);
-    if (!status)
-        fit_into_model(&fit, d->records, &nothing_held_out, &h->model);
-    d->evaluations += fit.evaluations;
-    d->converged = fit.converged;
-    d->interrupted = fit.interrupted;
-    fit_free(&fit);
+    enum bf_status status = fit_given(w, h, err);
     if (status)
         return status;
     h->n_base = h->model.n_effects;
-    const struct refit_options again = {
-        .sigma = w->sigma, .threads = w->threads, .first_new = h->model.n_effects, .predict = w->options->predict};
+    const struct refit_options again = {.sigma = w->sigma,
+                                        .threads = w->threads,
+                                        .first_new = h->model.n_effects,
+                                        .near = d->converged,
+                                        .errors = true,
+                                        .predict = w->options->predict};
     status = refit_run(&h->model, d->records, d->n_records, &again, &h->fit, err);
     if (status)
         return status;

@@ -49,6 +49,7 @@ static bool run_job(struct refit_queue *queue, struct refit_job *job, int thread
     struct refit_options options = {.sigma = w->sigma,
                                     .threads = threads,
                                     .abandon_above = abandon_above,
+                                    .most_runs = job->most_runs,
                                     .first_new = job->first_new,
                                     .near = job->near,
                                     .errors = job->near,
@@ -96,6 +97,7 @@ static void *work(void *argument)
         struct hypothesis h;
         const bool usable = run_job(queue, job, threads, abandon_above, &h);
         const bool superseded = h.fit.interrupted && !progress_interrupted();
+        job->unfinished = superseded;
         (void)pthread_mutex_lock(&queue->lock);
         struct diagnosis *d = w->d;
         d->evaluations += h.fit.evaluations;

@@ -46,6 +46,8 @@ struct refit_job {
     bool to_the_end;   /* not given up, however much it leaves: a pair may grow from it */
     bool places_tried; /* the hypothesis is not refitted from other places again */
     bool near;         /* the values are near the optimum */
+    size_t most_runs;  /* evaluations, after which it is left unfinished and is no hypothesis; 0: as many as it takes */
+    bool unfinished;   /* out: so it was, or another one has explained the records */
 };
 
 /* diagnose_baseline.c: noise of all channels; the model given, fitted; its predictor. */

@@ -36,6 +36,7 @@ struct diagnose_options {
     bool everything;     /* refit every candidate, short-listed or not: the plain way, for comparison */
     bool quiet;
     struct predict_options predict;
+    const struct fit_result *fitted; /* of the model to the records, as fit_run() without a search; NULL: fitted here */
 };
 
 /* Residual and errors of one model on one set of records. */

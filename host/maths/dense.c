@@ -152,6 +152,17 @@ void dense_gemv(bool transpose, size_t m, size_t n, double alpha, const double A
                 1);
 }
 
+void dense_project_out(size_t n, size_t rank, const double complex Q[], double complex a[])
+{
+    static const double complex one = 1.0, minus_one = -1.0, zero = 0.0;
+    double complex *c = bf_alloc(rank + 1, sizeof *c);
+    if (n > 0 && rank > 0) {
+        cblas_zgemv(CblasColMajor, CblasConjTrans, (int)n, (int)rank, &one, Q, (int)n, a, 1, &zero, c, 1);
+        cblas_zgemv(CblasColMajor, CblasNoTrans, (int)n, (int)rank, &minus_one, Q, (int)n, c, 1, &one, a, 1);
+    }
+    free(c);
+}
+
 void dense_gram(size_t m, size_t n, const double A[], double G[])
 {
     if (n == 0)

@@ -57,17 +57,6 @@ static double complex product(double complex a, double complex b)
     return CMPLX(creal(a) * creal(b) - cimag(a) * cimag(b), creal(a) * cimag(b) + cimag(a) * creal(b));
 }
 
-/* a −= q (qᴴ a), for `rank` orthonormal rows of q. */
-static void project_out(const double complex *q, size_t rank, size_t n, double complex *a)
-{
-    for (size_t j = 0; j < rank; j++) {
-        const double complex *row = q + j * n;
-        const double complex c = inner(row, a, n);
-        for (size_t i = 0; i < n; i++)
-            a[i] -= product(c, row[i]);
-    }
-}
-
 /* Append the column to the basis unless it depends on the rest. Twice is enough (Kahan). */
 static void append(struct work *w, const double complex *column)
 {
@@ -75,8 +64,8 @@ static void append(struct work *w, const double complex *column)
     double complex *row = w->q + w->rank * n;
     const double before = power(column, n);
     memcpy(row, column, n * sizeof *row);
-    project_out(w->q, w->rank, n, row);
-    project_out(w->q, w->rank, n, row);
+    dense_project_out(n, w->rank, w->q, row);
+    dense_project_out(n, w->rank, w->q, row);
     const double after = power(row, n);
     if (!(after > 1e-18 * before) || w->rank == n)
         return;
@@ -89,7 +78,7 @@ static void append(struct work *w, const double complex *column)
 static void refresh_residual(struct work *w)
 {
     memcpy(w->residual, w->y, w->length * sizeof *w->residual);
-    project_out(w->q, w->rank, w->length, w->residual);
+    dense_project_out(w->length, w->rank, w->q, w->residual);
 }
 
 static void append_polynomials(struct work *w)
@@ -146,7 +135,7 @@ static double complex guess_pole(struct work *w, double *misfit)
         if (cabs(w->residual[i]) > cabs(w->residual[peak]))
             peak = i;
     }
-    project_out(w->q, w->rank, n, w->weighted);
+    dense_project_out(n, w->rank, w->q, w->weighted);
     const double size = power(w->residual, n);
     const double complex at_peak = CMPLX(w->x[peak], 0.05);
     const double complex linear = size > 0.0 ? inner(w->residual, w->weighted, n) / size : at_peak;
@@ -163,15 +152,15 @@ static double refine_pole(struct work *w, double complex *pole)
     for (int pass = 0; pass < 12; pass++) {
         /* the part of y that the pole's columns carry, times 1/(x − p), is the tangent */
         memcpy(w->weighted, w->y, n * sizeof *w->weighted);
-        project_out(w->q, rank, n, w->weighted);
+        dense_project_out(n, rank, w->q, w->weighted);
         append_pole(w, *pole);
         const size_t with = w->rank;
         refresh_residual(w);
         double complex *tangent = w->weighted;
         for (size_t i = 0; i < n; i++)
             tangent[i] = product(tangent[i] - w->residual[i], resonance(w->x[i], *pole));
-        project_out(w->q, with, n, tangent);
-        project_out(w->q, with, n, tangent);
+        dense_project_out(n, with, w->q, tangent);
+        dense_project_out(n, with, w->q, tangent);
         w->rank = rank;
         const double size = power(tangent, n);
         if (!(size > 0.0))
@@ -319,7 +308,7 @@ enum bf_status local_rational_residual(const struct local_rational *fit, const d
     for (size_t b = 0; b < fit->n_bands; b++) {
         const struct band *band = &fit->bands[b];
         memcpy(a, X + band->first, band->length * sizeof *a);
-        project_out(band->q, band->rank, band->length, a);
+        dense_project_out(band->length, band->rank, band->q, a);
         for (size_t i = band->keep_from; i < band->keep_to; i++)
             R[band->first + i] = a[i];
     }

@@ -56,6 +56,9 @@ void dense_gemm(bool transpose_A, bool transpose_B, size_t m, size_t n, size_t k
 void dense_gemv(bool transpose, size_t m, size_t n, double alpha, const double A[], const double x[], double beta,
                 double y[]);
 
+/* a[n] −= Q Qᴴ a for orthonormal columns Q[n × rank]. */
+void dense_project_out(size_t n, size_t rank, const double complex Q[], double complex a[]);
+
 /* G[n × n] = Aᵀ A for A[m × n], both triangles filled. */
 void dense_gram(size_t m, size_t n, const double A[], double G[]);
 

@@ -231,10 +231,13 @@ static double improve(struct search *s, double top_rad, const double start[], do
         samples += s->problem->records[r].n;
     const bool large = samples * s->problem->m > LARGE;
     memcpy(best, start, n * sizeof *best);
-    relocate(s, start, best, &least);
-    spread(s->problem, top_rad, other);
-    if (!large)
-        relocate(s, other, best, &least);
+    if (!(s->problem->form_error <=
+          noise_alone * start_nrmse)) { /* else the start explains them, and there is nowhere to go */
+        relocate(s, start, best, &least);
+        spread(s->problem, top_rad, other);
+        if (!large)
+            relocate(s, other, best, &least);
+    }
     for (int round = 0; round < ROUNDS; round++) {
         before = s->problem->form_error;
         refine(s, best, &least);

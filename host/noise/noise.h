@@ -54,7 +54,7 @@ const char *noise_method_text(enum noise_method method);
  * The noise of an output of the model in a record. The inputs that move the beam and the start of a free decay come from
  * the model's inputs and the record's metadata. A channel of fewer than 64 samples or of one value gives method NOISE_NONE
  * with rms 0. BF_BAD_FILE: the record has no such column; BF_NUMERIC: it holds numbers that are not finite. Free with
- * noise_free(). About 10 ms for 4096 samples.
+ * noise_free(). About 10 ms for 4096 samples; nothing where the same samples were asked for not long ago.
  */
 enum bf_status noise_of_channel(const struct model *model, const struct record *record, const char *channel,
                                 struct noise_estimate *out, struct bf_error *err);

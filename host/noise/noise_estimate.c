@@ -2,6 +2,7 @@
 #include "noise_estimate.h"
 #include "noise_floor.h"
 #include "noise_input.h"
+#include "noise_memory.h"
 #include "ground/ground.h"
 #include "maths/maths.h"
 
@@ -291,7 +292,13 @@ enum bf_status noise_of_channel(const struct model *model, const struct record *
         const double samples = ceil((from_s - record->t0_s) / record->dt_s);
         from = samples > 0.0 && samples < (double)record->n ? (size_t)samples : 0;
     }
-    return noise_estimate(z, record->n, record->dt_s, u, n_inputs, from, out, err);
+    const struct noise_key key = noise_memory_key(z, record->n, record->dt_s, u, n_inputs, from);
+    if (noise_memory_find(key, out))
+        return BF_OK;
+    const enum bf_status status = noise_estimate(z, record->n, record->dt_s, u, n_inputs, from, out, err);
+    if (status == BF_OK)
+        noise_memory_add(key, out);
+    return status;
 }
 
 void noise_free(struct noise_estimate *estimate)

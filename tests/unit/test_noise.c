@@ -389,6 +389,17 @@ static void a_channel_of_a_model(void **state)
     assert_int_equal(noise_of_channel(&model, &record, "piezo_V", &alone, &err), BF_OK);
     assert_true(alone.rms > 1.05 * with.rms);
     noise_free(&alone);
+    record.n_meta = 0;
+    assert_int_equal(noise_of_channel(&model, &record, "piezo_V", &alone, &err), BF_OK); /* remembered */
+    assert_true(alone.n_bins == with.n_bins && fabs(alone.rms / with.rms - 1.0) < 1e-15);
+    for (size_t k = 0; k < with.n_bins; k++)
+        assert_true(fabs(alone.psd[k] / with.psd[k] - 1.0) < 1e-15);
+    noise_free(&alone);
+    for (size_t i = 0; i < N; i++)
+        z[i] *= 2.0; /* another channel in the same place */
+    assert_int_equal(noise_of_channel(&model, &record, "piezo_V", &alone, &err), BF_OK);
+    assert_true(fabs(alone.rms / with.rms - 2.0) < 1e-6);
+    noise_free(&alone);
     noise_free(&with);
     assert_int_equal(noise_of_channel(&model, &record, "none", &alone, &err), BF_BAD_FILE);
     assert_contains(err.text, "x.csv");
