@@ -138,13 +138,23 @@ static enum bf_status draw(const char *directory, const struct comparison *all, 
     return status;
 }
 
+static struct repeatability find_repeats(const struct comparison *all)
+{
+    double *rms = bf_alloc(all->n_records * all->model->n_outputs + 1, sizeof *rms);
+    for (size_t c = 0; c < all->n_channels; c++)
+        repeats_noise(all->model, all->channels[c].record, all->channels[c].name, all->channels[c].noise.rms, rms);
+    const struct repeatability out = repeats_or_warn(all->model, all->records, all->n_records, rms);
+    free(rms);
+    return out;
+}
+
 static enum bf_status answer(const struct arguments *a, const struct comparison *all,
                              const struct line_comparison *lines, const struct channel_factors *factors,
                              struct bf_error *err)
 {
     struct free_motion motion = free_or_warn(all, a->directory != NULL || options_format() != OPTIONS_TEXT);
     struct record_findings *findings = findings_of(all->model, all->records, all->n_records);
-    struct repeatability repeats = repeats_or_warn(all->model, all->records, all->n_records);
+    struct repeatability repeats = find_repeats(all);
     enum bf_status status = print(all, lines, factors, findings, &repeats, &motion, err);
     repeatability_free(&repeats);
     findings_free(findings, all->n_records);

@@ -164,6 +164,18 @@ static void note_disagreements(const struct arguments *a, struct work *w)
     disagreements_free(&found);
 }
 
+static struct repeatability find_repeats(const struct work *w, const struct record records[], size_t n_records)
+{
+    double *rms = bf_alloc(n_records * w->model.n_outputs + 1, sizeof *rms);
+    for (size_t c = 0; c < w->result.n_channels; c++)
+        if (w->result.channels[c].record < n_records)
+            repeats_noise(&w->model, w->result.channels[c].record, w->result.channels[c].name,
+                          w->result.channels[c].noise, rms);
+    const struct repeatability out = repeats_or_warn(&w->model, records, n_records, rms);
+    free(rms);
+    return out;
+}
+
 static enum bf_status fit_and_answer(const struct arguments *a, struct work *w, struct bf_error *err)
 {
     const struct record *fitted = a->sets.fitted.records, *held_out = a->sets.held_out.records;
@@ -172,11 +184,11 @@ static enum bf_status fit_and_answer(const struct arguments *a, struct work *w, 
     progress_catch_interrupts();
     w->n_fitted = a->sets.fitted.n;
     w->findings = findings_of(&w->model, fitted, w->n_fitted);
-    w->repeats = repeats_or_warn(&w->model, fitted, n_sampled);
     factors_or_warn(&w->model, fitted, n_sampled, &a->fit.predict, &w->factors);
     enum bf_status status = fit_run(&w->model, fitted, a->sets.fitted.n, &a->fit, &w->result, err);
     if (status)
         return status;
+    w->repeats = find_repeats(w, fitted, n_sampled);
     if (!w->result.interrupted &&
         n_sampled == a->sets.fitted.n) /* from the model as given: a fit may end where modes have left the band */
         attainable_or_warn(&w->model, fitted, n_sampled, held_out, record_list_sampled(&a->sets.held_out),
