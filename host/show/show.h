@@ -125,7 +125,7 @@ extern const struct answer_field fit_fields[], compare_fields[], diagnose_fields
     discriminate_fields[];
 extern const struct answer_field attainable_fields[], channel_factor_fields[], record_finding_fields[],
     repeatability_fields[], repeatability_floor_fields[], amplitude_fields[], no_decay_fields[],
-    stabilisation_fields[]; /* of the pieces below */
+    stabilisation_fields[], record_poles_fields[]; /* of the pieces below */
 
 /* What is said of the records before anything of a model. */
 #define ANSWER_RECORDS_FIRST                                                                                           \
@@ -350,6 +350,10 @@ void attainable_json(struct json *root, const struct attainable *attainable, dou
 void amplitude_json(struct json *root, const struct record records[], const struct amplitude_curves *curves);
 /* root.stabilisation, null where nothing was computed. */
 void stabilisation_json(struct json *root, const struct stabilisation *found);
+/* "poles" of pole_table_of_records(); null: none. */
+void record_poles_json(struct json *root, const struct pole_table *table);
+/* What pole_table_plot() takes as the file of the table of the records' own poles. */
+#define COMPARE_POLES "records"
 
 /* FACTORS — wrong signs and units of channels, above everything else that is said; nothing where there are none. */
 
