@@ -171,7 +171,8 @@ static enum bf_status print(const struct arguments *a, const struct model *model
     struct record_findings *findings = findings_of(model, a->sets.fitted.records, a->sets.fitted.n);
     struct repeatability repeats = find_repeats(model, diagnosis);
     find_disagreements(a, diagnosis, &held_out);
-    struct json *root = diagnose_json(diagnosis, a->output), *notes = json_put(root, "notes", json_new_array());
+    struct json *root = diagnose_json(diagnosis, a->output, factors),
+                *notes = json_put(root, "notes", json_new_array());
     for (size_t i = 0; i < held_out.n; i++)
         json_push_text(notes, held_out.notes[i]);
     channel_factors_json(root, model, factors);

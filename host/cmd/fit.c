@@ -139,7 +139,7 @@ static enum bf_status answer(const struct arguments *a, const struct work *w, co
     channel_factors_json(root, &w->model, &w->factors);
     record_findings_json(root, a->sets.fitted.records, w->findings, a->sets.fitted.n);
     repeatability_json(root, &w->model, a->sets.fitted.records, &w->repeats);
-    if (fit_learned(&w->result)) {
+    if (fit_learned(&w->result) && w->factors.n == 0) { /* else what is said first of all comes first */
         answer_next(root, "beamfit", "compare", a->output, a->sets.fitted.names[0], NULL);
         answer_next(root, "beamfit", "diagnose", a->output, a->sets.fitted.names[0], NULL);
     }
