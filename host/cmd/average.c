@@ -169,11 +169,11 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     enum bf_status status = parse(argc, argv, &a, err);
     struct record *records = bf_alloc(a.n + 1, sizeof *records);
     size_t n = 0;
-    if (status == BF_OK)
-        status = atomic_check(a.output, err);
     while (status == BF_OK && n < a.n)
         if ((status = record_read(a.names[n], &records[n], err)) == BF_OK)
             n++;
+    if (status == BF_OK)
+        status = atomic_check(a.output, err);
     if (status == BF_OK)
         status = average_and_write(&a, records, err);
     for (size_t r = 0; r < n; r++)
