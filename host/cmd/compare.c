@@ -32,7 +32,8 @@ static const struct option_row options[] = {
     RECORD_SETS_CHECK("records that were held out of the fit; they get a total of their own"),
     {'p', 0, "plot", "DIR", NULL,
      "pictures, PNG and PDF, with gnuplot's script and data beside them: decays (amplitude in time, frequency and "
-     "damping against it), a stabilisation diagram of free linear models, the four panels (measured, model, "
+     "damping against it), a stabilisation diagram of free linear models, the poles of the records beside the "
+     "model's, with shapes where several places tell them, the four panels (measured, model, "
      "spectra of both, a short interval) and a page on the residual"},
     {OPTION_FORCE, 0, "force", NULL, NULL,
      "replace pictures even when `compare` has not made them or somebody has changed them"},
@@ -117,6 +118,7 @@ static enum bf_status print(const struct comparison *all, const struct line_comp
     if (motion->wanted) {
         amplitude_json(root, all->records, &motion->decays);
         stabilisation_json(root, &motion->poles);
+        record_poles_json(root, &motion->table);
     }
     return answer_print_and_free(root, compare_fields, err);
 }
@@ -129,6 +131,8 @@ static enum bf_status draw(const char *directory, const struct comparison *all, 
         status = compare_plot_amplitude(all, &motion->decays, directory, err);
     if (status == BF_OK && motion->wanted)
         status = compare_plot_stabilisation(all, &motion->poles, directory, err);
+    if (status == BF_OK && motion->table.n_pairs > 0)
+        status = pole_table_plot(&motion->table, COMPARE_POLES, directory, err);
     if (status == BF_OK)
         status = compare_plot(all, directory, err);
     if (status == BF_OK)
@@ -138,13 +142,23 @@ static enum bf_status draw(const char *directory, const struct comparison *all, 
     return status;
 }
 
+static struct repeatability find_repeats(const struct comparison *all)
+{
+    double *rms = bf_alloc(all->n_records * all->model->n_outputs + 1, sizeof *rms);
+    for (size_t c = 0; c < all->n_channels; c++)
+        repeats_noise(all->model, all->channels[c].record, all->channels[c].name, all->channels[c].noise.rms, rms);
+    const struct repeatability out = repeats_or_warn(all->model, all->records, all->n_records, rms);
+    free(rms);
+    return out;
+}
+
 static enum bf_status answer(const struct arguments *a, const struct comparison *all,
                              const struct line_comparison *lines, const struct channel_factors *factors,
                              struct bf_error *err)
 {
     struct free_motion motion = free_or_warn(all, a->directory != NULL || options_format() != OPTIONS_TEXT);
     struct record_findings *findings = findings_of(all->model, all->records, all->n_records);
-    struct repeatability repeats = repeats_or_warn(all->model, all->records, all->n_records);
+    struct repeatability repeats = find_repeats(all);
     enum bf_status status = print(all, lines, factors, findings, &repeats, &motion, err);
     repeatability_free(&repeats);
     findings_free(findings, all->n_records);

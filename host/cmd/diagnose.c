@@ -153,14 +153,26 @@ static void find_disagreements(const struct arguments *a, const struct diagnosis
     model_free(&found);
 }
 
+static struct repeatability find_repeats(const struct model *model, const struct diagnosis *diagnosis)
+{
+    double *rms = bf_alloc(diagnosis->n_records * model->n_outputs + 1, sizeof *rms);
+    struct misfit_channel *channels = hypothesis_channels(diagnosis, &diagnosis->baseline);
+    for (size_t c = 0; c < diagnosis->n_channels; c++)
+        repeats_noise(model, channels[c].record, channels[c].channel, channels[c].noise->rms, rms);
+    const struct repeatability out = repeats_or_warn(model, diagnosis->records, diagnosis->n_records, rms);
+    free(channels), free(rms);
+    return out;
+}
+
 static enum bf_status print(const struct arguments *a, const struct model *model, const struct diagnosis *diagnosis,
                             const struct channel_factors *factors, struct bf_error *err)
 {
     struct disagreements held_out;
     struct record_findings *findings = findings_of(model, a->sets.fitted.records, a->sets.fitted.n);
-    struct repeatability repeats = repeats_or_warn(model, a->sets.fitted.records, a->sets.fitted.n);
+    struct repeatability repeats = find_repeats(model, diagnosis);
     find_disagreements(a, diagnosis, &held_out);
-    struct json *root = diagnose_json(diagnosis, a->output), *notes = json_put(root, "notes", json_new_array());
+    struct json *root = diagnose_json(diagnosis, a->output, factors),
+                *notes = json_put(root, "notes", json_new_array());
     for (size_t i = 0; i < held_out.n; i++)
         json_push_text(notes, held_out.notes[i]);
     channel_factors_json(root, model, factors);

@@ -139,7 +139,7 @@ static enum bf_status answer(const struct arguments *a, const struct work *w, co
     channel_factors_json(root, &w->model, &w->factors);
     record_findings_json(root, a->sets.fitted.records, w->findings, a->sets.fitted.n);
     repeatability_json(root, &w->model, a->sets.fitted.records, &w->repeats);
-    if (fit_learned(&w->result)) {
+    if (fit_learned(&w->result) && w->factors.n == 0) { /* else what is said first of all comes first */
         answer_next(root, "beamfit", "compare", a->output, a->sets.fitted.names[0], NULL);
         answer_next(root, "beamfit", "diagnose", a->output, a->sets.fitted.names[0], NULL);
     }
@@ -185,6 +185,18 @@ static void add_attainable(const struct arguments *a, const struct fit_check *ch
         fit_into_model(&w->result, fitted->records, check, &w->model);
 }
 
+static struct repeatability find_repeats(const struct work *w, const struct record records[], size_t n_records)
+{
+    double *rms = bf_alloc(n_records * w->model.n_outputs + 1, sizeof *rms);
+    for (size_t c = 0; c < w->result.n_channels; c++)
+        if (w->result.channels[c].record < n_records)
+            repeats_noise(&w->model, w->result.channels[c].record, w->result.channels[c].name,
+                          w->result.channels[c].noise, rms);
+    const struct repeatability out = repeats_or_warn(&w->model, records, n_records, rms);
+    free(rms);
+    return out;
+}
+
 static enum bf_status fit_and_answer(const struct arguments *a, struct work *w, struct bf_error *err)
 {
     const struct record *fitted = a->sets.fitted.records, *held_out = a->sets.held_out.records;
@@ -193,11 +205,11 @@ static enum bf_status fit_and_answer(const struct arguments *a, struct work *w, 
     progress_catch_interrupts();
     w->n_fitted = a->sets.fitted.n;
     w->findings = findings_of(&w->model, fitted, w->n_fitted);
-    w->repeats = repeats_or_warn(&w->model, fitted, n_sampled);
     enum bf_status status = fit_run(&w->model, fitted, a->sets.fitted.n, &a->fit, &w->result, err);
     if (status)
         return status;
     factors_or_warn(&w->model, fitted, n_sampled, &a->fit.predict, &w->result, &w->factors);
+    w->repeats = find_repeats(w, fitted, n_sampled);
     add_attainable(a, &check, w);
     status = own_values_find(&w->model, held_out, n_held_out, &a->fit, &w->own, err);
     if (!status)

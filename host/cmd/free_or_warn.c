@@ -15,6 +15,8 @@ struct free_motion free_or_warn(const struct comparison *comparison, bool wanted
         bf_warn("there is no stabilisation diagram: %s", err.text);
         stabilisation_free(&out.poles);
     }
+    if (pole_table_of_records(comparison, &out.poles, &out.table, &err) != BF_OK)
+        bf_warn("there is no table of measured poles: %s", err.text);
     return out;
 }
 
@@ -22,5 +24,6 @@ void free_motion_free(struct free_motion *motion)
 {
     amplitude_free(&motion->decays);
     stabilisation_free(&motion->poles);
+    pole_table_free(&motion->table);
     *motion = (struct free_motion){0};
 }

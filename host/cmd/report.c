@@ -275,7 +275,7 @@ static enum bf_status answer(const struct arguments *a, const struct report *rep
     json_put_number(root, "check_nrmse", w->comparison.check_nrmse);
     json_put_number(root, "check_noise_ratio", w->comparison.check_noise_ratio);
     if (a->diagnose)
-        diagnose_put_next(root, &w->diagnosis, NULL);
+        diagnose_put_next(root, &w->diagnosis, NULL, &(struct channel_factors){0});
     else if (report_leaves_more(report))
         put_diagnose(root, a);
     return answer_print_and_free(root, fields, err);

@@ -77,7 +77,7 @@ static void set_gain(struct model *model, size_t output, enum factor_of_fit how,
     const bool strain = o->kind == OUTPUT_PATCH_STRAIN;
     struct parameter *gain = strain ? &model->Ks : &o->own.gain;
     gain->value *= factor, gain->prior = 0.0;
-    gain->min = -HUGE_VAL, gain->max = HUGE_VAL;
+    gain->min = -HUGE_VAL, gain->max = how == FACTOR_POSITIVE && gain->value < 0.0 ? 0.0 : HUGE_VAL;
     gain->fixed = how == FACTOR_HELD;
     gain->logarithmic = how == FACTOR_POSITIVE && gain->value > 0.0;
     o->own.lists_gain = o->own.lists_gain || !strain;
@@ -276,6 +276,13 @@ static enum bf_status judge_once(const struct model *given, const struct work *w
     return status;
 }
 
+/* Nothing was found, or a factor far from 1 that is none of the hypotheses: the beam is not well enough known. */
+static bool is_in_doubt(const struct model *given, const struct factor_pair *pair)
+{
+    const bool unsaid = pair->factor >= 1.0 && pair->factor <= 1.0 && factor_size_is_stated(given, pair);
+    return !pair->told || (unsaid && fabs(log(fabs(pair->found))) > near_thousand);
+}
+
 enum bf_status factor_pair_judge(const struct model *model, const struct record records[],
                                  const struct predict_options *options, struct factor_pair *pair, struct bf_error *err)
 {
@@ -284,8 +291,12 @@ enum bf_status factor_pair_judge(const struct model *model, const struct record 
     enum bf_status status = work_new(model, records, options, pair, &w, err);
     if (!status)
         status = judge_once(model, &w, pair, err);
-    if (!status && !pair->told && add_tip_mass(&w.model))
+    if (!status && is_in_doubt(model, pair) && add_tip_mass(&w.model)) {
+        const struct factor_pair first = *pair;
         status = judge_once(model, &w, pair, err);
+        if (first.told && !(pair->after < first.after))
+            *pair = first;
+    }
     work_free(&w);
     return status;
 }

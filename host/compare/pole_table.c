@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Measured frequencies beside those of a model: which belongs to which, and what their ratios say. */
-#include "compare.h"
+#include "measured_poles.h"
 
 #include <math.h>
 #include <stdint.h>
@@ -91,8 +91,7 @@ void pole_table_make(const struct frequency_list *measured, const double model_H
     free(mode), free(measured_Hz);
 }
 
-/* Of mode k at a place, between the points of its shape. */
-static double shape_at(const struct modes *modes, size_t k, double x_m)
+double pole_table_shape_at(const struct modes *modes, size_t k, double x_m)
 {
     const double *x = modes->x_m, *y = modes->shape + k * modes->n_points;
     size_t i = 1;
@@ -111,7 +110,7 @@ void pole_table_shapes(struct pole_table *table, const struct frequency_list *me
             const double z = measured->shape[i * measured->n_places + p];
             if (!isfinite(z))
                 continue;
-            const double y = shape_at(modes, pair->mode - 1, measured->place_m[p]);
+            const double y = pole_table_shape_at(modes, pair->mode - 1, measured->place_m[p]);
             both += z * y, ours += y * y, theirs += z * z;
             places++;
         }

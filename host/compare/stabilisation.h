@@ -13,7 +13,28 @@
 #include "compare.h"
 
 /* Signals of a channel: its spectrum, 1, and its inputs'. */
-enum { STABILISATION_SIGNALS = 2 + COMPARE_INPUTS, STABILISATION_LAGS = 2 * STABILISATION_MODES };
+enum {
+    STABILISATION_SIGNALS = 2 + COMPARE_INPUTS,
+    STABILISATION_LAGS = 2 * STABILISATION_MODES,
+    STABILISATION_FEWEST_LINES = 64 /* of a channel in the band */
+};
+
+/* One channel in the frequency domain. Lines 1 … n_lines, without the offset; all but the first signal are scaled to one size. */
+struct stabilisation_lines {
+    size_t n_lines, n_signals;
+    double df_Hz;
+    double _Complex *signal[STABILISATION_SIGNALS]; /* [n_lines + 1]; [1] is constant */
+    double scale[STABILISATION_SIGNALS];            /* by which a signal was multiplied */
+    size_t input[STABILISATION_SIGNALS];            /* of the model, from [2] on */
+    double *weight; /* [n_lines + 1] over the power of the error of |Y|, and over n_lines */
+};
+
+/* A channel of a fitted record that is long enough and moves. */
+bool stabilisation_uses(const struct comparison *all, const struct comparison_channel *c);
+/* Up to to_Hz. Free with stabilisation_lines_free(), also after a failure. */
+enum bf_status stabilisation_lines_take(const struct comparison *all, const struct comparison_channel *c, double to_Hz,
+                                        struct stabilisation_lines *l, struct bf_error *err);
+void stabilisation_lines_free(struct stabilisation_lines *l);
 
 /* Σ_k w_k Re(conj(a_k) b_k v_k^lag), lag = −LAGS … LAGS at index lag + LAGS. */
 struct stabilisation_channel {

@@ -286,17 +286,16 @@ enum bf_status attainable_check(const struct model *model, const struct record r
 /*
  * REPEATABILITY — what repeated excitation from rest leaves unexplained by any linear system, and which repetition stands out.
  *
- * The records that one input drives alone, with the same places, are held against the one response H1 = Σ U* Z / Σ |U|² that is best for all of them, line by line, free of
- * any model. Each is taken from just before its onset on under e^(−t/T), which turns a convolution into one of windowed signals exactly and
- * leaves nothing at the end. The scatter about it is the noise and whatever did not repeat; no linear model of one beam does better in that part of the records.
+ * The records that one input drives alone, with the same places, are held against the one response that is best for all of them (REPEATS in record.h), under a window of 9.2 time
+ * constants. The scatter about it is the noise and whatever did not repeat; no linear model of one beam does better in that part of the records.
  */
 struct repeatability_channel {
-    size_t input, output; /* of the model */
-    size_t n_records;     /* ≥ 2 */
-    double nrmse;         /* scatter over the signal, both under the window */
-    bool stands_out;      /* one of three records or more scatters far beyond the others */
-    size_t odd;           /* index of that record */
-    double odd_nrmse, others_nrmse;
+    size_t input, output;      /* of the model */
+    size_t n_records;          /* ≥ 2 */
+    struct repeats repeats;    /* odd: index of the record */
+    double scatter_rms;        /* white noise of this rms would scatter as much, unit of the output */
+    double noise_ratio;        /* that over the noise of the channels; NAN: unknown */
+    double weakest, strongest; /* largest absolute value of the input in a record */
 };
 
 struct repeatability {
@@ -304,10 +303,12 @@ struct repeatability {
     struct repeatability_channel *all;
 };
 
-/* Nothing is found among records of one kind each, free decays, frequency responses and models whose parameters differ from record to record. BF_NUMERIC: a transform
- * failed. Free with repeatability_free(), also after a failure. O(n log n) a channel. */
+/*
+ * noise_rms: [n_records · model->n_outputs], index record · n_outputs + output, 0 unknown; NULL: all unknown. Nothing is found among records of one kind each, free decays,
+ * frequency responses and models whose parameters differ from record to record. BF_NUMERIC: a transform failed. Free with repeatability_free(), also after a failure. O(n log n) a channel.
+ */
 enum bf_status repeatability_find(const struct model *model, const struct record records[], size_t n_records,
-                                  struct repeatability *out, struct bf_error *err);
+                                  const double noise_rms[], struct repeatability *out, struct bf_error *err);
 void repeatability_free(struct repeatability *repeatability);
 
 #endif

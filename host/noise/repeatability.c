@@ -2,28 +2,23 @@
 /* repeatability.c — repeated hits against the one response that is best for all of them. */
 #include "noise.h"
 
-#include <complex.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_RECORDS = 64, BEFORE = 32, LEAST = 256 }; /* samples before the onset; of a record after it */
-
-static const double onset = 0.02;  /* of the largest drive */
 static const double ending = 9.2;  /* time constants in the shortest record: e^-9.2 is 1e-4 */
 static const double drives = 0.02; /* an input that is weaker than this, of its largest in any record, is its noise */
-static const double beyond = 3.0;  /* scatter of all over that without the odd one */
-static const double told = 1e-3;   /* |U|² of the others over that of the odd one, in a line that they can judge */
 
 struct group {
     const struct model *model;
     const struct record *records;
     size_t input, n;
-    size_t record[MOST_RECORDS], from[MOST_RECORDS];
+    size_t record[REPEATS_MOST], from[REPEATS_MOST];
     size_t length; /* samples of each */
     double dt_s;
-    double complex *U; /* [n][bins] */
-    size_t size, bins; /* of the transform */
+    const double *noise_rms; /* [n_records][n_outputs]; NULL: unknown */
+    double complex *U;       /* [n][bins] */
+    size_t size, bins;       /* of the transform */
 };
 
 /* ---- Which records repeat one another ---- */
@@ -77,14 +72,6 @@ static bool usable(const struct group *g, size_t r)
            !states_a_place(record) && alone(g, r);
 }
 
-static size_t onset_of(const double u[], size_t n, double most)
-{
-    size_t k = 0;
-    while (k < n && !(fabs(u[k]) >= onset * most))
-        k++;
-    return k > BEFORE ? k - BEFORE : 0;
-}
-
 /* Fills record, from, length; n becomes their count. */
 static void gather(struct group *g, size_t n_records)
 {
@@ -92,12 +79,12 @@ static void gather(struct group *g, size_t n_records)
     const char *name = g->model->inputs[g->input].name;
     g->length = SIZE_MAX;
     g->n = n_records;
-    for (size_t r = 0; r < n_records && n < MOST_RECORDS; r++) {
+    for (size_t r = 0; r < n_records && n < REPEATS_MOST; r++) {
         const struct record *record = &g->records[r];
         if (!usable(g, r) || (n > 0 && fabs(record->dt_s / g->dt_s - 1.0) > 1e-9))
             continue;
-        const size_t from = onset_of(record_column(record, name), record->n, largest(record, name));
-        if (record->n - from < LEAST)
+        const size_t from = repeats_onset(record_column(record, name), record->n);
+        if (record->n - from < REPEATS_LEAST)
             continue;
         g->dt_s = record->dt_s;
         g->record[n] = r, g->from[n++] = from;
@@ -108,61 +95,59 @@ static void gather(struct group *g, size_t n_records)
 
 /* ---- Spectra ---- */
 
-static void transform(const struct group *g, const struct fft *plan, size_t k, const char *column, double *x,
-                      double complex *X)
+/* Of the window, 1/sample. */
+static double rate(const struct group *g)
 {
-    const double *from = record_column(&g->records[g->record[k]], column) + g->from[k];
-    const double rate = ending / (double)g->length;
-    memset(x, 0, g->size * sizeof *x);
-    for (size_t i = 0; i < g->length; i++)
-        x[i] = from[i] * exp(-rate * (double)i);
-    fft_forward(plan, x, X);
+    return ending / (double)g->length;
 }
 
-static double power(double complex z)
+static void transform(const struct group *g, const struct fft *plan, const char *column, double complex X[])
 {
-    return creal(z * conj(z));
+    for (size_t k = 0; k < g->n; k++)
+        repeats_spectrum(plan, record_column(&g->records[g->record[k]], column) + g->from[k], g->length, rate(g),
+                         X + k * g->bins);
 }
 
-/*
- * Scatter of the records without `skip` (SIZE_MAX: all) about their common response, as a share of the signal; and of the one that is skipped. The scatter has a
- * degree of freedom less than records, which is given back.
- */
-static double scatter(const struct group *g, const double complex *Z, size_t skip, double *skipped)
+/* Mean of Σ |Z|² over the records, in the lines that repeats_judge() takes. */
+static double signal_power(const struct group *g, const double complex Z[])
 {
-    const double n = (double)g->n - (skip < g->n ? 1.0 : 0.0);
-    double left = 0.0, all = 0.0, odd = 0.0, odd_all = 0.0;
-    for (size_t b = 1; b < g->bins; b++) {
-        double uu = 0.0;
-        double complex uz = 0.0;
-        for (size_t k = 0; k < g->n; k++)
-            if (k != skip)
-                uu += power(g->U[k * g->bins + b]), uz += conj(g->U[k * g->bins + b]) * Z[k * g->bins + b];
-        for (size_t k = 0; k < g->n && uu > 0.0; k++) {
-            const double complex u = g->U[k * g->bins + b], z = Z[k * g->bins + b];
-            if (k != skip)
-                left += power(z - uz / uu * u), all += power(z);
-            else if (uu > told * power(u))
-                odd += power(z - uz / uu * u), odd_all += power(z);
-        }
+    double sum = 0.0;
+    for (size_t k = 0; k < g->n; k++)
+        for (size_t b = 1; b < g->bins; b++)
+            sum += creal(Z[k * g->bins + b] * conj(Z[k * g->bins + b]));
+    return sum / (double)g->n;
+}
+
+/* What white noise of variance 1 has in those lines under the window: ½ N Σ e^(−2 rate k). */
+static double unit_noise_power(const struct group *g)
+{
+    return 0.5 * (double)g->size * (1.0 - exp(-2.0 * ending)) / (1.0 - exp(-2.0 * rate(g)));
+}
+
+/* Mean square of the noise of the records' channel; NAN: unknown in one of them. */
+static double noise_power_of(const struct group *g, size_t output)
+{
+    double sum = 0.0;
+    for (size_t k = 0; k < g->n; k++) {
+        const double rms = g->noise_rms[g->record[k] * g->model->n_outputs + output];
+        sum += rms > 0.0 ? rms * rms : nan("");
     }
-    *skipped = odd_all > 0.0 ? sqrt(odd / odd_all) : 0.0;
-    return all > 0.0 ? sqrt(left / all * n / (n - 1.0)) : 0.0;
+    return sum / (double)g->n;
 }
 
-/* The odd one is that without which the others scatter least. */
-static struct repeatability_channel judge(const struct group *g, const double complex *Z, size_t output)
+static struct repeatability_channel judge(const struct group *g, const double complex Z[], size_t output)
 {
-    double odd;
+    const char *name = g->model->inputs[g->input].name;
     struct repeatability_channel out = {.input = g->input, .output = output, .n_records = g->n};
-    out.nrmse = scatter(g, Z, SIZE_MAX, &odd);
-    out.others_nrmse = HUGE_VAL;
-    for (size_t k = 0; k < g->n && g->n >= 3; k++) {
-        const double others = scatter(g, Z, k, &odd);
-        if (others < out.others_nrmse)
-            out.others_nrmse = others, out.odd = g->record[k], out.odd_nrmse = odd;
+    repeats_judge(g->U, Z, g->n, g->bins, g->bins, &out.repeats);
+    out.repeats.odd = g->record[out.repeats.odd];
+    out.scatter_rms = out.repeats.nrmse * sqrt(signal_power(g, Z) / unit_noise_power(g));
+    out.noise_ratio = g->noise_rms != NULL ? out.scatter_rms / sqrt(noise_power_of(g, output)) : nan("");
+    out.weakest = HUGE_VAL;
+    for (size_t k = 0; k < g->n; k++) {
+        const double level = largest(&g->records[g->record[k]], name);
+        out.weakest = fmin(out.weakest, level), out.strongest = fmax(out.strongest, level);
     }
-    out.stands_out = out.others_nrmse * beyond < out.nrmse;
     return out;
 }
 
@@ -173,13 +158,11 @@ static enum bf_status judge_output(const struct group *g, const struct fft *plan
     for (size_t k = 0; k < g->n; k++)
         if (record_column(&g->records[g->record[k]], name) == NULL)
             return BF_OK;
-    double *x = bf_alloc(g->size, sizeof *x);
     double complex *Z = bf_alloc(g->n * g->bins, sizeof *Z);
-    for (size_t k = 0; k < g->n; k++)
-        transform(g, plan, k, name, x, Z + k * g->bins);
+    transform(g, plan, name, Z);
     out->all = bf_grow(out->all, out->n + 1, sizeof *out->all);
     out->all[out->n++] = judge(g, Z, output);
-    free(x), free(Z);
+    free(Z);
     return BF_OK;
 }
 
@@ -190,11 +173,8 @@ static enum bf_status judge_group(struct group *g, struct repeatability *out, st
     enum bf_status status = fft_get(g->size, &plan, err);
     if (status != BF_OK)
         return status;
-    double *x = bf_alloc(g->size, sizeof *x);
     g->U = bf_alloc(g->n * g->bins, sizeof *g->U);
-    for (size_t k = 0; k < g->n; k++)
-        transform(g, plan, k, g->model->inputs[g->input].name, x, g->U + k * g->bins);
-    free(x);
+    transform(g, plan, g->model->inputs[g->input].name, g->U);
     for (size_t o = 0; o < g->model->n_outputs && status == BF_OK; o++)
         status = judge_output(g, plan, o, out);
     free(g->U);
@@ -202,12 +182,12 @@ static enum bf_status judge_group(struct group *g, struct repeatability *out, st
 }
 
 enum bf_status repeatability_find(const struct model *model, const struct record records[], size_t n_records,
-                                  struct repeatability *out, struct bf_error *err)
+                                  const double noise_rms[], struct repeatability *out, struct bf_error *err)
 {
     enum bf_status status = BF_OK;
     *out = (struct repeatability){0};
     for (size_t i = 0; i < model->n_inputs && same_beam(model) && status == BF_OK; i++) {
-        struct group g = {.model = model, .records = records, .input = i};
+        struct group g = {.model = model, .records = records, .input = i, .noise_rms = noise_rms};
         gather(&g, n_records);
         if (g.n >= 2)
             status = judge_group(&g, out, err);

@@ -7,6 +7,7 @@
  *     record_column(), record_meta()           what is in it
  *     record_findings_find()                   what is wrong with a measured record before any model: overload, a second hit, hum …
  *     record_gate()                            a hammer's force without what its sensor says between hits
+ *     record_average()                         repeated hits as one frequency response with its coherence
  *     record_write(), record_free()
  *     frequency_list_read()                    a list of measured frequencies
  *     response_write_uff()                     a frequency response for other programs
@@ -158,6 +159,54 @@ bool record_is_signal(const void *context, const char *column);
  */
 enum bf_status record_gate(struct record *record, const char *column, double from_s, double to_s, char said[200],
                            struct bf_error *err);
+
+/*
+ * REPEATS — hits of one kind, each from just before its onset on under e^(−rate k): a convolution under that window is the convolution of what is
+ * windowed, exactly, and nothing is left at the end. They are held against the one response H1 = Σ U* Z / Σ |U|² that is best for all, line by line.
+ */
+struct repeats {
+    double nrmse;    /* scatter over the signal, a degree of freedom given back */
+    bool stands_out; /* one of three or more scatters far beyond the others */
+    size_t odd;      /* which */
+    double odd_nrmse, others_nrmse;
+};
+
+enum { REPEATS_MOST = 64, REPEATS_LEAST = 256 }; /* records; samples of each after its onset */
+
+struct fft; /* maths.h */
+
+/* The sample at which a record of this force begins: 32 before it reaches 2 % of its largest value. */
+size_t repeats_onset(const double u[], size_t n);
+/* X[fft_size(plan)/2 + 1] of x[k] e^(−rate k), k < n ≤ fft_size(plan). */
+void repeats_spectrum(const struct fft *plan, const double x[], size_t n, double rate, double _Complex X[]);
+/* U, Z: [n][bins] of the input and one output; n ≥ 2. Of each, lines 1 to lines − 1. O(n² lines). */
+void repeats_judge(const double _Complex U[], const double _Complex Z[], size_t n, size_t bins, size_t lines,
+                   struct repeats *out);
+
+struct average_options {
+    const char *input; /* NULL: the only column of force */
+    double
+        window_s; /* time constant of the exponential window; 0: as long as leaves 1e-4 of the signal at the end, and none where it is gone by then */
+    double to_Hz; /* the last line; 0: where the hits have a hundredth of their largest power */
+};
+
+struct average {
+    double window_s, to_Hz; /* as taken; window_s 0: none */
+    const char *input;      /* the records' own */
+    size_t n_outputs;
+    const char **outputs;  /* [n_outputs] the first record's */
+    struct repeats *agree; /* [n_outputs] in these lines */
+    double *level;         /* [n_records] largest force */
+};
+
+/*
+ * The responses of all signals to hits of one input as lines over frequency with coherence, to be written; "averages" is the number of records, and the
+ * coherence is what they scatter. BF_BAD_FILE: records that do not go together; BF_USAGE: fewer than two, no input. Free both with
+ * record_free() and average_free(); after a failure there is nothing to free. O(n log n) a column.
+ */
+enum bf_status record_average(const struct record records[], size_t n_records, const struct average_options *options,
+                              struct record *out, struct average *average, struct bf_error *err);
+void average_free(struct average *average);
 
 /*
  * TIME AXIS — is a column of times uniform, and with which step? Printed times are rounded, so that each may lie up

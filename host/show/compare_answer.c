@@ -169,6 +169,8 @@ const struct answer_field compare_fields[] = {
     ANSWER_SAY("[\n{drift}]"),
     ANSWER_ROW_OF(OBJECT, "stabilisation", "poles that stay in free linear models of rising order, as `decays`",
                   stabilisation_fields, .flags = ANSWER_MAYBE | ANSWER_NULL),
+    ANSWER_ROW_OF(OBJECT, "poles", "of the fitted records themselves, as `decays`", record_poles_fields,
+                  .flags = ANSWER_MAYBE | ANSWER_NULL, .text = ""),
     ANSWER_ROW_OF(LIST, "repeatability", "", repeatability_floor_fields, .flags = ANSWER_AGAIN, .text = ""),
     ANSWER_ROW(TEXTS, "notes", "on what looks ordinary", .text = ""),
     {0},

@@ -139,8 +139,8 @@ enum bf_status compare_plot(const struct comparison *all, const char *directory,
 enum bf_status compare_plot_prepare(const struct model *model, const struct record records[], size_t n,
                                     const char *directory, struct bf_error *err)
 {
-    char(*stems)[PLOT_STEM + 16] = bf_alloc(3 * n * (model->n_outputs + 1) + 1, sizeof *stems);
-    const char **names = bf_alloc(3 * n * (model->n_outputs + 1) + 1, sizeof *names);
+    char(*stems)[PLOT_STEM + 16] = bf_alloc(3 * n * (model->n_outputs + 1) + 2, sizeof *stems);
+    const char **names = bf_alloc(3 * n * (model->n_outputs + 1) + 2, sizeof *names);
     size_t count = 0;
     for (size_t r = 0; r < n; r++) {
         if (records[r].kind == RECORD_FREQUENCIES)
@@ -153,6 +153,7 @@ enum bf_status compare_plot_prepare(const struct model *model, const struct reco
         }
     }
     (void)snprintf(stems[count++], sizeof *stems, COMPARE_STABILISATION);
+    pole_table_stem(COMPARE_POLES, stems[count++]);
     for (size_t i = 0; i < count; i++)
         names[i] = stems[i];
     const enum bf_status status = plot_prepare(directory, names, count, err);

@@ -170,17 +170,18 @@ static void put_reconstruction(struct json *root, const struct reconstruction *r
     json_put_text(object, "text", r->text);
 }
 
-void diagnose_put_next(struct json *root, const struct diagnosis *d, const char *written)
+void diagnose_put_next(struct json *root, const struct diagnosis *d, const char *written,
+                       const struct channel_factors *factors)
 {
     struct json *list = json_put(root, "next", json_new_array());
     struct diagnose_next next;
-    diagnose_next(d, written, &next);
+    diagnose_next(d, written, factors, &next);
     for (size_t i = 0; i < next.n; i++)
         json_push_text(list, next.command[i]);
     diagnose_next_free(&next);
 }
 
-struct json *diagnose_json(const struct diagnosis *d, const char *written)
+struct json *diagnose_json(const struct diagnosis *d, const char *written, const struct channel_factors *factors)
 {
     const struct hypothesis *before = &d->baseline, *after = d->n_hypotheses > 0 ? &d->hypotheses[0] : before;
     if (d->verdict == VERDICT_COMPLETE)
@@ -228,7 +229,7 @@ struct json *diagnose_json(const struct diagnosis *d, const char *written)
     put_linearity(root, &d->linearity);
     if (d->reconstructed)
         put_reconstruction(root, &d->reconstruction);
-    diagnose_put_next(root, d, written);
+    diagnose_put_next(root, d, written, factors);
     json_put_text(root, "text", d->text);
     json_put_bool(root, "converged", d->converged);
     json_put_bool(root, "interrupted", d->interrupted);

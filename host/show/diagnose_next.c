@@ -100,12 +100,12 @@ static void write_found(struct diagnose_next *next, const struct diagnosis *d)
     end(next, out);
 }
 
-static void next_of_missing(struct diagnose_next *next, const struct diagnosis *d, const char *written)
+static void next_of_missing(struct diagnose_next *next, const struct diagnosis *d, const char *written, bool put_right)
 {
     const struct hypothesis *best = &d->hypotheses[0];
     char from[32], last[32];
     (void)snprintf(last, sizeof last, "added%zu.yaml", best->n_effects);
-    if (written == NULL && d->free_rig) {
+    if (written == NULL && (d->free_rig || put_right)) {
         write_found(next, d);
         written = "found.yaml";
     }
@@ -143,13 +143,27 @@ static void next_of_ambiguous(struct diagnose_next *next, const struct diagnosis
     end(next, out);
 }
 
-void diagnose_next(const struct diagnosis *d, const char *written, struct diagnose_next *out)
+/* Their files are as they were: nothing that reads them again ends where the diagnosis did. */
+static bool records_are_wrong(const struct channel_factors *factors)
+{
+    for (size_t i = 0; i < factors->n; i++)
+        if (factors->all[i].block == NULL)
+            return true;
+    return false;
+}
+
+void diagnose_next(const struct diagnosis *d, const char *written, const struct channel_factors *factors,
+                   struct diagnose_next *out)
 {
     *out = (struct diagnose_next){0};
+    if (records_are_wrong(factors))
+        return;
     if (d->verdict == VERDICT_MISSING)
-        next_of_missing(out, d, written);
-    else if (d->verdict == VERDICT_AMBIGUOUS)
+        next_of_missing(out, d, written, factors->n > 0);
+    else if (d->verdict == VERDICT_AMBIGUOUS && factors->n == 0)
         next_of_ambiguous(out, d);
+    else if (factors->n > 0 && written == NULL)
+        write_found(out, d);
 }
 
 void diagnose_next_free(struct diagnose_next *next)

@@ -11,8 +11,12 @@ struct diagnose_next {
     char *command[DIAGNOSE_EFFECTS + 2];
 };
 
-/* written: the file that already holds the found model; NULL: none. Free with diagnose_next_free(). */
-void diagnose_next(const struct diagnosis *d, const char *written, struct diagnose_next *out);
+/*
+ * written: the file that already holds the found model; NULL: none. factors: what was put right before the diagnosis, so that the model's own file is not the one that was
+ * diagnosed. Free with diagnose_next_free().
+ */
+void diagnose_next(const struct diagnosis *d, const char *written, const struct channel_factors *factors,
+                   struct diagnose_next *out);
 void diagnose_next_free(struct diagnose_next *next);
 
 #endif

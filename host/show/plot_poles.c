@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* plot_poles.c — measured poles with their standard errors beside those of the model, a place a mode: frequencies as differences, damping ratios as they are. */
+/* plot_poles.c — measured poles with their standard errors beside those of the model, a place a mode: frequencies as differences, damping ratios as they are, shapes by the modal assurance criterion. */
 #include "plot.h"
 #include "plot_gnuplot.h"
 
@@ -17,14 +17,14 @@ static double frequency_error(const struct pole_pair *pair)
 static void write_pairs(const struct pole_table *table, struct picture *p)
 {
     FILE *f = picture_data(p, "poles");
-    (void)fprintf(f, "# place frequency_difference_percent error damping_percent error model_damping_percent\n");
+    (void)fprintf(f, "# place frequency_difference_percent error damping_percent error model_damping_percent mac\n");
     for (size_t i = 0, place = 0; i < table->n; i++) {
         const struct pole_pair *pair = &table->pairs[i];
         if (pair->mode == 0)
             continue;
-        (void)fprintf(f, "%zu %.6g %.6g %.6g %.6g %.6g\n", ++place, 100.0 * (pair->ratio - 1.0), frequency_error(pair),
-                      100.0 * pair->measured.damping_ratio, 100.0 * pair->measured.damping_sd,
-                      100.0 * pair->model_damping);
+        (void)fprintf(f, "%zu %.6g %.6g %.6g %.6g %.6g %.6g\n", ++place, 100.0 * (pair->ratio - 1.0),
+                      frequency_error(pair), 100.0 * pair->measured.damping_ratio, 100.0 * pair->measured.damping_sd,
+                      100.0 * pair->model_damping, pair->mac);
     }
     picture_data_end(p);
 }
@@ -45,6 +45,14 @@ static bool knows_damping(const struct pole_table *table)
 {
     for (size_t i = 0; i < table->n; i++)
         if (table->pairs[i].mode > 0 && isfinite(table->pairs[i].measured.damping_ratio))
+            return true;
+    return false;
+}
+
+static bool knows_shapes(const struct pole_table *table)
+{
+    for (size_t i = 0; i < table->n; i++)
+        if (table->pairs[i].mode > 0 && isfinite(table->pairs[i].mac))
             return true;
     return false;
 }
@@ -82,6 +90,20 @@ static void damping_panel(struct picture *p)
         p->stem);
 }
 
+static void shape_panel(bool damping, struct picture *p)
+{
+    plot_panel_title(p->script,
+                     damping ? "(c) shape, measured and of the model" : "(b) shape, measured and of the model");
+    plot_axes(p->script, "", "MAC (1: alike)");
+    (void)fprintf(p->script,
+                  "set yrange [0:1.08]\nset ytics 0.25\n"
+                  "plot 1 with lines linewidth 1.4 dashtype 2 linecolor rgb '" PLOT_MODEL "' notitle, "
+                  "'%s-poles.dat' using 1:7 with impulses linewidth 1.2 linecolor rgb '" PLOT_MEASURED
+                  "' notitle, '' using 1:7 with points pointtype 7 pointsize mark linecolor rgb '" PLOT_MEASURED
+                  "' notitle\n",
+                  p->stem);
+}
+
 void pole_table_stem(const char *file, char stem[PLOT_STEM])
 {
     const char *dot = strrchr(file, '.');
@@ -91,21 +113,24 @@ void pole_table_stem(const char *file, char stem[PLOT_STEM])
 enum bf_status pole_table_plot(const struct pole_table *table, const char *file, const char *directory,
                                struct bf_error *err)
 {
-    const bool damping = knows_damping(table);
+    static const char *const sheets[] = {"layout 1,1 margins 0.13,0.985,0.17,0.8",
+                                         "layout 2,1 margins 0.13,0.985,0.1,0.87 spacing 0.1,0.2",
+                                         "layout 3,1 margins 0.13,0.985,0.07,0.91 spacing 0.1,0.13"};
+    static const double heights_cm[] = {8.5, 14.0, 20.0};
+    const bool damping = knows_damping(table), shapes = knows_shapes(table);
     char stem[PLOT_STEM];
     struct picture p;
     pole_table_stem(file, stem);
-    picture_begin(directory, stem, 16.0, damping ? 14.0 : 8.5, &p);
+    picture_begin(directory, stem, 16.0, heights_cm[damping + shapes], &p);
     write_pairs(table, &p);
-    plot_sheet(p.script,
-               damping ? "layout 2,1 margins 0.11,0.985,0.1,0.87 spacing 0.1,0.2"
-                       : "layout 1,1 margins 0.11,0.985,0.17,0.8",
-               "Poles, measured and of the model");
+    plot_sheet(p.script, sheets[damping + shapes], "Poles, measured and of the model");
     plot_note(p.script, file);
     place_axis(table, &p);
-    frequency_panel(table, !damping, &p);
+    frequency_panel(table, !damping && !shapes, &p);
     if (damping)
         damping_panel(&p);
+    if (shapes)
+        shape_panel(damping, &p);
     (void)fprintf(p.script, "unset multiplot\n");
     return picture_end(&p, err);
 }

@@ -19,6 +19,18 @@ const struct answer_field pole_table_fields[] = {
     {0},
 };
 
+const struct answer_field record_poles_fields[] = {
+    ANSWER_ROW_OF(LIST, "measured", "lowest first", pole_table_fields, .flags = ANSWER_TABLE,
+                  .text = "\nPoles of the fitted records, and the modes that they belong to"),
+    ANSWER_ROW(NUMBER, "common_factor", "by which all frequencies are off"),
+    ANSWER_ROW(NUMBER, "spread", "of the factors, relative"),
+    ANSWER_ROW(TEXT, "text", "what that says"),
+    ANSWER_ROW(COUNT, "places", "pairs of a sensor's and an input's place by which shapes are compared"),
+    ANSWER_SAY("[{text}]"),
+    ANSWER_SAY("[{places?}MAC: of the motion at {places} pairs of a sensor's and an input's place.]"),
+    {0},
+};
+
 void pole_table_json(struct json *root, const struct pole_table *table)
 {
     struct json *list = json_put(root, "measured", json_new_array());
@@ -38,4 +50,15 @@ void pole_table_json(struct json *root, const struct pole_table *table)
     json_put_number(root, "common_factor", table->factor);
     json_put_number(root, "spread", table->spread);
     json_put_text(root, "text", table->text);
+}
+
+void record_poles_json(struct json *root, const struct pole_table *table)
+{
+    if (table->n == 0) {
+        json_put_number(root, "poles", nan("")); /* null */
+        return;
+    }
+    struct json *object = json_put(root, "poles", json_new_object());
+    pole_table_json(object, table);
+    json_put_number(object, "places", table->places >= 2 ? (double)table->places : 0.0);
 }

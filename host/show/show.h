@@ -124,8 +124,8 @@ enum bf_status answer_print_schema(const char *command, const struct answer_fiel
 extern const struct answer_field fit_fields[], compare_fields[], diagnose_fields[], history_fields[],
     discriminate_fields[];
 extern const struct answer_field attainable_fields[], channel_factor_fields[], record_finding_fields[],
-    repeatability_fields[], repeatability_floor_fields[], amplitude_fields[], no_decay_fields[],
-    stabilisation_fields[]; /* of the pieces below */
+    repeatability_fields[], repeatability_floor_fields[], amplitude_fields[], no_decay_fields[], stabilisation_fields[],
+    record_poles_fields[]; /* of the pieces below */
 
 /* What is said of the records before anything of a model. */
 #define ANSWER_RECORDS_FIRST                                                                                           \
@@ -185,10 +185,12 @@ enum bf_status history_plot(const struct history *history, const char *directory
 
 /* DIAGNOSE — the verdict, the candidates, where the misfit is, how far the computation can be trusted. */
 
-/* written: the file that holds the found model; NULL: none was asked for. */
-struct json *diagnose_json(const struct diagnosis *diagnosis, const char *written);
+/* written: the file that holds the found model; NULL: none was asked for. factors: what was put right before the diagnosis. */
+struct json *diagnose_json(const struct diagnosis *diagnosis, const char *written,
+                           const struct channel_factors *factors);
 /* root.next: the commands that follow from it. */
-void diagnose_put_next(struct json *root, const struct diagnosis *diagnosis, const char *written);
+void diagnose_put_next(struct json *root, const struct diagnosis *diagnosis, const char *written,
+                       const struct channel_factors *factors);
 
 /*
  * Pictures, each as PNG and PDF: DIR/diagnose-amplitude (the decay; when a record has a stretch without drive, else that is said),
@@ -350,6 +352,10 @@ void attainable_json(struct json *root, const struct attainable *attainable, dou
 void amplitude_json(struct json *root, const struct record records[], const struct amplitude_curves *curves);
 /* root.stabilisation, null where nothing was computed. */
 void stabilisation_json(struct json *root, const struct stabilisation *found);
+/* "poles" of pole_table_of_records(); null: none. */
+void record_poles_json(struct json *root, const struct pole_table *table);
+/* What pole_table_plot() takes as the file of the table of the records' own poles. */
+#define COMPARE_POLES "records"
 
 /* FACTORS — wrong signs and units of channels, above everything else that is said; nothing where there are none. */
 

@@ -39,8 +39,9 @@ const struct beam_effect BEAM_NAME(effect_attached_resonator) = {
         "it is a mass that is carried along, far above f it stands still. Nothing depends on amplitude."),
     .confused_with = BEAM_TEXT(
         "point_mass: the same when f lies far above the band. point_spring and point_damper: nearly the same "
-        "when f lies far below it. A mode that bends sideways or twists, and a support with a mode of its own, "
-        "look alike in one sensor: move the sensor across the width, or fix the support in another way."),
+        "when f lies far below it. A mode that bends sideways or twists, and a support with a mode of its own "
+        "(root_compliance with its frequency freed), look alike in one sensor: move the sensor across the width, or "
+        "fix the support in another way."),
     .target_cost = BEAM_TEXT("one mode more: 7 multiply-adds, and 2 for each input and output; no Newton"),
     .n_parameters = 4,
     .parameters = {{.name = BEAM_TEXT("mass_kg"),

@@ -10,9 +10,10 @@
 #include <cmocka.h>
 #include "rig.h"
 
-static const char *const commands[] = {
-    "init",   "modes", "simulate", "frf",    "fit",  "compare", "effects", "add",      "drop",   "history", "import",
-    "export", "sign",  "verify",   "replay", "info", "record",  "monitor", "download", "upload", "report",  "doctor"};
+static const char *const commands[] = {"init",     "modes",  "simulate", "frf",     "fit",    "compare",
+                                       "effects",  "add",    "drop",     "history", "import", "export",
+                                       "sign",     "verify", "replay",   "info",    "record", "monitor",
+                                       "download", "upload", "report",   "doctor",  "average"};
 enum { COMMANDS = sizeof commands / sizeof *commands };
 
 /* Whether text holds word, capitals aside. */

@@ -95,6 +95,7 @@ static void every_output_of_every_command(void **state)
         {{"drop", "heavy.yaml", "tip_mass", "-o", "out.yaml"}, "out.yaml", 4, "heavy.yaml"},
         {{"import", "record.csv", "-o", "out.csv"}, "out.csv", 3, "record.csv"},
         {{"import", "record.csv", "--digits", "5", "-o", "out.csv"}, "out.csv", 5, "record.csv"},
+        {{"average", "long.csv", "long.csv", "-o", "out.csv"}, "out.csv", 4, "long.csv"},
         {{"modes", "model.yaml", "--shapes", "out.csv"}, "out.csv", 3, "model.yaml"},
         {{"modes", "model.yaml", "--plot", "pictures"}, "pictures/shapes.gp", 0, NULL},
         {{"frf", "model.yaml", "-o", "out.uff"}, "out.uff", 3, "model.yaml"},
@@ -113,6 +114,12 @@ static void every_output_of_every_command(void **state)
     run_beamfit(rig->dir, (const char *[]){"fit", "model.yaml", "record.csv", "-o", "fitted.yaml", NULL},
                 &rig->outcome);
     run_program(rig->dir, (const char *[]){"mkdir", "pictures", "compared", "history", NULL}, &rig->outcome);
+    run_program(rig->dir,
+                (const char *[]){"sh", "-c",
+                                 "awk 'BEGIN {print \"time_s,hammer_N,piezo_V\"; for (k = 0; k < 512; k++) "
+                                 "print k / 256 \",\" (k == 4) \",\" sin(k) * exp(-k / 50)}' >long.csv",
+                                 NULL},
+                &rig->outcome);
     for (size_t i = 0; i < sizeof outputs / sizeof *outputs; i++) {
         check_output(rig->dir, &rig->outcome, &outputs[i]);
         run_program(rig->dir, (const char *[]){"rm", "-f", outputs[i].file, NULL}, &rig->outcome);

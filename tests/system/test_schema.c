@@ -52,6 +52,7 @@ static const char journey[] =
     "j b simulate heavy.yaml --input run.csv -o simh.csv\n"
     "j a import sim.csv --list\n"
     "j b import sim.csv -o again.csv\n"
+    "j a average sim.csv again.csv --input drive_V -o average.csv\n"
     "sed 's/0.0018/0.002/' start.yaml >near.yaml\n"
     "j a fit near.yaml sim.csv -o fitted.yaml --check simh.csv\n"
     "j b fit near.yaml sim.csv -o fitted2.yaml --intersample zoh\n"

@@ -53,6 +53,7 @@ static void add_effect(struct truth_assembly *fe, const struct truth_spec *spec,
         if (p[0] > 0) {
             add_point(fe, 0, 1, 1 / p[0], fe->K);
             add_point(fe, 0, 1, p[1] / p[0], fe->C);
+            add_point(fe, 0, 1, 1 / (p[0] * pow(2 * TRUTH_PI * p[2], 2)), fe->M); /* a support that rocks */
         }
         break;
     case TRUTH_POINT_SPRING:

@@ -17,7 +17,10 @@ struct effect_row {
 static const struct effect_row table[TRUTH_EFFECT_KINDS] = {
     [TRUTH_TIP_MASS] = {"tip_mass", STRUCTURE, {"mass_kg"}, {0}},
     [TRUTH_POINT_MASS] = {"point_mass", STRUCTURE, {"mass_kg", "at_m"}, {0, NAN}},
-    [TRUTH_ROOT_COMPLIANCE] = {"root_compliance", STRUCTURE, {"compliance_radpNm", "loss_s"}, {0}},
+    [TRUTH_ROOT_COMPLIANCE] = {"root_compliance",
+                               STRUCTURE,
+                               {"compliance_radpNm", "loss_s", "frequency_Hz"},
+                               {0, 0, INFINITY}},
     [TRUTH_POINT_SPRING] = {"point_spring", STRUCTURE, {"stiffness_Npm", "damping_Nspm", "at_m"}, {0, 0, NAN}},
     [TRUTH_POINT_DAMPER] = {"point_damper", STRUCTURE, {"damping_Nspm", "at_m"}, {0, NAN}},
     [TRUTH_AXIAL_LOAD] = {"axial_load", STRUCTURE, {"force_N"}, {0}},

@@ -12,7 +12,7 @@ static void assert_json_kind(const struct diagnosis *d, const char *kind)
     size_t size = 0;
     struct bf_error err;
     FILE *out = open_memstream(&text, &size);
-    assert_int_equal(json_print_and_free(diagnose_json(d, NULL), out, &err), BF_OK);
+    assert_int_equal(json_print_and_free(diagnose_json(d, NULL, &(struct channel_factors){0}), out, &err), BF_OK);
     (void)fclose(out);
     (void)snprintf(expected, sizeof expected, "\"check_kind\": \"%s\"", kind);
     assert_non_null(strstr(text, expected));

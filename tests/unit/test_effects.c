@@ -34,7 +34,7 @@ static const struct {
     {"point_mass", {"mass_kg", "at_m"}},
     {"point_spring", {"stiffness_Npm", "damping_Nspm", "at_m"}},
     {"quadratic_drag", {"coefficient_Ns2pm3"}},
-    {"root_compliance", {"compliance_radpNm", "loss_s"}},
+    {"root_compliance", {"compliance_radpNm", "loss_s", "frequency_Hz"}},
     {"rotary_inertia", {"scale"}},
     {"sensor_delay", {"delay_s"}},
     {"sensor_highpass", {"tau_s"}},

@@ -43,7 +43,7 @@ static void gradients(void **state)
     check_gradients("", false, 3e-7);
     check_gradients("  - {kind: tip_mass, mass_kg: 0.003}\n"
                     "  - {kind: patch_position, shift_m: 0.004}\n"
-                    "  - {kind: root_compliance, compliance_radpNm: 0.01, loss_s: 3e-5}\n"
+                    "  - {kind: root_compliance, compliance_radpNm: 0.01, loss_s: 3e-5, frequency_Hz: 60}\n"
                     "  - {kind: base_motion, amplitude_mps2: 2, frequency_Hz: 31, phase_rad: 0.5}\n"
                     "  - {kind: hysteretic_damping, loss_factor: 0.004}\n"
                     "  - {kind: input_position, shift_m: 0.004}\n",

@@ -50,7 +50,8 @@ static void free_decay_with_a_filter(void **state)
     (void)state;
     check_beam(
         INTERSAMPLE_BAND_LIMITED,
-        "  - {kind: sensor_highpass, tau_s: 0.1}\n  - {kind: root_compliance, compliance_radpNm: 0.01, loss_s: 3e-5}\n",
+        "  - {kind: sensor_highpass, tau_s: 0.1}\n  - {kind: root_compliance, compliance_radpNm: 0.01, loss_s: 3e-5, "
+        "frequency_Hz: {value: 55, fixed: false}}\n",
         false);
 }
 

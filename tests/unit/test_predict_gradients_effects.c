@@ -20,6 +20,8 @@ static void strengthen(struct predict_case *c)
             factor = 50.0, e->parameters[i].value = 0.3507; /* the middle of an element of 19.4 mm */
         if (strcmp(e->parameters[i].name, "gap_m") == 0)
             e->parameters[i].value = 1e-5;
+        if (e->effect->parameters[i].role == BEAM_ROLE_RESONANCE)
+            e->parameters[i].value = 50.0; /* in the band */
     }
     if (e->effect->terms != NULL)
         e->parameters[0].value *= factor; /* so strong that the rounding of y does not limit the reference */

@@ -128,6 +128,19 @@ static void resonator(void **state)
             3e-4);
 }
 
+/* A clamp on a support that rocks, near the first modes and far above the beam's. */
+static void support_with_a_mode(void **state)
+{
+    (void)state;
+    compare("  - {kind: root_compliance, compliance_radpNm: 0.02, loss_s: 2e-4, frequency_Hz: 24}\n",
+            "effect root_compliance compliance_radpNm=0.02 loss_s=2e-4 frequency_Hz=24\n", 3e-4);
+    compare("  - {kind: root_compliance, compliance_radpNm: 0.02, loss_s: 2e-5, frequency_Hz: 4000}\n"
+            "  - {kind: tip_mass, mass_kg: 0.002}\n",
+            "effect root_compliance compliance_radpNm=0.02 loss_s=2e-5 frequency_Hz=4000\n"
+            "effect tip_mass mass_kg=0.002\n",
+            3e-4);
+}
+
 static void hum_with_a_harmonic(void **state)
 {
     (void)state;
@@ -424,6 +437,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(resonator),
+        cmocka_unit_test(support_with_a_mode),
         cmocka_unit_test(hum_with_a_harmonic),
         cmocka_unit_test(no_effect),
         cmocka_unit_test(hysteresis),

@@ -59,12 +59,12 @@ static struct model read_model(void)
     return model;
 }
 
-static struct repeatability found(const struct record records[], size_t n)
+static struct repeatability found(const struct record records[], size_t n, const double noise_rms[])
 {
     struct model model = read_model();
     struct repeatability out;
     struct bf_error err;
-    if (repeatability_find(&model, records, n, &out, &err) != BF_OK)
+    if (repeatability_find(&model, records, n, noise_rms, &out, &err) != BF_OK)
         fail_msg("%s", err.text);
     model_free(&model);
     return out;
@@ -79,12 +79,12 @@ static void the_scatter_is_the_noise(void **state)
         struct record records[HITS];
         for (unsigned k = 0; k < HITS; k++)
             records[k] = hit(k, 0.30, 0.002 * level);
-        struct repeatability out = found(records, HITS);
+        struct repeatability out = found(records, HITS, NULL);
         assert_int_equal(out.n, 2);
         for (size_t c = 0; c < 2; c++) {
             assert_int_equal(out.all[c].n_records, HITS);
-            assert_false(out.all[c].stands_out && level > 0);
-            nrmse[level][c] = out.all[c].nrmse;
+            assert_false(out.all[c].repeats.stands_out && level > 0);
+            nrmse[level][c] = out.all[c].repeats.nrmse;
         }
         repeatability_free(&out);
         for (size_t k = 0; k < HITS; k++)
@@ -103,12 +103,45 @@ static void a_hit_elsewhere_stands_out(void **state)
     struct record records[HITS];
     for (unsigned k = 0; k < HITS; k++)
         records[k] = hit(k, k == 2 ? 0.27 : 0.30, 0.002);
-    struct repeatability out = found(records, HITS);
+    struct repeatability out = found(records, HITS, NULL);
     assert_int_equal(out.n, 2);
     for (size_t c = 0; c < 2; c++) {
-        assert_true(out.all[c].stands_out && out.all[c].odd == 2);
-        assert_true(out.all[c].odd_nrmse > 0.05 && out.all[c].others_nrmse < 0.04);
+        assert_true(out.all[c].repeats.stands_out && out.all[c].repeats.odd == 2);
+        assert_true(out.all[c].repeats.odd_nrmse > 0.05 && out.all[c].repeats.others_nrmse < 0.04);
     }
+    repeatability_free(&out);
+    for (size_t k = 0; k < HITS; k++)
+        record_free(&records[k]);
+}
+
+/* In units of the noise the scatter is 1, and it is told how much stronger one hit is than another. */
+static void scatter_counts_in_the_noise(void **state)
+{
+    (void)state;
+    struct record records[HITS];
+    double rms[HITS][2];
+    for (unsigned k = 0; k < HITS; k++) {
+        records[k] = hit(k, 0.30, 0.004);
+        struct record clean = hit(k, 0.30, 0.0);
+        for (size_t c = 0; c < 2; c++) {
+            static const char *const names[2] = {"accel_mps2", "laser_mps"};
+            const double *z = record_column(&records[k], names[c]), *y = record_column(&clean, names[c]);
+            double sum = 0.0;
+            for (size_t i = 0; i < clean.n; i++)
+                sum += (z[i] - y[i]) * (z[i] - y[i]);
+            rms[k][c] = sqrt(sum / (double)clean.n);
+        }
+        record_free(&clean);
+    }
+    struct repeatability out = found(records, HITS, &rms[0][0]);
+    for (size_t c = 0; c < 2; c++) {
+        assert_true(fabs(out.all[c].noise_ratio - 1.0) < 0.15); /* some 200 samples under the window, 3 times */
+        assert_true(fabs(out.all[c].strongest / out.all[c].weakest - 70.0 / 40.0) < 0.2); /* peaks between samples */
+    }
+    rms[1][0] = 0.0;
+    repeatability_free(&out);
+    out = found(records, HITS, &rms[0][0]);
+    assert_true(isnan(out.all[0].noise_ratio) && !isnan(out.all[1].noise_ratio)); /* one unknown */
     repeatability_free(&out);
     for (size_t k = 0; k < HITS; k++)
         record_free(&records[k]);
@@ -121,7 +154,7 @@ static void what_is_no_repetition_is_left_alone(void **state)
     struct record records[3] = {hit(0, 0.30, 0.002), hit(1, 0.30, 0.002), hit(2, 0.30, 0.002)};
     record_add_meta(&records[1], "excitation", "free_decay");
     record_add_meta(&records[2], "hammer_N.at_m", "0.2");
-    struct repeatability out = found(records, 3);
+    struct repeatability out = found(records, 3, NULL);
     assert_int_equal(out.n, 0);
     repeatability_free(&out);
     for (size_t k = 0; k < 3; k++)
@@ -132,6 +165,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_scatter_is_the_noise),
+        cmocka_unit_test(scatter_counts_in_the_noise),
         cmocka_unit_test(a_hit_elsewhere_stands_out),
         cmocka_unit_test(what_is_no_repetition_is_left_alone),
     };

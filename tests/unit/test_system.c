@@ -93,7 +93,7 @@ static double complex by_poles(const struct system *s, double complex at, const 
 static const char *const cases[] = {
     "",
     "  - {kind: tip_mass, mass_kg: 0.002}\n",
-    "  - {kind: root_compliance, compliance_radpNm: 0.01, loss_s: 3e-5}\n",
+    "  - {kind: root_compliance, compliance_radpNm: 0.01, loss_s: 3e-5, frequency_Hz: 60}\n",
     "  - {kind: point_spring, stiffness_Npm: 30, damping_Nspm: 0.02, at_m: {value: 0.3, fixed: false}}\n",
     "  - {kind: square_root_damping, coefficient_Ns: 1e-4}\n",
     "  - {kind: hysteretic_damping, loss_factor: 0.01}\n",

@@ -60,6 +60,13 @@ static void test_structural_effects_move_frequencies(void **state)
     say(&spec, "effect root_compliance compliance_radpNm=1e8");
     assert_true(beta(&spec, 0) < 0.02);
     near(beta(&spec, 1), 3.9266023, 1e-6);
+    unit_beam(&spec); /* a support that rocks: 1 + cos cosh = c/(1 − ω²/Ω²) b (sin cosh − cos sinh), ω = b² */
+    say(&spec, "effect root_compliance compliance_radpNm=0.3 frequency_Hz=1");
+    for (size_t k = 0; k < 3; k++) {
+        const double q = beta(&spec, k), c = 0.3 / (1 - pow(q, 4) / (4 * pi * pi));
+        const double left = 1 + cos(q) * cosh(q), right = c * q * (sin(q) * cosh(q) - cos(q) * sinh(q));
+        assert_true(fabs(left - right) < 1e-4 * (1 + fabs(left)));
+    }
     unit_beam(&spec); /* tension on a hinged beam: ω² = b⁴ + P b² */
     say(&spec, "support pinned-pinned");
     say(&spec, "effect axial_load force_N=-3");
