@@ -19,7 +19,7 @@ static const struct answer_field response_fields[] = {
     ANSWER_ROW(NUMBER, "nrmse", "scatter of the hits about it, over the signal", .flags = ANSWER_PERCENT, .digits = 2,
                .text = "hits scatter by"),
     ANSWER_ROW(TEXT, "odd", "a record that stands out; empty: none", .text = "stands out"),
-    ANSWER_ROW(NUMBER, "odd_nrmse", "its error under the response of the others", .flags = ANSWER_PERCENT, .digits = 2,
+    ANSWER_ROW(NUMBER, "odd_nrmse", "its error under the response of the others", .flags = ANSWER_PERCENT, .digits = 3,
                .text = "from the others by"),
     ANSWER_ROW(NUMBER, "others_nrmse", "scatter of the others", .flags = ANSWER_PERCENT, .digits = 2,
                .text = "which scatter by"),

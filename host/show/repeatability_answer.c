@@ -23,10 +23,10 @@ const struct answer_field repeatability_fields[] = {
                .flags = ANSWER_PERCENT, .digits = 2),
     ANSWER_ROW(NUMBER, "scatter_rms", "of white noise that would scatter as much, unit of the output", .digits = 3),
     ANSWER_ROW(NUMBER, "noise_ratio", "scatter over what the noise of the channels makes; null: not known",
-               .flags = ANSWER_NULL, .digits = 2),
+               .flags = ANSWER_NULL, .digits = 3),
     ANSWER_ROW(TEXT, "meaning", "of the scatter, where it is told"),
     ANSWER_ROW(TEXT, "odd", "a record that stands out; empty: none"),
-    ANSWER_ROW(NUMBER, "odd_nrmse", "its error under the response of the others", .flags = ANSWER_PERCENT, .digits = 2),
+    ANSWER_ROW(NUMBER, "odd_nrmse", "its error under the response of the others", .flags = ANSWER_PERCENT, .digits = 3),
     ANSWER_ROW(NUMBER, "others_nrmse", "scatter of the others", .flags = ANSWER_PERCENT, .digits = 2),
     ANSWER_SAY("[{odd?}Repeated records: ]" AGREE(
         "odd?") "[{odd?} {odd} stands out: it is {odd_nrmse} off the response of the others, which agree to "
@@ -38,7 +38,7 @@ const struct answer_field repeatability_fields[] = {
 const struct answer_field repeatability_floor_fields[] = {
     ANSWER_ROW(NUMBER, "strengths", "", .flags = ANSWER_MAYBE, .digits = 2),
     ANSWER_ROW(NUMBER, "nrmse", "", .flags = ANSWER_PERCENT, .digits = 2),
-    ANSWER_ROW(NUMBER, "noise_ratio", "", .flags = ANSWER_NULL, .digits = 2),
+    ANSWER_ROW(NUMBER, "noise_ratio", "", .flags = ANSWER_NULL, .digits = 3),
     ANSWER_SAY("[{odd!}\nRepeated records: ]" AGREE("odd!")),
     {0},
 };
