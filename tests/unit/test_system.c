@@ -58,9 +58,12 @@ static void close_fixture(struct fixture *f)
 
 /*
  * Of the rigid motion's response: the two poles of a lightly damped rigid motion have large parts of it that nearly cancel (|s| m/c is 70 at
- * |s| = 4 here), and the stiffness of a motion that bends nothing is rounding, to the solves that it is held against, too.
+ * |s| = 4 here), and the stiffness of a motion that bends nothing is rounding, to the solves that it is held against, too. Rounding is the BLAS
+ * kernel's: 3e-6 to 3.1e-5 with OpenBLAS's Haswell, Zen, SkylakeX, Sandybridge, Prescott and Nehalem (OPENBLAS_CORETYPE).
  */
-static const double rigid_accuracy = 1e-5;
+static const double rigid_accuracy = 1e-4;
+/* Of a derivative held against differences, whose own rounding is 2.3e-7 with the worst of those kernels. */
+static const double derivative_accuracy = 1e-6;
 
 /* cᵀA(s)⁻¹b by LU. */
 static double complex direct(const struct fixture *f, double complex s, const double c[], const double b[])
@@ -227,7 +230,7 @@ static void derivative_of(struct fixture *f, size_t i, const double b[], const d
         y[k] = change_of_poles(f, i, s[k], c, b);
     }
     const bool is_free = f->model.support == SUPPORT_FREE_FREE;
-    const double accuracy = is_free ? rigid_accuracy : 2e-7;
+    const double accuracy = is_free ? rigid_accuracy : derivative_accuracy;
     /* |s² H| where the beam moves as a rigid body, by a parameter of its own size */
     const double rigid = is_free ? cabs(s[0] * s[0] * direct_at(f, i, f->theta[i], s[0], c, b) / f->theta[i]) : 0.0;
     for (int k = 0; k < 6; k++) {
