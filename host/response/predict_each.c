@@ -152,6 +152,13 @@ enum bf_status predictor_window(struct predictor *p, double t_end_s, struct bf_e
     return status;
 }
 
+void predictor_rest(struct predictor *p)
+{
+    single_rest(p);
+    for (size_t r = 0; p->each != NULL && r < p->n_records; r++)
+        single_rest(p->each[r].predictor);
+}
+
 void predictor_set_nuisance(struct predictor *p, const double amplitude[])
 {
     single_set_nuisance(p, amplitude);
@@ -337,6 +344,7 @@ static enum bf_status run_each(struct predictor *p, const double theta[], const 
     memset(p->nuisance, 0, p->n_rows * p->n_nuisance * sizeof *p->nuisance);
     out->bends = false;
     if (p->in_pieces && want != NULL && sink == NULL) {
+        single_room(p, true);
         clear_columns(p, want);
         out->jacobian = p->jacobian;
     }

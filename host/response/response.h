@@ -95,6 +95,9 @@ enum bf_status predictor_new(const struct model *model, const struct record reco
                              const struct predict_options *options, struct predictor **out, struct bf_error *err);
 void predictor_free(struct predictor *predictor);
 
+/* Gives back what a run needed besides its rows; the next run makes it again. Nothing of PREDICT TRANSFER holds then. */
+void predictor_rest(struct predictor *predictor);
+
 size_t predictor_channels(const struct predictor *predictor, const struct predict_channel **out);
 
 /* Modes of the reduced space at the last base; static responses are not counted. */
