@@ -34,7 +34,7 @@ static enum bf_status open_record(struct predictor *p, size_t r, double memory, 
     const char *name = record_base_name(record);
     options.quiet = true;
     options.pieces = false;
-    own->pieces = p->in_pieces ? pieces_new(&p->model, record, memory) : NULL;
+    own->pieces = p->in_pieces ? pieces_new(&p->model, record, memory, NULL) : NULL;
     if (own->pieces != NULL)
         record = &own->pieces->record;
     geometry_original(p, &as_file);
