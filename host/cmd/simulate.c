@@ -292,6 +292,7 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     enum bf_status status = model_read(a.model, &model, err);
     if (status != BF_OK)
         return status;
+    outputs_note_input(a.input);
     status = atomic_check(a.output, err);
     if (status == BF_OK)
         status = record_spool_read(a.input, a.output, &input, err);

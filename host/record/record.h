@@ -80,7 +80,7 @@ enum bf_status record_read(const char *path, struct record *out, struct bf_error
  * SPOOL — a record whose samples lie in a file without a name instead of in memory, beside another file, where there is room for it.
  *
  * record: as record_read() gives it, but for its samples (no column has any) while in_file. Where the file is over frequency or a list, and where no other can
- * be made, the samples are in memory, and in_file is false.
+ * be made or has room, the samples are in memory, and in_file is false.
  */
 struct record_spool {
     struct record record;

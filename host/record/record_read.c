@@ -195,6 +195,11 @@ static void make_room(struct reader *r)
         record->columns[i].x = bf_grow(record->columns[i].x, r->capacity, sizeof *record->columns[i].x);
 }
 
+static enum bf_status fail_spool(const struct reader *r, struct bf_error *err)
+{
+    return bf_fail_at(err, r->in.path, 0, "its samples cannot be kept beside the output: %s", strerror(errno));
+}
+
 static enum bf_status take_row(struct reader *r, struct bf_error *err)
 {
     struct record *record = r->record;
@@ -205,7 +210,7 @@ static enum bf_status take_row(struct reader *r, struct bf_error *err)
     }
     if (r->spool != NULL) {
         if (fwrite(r->row, sizeof *r->row, record->n_columns + 1, r->spool) != record->n_columns + 1)
-            return bf_fail_at(err, r->in.path, 0, "its samples cannot be kept beside the output: %s", strerror(errno));
+            return fail_spool(r, err);
     } else {
         r->time[record->n] = r->row[0];
         for (size_t i = 0; i < record->n_columns; i++)
@@ -352,6 +357,8 @@ static enum bf_status finish(struct reader *r, struct bf_error *err)
                           record->n == 0 ? "no samples" : "one sample");
     size_t bad;
     char why[256];
+    if (r->spool != NULL && fflush(r->spool) != 0)
+        return fail_spool(r, err);
     struct record_spool spool = {.record = *record, .f = r->spool};
     struct times times = {.x = r->time, .read = spooled_times, .context = &spool};
     if (!times_fit(&times, record->n, r->time_digits, &record->t0_s, &record->dt_s, &bad, why))
@@ -397,8 +404,11 @@ enum bf_status record_read(const char *path, struct record *out, struct bf_error
 enum bf_status record_spool_read(const char *path, const char *beside, struct record_spool *out, struct bf_error *err)
 {
     *out = (struct record_spool){.f = record_spool_open(beside)};
-    const enum bf_status status = read_record(path, out->f, &out->record, &out->in_file, err);
+    enum bf_status status = read_record(path, out->f, &out->record, &out->in_file, err);
+    const bool no_room = status != BF_OK && out->f != NULL && ferror(out->f);
     if (status != BF_OK)
         record_spool_close(out);
+    if (no_room)
+        status = read_record(path, NULL, &out->record, &out->in_file, err);
     return status;
 }
