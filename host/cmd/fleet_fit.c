@@ -37,13 +37,15 @@ enum bf_status fleet_fit_parse(int argc, char **argv, struct fleet_fit *fit, str
         if (take_word(fit, argv[optind], err) != BF_OK)
             return err->status;
     if (fit->files.n < 2)
-        return bf_fail(err, BF_USAGE,
-                       "give a model and records, or @LIST, a file that names them: fleet fit MODEL RECORD... -o FITTED");
+        return bf_fail(
+            err, BF_USAGE,
+            "give a model and records, or @LIST, a file that names them: fleet fit MODEL RECORD... -o FITTED");
     if (a->output == NULL)
         return bf_fail(err, BF_USAGE, "say where to write the fitted model: -o FITTED");
     if (a->settings.fit.start == FIT_SEARCH)
-        return bf_fail(err, BF_USAGE, "`fleet fit` does not search; `beamfit fit --start search` with some of the "
-                                      "records finds a start");
+        return bf_fail(err, BF_USAGE,
+                       "`fleet fit` does not search; `beamfit fit --start search` with some of the "
+                       "records finds a start");
     a->settings.fit.never_search = true;
     a->settings.fit.predict.threads = 1; /* shares are what runs side by side */
     return options_one_answer(a->output, err);
@@ -153,7 +155,8 @@ static enum bf_status fit_shares_and_write(struct fleet_fit *fit, const struct f
         status = answer(fit, result, shares->records, err);
     if (status != BF_OK || learned)
         return status;
-    return bf_fail(err, BF_NO, "nothing was fitted: the records determine none of the free parameters; %s is not written",
+    return bf_fail(err, BF_NO,
+                   "nothing was fitted: the records determine none of the free parameters; %s is not written",
                    fit->arguments.output);
 }
 

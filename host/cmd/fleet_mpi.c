@@ -307,8 +307,8 @@ int main(int argc, char **argv)
     bf_warn_listen(rank == 0 ? answer_take_warning : NULL, NULL);
     optind = 1;
     outputs_protect("fleet", false);
-    const enum bf_status status = one_model ? run_fit(argc - 1, argv + 1, rank, n_ranks, &err)
-                                            : run_fleet(argc, argv, rank, n_ranks, &err);
+    const enum bf_status status =
+        one_model ? run_fit(argc - 1, argv + 1, rank, n_ranks, &err) : run_fleet(argc, argv, rank, n_ranks, &err);
     if (status != BF_OK && err.text[0] != '\0')
         (void)fprintf(stderr, "beamfit-fleet: %s\n", err.text);
     (void)MPI_Finalize();

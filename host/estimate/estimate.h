@@ -173,7 +173,8 @@ struct fit_shares {
     void *context;
     /* what fit_shares_open() was told */
     size_t n_records;
-    struct record *records; /* [n_records] path, checksum and times, no columns: those that fit_run() and fit_into_model() take */
+    struct record
+        *records; /* [n_records] path, checksum and times, no columns: those that fit_run() and fit_into_model() take */
     struct fit_drive *drives;
     double *scale; /* [n_parameters] that the data tell */
 };

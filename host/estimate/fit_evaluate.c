@@ -255,7 +255,8 @@ enum bf_status fit_problem_evaluate(struct fit_problem *p, const double x[], boo
     if (!p->at_valid || memcmp(p->at, x, p->n_unknowns * sizeof *x) != 0) {
         p->at_valid = false;
         fit_problem_to_theta(p, x, p->theta);
-        status = p->shares != NULL ? shares_evaluate(p, x, with_jacobian, err) : evaluate_here(p, x, with_jacobian, err);
+        status =
+            p->shares != NULL ? shares_evaluate(p, x, with_jacobian, err) : evaluate_here(p, x, with_jacobian, err);
     }
     if (!status && with_jacobian) {
         memcpy(p->at, x, p->n_unknowns * sizeof *x);

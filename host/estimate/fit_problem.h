@@ -44,17 +44,18 @@ struct fit_problem {
     const char *const *names; /* [n_records] base names */
     size_t n_unknowns;
     struct unknown *unknowns;
-    double *lower, *upper; /* [n_unknowns] in x */
-    bool *held;            /* [n_unknowns] not moved in this stage */
-    bool *want;            /* [n_refs] */
+    double *lower, *upper;           /* [n_unknowns] in x */
+    bool *held;                      /* [n_unknowns] not moved in this stage */
+    bool *want;                      /* [n_refs] */
     const struct fit_shares *shares; /* who has the samples; NULL: they are here */
     struct fit_drive *drives;        /* [n_records] */
     bool has_decay;                  /* some record did not begin at rest */
     double latest_s;                 /* largest onset of any record, wherever it is */
-    double *horizon_s; /* [n_records] since the first row of the record: rows from here on have no weight; INFINITY: all count */
+    double *
+        horizon_s; /* [n_records] since the first row of the record: rows from here on have no weight; INFINITY: all count */
     size_t n_channels; /* whose samples are here */
     size_t n_signals;  /* the same and those of the shares */
-    double *sigma; /* [n_channels] noise, unit of the channel */
+    double *sigma;     /* [n_channels] noise, unit of the channel */
     /* stage */
     double decay_ps, floor; /* s and the relative floor of the weights */
     double rebase_limit;    /* largest move in x of a structural parameter before the reduced space is rebuilt */
@@ -63,10 +64,11 @@ struct fit_problem {
     const struct predict_channel *channels; /* of the current window */
     size_t n_sample_rows;                   /* the first ones; those of lines follow */
     size_t n_rows, n_used;                  /* n_used: rows with a weight; of all shares */
-    double noise_rows; /* Σ (w/max w)² of the samples: so many rows of noise; a window or a floor makes rows count less */
-    double *weight;                         /* [n_rows] */
+    double
+        noise_rows; /* Σ (w/max w)² of the samples: so many rows of noise; a window or a floor makes rows count less */
+    double *weight; /* [n_rows] */
     /* last evaluation */
-    double *theta;    /* [n_refs] */
+    double *theta;      /* [n_refs] */
     double half_square; /* ½‖data rows‖² */
     double *residual;   /* [n_rows], weighted, after projection; of shares nobody has the rows */
     double *

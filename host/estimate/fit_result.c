@@ -92,8 +92,7 @@ static void fill_estimate(const struct fit_problem *p, size_t i, const double x[
     const struct unknown *u = &p->unknowns[i];
     const struct parameter *info = p->refs[u->ref].info;
     const double s = sqrt(fmax(variance, 0.0)), slope = fit_problem_slope(p, i, x);
-    const bool stated =
-        p->n_signals == 0 && lines_stated(p->lines); /* errors of a list are not told by its few rows */
+    const bool stated = p->n_signals == 0 && lines_stated(p->lines); /* errors of a list are not told by its few rows */
     const size_t told = p->n_signals == 0 ? kept : p->n_unknowns;
     const double dof = stated ? 1e6 : fmax((double)p->n_used - (double)told - (double)p->n_nuisance, 1.0);
     out->estimated = true;

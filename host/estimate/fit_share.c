@@ -33,8 +33,9 @@ static enum bf_status check(const struct model *model, const struct record recor
     const size_t n = model_parameters(model, names, n_records, &refs);
     enum bf_status status = BF_OK;
     if (model_has_law(model))
-        status = bf_fail(err, BF_USAGE, "the model has a nonlinear law; many records are fitted of linear models only: "
-                                        "use `beamfit fit` with some of them");
+        status = bf_fail(err, BF_USAGE,
+                         "the model has a nonlinear law; many records are fitted of linear models only: "
+                         "use `beamfit fit` with some of them");
     for (size_t i = 0; i < n && !status; i++)
         if (refs[i].record >= 0)
             status = bf_fail(err, BF_USAGE,

@@ -213,7 +213,8 @@ bool time_axis_fit(const double t[], size_t n, struct number_digits most, double
 enum { TIMES_BLOCK = 4096 };
 struct times {
     const double *x; /* all of them; NULL: */
-    size_t (*read)(void *context, size_t first, size_t n, double x[]); /* n at most, from `first` on; how many there were */
+    size_t (*read)(void *context, size_t first, size_t n,
+                   double x[]); /* n at most, from `first` on; how many there were */
     void *context;
     size_t first, n; /* those in the block */
     double block[TIMES_BLOCK];

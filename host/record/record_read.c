@@ -14,13 +14,13 @@ enum { MOST_COLUMNS = 4096, QUOTED = 60 }; /* QUOTED: characters of a bad cell t
 struct reader {
     struct lines in;
     struct record *record;
-    FILE *spool;   /* where rows go instead of into memory; NULL: they do not */
-    double *row;   /* [1 + columns] time, and the numbers of one line */
-    double *time;  /* [capacity] */
-    struct run {   /* samples on successive lines, for messages */
+    FILE *spool;  /* where rows go instead of into memory; NULL: they do not */
+    double *row;  /* [1 + columns] time, and the numbers of one line */
+    double *time; /* [capacity] */
+    struct run {  /* samples on successive lines, for messages */
         size_t sample;
         long line;
-    } *runs;
+    } * runs;
     size_t n_runs, capacity;
     struct number_digits time_digits;
     bool has_header, over_frequency, is_list;

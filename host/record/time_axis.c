@@ -59,7 +59,8 @@ static bool explains(struct times *t, size_t n, struct number_digits most, doubl
     for (size_t i = 0; i < n; i++) {
         size_t k = n - 1 - i; /* a wrong step shows at the end first */
         double slack = 1e-9 * dt + 4 * 2.3e-16 * fabs(times_at(t, k));
-        if (!(fabs(times_at(t, k) - (t0 + (double)k * dt)) <= 0.50001 * unit_of_last_digit(times_at(t, k), most) + slack))
+        if (!(fabs(times_at(t, k) - (t0 + (double)k * dt)) <=
+              0.50001 * unit_of_last_digit(times_at(t, k), most) + slack))
             return false;
     }
     return true;
@@ -144,8 +145,8 @@ static size_t find_offender(struct times *t, size_t n, struct number_digits most
         if (fabs(off) > fabs(most_off))
             worst = k, most_off = off;
     }
-    snprintf(why, 256, "time is %.3g s off an axis with the mean step %.6g s: the samples are not uniform%s",
-             most_off, dt, coarsest > 0.4 * usual ? too_few_digits : " (the clock drifts)");
+    snprintf(why, 256, "time is %.3g s off an axis with the mean step %.6g s: the samples are not uniform%s", most_off,
+             dt, coarsest > 0.4 * usual ? too_few_digits : " (the clock drifts)");
     return worst;
 }
 
@@ -156,8 +157,7 @@ bool time_axis_fit(const double t[], size_t n, struct number_digits most, double
     return times_fit(&times, n, most, t0, dt, bad, why);
 }
 
-bool times_fit(struct times *t, size_t n, struct number_digits most, double *t0, double *dt, size_t *bad,
-               char why[256])
+bool times_fit(struct times *t, size_t n, struct number_digits most, double *t0, double *dt, size_t *bad, char why[256])
 {
     for (size_t k = 1; k < n; k++) {
         if (times_at(t, k) > times_at(t, k - 1))

@@ -13,10 +13,10 @@
 #include "predictor.h"
 
 struct pieces {
-    const struct record *whole;           /* its samples where there is no stream */
+    const struct record *whole;          /* its samples where there is no stream */
     const struct predict_stream *stream; /* that reads them; NULL: there is none */
-    struct record record; /* one piece, with samples of its own */
-    size_t early;         /* samples that a piece begins before its first row */
+    struct record record;                /* one piece, with samples of its own */
+    size_t early;                        /* samples that a piece begins before its first row */
 };
 
 /* Rows from … end − 1 of a record, of samples start … start + n − 1. */

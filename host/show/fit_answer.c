@@ -82,11 +82,11 @@ static const struct answer_field minimum_fields[] = {
         ANSWER_ROW(TEXTS, "warnings", "what was not tried or could not be judged, and what looks wrong",               \
                    .text = "\nWarnings"),                                                                              \
         ANSWER_ROW(NUMBER, "seconds", "the fit took", .unit = "s", .digits = -2),                                      \
-        ANSWER_ROW(COUNT, "evaluations", "of the model"),                                                              \
-        ANSWER_ROW(BOOL, "converged", "the optimum was reached"),                                                      \
+        ANSWER_ROW(COUNT, "evaluations", "of the model"), ANSWER_ROW(BOOL, "converged", "the optimum was reached"),    \
         ANSWER_ROW(BOOL, "fitted", "false: the records determine nothing, and no file was written"),                   \
         ANSWER_ROW(NUMBER, "distance_sd", "from the optimum, in standard errors", .digits = 2),                        \
-        ANSWER_ROW(BOOL, "interrupted", "by Ctrl-C"), ANSWER_ROW(TEXT, "intersample", "what inputs do between samples"), \
+        ANSWER_ROW(BOOL, "interrupted", "by Ctrl-C"),                                                                  \
+        ANSWER_ROW(TEXT, "intersample", "what inputs do between samples"),                                             \
         ANSWER_SAY(                                                                                                    \
             "\n{converged?Converged|NOT CONVERGED}: {distance_sd} standard errors from the optimum; {evaluations} "    \
             "evaluations, {seconds}; inputs {intersample} between samples.")

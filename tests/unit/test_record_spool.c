@@ -92,7 +92,8 @@ static void what_is_converted_is_in_memory(void **state)
 {
     (void)state;
     static const char *const texts[] = {
-        "# excitation: frequency_response\nfreq_Hz,tip_mps/hammer_N_re,tip_mps/hammer_N_im\n1,1,2\n2,2,3\n3,1,1\n4,0,1\n",
+        "# excitation: "
+        "frequency_response\nfreq_Hz,tip_mps/hammer_N_re,tip_mps/hammer_N_im\n1,1,2\n2,2,3\n3,1,1\n4,0,1\n",
         "mode,freq_Hz,sd_Hz\n1,10,0.1\n2,60,0.2\n"};
     for (size_t i = 0; i < 2; i++) {
         struct bf_error err[2];
