@@ -212,7 +212,7 @@ bool time_axis_fit(const double t[], size_t n, struct number_digits most, double
 /* The same of times that lie elsewhere and are read in blocks. */
 enum { TIMES_BLOCK = 4096 };
 struct times {
-    const double *x; /* all of them; NULL: */
+    const double *x; /* all of them, where there is nothing to read */
     size_t (*read)(void *context, size_t first, size_t n,
                    double x[]); /* n at most, from `first` on; how many there were */
     void *context;

@@ -360,7 +360,7 @@ static enum bf_status finish(struct reader *r, struct bf_error *err)
     if (r->spool != NULL && fflush(r->spool) != 0)
         return fail_spool(r, err);
     struct record_spool spool = {.record = *record, .f = r->spool};
-    struct times times = {.x = r->time, .read = spooled_times, .context = &spool};
+    struct times times = {.x = r->time, .read = r->spool != NULL ? spooled_times : NULL, .context = &spool};
     if (!times_fit(&times, record->n, r->time_digits, &record->t0_s, &record->dt_s, &bad, why))
         return bf_fail_at(err, r->in.path, line_of(r, bad),
                           "column 1 '%s': %s; cut the record here, or 'beamfit import %s -o OUT.csv' with --rate HZ "

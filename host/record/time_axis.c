@@ -8,7 +8,7 @@
 
 double times_at(struct times *t, size_t k)
 {
-    if (t->x != NULL)
+    if (t->read == NULL)
         return t->x[k];
     if (k < t->first || k >= t->first + t->n) {
         t->first = k - k % TIMES_BLOCK;

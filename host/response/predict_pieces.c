@@ -73,11 +73,10 @@ static void take(struct pieces *pieces, size_t start)
 {
     for (size_t c = 0; c < pieces->record.n_columns; c++) {
         const struct record_column *to = &pieces->record.columns[c];
-        const double *from = pieces->stream == NULL ? record_column(pieces->whole, to->name) : NULL;
-        if (from != NULL)
-            memcpy(to->x, from + start, pieces->record.n * sizeof *to->x);
-        else
+        if (pieces->stream != NULL)
             pieces->stream->read(pieces->stream->context, to->name, start, pieces->record.n, to->x);
+        else
+            memcpy(to->x, record_column(pieces->whole, to->name) + start, pieces->record.n * sizeof *to->x);
     }
 }
 
