@@ -334,8 +334,9 @@ RECORDS ?= 300 1200
 many-bench: $(B)/beamfit $(MPI) $(B)/beam_truth ## measure: one model fitted to many records on ranks of MPI; its page becomes docs/results/many_records.md [RECORDS='300 1200' RANKS='1 2']
 	@python3 -B tests/fleet/many.py --build $(B) --work $(B)/many --records $(RECORDS) --ranks $(RANKS) --page docs/results/many_records.md
 SAMPLES ?= 100000 1000000 10000000
-long-bench: $(B)/beamfit ## measure: time and memory of simulate, compare, fit on long recordings; its page becomes docs/results/long_records.md [SAMPLES='100000 1000000 10000000']
-	@tests/bench/long.sh $(B) $(B)/long docs/results/long_records.md $(SAMPLES)
+LONG_PAGE ?= $(B)/long_records.md
+long-bench: $(B)/beamfit ## measure: time and memory of simulate, compare, fit on long recordings; its page is LONG_PAGE [SAMPLES='100000 1000000 10000000']
+	@tests/bench/long.sh $(B) $(B)/long $(LONG_PAGE) $(SAMPLES)
 own-effect: $(B)/beamfit $(B)/libbeamf.a $(B)/beam_truth ## test: a user's effect in a copy of the tree, built and diagnosed (docs/own_effect.md)
 	@tools/own_effect.sh $(B)
 BOARD  ?= host
