@@ -330,9 +330,13 @@ KILLS ?= 50
 PARTS ?= ranks kills growth
 fleet-bench: $(B)/beamfit $(MPI) $(B)/beam_truth ## measure: a drawn fleet on ranks of MPI; its page becomes docs/results/fleet.md [UNITS=200 RANKS='1 2' KILLS=50 PARTS='kills growth']
 	@python3 -B tests/fleet/bench.py --build $(B) --work $(FLEET) --units $(UNITS) --ranks $(RANKS) --kills $(KILLS) --jobs $(JOBS) --parts $(PARTS) --page docs/results/fleet.md
-SAMPLES ?= 100000 1000000
-long-bench: $(B)/beamfit $(B)/beam_truth ## measure: time and memory of simulate, compare, fit on long recordings [SAMPLES='100000 1000000']
-	@tests/bench/long.sh $(B) $(B)/long $(SAMPLES)
+RECORDS ?= 300 1200
+many-bench: $(B)/beamfit $(MPI) $(B)/beam_truth ## measure: one model fitted to many records on ranks of MPI; its page becomes docs/results/many_records.md [RECORDS='300 1200' RANKS='1 2']
+	@python3 -B tests/fleet/many.py --build $(B) --work $(B)/many --records $(RECORDS) --ranks $(RANKS) --page docs/results/many_records.md
+SAMPLES ?= 100000 1000000 10000000
+LONG_PAGE ?= $(B)/long_records.md
+long-bench: $(B)/beamfit ## measure: time and memory of simulate, compare, fit on long recordings; its page is LONG_PAGE [SAMPLES='100000 1000000 10000000']
+	@tests/bench/long.sh $(B) $(B)/long $(LONG_PAGE) $(SAMPLES)
 own-effect: $(B)/beamfit $(B)/libbeamf.a $(B)/beam_truth ## test: a user's effect in a copy of the tree, built and diagnosed (docs/own_effect.md)
 	@tools/own_effect.sh $(B)
 BOARD  ?= host
@@ -413,5 +417,5 @@ help: ## build: this list
 DEPFILES = $(FW_OBJ:.o=.d) $(BOARD_HOST_OBJ:.o=.d) $(SHADOWS:.o=.d) $(BEAM_SHADOWS:.o=.d) $(LIB_OBJ:.o=.d) $(FLOAT_OBJ:.o=.d) $(TARGET_OBJ:.o=.d) $(CPLX_OBJ:.o=.d) $(HOST_OBJ:.o=.d) $(B)/host/main.d $(B)/host/cmd/fleet_mpi.d \
            $(UNIT_TESTS:%=%.d) $(SYSTEM_TESTS:%=%.d) $(SYSTEM_COMMON:.o=.d) $(TRUTH_OBJ:.o=.d)
 -include $(wildcard $(DEPFILES))
-.PHONY: fleet-bench long-bench calibrate drawn-imperfect measured spectra live-demo conformance survival results constants docs
+.PHONY: fleet-bench many-bench long-bench calibrate drawn-imperfect measured spectra live-demo conformance survival results constants docs
 .PHONY: FORCE all tests unit test test-both demo deps lint layers size coverage bench hidden drawn false-alarms own-effect experiments data fuzz install deb deb-root uninstall clean help

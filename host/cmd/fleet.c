@@ -3,12 +3,14 @@
 
 #include "commands.h"
 #include "fleet_boards.h"
+#include "fleet_fit.h"
 #include "fleet_report.h"
 #include "fleet_run.h"
 #include "ground/ground.h"
 
 static const char help[] =
     "Usage: beamfit fleet MANIFEST -o RESULTS [--diagnose] [options]\n"
+    "       beamfit fleet fit MODEL RECORD... -o FITTED\n"
     "       beamfit fleet report RESULTS [-o PAGE.html]\n"
     "       beamfit fleet export RESULTS -o DIR [--key FILE]\n"
     "       beamfit fleet download RESULTS PORTS --key FILE\n"
@@ -24,6 +26,10 @@ static const char help[] =
     "is a row with its reason. A unit that is done is in RESULTS, whenever the run is ended; the same command goes on "
     "there. A unit whose files, settings or program have changed since is fitted again. `mpirun -n 8 beamfit-fleet "
     "...` takes the same words and does the same on several machines.\n"
+    "\n"
+    "`fleet fit` fits one model to thousands of records, named in the command or, one a line, in a file @LIST: on the "
+    "processors of this machine, or with `mpirun -n 8 beamfit-fleet fit ...` on several machines, with the same "
+    "numbers.\n"
     "\n"
     "`fleet report` says what the units are together: mean and spread of each parameter, the units' own errors taken "
     "off; units that stand out; drift against your columns; which effect is missing in how many.\n"
@@ -42,6 +48,7 @@ static const char closing[] =
     "Example:\n"
     "  beamfit fleet units.csv -o fleet.sqlite --diagnose\n"
     "  beamfit fleet report fleet.sqlite -o fleet.html\n"
+    "  beamfit fleet fit arm.yaml @records.txt -o arm-fitted.yaml\n"
     "\n"
     "Exit status: 0 done, also when units failed (they are listed); 2 usage, or RESULTS is of another manifest or not "
     "of `beamfit fleet`; 3 bad manifest, or RESULTS cannot be written; 4 interrupted.\n";
@@ -70,6 +77,8 @@ static void hand_out(struct fleet_run *run, struct bf_error *err)
 static enum bf_status run(int argc, char **argv, struct bf_error *err)
 {
     struct fleet_run fleet = {.next = 0};
+    if (argc > 1 && strcmp(argv[1], "fit") == 0)
+        return fleet_fit(argc - 1, argv + 1, err);
     if (argc > 1 && strcmp(argv[1], "report") == 0)
         return fleet_report(argc - 1, argv + 1, err);
     if (argc > 1 && strcmp(argv[1], "export") == 0)

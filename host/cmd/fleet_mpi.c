@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
- * fleet_mpi.c — `mpirun -n N beamfit-fleet MANIFEST -o RESULTS`: the units of a fleet on the ranks of MPI, over hosts as MPI does it.
+ * fleet_mpi.c — `mpirun -n N beamfit-fleet MANIFEST -o RESULTS`: the units of a fleet on the ranks of MPI, over hosts as MPI does it; and
+ * `beamfit-fleet fit MODEL RECORD... -o FITTED`: one model, whose records lie with the ranks.
  *
  * Rank 0 hands out one unit after another, to itself too, and is the only one that writes RESULTS. Every rank works on a unit in a process of its own
  * (fleet/crew.c), as `beamfit fleet` does, and never waits inside MPI: a wait there takes a whole processor.
@@ -13,11 +14,12 @@
 #include <string.h>
 #include <time.h>
 
+#include "fleet_fit.h"
 #include "fleet_run.h"
 #include "ground/ground.h"
 #include "show/show.h"
 
-enum { TAG_JOB = 1, TAG_ROWS, WAIT_MS = 2, SAY_S = 30 };
+enum { TAG_JOB = 1, TAG_ROWS, TAG_QUESTION, TAG_ANSWER, WAIT_MS = 2, SAY_S = 30 };
 
 /* What a rank answers with, before its rows: the unit; asking for the first one, it has none. */
 struct answer {
@@ -211,12 +213,90 @@ static enum bf_status run_fleet(int argc, char **argv, int rank, int n_ranks, st
     return all == BF_OK ? status : all;
 }
 
+/* ---- One model, many records ---- */
+
+/* Bytes of this tag from a rank; waits without taking a processor. */
+static struct fit_message receive(int from, int tag)
+{
+    struct fit_message message = {0};
+    MPI_Status status;
+    int there = 0, n = 0;
+    while (MPI_Iprobe(from, tag, MPI_COMM_WORLD, &there, &status) == MPI_SUCCESS && !there)
+        pause_ms(1);
+    (void)MPI_Get_count(&status, MPI_BYTE, &n);
+    message.n = (size_t)n;
+    message.bytes = bf_alloc(message.n, 1);
+    (void)MPI_Recv(message.bytes, n, MPI_BYTE, from, tag, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
+    return message;
+}
+
+static void ask_ranks(const struct fleet_fit *fit, const struct fit_message *question)
+{
+    for (size_t rank = 1; rank < fit->n_ranks; rank++)
+        (void)MPI_Send(question->bytes, (int)question->n, MPI_BYTE, (int)rank, TAG_QUESTION, MPI_COMM_WORLD);
+}
+
+/* Of rank 0: its own shares answer while the others' do. */
+static enum bf_status ask(void *context, const struct fit_message *question, struct fit_message answers[],
+                          struct bf_error *err)
+{
+    struct fleet_fit *fit = context;
+    (void)err;
+    ask_ranks(fit, question);
+    fleet_fit_answer(fit, question, answers);
+    for (size_t s = 0; s < fit->n_shares; s++)
+        if (s % fit->n_ranks != 0)
+            answers[s] = receive((int)(s % fit->n_ranks), TAG_ANSWER);
+    return BF_OK;
+}
+
+/* Of the others: until there is a question of no bytes. */
+static void answer_rank_0(struct fleet_fit *fit)
+{
+    struct fit_message *answers = bf_alloc(fit->n_shares, sizeof *answers);
+    struct fit_message question = receive(0, TAG_QUESTION);
+    while (question.n > 0) {
+        fleet_fit_answer(fit, &question, answers);
+        free(question.bytes);
+        for (size_t s = fit->rank; s < fit->n_shares; s += fit->n_ranks) {
+            (void)MPI_Send(answers[s].bytes, (int)answers[s].n, MPI_BYTE, 0, TAG_ANSWER, MPI_COMM_WORLD);
+            free(answers[s].bytes);
+        }
+        question = receive(0, TAG_QUESTION);
+    }
+    free(question.bytes), free(answers);
+}
+
+static enum bf_status run_fit(int argc, char **argv, int rank, int n_ranks, struct bf_error *err)
+{
+    static const struct fit_message end = {.n = 0};
+    struct fleet_fit fit = {.n_shares = 0};
+    enum bf_status status = fleet_fit_parse(argc, argv, &fit, err);
+    fit.arguments.processes = 1;
+    if (status == BF_OK)
+        status = fleet_fit_open(&fit, (size_t)rank, (size_t)n_ranks, err);
+    const enum bf_status all = agree(status), of_rank_0 = told_by_rank_0(status);
+    if (rank > 0 && of_rank_0 == status)
+        err->text[0] = '\0'; /* it is said once */
+    if (all == BF_OK && rank > 0)
+        answer_rank_0(&fit);
+    if (all == BF_OK && rank == 0) {
+        progress_catch_interrupts();
+        status = fleet_fit_run(&fit, ask, &fit, err);
+        ask_ranks(&fit, &end);
+    }
+    fleet_fit_free(&fit);
+    return all == BF_OK ? status : all;
+}
+
 int main(int argc, char **argv)
 {
     struct bf_error err = {BF_OK, ""};
     int rank = 0, n_ranks = 1;
+    const bool one_model = argc > 1 && strcmp(argv[1], "fit") == 0;
     if (argc > 1 && (strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0)) {
-        (void)puts("Usage: mpirun -n N beamfit-fleet MANIFEST -o RESULTS [--diagnose] [options]\n\n"
+        (void)puts("Usage: mpirun -n N beamfit-fleet MANIFEST -o RESULTS [--diagnose] [options]\n"
+                   "       mpirun -n N beamfit-fleet fit MODEL RECORD... -o FITTED [options]\n\n"
                    "The options of `beamfit fleet` (see there), on N ranks of MPI; --processes is not read.");
         return 0;
     }
@@ -227,7 +307,8 @@ int main(int argc, char **argv)
     bf_warn_listen(rank == 0 ? answer_take_warning : NULL, NULL);
     optind = 1;
     outputs_protect("fleet", false);
-    const enum bf_status status = run_fleet(argc, argv, rank, n_ranks, &err);
+    const enum bf_status status =
+        one_model ? run_fit(argc - 1, argv + 1, rank, n_ranks, &err) : run_fleet(argc, argv, rank, n_ranks, &err);
     if (status != BF_OK && err.text[0] != '\0')
         (void)fprintf(stderr, "beamfit-fleet: %s\n", err.text);
     (void)MPI_Finalize();

@@ -5,9 +5,11 @@
 
 const struct option_row fleet_options[] = {
     {.name = "MANIFEST", .what = "the units, one a line"},
-    {'o', 'o', "output", "FILE", NULL, "RESULTS, the SQLite file, made when missing; of `report` the page"},
+    {'o', 'o', "output", "FILE", NULL,
+     "RESULTS, the SQLite file, made when missing; of `report` the page, of `fit` the fitted model"},
     {'d', 0, "diagnose", NULL, NULL, "also say what physics each unit's model lacks"},
-    {'p', 0, "processes", "N", NULL, "units at once on this machine, 1 to 256 (default: one a processor)"},
+    {'p', 0, "processes", "N", NULL,
+     "units, or shares of the records of `fit`, at once on this machine, 1 to 256 (default: one a processor)"},
     {'l', 0, "limit", "S", NULL, "end a unit that takes longer, in seconds (default: none is ended)"},
     {'a', 0, "false-alarms", "P", NULL,
      "of `report`: how often a fleet in which nothing stands out has one that does (default 0.05)"},
@@ -20,8 +22,8 @@ const struct option_row fleet_options[] = {
      "of `download`: the key that signs, where the boards have another one for that; without it --key signs"},
     {'S', 0, "no-store", NULL, NULL, "of `download`: run it only until power off"},
     {OPTION_FORCE, 0, "force", NULL, NULL,
-     "replace a page even when `fleet` has not made it or somebody has changed it"},
-    {OPTION_ALL, 0, "all", NULL, NULL, "of `report`: every unit that borrows from the fleet"},
+     "replace a page or a fitted model even when `fleet` has not made it or somebody has changed it"},
+    {OPTION_ALL, 0, "all", NULL, NULL, "of `report`: every unit that borrows from the fleet; of `fit` all columns"},
     OPTIONS_ANSWER,
     {0},
 };
@@ -48,7 +50,7 @@ static const struct answer_field board_fields[] = {
 };
 
 const struct answer_field fleet_fields[] = {
-    ANSWER_ROW(TEXT, "results", "the SQLite file"),
+    ANSWER_ROW(TEXT, "results", "the SQLite file", .flags = ANSWER_MAYBE),
     ANSWER_ROW(COUNT, "units", "of the manifest", .flags = ANSWER_MAYBE),
     ANSWER_ROW(COUNT, "fitted", "by this run", .flags = ANSWER_MAYBE),
     ANSWER_ROW(BOOL, "diagnose", "and diagnosed", .flags = ANSWER_MAYBE),
@@ -64,6 +66,8 @@ const struct answer_field fleet_fields[] = {
     ANSWER_ROW_OF(LIST, "boards", "what became of each image", board_fields, .flags = ANSWER_MAYBE, .text = ""),
     ANSWER_SAY("[{boards#} {boards#image|images}, {refused} refused]"),
     ANSWER_ROW(TEXT, "page", "that `report` wrote", .flags = ANSWER_MAYBE),
+    ANSWER_ROW(TEXT, "fitted_model", "that `fit` wrote", .flags = ANSWER_MAYBE),
+    ANSWER_ROW_OF(OBJECT, "fit", "of one model to many records", fit_shared_fields, .flags = ANSWER_MAYBE, .text = ""),
     ANSWER_ROW_OF(OBJECT, "population", "what `report` says of the fleet", population_fields, .flags = ANSWER_MAYBE,
                   .text = ""),
     {0},

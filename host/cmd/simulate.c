@@ -7,6 +7,7 @@
 #include "commands.h"
 #include "ground/ground.h"
 #include "response/response.h"
+#include "simulate_stream.h"
 
 static const struct answer_field output_fields[] = {
     ANSWER_ROW(TEXT, "name", "of the column", .text = "output"),
@@ -196,61 +197,88 @@ static enum bf_status step_errors(const struct model *model, const struct record
     return status;
 }
 
-static enum bf_status answer(const struct arguments *a, const struct model *model, const struct record *stage,
-                             const double y[], const double error[], struct bf_error *err)
+static enum bf_status answer(const struct arguments *a, const struct model *model, const struct record *record,
+                             const double size[], const double error[], struct bf_error *err)
 {
     static const char *const holds[] = {"band-limited", "zero-order hold", "first-order hold"};
     struct json *root = json_new_object();
     json_put_text(root, "file", a->output);
-    json_put_number(root, "samples", (double)stage->n);
-    json_put_number(root, "dt_s", stage->dt_s);
+    json_put_number(root, "samples", (double)record->n);
+    json_put_number(root, "dt_s", record->dt_s);
     json_put_text(root, "intersample", holds[a->predict.intersample]);
     struct json *list = json_put(root, "outputs", json_new_array());
     for (size_t o = 0; o < model->n_outputs; o++) {
         struct json *one = json_push(list, json_new_object());
         json_put_text(one, "name", model->outputs[o].name);
-        json_put_number(one, "rms", rms(stage->n, y + o * stage->n));
+        json_put_number(one, "rms", size[o]);
         json_put_number(one, "step_error", has_law(model) ? error[o] : nan(""));
     }
     answer_next(root, "beamfit", "compare", a->model, a->output, NULL);
     return answer_print_and_free(root, fields, err);
 }
 
-static enum bf_status write_result(const struct arguments *a, const struct model *model, const struct record *stage,
-                                   const double y[], struct bf_error *err)
+static enum bf_status write_result(const struct simulation *s, const struct record *stage, const double y[],
+                                   struct bf_error *err)
 {
-    struct record out = {.path = bf_strdup(a->output), .n = stage->n, .t0_s = stage->t0_s, .dt_s = stage->dt_s};
-    record_add_meta(&out, "simulated_by", "beamfit simulate");
-    record_add_meta(&out, "model", a->model);
-    record_add_meta(&out, "input", a->input);
-    for (size_t i = 0; i < model->n_inputs; i++) {
-        const double *u = record_column(stage, model->inputs[i].name);
-        if (u != NULL)
-            add_borrowed(&out, model->inputs[i].name, u);
-    }
-    for (size_t o = 0; o < model->n_outputs; o++)
-        add_borrowed(&out, model->outputs[o].name, y + o * stage->n);
-    enum bf_status status = record_write(a->output, &out, a->digits, err);
-    free_borrowed(&out, out.n_columns);
+    struct record head;
+    struct record_writer file;
+    simulation_head(s, stage, &head);
+    const double **x = bf_alloc(head.n_columns, sizeof *x);
+    for (size_t i = 0; i < head.n_columns - s->model->n_outputs; i++)
+        x[i] = record_column(stage, head.columns[i].name);
+    for (size_t o = 0; o < s->model->n_outputs; o++)
+        x[head.n_columns - s->model->n_outputs + o] = y + o * stage->n;
+    enum bf_status status = record_writer_open(s->output, &head, s->digits, &file, err);
+    if (status == BF_OK)
+        status = record_writer_add(&file, head.n, x, err);
+    if (status == BF_OK)
+        status = record_writer_commit(&file, err);
+    record_writer_abort(&file);
+    free(x);
+    record_free(&head);
     return status;
 }
 
-static enum bf_status simulate(const struct arguments *a, const struct model *model, const struct record *input,
-                               struct bf_error *err)
+/* In memory: with laws, drives, or a short record. size, error: [n_outputs]. */
+static enum bf_status simulate_whole(const struct simulation *s, const struct record *input, double size[],
+                                     double error[], struct bf_error *err)
 {
+    const struct model *model = s->model;
     struct record stage;
     make_stage(model, input, &stage);
-    double *y = bf_alloc(model->n_outputs * stage.n, sizeof *y), *error = bf_alloc(model->n_outputs, sizeof *error);
-    enum bf_status status = predict(model, &stage, &a->predict, y, err);
+    double *y = bf_alloc(model->n_outputs * stage.n, sizeof *y);
+    enum bf_status status = predict(model, &stage, &s->predict, y, err);
     if (status == BF_OK)
-        status = step_errors(model, &stage, &a->predict, y, error, err);
+        status = step_errors(model, &stage, &s->predict, y, error, err);
     if (status == BF_OK)
-        status = write_result(a, model, &stage, y, err);
-    if (status == BF_OK && strcmp(a->output, "-") != 0)
-        status = answer(a, model, &stage, y, error, err);
+        status = write_result(s, &stage, y, err);
+    for (size_t o = 0; o < model->n_outputs; o++)
+        size[o] = rms(stage.n, y + o * stage.n);
     free(y);
-    free(error);
     free_borrowed(&stage, stage.n_columns - model->n_outputs);
+    return status;
+}
+
+static enum bf_status simulate(const struct arguments *a, const struct model *model, struct record_spool *input,
+                               struct bf_error *err)
+{
+    const struct simulation s = {.model = model,
+                                 .model_path = a->model,
+                                 .input = a->input,
+                                 .output = a->output,
+                                 .predict = a->predict,
+                                 .digits = a->digits};
+    double *size = bf_alloc(model->n_outputs, sizeof *size), *error = bf_alloc(model->n_outputs, sizeof *error);
+    bool done = false;
+    enum bf_status status = input->in_file ? simulate_streamed(&s, input, size, &done, err) : BF_OK;
+    if (status == BF_OK && !done)
+        status = record_spool_load(input, err);
+    if (status == BF_OK && !done)
+        status = simulate_whole(&s, &input->record, size, error, err);
+    if (status == BF_OK && strcmp(a->output, "-") != 0)
+        status = answer(a, model, &input->record, size, error, err);
+    free(size);
+    free(error);
     return status;
 }
 
@@ -258,18 +286,19 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
 {
     struct arguments a = {.digits = 9};
     struct model model;
-    struct record input;
+    struct record_spool input;
     if (parse(argc, argv, &a, err) != BF_OK)
         return BF_USAGE;
     enum bf_status status = model_read(a.model, &model, err);
     if (status != BF_OK)
         return status;
-    status = record_read(a.input, &input, err);
+    outputs_note_input(a.input);
+    status = atomic_check(a.output, err);
+    if (status == BF_OK)
+        status = record_spool_read(a.input, a.output, &input, err);
     if (status == BF_OK) {
-        status = atomic_check(a.output, err);
-        if (status == BF_OK)
-            status = simulate(&a, &model, &input, err);
-        record_free(&input);
+        status = simulate(&a, &model, &input, err);
+        record_spool_close(&input);
     }
     model_free(&model);
     return status;

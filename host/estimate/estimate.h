@@ -31,6 +31,8 @@ enum fit_start {
     FIT_SEARCH /* windows and global search in any case */
 };
 
+struct fit_shares;
+
 struct fit_options {
     enum fit_start start;
     bool never_search; /* no global search, even when the noise floor is missed */
@@ -38,6 +40,7 @@ struct fit_options {
     size_t most_runs;  /* evaluations of the prediction, after which the best so far is told; 0: as many as it takes */
     const double *sigma; /* noise rms per channel in the order of predictor_channels(); NULL: estimated */
     struct predict_options predict;
+    const struct fit_shares *shares; /* who has the samples, see SHARES; NULL: the records do */
 };
 
 /* One output of one record. */
@@ -139,6 +142,47 @@ bool fit_learned(const struct fit_result *result);
  * labels: [n]. Returns a string to free().
  */
 char *identifiability_text(size_t n, const char *const labels[], const struct null_direction *direction);
+
+/*
+ * SHARES — one fit of more records than one memory or one processor is for.
+ *
+ * The records are dealt out in shares of some each. A share answers questions about its records: the window is this; the reduced space is to be made at this θ;
+ * what is ½‖r‖², what are R of [J r] and the coloured square there, what are the channels' errors. The stages of a fit, its optimiser, identifiability and
+ * intervals are those of fit_run() with options.shares, which combines answers in the order of shares: the numbers do not depend on where a share is.
+ * Questions and answers are bytes, for programs of one build. Of linear models that are the same in all records.
+ */
+
+struct fit_message {
+    size_t n;
+    unsigned char *bytes;
+};
+
+struct fit_share;
+
+/* The model and the records are borrowed; options: sigma is NULL. To be freed also after a failure. */
+enum bf_status fit_share_new(const struct model *model, const struct record records[], size_t n_records,
+                             const struct fit_options *options, struct fit_share **out, struct bf_error *err);
+void fit_share_free(struct fit_share *share);
+/* answer->bytes to be freed; a failure is an answer. Shares may answer at once, each one question at a time. */
+void fit_share_answer(struct fit_share *share, const struct fit_message *question, struct fit_message *answer);
+
+struct fit_shares {
+    size_t n;
+    /* Asks every share; answers[n] in their order, to be freed also after a failure (NULL where there is none). */
+    enum bf_status (*ask)(void *context, const struct fit_message *question, struct fit_message answers[],
+                          struct bf_error *err);
+    void *context;
+    /* what fit_shares_open() was told */
+    size_t n_records;
+    struct record
+        *records; /* [n_records] path, checksum and times, no columns: those that fit_run() and fit_into_model() take */
+    struct fit_drive *drives;
+    double *scale; /* [n_parameters] that the data tell */
+};
+
+/* Fills the rest of *shares; fit_shares_close() also after a failure. */
+enum bf_status fit_shares_open(struct fit_shares *shares, const struct model *model, struct bf_error *err);
+void fit_shares_close(struct fit_shares *shares);
 
 /* ERRORS — a model on records that it was not fitted to, and the fitted model. */
 

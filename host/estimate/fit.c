@@ -14,6 +14,7 @@
 #include "fit_search.h"
 #include "fit_stages.h"
 #include "fit_starts.h"
+#include "fit_work.h"
 #include "noise/noise.h"
 #include "ground/ground.h"
 #include "refit_horizon.h"
@@ -22,92 +23,7 @@
 
 static const double reached = 1.1;    /* noise_ratio below which no search follows the staircase */
 static const double at_optimum = 0.1; /* distance from the optimum, in standard errors, that counts as there */
-static const double guess = 1e-3;     /* of the signal: stands for a noise that cannot be seen */
 enum { SEARCH_MINIMA = 8 };           /* that a search keeps */
-
-/* Everything one fit owns while it runs. */
-struct fit_work {
-    const struct model *model;
-    const struct record *records;
-    size_t n_records;
-    const char **names;
-    struct parameter_ref *refs;
-    size_t n_refs;
-    size_t n_sampled; /* the first records; the others are lists and spectra without phase */
-    struct predictor *predictor;
-    struct line_rows *lines;
-    double *sigma; /* [n_channels] weights */
-    double *noise; /* [n_channels] 0: unknown */
-    struct fit_problem problem;
-    double *x;
-};
-
-static void work_free(struct fit_work *w)
-{
-    fit_problem_free(&w->problem);
-    predictor_free(w->predictor);
-    lines_free(w->lines);
-    free(w->names), free(w->refs), free(w->sigma), free(w->noise), free(w->x);
-}
-
-static enum bf_status find_noise(struct fit_work *w, const struct fit_options *options, struct bf_error *err)
-{
-    const struct predict_channel *channels;
-    if (w->predictor == NULL)
-        return BF_OK;
-    const size_t n = predictor_channels(w->predictor, &channels);
-    w->sigma = bf_alloc(n, sizeof *w->sigma), w->noise = bf_alloc(n, sizeof *w->noise);
-    for (size_t c = 0; c < n; c++) {
-        if (options->sigma) {
-            w->noise[c] = options->sigma[c];
-        } else {
-            struct noise_estimate estimate;
-            const char *name = w->model->outputs[channels[c].output].name;
-            const enum bf_status status =
-                noise_of_channel(w->model, &w->records[channels[c].record], name, &estimate, err);
-            if (status)
-                return status;
-            w->noise[c] = estimate.rms;
-            noise_free(&estimate);
-        }
-        w->sigma[c] = w->noise[c] > 0.0 ? w->noise[c] : guess * root_mean_square(channels[c].measured, channels[c].n);
-    }
-    return BF_OK;
-}
-
-static enum bf_status work_new(struct fit_work *w, const struct model *model, const struct record records[],
-                               size_t n_records, const struct fit_options *options, struct bf_error *err)
-{
-    *w = (struct fit_work){.model = model, .records = records, .n_records = n_records};
-    w->names = record_base_names(records, n_records);
-    w->n_refs = model_parameters(model, w->names, n_records, &w->refs);
-    w->n_sampled = lines_behind(records, n_records);
-    if (w->n_sampled == SIZE_MAX)
-        return bf_fail(err, BF_USAGE, "lists of frequencies and spectra without phase stand behind all other records");
-    enum bf_status status = BF_OK;
-    struct predict_options how = options->predict;
-    how.pieces = true;
-    if (w->n_sampled > 0)
-        status = predictor_new(model, records, w->n_sampled, &how, &w->predictor, err);
-    if (!status)
-        status =
-            lines_new(model, records, w->n_sampled, n_records, w->refs, w->n_refs, &options->predict, &w->lines, err);
-    if (!status)
-        status = find_noise(w, options, err);
-    if (!status)
-        status = fit_problem_new_with_lines(&w->problem, model, w->predictor, w->lines, records, n_records, w->names,
-                                            w->refs, w->n_refs, w->sigma, err);
-    if (status)
-        return status;
-    double *theta = bf_alloc(w->n_refs, sizeof *theta);
-    for (size_t i = 0; i < w->n_refs; i++)
-        theta[i] = w->refs[i].value;
-    w->problem.most_runs = options->most_runs;
-    w->x = bf_alloc(w->problem.n_unknowns, sizeof *w->x);
-    fit_problem_to_x(&w->problem, theta, w->x);
-    free(theta);
-    return BF_OK;
-}
 
 /* ---- Errors per channel ---- */
 
@@ -146,7 +62,7 @@ enum bf_status fit_errors(const struct model *model, const struct record records
     *channels = NULL, *n_channels = 0;
     if (n_records == 0)
         return BF_OK;
-    enum bf_status status = work_new(&w, model, records, n_records, options, err);
+    enum bf_status status = fit_work_new(&w, model, records, n_records, options, err);
     double square;
     if (!status)
         status = fit_problem_stage(&w.problem, 0.0, 0.0, w.x, err);
@@ -157,7 +73,7 @@ enum bf_status fit_errors(const struct model *model, const struct record records
     if (!status) {
         *channels = fit_channel_errors(&w.problem, w.noise, n_channels);
     }
-    work_free(&w);
+    fit_work_free(&w);
     return status;
 }
 
@@ -359,7 +275,7 @@ enum bf_status fit_once(const struct model *model, const struct record records[]
     clock_gettime(CLOCK_MONOTONIC, &begin);
     struct fit_work w;
     struct progress *bar = options->quiet ? NULL : progress_begin("fit");
-    enum bf_status status = work_new(&w, model, records, n_records, options, err);
+    enum bf_status status = fit_work_new(&w, model, records, n_records, options, err);
     if (!status)
         status = estimate(&w, options, bar, out, err);
     if (!status) {
@@ -374,7 +290,7 @@ enum bf_status fit_once(const struct model *model, const struct record records[]
     if (bar)
         progress_end(bar);
     out->evaluations = w.problem.runs;
-    work_free(&w);
+    fit_work_free(&w);
     clock_gettime(CLOCK_MONOTONIC, &end);
     out->seconds = (double)(end.tv_sec - begin.tv_sec) + 1e-9 * (double)(end.tv_nsec - begin.tv_nsec);
     if (status)

@@ -3,7 +3,7 @@
 #include "fit_problem.h"
 
 #include <stdlib.h>
-#include <string.h>
+#include "fit_triangle.h"
 
 enum { BLOCK = 1024 }; /* rows at a time: they stay in the processor's cache */
 
@@ -57,38 +57,20 @@ enum bf_status fit_problem_blocks(struct fit_problem *p, const double x[], const
     return status;
 }
 
-/* R of [J r] of the rows so far. */
-struct triangle {
-    size_t n;  /* columns */
-    double *R; /* [n × n] */
-    double *A; /* [(n + BLOCK) × n] */
-};
-
-/* R of the rows below R: QR of both. */
 static enum bf_status add_rows(void *context, size_t channel, size_t row, size_t some, const double J[],
                                const double r[], struct bf_error *err)
 {
-    const struct triangle *t = context;
-    const size_t height = t->n + some;
     (void)channel, (void)row;
-    for (size_t j = 0; j < t->n; j++) {
-        memcpy(t->A + j * height, t->R + j * t->n, t->n * sizeof *t->A);
-        memcpy(t->A + j * height + t->n, j + 1 < t->n ? J + j * some : r, some * sizeof *t->A);
-    }
-    return dense_qr_triangle(height, t->n, t->A, t->R, err);
+    return triangle_add(context, some, some, J, r, err);
 }
 
 enum bf_status fit_problem_compress(struct fit_problem *p, const double x[], struct prediction *out,
                                     struct bf_error *err)
 {
-    const size_t n = p->n_unknowns + 1;
-    struct triangle t = {.n = n};
-    t.R = bf_alloc(n * n, sizeof *t.R), t.A = bf_alloc((n + BLOCK) * n, sizeof *t.A);
+    struct triangle t = triangle_new(p->n_unknowns);
     const enum bf_status status =
         fit_problem_blocks(p, x, &(struct fit_rows_sink){.take = add_rows, .context = &t}, out, err);
-    for (size_t j = 0; j + 1 < n; j++)
-        memcpy(p->jacobian + j * p->n_jacobian, t.R + j * n, n * sizeof *t.R);
-    memcpy(p->beside, t.R + (n - 1) * n, n * sizeof *t.R);
-    free(t.R), free(t.A);
+    triangle_into(&t, p->n_jacobian, p->jacobian, p->beside);
+    triangle_free(&t);
     return status;
 }

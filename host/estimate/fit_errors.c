@@ -5,10 +5,13 @@
 #include <string.h>
 
 #include "fit_result.h"
+#include "fit_shares.h"
 #include "maths/maths.h"
 
 struct fit_channel_error *fit_channel_errors(const struct fit_problem *p, const double noise[], size_t *n_errors)
 {
+    if (p->shares != NULL)
+        return shares_errors(p, n_errors);
     const size_t n_groups = p->lines != NULL ? p->lines->n_groups : 0;
     struct fit_channel_error *errors = bf_alloc(p->n_channels + n_groups, sizeof *errors);
     *n_errors = p->n_channels + n_groups;

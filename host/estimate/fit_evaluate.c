@@ -6,6 +6,7 @@
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
+#include "fit_shares.h"
 #include "maths/maths.h"
 
 static const double dependent = 1e-10; /* columns that depend on others to this share are left out */
@@ -52,7 +53,7 @@ static void gather(const struct fit_problem *p, const struct prediction *y, size
     *part = (struct linear_part){0};
     record_rows(p, record, &part->row, &part->m);
     part->nuisance = bf_alloc(y->n_nuisance + 1, sizeof *part->nuisance);
-    if (p->level[record] && part->m > 0)
+    if (p->drives[record].level && part->m > 0)
         part->nuisance[part->n++] = SIZE_MAX;
     for (size_t k = 0; k < y->n_nuisance; k++)
         if (any_nonzero(y->nuisance + k * y->n_rows + part->row, part->m))
@@ -164,11 +165,11 @@ static void weigh_residual(struct fit_problem *p)
             p->residual[row] = p->weight[row] * (p->fitted[row] - channel->measured[k]);
         }
     }
-    if (p->lines == NULL)
-        return;
-    memcpy(p->residual + p->n_sample_rows, p->lines->residual, p->lines->n_rows * sizeof *p->residual);
-    if (p->compressed)
+    if (p->lines != NULL)
+        memcpy(p->residual + p->n_sample_rows, p->lines->residual, p->lines->n_rows * sizeof *p->residual);
+    if (p->lines != NULL && p->compressed)
         memcpy(p->beside + p->n_unknowns + 1, p->lines->residual, p->lines->n_rows * sizeof *p->beside);
+    p->half_square = 0.5 * dense_dot(p->n_rows, p->residual, p->residual);
 }
 
 static enum bf_status predict(struct fit_problem *p, const double x[], bool with_jacobian, struct prediction *y,
@@ -214,6 +215,8 @@ static enum bf_status run(struct fit_problem *p, const double x[], bool with_jac
 static enum bf_status evaluate(struct fit_problem *p, const double x[], bool with_jacobian, struct linear_part parts[],
                                struct bf_error *err)
 {
+    if (with_jacobian && p->jacobian == NULL)
+        fit_problem_make_jacobian(p);
     struct prediction y;
     const struct predict_target target = {.weight = p->weight, .start = p->states, .runs = &p->runs};
     enum bf_status status = p->predictor != NULL ? predictor_settle(p->predictor, p->theta, &target, err) : BF_OK;
@@ -231,9 +234,17 @@ static enum bf_status evaluate(struct fit_problem *p, const double x[], bool wit
         project(p, &parts[r]);
     p->states = bf_grow(p->states, p->n_nuisance ? p->n_nuisance : 1, sizeof *p->states);
     memcpy(p->states, p->coefficients, p->n_nuisance * sizeof *p->states);
-    memcpy(p->at, x, p->n_unknowns * sizeof *x);
-    p->at_valid = true;
     return BF_OK;
+}
+
+static enum bf_status evaluate_here(struct fit_problem *p, const double x[], bool with_jacobian, struct bf_error *err)
+{
+    struct linear_part *parts = bf_alloc(p->n_records, sizeof *parts);
+    const enum bf_status status = evaluate(p, x, with_jacobian, parts, err);
+    for (size_t r = 0; r < p->n_records; r++)
+        linear_part_free(&parts[r]);
+    free(parts);
+    return status;
 }
 
 enum bf_status fit_problem_evaluate(struct fit_problem *p, const double x[], bool with_jacobian, double *data_square,
@@ -242,15 +253,16 @@ enum bf_status fit_problem_evaluate(struct fit_problem *p, const double x[], boo
     *data_square = HUGE_VAL;
     enum bf_status status = BF_OK;
     if (!p->at_valid || memcmp(p->at, x, p->n_unknowns * sizeof *x) != 0) {
-        struct linear_part *parts = bf_alloc(p->n_records, sizeof *parts);
         p->at_valid = false;
         fit_problem_to_theta(p, x, p->theta);
-        status = evaluate(p, x, with_jacobian, parts, err);
-        for (size_t r = 0; r < p->n_records; r++)
-            linear_part_free(&parts[r]);
-        free(parts);
+        status =
+            p->shares != NULL ? shares_evaluate(p, x, with_jacobian, err) : evaluate_here(p, x, with_jacobian, err);
+    }
+    if (!status && with_jacobian) {
+        memcpy(p->at, x, p->n_unknowns * sizeof *x);
+        p->at_valid = true;
     }
     if (!status)
-        *data_square = 0.5 * dense_dot(p->n_rows, p->residual, p->residual);
+        *data_square = p->half_square;
     return status;
 }

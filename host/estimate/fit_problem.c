@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include "fit_shares.h"
 #include "maths/maths.h"
 
 static const double onset_share = 0.01; /* of the input's peak */
@@ -96,7 +97,7 @@ static enum bf_status scale_unknowns(struct fit_problem *p, struct bf_error *err
         open = open || p->unknowns[i].scale == 0.0;
     open = open && p->predictor != NULL;
     for (size_t r = 0; r < p->n_records && p->records[r].kind == RECORD_SAMPLES; r++)
-        end = fmax(end, p->onset_s[r] + SAMPLES * p->records[r].dt_s);
+        end = fmax(end, p->drives[r].onset_s + SAMPLES * p->records[r].dt_s);
     struct prediction y = {0};
     enum bf_status status = open ? predictor_window(p->predictor, end, err) : BF_OK;
     if (!status && open)
@@ -110,6 +111,8 @@ static enum bf_status scale_unknowns(struct fit_problem *p, struct bf_error *err
         struct unknown u = p->unknowns[i];
         if (u.scale == 0.0 && open)
             u.scale = scale_by_data(p, y.jacobian + u.ref * y.n_rows);
+        else if (u.scale == 0.0 && p->shares != NULL)
+            u.scale = p->shares->scale[u.ref];
         p->want[u.ref] = u.scale > 0.0;
         if (u.scale == 0.0)
             continue;
@@ -161,6 +164,19 @@ static bool level_unknown(const struct model *model, const struct record *record
     return false;
 }
 
+static struct fit_drive drive_of(const struct model *model, const struct record *record)
+{
+    struct fit_drive drive = {.onset_s = onset_of(model, record),
+                              .level = level_unknown(model, record),
+                              .free_state = record_state_is_free(record),
+                              .driven = record_is_driven(model, record)};
+    for (size_t i = 0; i < model->n_inputs; i++)
+        drive.n_inputs += record_column(record, model->inputs[i].name) != NULL;
+    return drive;
+}
+
+/* ---- Life ---- */
+
 enum bf_status fit_problem_new(struct fit_problem *p, const struct model *model, struct predictor *predictor,
                                const struct record records[], size_t n_records, const char *const names[],
                                const struct parameter_ref refs[], size_t n_refs, const double sigma[],
@@ -169,17 +185,14 @@ enum bf_status fit_problem_new(struct fit_problem *p, const struct model *model,
     return fit_problem_new_with_lines(p, model, predictor, NULL, records, n_records, names, refs, n_refs, sigma, err);
 }
 
-enum bf_status fit_problem_new_with_lines(struct fit_problem *p, const struct model *model, struct predictor *predictor,
-                                          struct line_rows *lines, const struct record records[], size_t n_records,
-                                          const char *const names[], const struct parameter_ref refs[], size_t n_refs,
-                                          const double sigma[], struct bf_error *err)
+/* Room for what each record and each parameter has. */
+static void begin(struct fit_problem *p, const struct model *model, const struct record records[], size_t n_records,
+                  const char *const names[], const struct parameter_ref refs[], size_t n_refs)
 {
     *p = (struct fit_problem){.model = model,
-                              .lines = lines,
                               .prior_scale = 1.0,
                               .records = records,
                               .n_records = n_records,
-                              .predictor = predictor,
                               .n_refs = n_refs,
                               .refs = refs,
                               .names = names,
@@ -190,18 +203,35 @@ enum bf_status fit_problem_new_with_lines(struct fit_problem *p, const struct mo
     p->at = bf_alloc(n_refs, sizeof *p->at), p->explained = bf_alloc(n_refs, sizeof *p->explained);
     p->horizon_s = bf_alloc(n_records, sizeof *p->horizon_s);
     p->want = bf_alloc(n_refs, sizeof *p->want), p->held = bf_alloc(n_refs, sizeof *p->held);
-    p->level = bf_alloc(n_records, sizeof *p->level), p->onset_s = bf_alloc(n_records, sizeof *p->onset_s);
+    p->drives = bf_alloc(n_records, sizeof *p->drives);
     p->levels = bf_alloc(n_records, sizeof *p->levels);
     find_unknowns(p, model);
     for (size_t r = 0; r < n_records; r++) {
-        p->onset_s[r] = onset_of(model, &records[r]);
         p->horizon_s[r] = HUGE_VAL;
-        p->level[r] = level_unknown(model, &records[r]);
         p->levels[r] = 1.0;
-        p->has_decay = p->has_decay || record_state_is_free(&records[r]);
+    }
+}
+
+static void take_drive(struct fit_problem *p, size_t r, const struct fit_drive *drive)
+{
+    p->drives[r] = *drive;
+    p->has_decay = p->has_decay || drive->free_state;
+    p->latest_s = fmax(p->latest_s, drive->onset_s);
+}
+
+enum bf_status fit_problem_new_with_lines(struct fit_problem *p, const struct model *model, struct predictor *predictor,
+                                          struct line_rows *lines, const struct record records[], size_t n_records,
+                                          const char *const names[], const struct parameter_ref refs[], size_t n_refs,
+                                          const double sigma[], struct bf_error *err)
+{
+    begin(p, model, records, n_records, names, refs, n_refs);
+    p->predictor = predictor, p->lines = lines;
+    for (size_t r = 0; r < n_records; r++) {
+        const struct fit_drive drive = drive_of(model, &records[r]);
+        take_drive(p, r, &drive);
     }
     if (predictor != NULL)
-        p->n_channels = predictor_channels(predictor, &p->channels);
+        p->n_channels = p->n_signals = predictor_channels(predictor, &p->channels);
     if (p->n_channels == 0 && lines == NULL)
         return bf_fail(err, BF_BAD_FILE, "no record has a column that the model names as an output");
     p->sigma = bf_alloc(p->n_channels, sizeof *p->sigma);
@@ -210,8 +240,19 @@ enum bf_status fit_problem_new_with_lines(struct fit_problem *p, const struct mo
     return scale_unknowns(p, err);
 }
 
+enum bf_status fit_problem_new_shared(struct fit_problem *p, const struct model *model, const struct fit_shares *shares,
+                                      const char *const names[], const struct parameter_ref refs[], size_t n_refs,
+                                      struct bf_error *err)
+{
+    begin(p, model, shares->records, shares->n_records, names, refs, n_refs);
+    p->shares = shares;
+    for (size_t r = 0; r < shares->n_records; r++)
+        take_drive(p, r, &shares->drives[r]);
+    return scale_unknowns(p, err);
+}
+
 /* What belongs to a compressed problem alone, or to none. */
-static void free_rows(struct fit_problem *p)
+void fit_problem_free_rows(struct fit_problem *p)
 {
     if (p->compressed)
         free(p->beside);
@@ -221,11 +262,28 @@ static void free_rows(struct fit_problem *p)
     p->fitted = p->beside = p->jacobian = NULL;
 }
 
+void fit_problem_make_jacobian(struct fit_problem *p)
+{
+    p->jacobian = bf_grow(NULL, p->n_jacobian * (p->n_unknowns ? p->n_unknowns : 1), sizeof *p->jacobian);
+    p->beside = p->compressed ? bf_alloc(p->n_jacobian, sizeof *p->beside) : p->residual;
+}
+
+void fit_problem_rest(struct fit_problem *p)
+{
+    p->at_valid = false;
+    free(p->jacobian);
+    if (p->compressed)
+        free(p->beside);
+    p->jacobian = p->beside = NULL;
+    if (p->predictor != NULL)
+        predictor_rest(p->predictor);
+}
+
 void fit_problem_free(struct fit_problem *p)
 {
-    free_rows(p);
+    fit_problem_free_rows(p);
     free(p->unknowns), free(p->lower), free(p->upper), free(p->base), free(p->theta), free(p->want), free(p->held);
-    free(p->level), free(p->onset_s), free(p->levels), free(p->sigma), free(p->weight), free(p->residual);
+    free(p->drives), free(p->levels), free(p->sigma), free(p->weight), free(p->residual);
     free(p->coefficients), free(p->at), free(p->explained), free(p->horizon_s), free(p->states);
     *p = (struct fit_problem){0};
 }
@@ -277,134 +335,4 @@ void fit_problem_hold(struct fit_problem *p, size_t i, bool held)
     p->held[i] = held;
     p->want[p->unknowns[i].ref] = !held;
     p->at_valid = false;
-}
-
-/* ---- Stages ---- */
-
-/* Rows of one channel: the decay, and the floor that keeps model error from dominating early stages. */
-static void weigh_channel(struct fit_problem *p, size_t c)
-{
-    const struct predict_channel *channel = &p->channels[c];
-    double *w = p->weight + channel->row;
-    double square = 0.0, sum = 0.0;
-    for (size_t k = 0; k < channel->n; k++) {
-        const double t = (double)k * channel->dt_s - p->onset_s[channel->record];
-        if ((double)k * channel->dt_s >= p->horizon_s[channel->record]) {
-            w[k] = 0.0;
-            continue;
-        }
-        p->n_used++;
-        w[k] = t > 0.0 && p->decay_ps > 0.0 ? exp(-p->decay_ps * t) : 1.0;
-        if (t >= 0.0) {
-            square += w[k] * w[k] * channel->measured[k] * channel->measured[k];
-            sum += w[k] * w[k];
-        }
-    }
-    const double rms = sum > 0.0 ? sqrt(square / sum) : 0.0;
-    double sigma = sqrt(p->sigma[c] * p->sigma[c] + p->floor * p->floor * rms * rms);
-    if (!(sigma > 0.0))
-        sigma = 1.0; /* a channel of zeros says nothing about scale */
-    for (size_t k = 0; k < channel->n; k++)
-        w[k] /= sigma;
-}
-
-double fit_problem_moved(const struct fit_problem *p, const double x[])
-{
-    double moved = 0.0;
-    for (size_t i = 0; i < p->n_unknowns; i++) {
-        const enum parameter_role role = p->refs[p->unknowns[i].ref].role;
-        if (role != ROLE_KS && role != ROLE_KB && role != ROLE_INPUT_GAIN && role != ROLE_OUTPUT_GAIN)
-            moved = fmax(moved, fabs(x[i] - p->base[i]));
-    }
-    return moved;
-}
-
-static enum bf_status rebase_to(struct fit_problem *p, const double theta[], bool pair, struct bf_error *err)
-{
-    const enum bf_status status = p->predictor != NULL ? predictor_rebase(p->predictor, theta, err) : BF_OK;
-    return status == BF_OK ? lines_rebase(p->lines, theta, pair, err) : status;
-}
-
-static enum bf_status rebase(struct fit_problem *p, const double x[], bool pair, struct bf_error *err)
-{
-    struct bf_error ignored;
-    p->at_valid = false;
-    fit_problem_to_theta(p, x, p->theta);
-    enum bf_status status = rebase_to(p, p->theta, pair, err);
-    if (status == BF_OK) {
-        memcpy(p->base, x, p->n_unknowns * sizeof *x);
-        p->based = true;
-    } else if (p->based) { /* a predictor without a base cannot run: go back to the last one */
-        fit_problem_to_theta(p, p->base, p->theta);
-        if (rebase_to(p, p->theta, pair, &ignored) != BF_OK)
-            p->stop = true;
-    }
-    return status;
-}
-
-enum bf_status fit_problem_rebase(struct fit_problem *p, const double x[], struct bf_error *err)
-{
-    return rebase(p, x, false, err);
-}
-
-static void weigh_lines(struct fit_problem *p)
-{
-    for (size_t k = p->n_sample_rows; k < p->n_rows; k++) {
-        const double weight = p->lines->used[k - p->n_sample_rows] ? 1.0 : 0.0;
-        p->n_used = (size_t)((double)p->n_used + weight - p->weight[k]);
-        p->weight[k] = weight;
-    }
-}
-
-enum bf_status fit_problem_pair(struct fit_problem *p, const double x[], struct bf_error *err)
-{
-    const enum bf_status status = rebase(p, x, true, err);
-    weigh_lines(p);
-    return status;
-}
-
-/* Fitted rows and the Jacobian. Not compressed is a record with a level of its own: its rows are projected as a whole. */
-static void make_rows(struct fit_problem *p)
-{
-    const size_t n = p->n_unknowns;
-    free_rows(p);
-    p->compressed = n > 0 && p->predictor != NULL && predictor_is_long(p->predictor);
-    for (size_t r = 0; r < p->n_records; r++)
-        p->compressed = p->compressed && !p->level[r];
-    p->n_jacobian = p->compressed ? n + 1 + p->n_rows - p->n_sample_rows : p->n_rows;
-    p->jacobian = bf_grow(NULL, p->n_jacobian * (n ? n : 1), sizeof *p->jacobian);
-    p->beside = p->compressed ? bf_alloc(p->n_jacobian, sizeof *p->beside) : p->residual;
-    p->fitted = p->compressed ? NULL : bf_grow(NULL, p->n_rows, sizeof *p->fitted);
-}
-
-enum bf_status fit_problem_stage(struct fit_problem *p, double decay_ps, double floor, const double x[],
-                                 struct bf_error *err)
-{
-    static const double last_weight = 1e-3;
-    double latest = 0.0;
-    for (size_t r = 0; r < p->n_records; r++)
-        latest = fmax(latest, p->onset_s[r]);
-    p->decay_ps = decay_ps, p->floor = floor;
-    const double end = decay_ps > 0.0 ? latest - log(last_weight) / decay_ps : HUGE_VAL;
-    enum bf_status status = p->predictor != NULL ? predictor_window(p->predictor, end, err) : BF_OK;
-    if (!status)
-        status = rebase(p, x, true, err);
-    if (status)
-        return status;
-    if (p->predictor != NULL)
-        p->n_channels = predictor_channels(p->predictor, &p->channels);
-    p->n_sample_rows = 0;
-    for (size_t c = 0; c < p->n_channels; c++)
-        p->n_sample_rows += p->channels[c].n;
-    p->n_rows = p->n_sample_rows + lines_rows(p->lines);
-    p->weight = bf_grow(p->weight, p->n_rows, sizeof *p->weight);
-    p->residual = bf_grow(p->residual, p->n_rows, sizeof *p->residual);
-    make_rows(p);
-    p->n_used = 0;
-    for (size_t k = p->n_sample_rows; k < p->n_rows; k++)
-        p->weight[k] = 0.0;
-    weigh_lines(p);
-    for (size_t c = 0; c < p->n_channels; c++)
-        weigh_channel(p, c);
-    return BF_OK;
 }

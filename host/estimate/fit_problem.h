@@ -24,6 +24,15 @@ struct unknown {
     double prior, prior_x; /* standard deviation and centre in x; prior 0: none */
 };
 
+/* How the beam was driven in a record. */
+struct fit_drive {
+    double onset_s;  /* of the excitation, since the first row of the record */
+    bool level;      /* its level is an unknown factor */
+    bool free_state; /* the record did not begin at rest */
+    bool driven;     /* record_is_driven() */
+    size_t n_inputs; /* of the model that were recorded */
+};
+
 struct fit_problem {
     const struct model *model;
     const struct record *records;
@@ -35,15 +44,18 @@ struct fit_problem {
     const char *const *names; /* [n_records] base names */
     size_t n_unknowns;
     struct unknown *unknowns;
-    double *lower, *upper; /* [n_unknowns] in x */
-    bool *held;            /* [n_unknowns] not moved in this stage */
-    bool *want;            /* [n_refs] */
-    bool *level;           /* [n_records]: the force level is an unknown factor */
-    bool has_decay;        /* some record did not begin at rest */
-    double *onset_s;       /* [n_records] since the first row of the record */
-    double *horizon_s;     /* [n_records] likewise: rows from here on have no weight; INFINITY: all count */
-    size_t n_channels;
-    double *sigma; /* [n_channels] noise, unit of the channel */
+    double *lower, *upper;           /* [n_unknowns] in x */
+    bool *held;                      /* [n_unknowns] not moved in this stage */
+    bool *want;                      /* [n_refs] */
+    const struct fit_shares *shares; /* who has the samples; NULL: they are here */
+    struct fit_drive *drives;        /* [n_records] */
+    bool has_decay;                  /* some record did not begin at rest */
+    double latest_s;                 /* largest onset of any record, wherever it is */
+    double *
+        horizon_s; /* [n_records] since the first row of the record: rows from here on have no weight; INFINITY: all count */
+    size_t n_channels; /* whose samples are here */
+    size_t n_signals;  /* the same and those of the shares */
+    double *sigma;     /* [n_channels] noise, unit of the channel */
     /* stage */
     double decay_ps, floor; /* s and the relative floor of the weights */
     double rebase_limit;    /* largest move in x of a structural parameter before the reduced space is rebuilt */
@@ -51,16 +63,19 @@ struct fit_problem {
     bool based;             /* there was one */
     const struct predict_channel *channels; /* of the current window */
     size_t n_sample_rows;                   /* the first ones; those of lines follow */
-    size_t n_rows, n_used;                  /* n_used: rows with a weight */
-    double *weight;                         /* [n_rows] */
+    size_t n_rows, n_used;                  /* n_used: rows with a weight; of all shares */
+    double
+        noise_rows; /* Σ (w/max w)² of the samples: so many rows of noise; a window or a floor makes rows count less */
+    double *weight; /* [n_rows] */
     /* last evaluation */
-    double *theta;    /* [n_refs] */
-    double *residual; /* [n_rows], weighted, after projection */
+    double *theta;      /* [n_refs] */
+    double half_square; /* ½‖data rows‖² */
+    double *residual;   /* [n_rows], weighted, after projection; of shares nobody has the rows */
     double *
         fitted; /* [n_rows] ŷ with the linear unknowns in place; of a compressed problem the predictor's [n_sample_rows] */
     /*
-     * Weighted, by x, after projection: [n_unknowns][n_jacobian]. Rows of long records are not kept: compressed, these are R of the samples' [J r], by blocks,
-     * above the rows of lines, so that JᵀJ and Jᵀr are those of all rows.
+     * Weighted, by x, after projection: [n_unknowns][n_jacobian]. Rows of long records and of shares are not kept: compressed, these are R of the samples' [J r],
+     * by blocks, above the rows of lines, so that JᵀJ and Jᵀr are those of all rows.
      */
     bool compressed;
     size_t n_jacobian; /* n_rows, or those of the compressed ones */
@@ -94,7 +109,16 @@ enum bf_status fit_problem_new_with_lines(struct fit_problem *p, const struct mo
                                           struct line_rows *lines, const struct record records[], size_t n_records,
                                           const char *const names[], const struct parameter_ref refs[], size_t n_refs,
                                           const double sigma[], struct bf_error *err);
+/* The same of records that shares have, opened; refs and names are of all records. */
+enum bf_status fit_problem_new_shared(struct fit_problem *p, const struct model *model, const struct fit_shares *shares,
+                                      const char *const names[], const struct parameter_ref refs[], size_t n_refs,
+                                      struct bf_error *err);
 void fit_problem_free(struct fit_problem *p);
+/* Gives back the memory of derivatives until they are wanted again. */
+void fit_problem_rest(struct fit_problem *p);
+/* Inside fit_problem.c, fit_window.c and fit_evaluate.c: fitted rows, jacobian and beside freed; jacobian and beside made. */
+void fit_problem_free_rows(struct fit_problem *p);
+void fit_problem_make_jacobian(struct fit_problem *p);
 
 /* Begin a stage: window, weights, and the reduced space rebuilt at x. */
 enum bf_status fit_problem_stage(struct fit_problem *p, double decay_ps, double floor, const double x[],

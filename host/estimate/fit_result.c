@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include "fit_coloured.h"
 #include "intervals.h"
 #include "identifiability.h"
 #include "line_statistics.h"
@@ -29,21 +30,6 @@ static void warn(struct fit_result *out, const char *format, ...)
 
 /* ---- Covariance ---- */
 
-static void fit_noise_models(const struct fit_problem *p, struct interval_channel channels[])
-{
-    for (size_t c = 0; c < p->n_channels; c++) {
-        const struct predict_channel *channel = &p->channels[c];
-        double *r = bf_alloc(channel->n, sizeof *r);
-        size_t n = 0;
-        for (; n < channel->n && p->weight[channel->row + n] > 0.0; n++)
-            r[n] = channel->measured[n] - p->fitted[channel->row + n];
-        channels[c].row = channel->row;
-        channels[c].n = n;
-        ar_fit(r, n, &channels[c].noise);
-        free(r);
-    }
-}
-
 static void warn_about_guessed_errors(const struct fit_problem *p, const bool known[], struct fit_result *out)
 {
     for (size_t g = 0; p->lines != NULL && g < p->lines->n_groups; g++)
@@ -53,51 +39,6 @@ static void warn_about_guessed_errors(const struct fit_problem *p, const bool kn
                  "how well they are known (columns sd_Hz and damping_sd)",
                  p->names[p->lines->groups[g].record], p->lines->groups[g].name,
                  p->lines->groups[g].kind == LINE_FREQUENCY ? "0.5 %" : "20 %");
-}
-
-/* JᵀWCWJ[n × n] of rows that are handed on: the end of each channel comes first. */
-struct coloured {
-    const struct fit_problem *p;
-    const struct interval_channel *channels;
-    double *later; /* [n_channels][n_unknowns × AR_MAX] */
-    double *square;
-};
-
-static enum bf_status colour_rows(void *context, size_t channel, size_t row, size_t some, const double J[],
-                                  const double r[], struct bf_error *err)
-{
-    const struct coloured *c = context;
-    const size_t n = c->p->n_unknowns;
-    double *V = bf_alloc(some * n, sizeof *V);
-    (void)r, (void)err;
-    for (size_t j = 0; j < n; j++)
-        for (size_t k = 0; k < some; k++)
-            V[k + j * some] = c->p->weight[row + k] * J[k + j * some];
-    intervals_add_block(&c->channels[channel].noise, some, n, V, c->later + channel * n * AR_MAX, c->square);
-    free(V);
-    return BF_OK;
-}
-
-/* square[n × n] = Σ JᵀWCWJ of all channels, behind which are those of lines. */
-static enum bf_status coloured_square(struct fit_problem *p, const double x[], struct interval_channel channels[],
-                                      size_t n_channels, double square[], struct bf_error *err)
-{
-    const size_t n = p->n_unknowns, lines = lines_rows(p->lines);
-    if (!p->compressed) {
-        intervals_add_coloured(p->n_rows, n, p->jacobian, p->weight, n_channels, channels, square);
-        return BF_OK;
-    }
-    struct coloured c = {.p = p, .channels = channels, .square = square};
-    struct prediction y;
-    c.later = bf_alloc(p->n_channels * n * AR_MAX, sizeof *c.later);
-    const enum bf_status status =
-        fit_problem_blocks(p, x, &(struct fit_rows_sink){.take = colour_rows, .context = &c}, &y, err);
-    for (size_t g = p->n_channels; g < n_channels; g++)
-        channels[g].row -= p->n_sample_rows;
-    intervals_add_coloured(p->n_jacobian, n, p->jacobian + p->n_jacobian - lines, p->weight + p->n_sample_rows,
-                           n_channels - p->n_channels, channels + p->n_channels, square);
-    free(c.later);
-    return status;
 }
 
 static enum bf_status covariance(struct fit_problem *p, const double x[], struct fit_result *out, double cov[],
@@ -126,7 +67,7 @@ static enum bf_status covariance(struct fit_problem *p, const double x[], struct
     }
     if (!status) {
         warn_about_guessed_errors(p, known, out);
-        status = coloured_square(p, x, channels, p->n_channels + n_groups, coloured, err);
+        status = fit_coloured_square(p, x, channels, p->n_channels + n_groups, coloured, err);
     }
     if (!status)
         status = intervals_from_coloured(p->n_jacobian, n, p->jacobian, precision, fit_problem_form_scale(p), coloured,
@@ -151,9 +92,8 @@ static void fill_estimate(const struct fit_problem *p, size_t i, const double x[
     const struct unknown *u = &p->unknowns[i];
     const struct parameter *info = p->refs[u->ref].info;
     const double s = sqrt(fmax(variance, 0.0)), slope = fit_problem_slope(p, i, x);
-    const bool stated =
-        p->n_channels == 0 && lines_stated(p->lines); /* errors of a list are not told by its few rows */
-    const size_t told = p->n_channels == 0 ? kept : p->n_unknowns;
+    const bool stated = p->n_signals == 0 && lines_stated(p->lines); /* errors of a list are not told by its few rows */
+    const size_t told = p->n_signals == 0 ? kept : p->n_unknowns;
     const double dof = stated ? 1e6 : fmax((double)p->n_used - (double)told - (double)p->n_nuisance, 1.0);
     out->estimated = true;
     out->identifiable = determined;
@@ -238,11 +178,11 @@ static void warn_about_priors(const struct fit_problem *p, const double x[], str
 }
 
 /* Said first of all: no parameter can change a prediction of silence. False when all records are such. */
-static bool warn_about_inputs(const struct fit_problem *p, const struct model *model, struct fit_result *out)
+static bool warn_about_inputs(const struct fit_problem *p, struct fit_result *out)
 {
     size_t driven = 0;
     for (size_t r = 0; r < p->n_records; r++)
-        if (record_is_driven(model, &p->records[r]))
+        if (p->drives[r].driven)
             driven++;
         else
             warn(out,
@@ -261,15 +201,12 @@ static void take_starts(struct fit_result *out)
     }
 }
 
-static void warn_about_levels(const struct fit_problem *p, const struct model *model, struct fit_result *out)
+static void warn_about_levels(const struct fit_problem *p, struct fit_result *out)
 {
-    for (size_t r = 0; r < p->n_records; r++) {
-        size_t inputs = 0;
-        for (size_t i = 0; i < model->n_inputs; i++)
-            inputs += record_column(&p->records[r], model->inputs[i].name) != NULL;
-        if (p->level[r] && inputs > 1)
-            warn(out, "%s: one unknown level was applied to all %zu inputs of the record", p->names[r], inputs);
-    }
+    for (size_t r = 0; r < p->n_records; r++)
+        if (p->drives[r].level && p->drives[r].n_inputs > 1)
+            warn(out, "%s: one unknown level was applied to all %zu inputs of the record", p->names[r],
+                 p->drives[r].n_inputs);
 }
 
 static void warn_about_horizons(const struct fit_problem *p, struct fit_result *out)
@@ -344,7 +281,7 @@ enum bf_status fit_statistics(struct fit_problem *p, const struct model *model, 
     if (status)
         return status;
     relative_weights(p, x, out);
-    if (!warn_about_inputs(p, model, out)) {
+    if (!warn_about_inputs(p, out)) {
         take_starts(out);
         return BF_OK; /* the rest would follow from that */
     }
@@ -352,7 +289,7 @@ enum bf_status fit_statistics(struct fit_problem *p, const struct model *model, 
     warn_about_search(out);
     for (size_t i = 0; i < n; i++)
         warn_about_parameter(p, model, i, out);
-    warn_about_levels(p, model, out);
+    warn_about_levels(p, out);
     warn_about_horizons(p, out);
     return BF_OK;
 }

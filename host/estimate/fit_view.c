@@ -17,26 +17,16 @@ static double prior_square(const struct fit_problem *p, const double x[])
 /* Times the noise's ½‖r‖²: more is an error of form. Facts in a channel: amplitude and phase of the modes in its band, some ten. */
 static const double noise_accounts = 2.0, facts_a_channel = 20.0;
 
-/* ½‖r‖² of noise alone: a window or a floor makes rows count less. */
+/* ½‖r‖² of noise alone. */
 static double noise_square(const struct fit_problem *p)
 {
-    double sum = 0.0;
-    for (size_t c = 0; c < p->n_channels; c++) {
-        const struct predict_channel *channel = &p->channels[c];
-        double largest = 0.0, rows = 0.0;
-        for (size_t k = channel->row; k < channel->row + channel->n; k++)
-            largest = fmax(largest, p->weight[k]);
-        for (size_t k = channel->row; k < channel->row + channel->n && largest > 0.0; k++)
-            rows += p->weight[k] * p->weight[k];
-        sum += largest > 0.0 ? rows / (largest * largest) : 0.0;
-    }
-    return 0.5 * (sum + (double)lines_used(p->lines));
+    return 0.5 * (p->noise_rows + (double)lines_used(p->lines));
 }
 
 /* Of each channel, and as many of each group of lines, if it has them. */
 static double facts(const struct fit_problem *p)
 {
-    double sum = facts_a_channel * (double)p->n_channels;
+    double sum = facts_a_channel * (double)p->n_signals;
     for (size_t g = 0; p->lines != NULL && g < p->lines->n_groups; g++)
         sum += fmin(facts_a_channel, (double)p->lines->groups[g].n);
     return sum;
@@ -44,7 +34,7 @@ static double facts(const struct fit_problem *p)
 
 double fit_problem_form_scale(const struct fit_problem *p)
 {
-    const double form = 0.5 * dense_dot(p->n_rows, p->residual, p->residual) - noise_accounts * noise_square(p);
+    const double form = p->half_square - noise_accounts * noise_square(p);
     return fmax(1.0, form / (0.5 * facts(p)));
 }
 
@@ -124,5 +114,5 @@ struct least_squares fit_problem_view(struct fit_problem *p)
 
 double fit_problem_mean_square(const struct fit_problem *p)
 {
-    return p->n_used ? dense_dot(p->n_rows, p->residual, p->residual) / (double)p->n_used : 0.0;
+    return p->n_used ? 2.0 * p->half_square / (double)p->n_used : 0.0;
 }

@@ -109,7 +109,7 @@ static void record_columns(const struct score_base *base, const struct fit_probl
                            struct absorbent *a)
 {
     for (size_t r = 0; r < p->n_records; r++) {
-        for (size_t k = p->level[r] ? 0 : 1; k <= y->n_nuisance; k++) {
+        for (size_t k = p->drives[r].level ? 0 : 1; k <= y->n_nuisance; k++) {
             const double *from = k == 0 ? y->y : y->nuisance + (k - 1) * y->n_rows;
             double *column = a->A + a->n * base->n_all;
             zero_prior_rows(base, column);

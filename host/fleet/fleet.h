@@ -32,6 +32,12 @@ struct fleet_files {
     char **names; /* [n] as they can be opened */
 };
 
+/*
+ * Adds the files that a text file names, one a line ('#': a comment), relative to it. Free with fleet_files_free(), also after a failure.
+ */
+enum bf_status fleet_list_read(const char *path, struct fleet_files *files, struct bf_error *err);
+void fleet_files_free(struct fleet_files *files);
+
 struct fleet_unit {
     char *name;  /* unique in the manifest */
     char *model; /* as it can be opened; "" when the cell is empty */

@@ -142,11 +142,35 @@ enum bf_status fleet_manifest_read(const char *path, struct fleet_manifest *out,
     return status;
 }
 
-static void free_files(struct fleet_files *files)
+enum bf_status fleet_list_read(const char *path, struct fleet_files *out, struct bf_error *err)
+{
+    struct lines in;
+    const char *text;
+    size_t n;
+    if (lines_open(path, &in, err) != BF_OK)
+        return err->status;
+    enum bf_status status;
+    while ((status = lines_next(&in, &text, &n, err)) == BF_OK && text != NULL) {
+        char *line = bf_alloc(n + 1, 1);
+        memcpy(line, text, n);
+        const char *name = csv_without_blanks(line);
+        if (*name != '\0' && *name != '#') {
+            out->names = bf_grow(out->names, out->n + 1, sizeof *out->names);
+            out->names[out->n++] = csv_place(path, name);
+        }
+        free(line);
+    }
+    lines_close(&in);
+    outputs_note_input(path);
+    return status;
+}
+
+void fleet_files_free(struct fleet_files *files)
 {
     for (size_t i = 0; i < files->n; i++)
         free(files->names[i]);
     free(files->names);
+    *files = (struct fleet_files){0};
 }
 
 void fleet_manifest_free(struct fleet_manifest *manifest)
@@ -155,7 +179,7 @@ void fleet_manifest_free(struct fleet_manifest *manifest)
         struct fleet_unit *unit = &manifest->units[i];
         for (size_t k = 0; k < manifest->n_columns && unit->cells != NULL; k++)
             free(unit->cells[k]);
-        free_files(&unit->records), free_files(&unit->checks);
+        fleet_files_free(&unit->records), fleet_files_free(&unit->checks);
         free(unit->cells), free(unit->name), free(unit->model);
     }
     for (size_t k = 0; k < manifest->n_columns; k++)

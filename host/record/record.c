@@ -35,7 +35,7 @@ void record_add_column(struct record *record, const char *name, const double *x)
     struct record_column *column = &record->columns[record->n_columns++];
     *column = (struct record_column){.name = bf_strdup(name)};
     column->x = bf_alloc(record->n, sizeof *column->x);
-    if (record->n > 0)
+    if (record->n > 0 && x != NULL)
         memcpy(column->x, x, record->n * sizeof *column->x);
 }
 
@@ -92,57 +92,4 @@ void record_free(struct record *record)
     free(record->meta);
     free(record->path);
     memset(record, 0, sizeof *record);
-}
-
-/* What record_read() would refuse must not be written. */
-static enum bf_status check_before_writing(const char *path, const struct record *record, struct bf_error *err)
-{
-    if (record->n < 2 || !(record->dt_s > 0) || !isfinite(record->t0_s) || !isfinite(record->dt_s))
-        return bf_fail(err, BF_NUMERIC, "%s: not written: a record needs two samples and a positive time step", path);
-    for (size_t i = 0; i < record->n_columns; i++) {
-        const char *name = record->columns[i].name;
-        if (name[0] == '\0' || name[strcspn(name, ",\"\n\r\t")] != '\0' || strcmp(name, "time_s") == 0)
-            return bf_fail(err, BF_BAD_FILE,
-                           "%s: not written: '%s' cannot be the name of a column; use letters, digits and '_'", path,
-                           name);
-        for (size_t k = 0; k < record->n; k++)
-            if (!isfinite(record->columns[i].x[k]))
-                return bf_fail(err, BF_NUMERIC, "%s: not written: column '%s' is %g at %.9g s", path, name,
-                               record->columns[i].x[k], record->t0_s + (double)k * record->dt_s);
-    }
-    return BF_OK;
-}
-
-static void write_meta(FILE *f, const struct record_meta *meta)
-{
-    if (strcmp(meta->key, OUTPUTS_KEY) == 0) /* of the file that the record was read from */
-        return;
-    fprintf(f, "# %s: ", meta->key);
-    for (const char *c = meta->value; *c != '\0'; c++)
-        putc(*c == '\n' || *c == '\r' ? ' ' : *c, f);
-    putc('\n', f);
-}
-
-enum bf_status record_write(const char *path, const struct record *record, int digits, struct bf_error *err)
-{
-    struct atomic_file out;
-    if (check_before_writing(path, record, err) != BF_OK || atomic_open(path, &out, err) != BF_OK)
-        return err->status;
-    if (digits <= 0)
-        digits = 9;
-    int time_digits = digits > 12 ? digits : 12; /* the step must survive a long record */
-    outputs_mark(&out, "# ", "\n");
-    for (size_t i = 0; i < record->n_meta; i++)
-        write_meta(out.f, &record->meta[i]);
-    fprintf(out.f, record->over_frequency ? "freq_Hz" : "time_s");
-    for (size_t i = 0; i < record->n_columns; i++)
-        fprintf(out.f, ",%s", record->columns[i].name);
-    putc('\n', out.f);
-    for (size_t k = 0; k < record->n && !ferror(out.f); k++) {
-        fprintf(out.f, "%.*g", time_digits, record->t0_s + (double)k * record->dt_s);
-        for (size_t i = 0; i < record->n_columns; i++)
-            fprintf(out.f, ",%.*g", digits, record->columns[i].x[k]);
-        putc('\n', out.f);
-    }
-    return atomic_commit(&out, err);
 }

@@ -77,6 +77,39 @@ struct record {
 /* BF_BAD_FILE with the line: not readable, not uniform in time, a cell that is no number. *out is empty then and needs no free. */
 enum bf_status record_read(const char *path, struct record *out, struct bf_error *err);
 
+/*
+ * SPOOL — a record whose samples lie in a file without a name instead of in memory, beside another file, where there is room for it.
+ *
+ * record: as record_read() gives it, but for its samples (no column has any) while in_file. Where the file is over frequency or a list, and where no other can
+ * be made or has room, the samples are in memory, and in_file is false.
+ */
+struct record_spool {
+    struct record record;
+    bool in_file;
+    FILE *f; /* rows of time and all columns */
+};
+enum bf_status record_spool_read(const char *path, const char *beside, struct record_spool *out, struct bf_error *err);
+/* x[n] of a column, samples `first` … first + n − 1 of it; zeros where the file cannot be read again (see record_spool_failed()). */
+void record_spool_take(const struct record_spool *spool, size_t column, size_t first, size_t n, double x[]);
+bool record_spool_failed(const struct record_spool *spool);
+/* All samples into memory: the record is an ordinary one then. */
+enum bf_status record_spool_load(struct record_spool *spool, struct bf_error *err);
+void record_spool_close(struct record_spool *spool);
+
+/* WRITER — a record written row by row: its head without samples, then rows in their order, head.n of them. */
+struct record_writer {
+    struct atomic_file out;
+    const struct record *head;
+    int digits, time_digits;
+    size_t written;
+};
+enum bf_status record_writer_open(const char *path, const struct record *head, int digits, struct record_writer *w,
+                                  struct bf_error *err);
+/* n rows: column i is x[i][n]. BF_NUMERIC: one is not finite; then nothing will be written. */
+enum bf_status record_writer_add(struct record_writer *w, size_t n, const double *const x[], struct bf_error *err);
+enum bf_status record_writer_commit(struct record_writer *w, struct bf_error *err);
+void record_writer_abort(struct record_writer *w);
+
 /* As an ATOMIC FILE (ground.h): never half a file. digits: significant ones, 17 keep every bit; ≤ 0: 9. BF_BAD_FILE. */
 enum bf_status record_write(const char *path, const struct record *record, int digits, struct bf_error *err);
 const double *record_column(const struct record *record, const char *name); /* NULL when absent */
@@ -224,6 +257,20 @@ void time_axis_note(struct number_digits *most, struct number_digits one);
  */
 bool time_axis_fit(const double t[], size_t n, struct number_digits most, double *t0, double *dt, size_t *bad,
                    char why[256]);
+
+/* The same of times that lie elsewhere and are read in blocks. */
+enum { TIMES_BLOCK = 4096 };
+struct times {
+    const double *x; /* all of them, where there is nothing to read */
+    size_t (*read)(void *context, size_t first, size_t n,
+                   double x[]); /* n at most, from `first` on; how many there were */
+    void *context;
+    size_t first, n; /* those in the block */
+    double block[TIMES_BLOCK];
+};
+double times_at(struct times *times, size_t k);
+bool times_fit(struct times *times, size_t n, struct number_digits most, double *t0, double *dt, size_t *bad,
+               char why[256]);
 
 /*
  * A step that was printed with `significant` digits: the roundest of it and of its rate that prints the same

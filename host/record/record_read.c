@@ -1,20 +1,27 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Reading a record from CSV, line by line: the file may be larger than memory has room for text and numbers both. */
 #include <ctype.h>
+#include <errno.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include "ground/ground.h"
 #include "record.h"
+#include "record_spool.h"
 
 enum { MOST_COLUMNS = 4096, QUOTED = 60 }; /* QUOTED: characters of a bad cell that a message shows */
 
 struct reader {
     struct lines in;
     struct record *record;
-    double *time;
-    long *line; /* of each sample, for messages; freed after the time axis is checked */
-    size_t capacity;
+    FILE *spool;  /* where rows go instead of into memory; NULL: they do not */
+    double *row;  /* [1 + columns] time, and the numbers of one line */
+    double *time; /* [capacity] */
+    struct run {  /* samples on successive lines, for messages */
+        size_t sample;
+        long line;
+    } * runs;
+    size_t n_runs, capacity;
     struct number_digits time_digits;
     bool has_header, over_frequency, is_list;
     long excitation_line, free_from_line, window_line, state_line; /* of that metadata */
@@ -178,13 +185,48 @@ static enum bf_status fail_count(const struct reader *r, const char *line, const
 static void make_room(struct reader *r)
 {
     struct record *record = r->record;
-    if (record->n < r->capacity)
+    if (r->row == NULL)
+        r->row = bf_alloc(record->n_columns + 1, sizeof *r->row);
+    if (record->n < r->capacity || r->spool != NULL)
         return;
     r->capacity = r->capacity > 0 ? 2 * r->capacity : 1024;
     r->time = bf_grow(r->time, r->capacity, sizeof *r->time);
-    r->line = bf_grow(r->line, r->capacity, sizeof *r->line);
     for (size_t i = 0; i < record->n_columns; i++)
         record->columns[i].x = bf_grow(record->columns[i].x, r->capacity, sizeof *record->columns[i].x);
+}
+
+static enum bf_status fail_spool(const struct reader *r, struct bf_error *err)
+{
+    return bf_fail_at(err, r->in.path, 0, "its samples cannot be kept beside the output: %s", strerror(errno));
+}
+
+static enum bf_status take_row(struct reader *r, struct bf_error *err)
+{
+    struct record *record = r->record;
+    const struct run *last = r->n_runs > 0 ? &r->runs[r->n_runs - 1] : NULL;
+    if (last == NULL || r->in.number != last->line + (long)(record->n - last->sample)) {
+        r->runs = bf_grow(r->runs, r->n_runs + 1, sizeof *r->runs);
+        r->runs[r->n_runs++] = (struct run){record->n, r->in.number};
+    }
+    if (r->spool != NULL) {
+        if (fwrite(r->row, sizeof *r->row, record->n_columns + 1, r->spool) != record->n_columns + 1)
+            return fail_spool(r, err);
+    } else {
+        r->time[record->n] = r->row[0];
+        for (size_t i = 0; i < record->n_columns; i++)
+            record->columns[i].x[record->n] = r->row[i + 1];
+    }
+    record->n++;
+    return BF_OK;
+}
+
+/* Where a sample stands. */
+static long line_of(const struct reader *r, size_t sample)
+{
+    size_t k = r->n_runs - 1;
+    while (k > 0 && r->runs[k].sample > sample)
+        k--;
+    return r->runs[k].line + (long)(sample - r->runs[k].sample);
 }
 
 static enum bf_status read_sample(struct reader *r, const char *line, const char *end, struct bf_error *err)
@@ -206,18 +248,12 @@ static enum bf_status read_sample(struct reader *r, const char *line, const char
         }
         if (!isfinite(x))
             return fail_cell(r, i, s, after, err);
-        if (i == 0) {
-            r->time[record->n] = x;
+        if (i == 0)
             time_axis_note(&r->time_digits, number_digits(s, after, '.'));
-        } else {
-            record->columns[i - 1].x[record->n] = x;
-        }
+        r->row[i] = x;
         s = after + 1;
     }
-    if (s <= end)
-        return fail_count(r, line, end, err);
-    r->line[record->n++] = r->in.number;
-    return BF_OK;
+    return s <= end ? fail_count(r, line, end, err) : take_row(r, err);
 }
 
 static enum bf_status read_lines(struct reader *r, struct bf_error *err)
@@ -302,6 +338,11 @@ static enum bf_status take_list(struct reader *r, struct bf_error *err)
     return BF_OK;
 }
 
+static size_t spooled_times(void *context, size_t first, size_t n, double x[])
+{
+    return record_spool_numbers(context, 0, first, n, x);
+}
+
 static enum bf_status finish(struct reader *r, struct bf_error *err)
 {
     if (r->is_list)
@@ -316,21 +357,29 @@ static enum bf_status finish(struct reader *r, struct bf_error *err)
                           record->n == 0 ? "no samples" : "one sample");
     size_t bad;
     char why[256];
-    if (!time_axis_fit(r->time, record->n, r->time_digits, &record->t0_s, &record->dt_s, &bad, why))
-        return bf_fail_at(err, r->in.path, r->line[bad],
+    if (r->spool != NULL && fflush(r->spool) != 0)
+        return fail_spool(r, err);
+    struct record_spool spool = {.record = *record, .f = r->spool};
+    struct times times = {.x = r->time, .read = r->spool != NULL ? spooled_times : NULL, .context = &spool};
+    if (!times_fit(&times, record->n, r->time_digits, &record->t0_s, &record->dt_s, &bad, why))
+        return bf_fail_at(err, r->in.path, line_of(r, bad),
                           "column 1 '%s': %s; cut the record here, or 'beamfit import %s -o OUT.csv' with --rate HZ "
                           "where the samples are steady "
                           "and the times are not, with --resample HZ where the times are right",
                           column_name(r, 0), why, r->in.path);
-    for (size_t i = 0; i < record->n_columns; i++)
+    if (r->over_frequency && r->spool != NULL && record_spool_rows(&spool, record, err) != BF_OK)
+        return err->status;
+    for (size_t i = 0; i < record->n_columns && r->spool == NULL; i++)
         record->columns[i].x = bf_grow(record->columns[i].x, record->n, sizeof(double));
     hash_end(&r->in.hash, record->sha256);
     return r->over_frequency ? take_response(r, err) : check_meta(r, err);
 }
 
-enum bf_status record_read(const char *path, struct record *out, struct bf_error *err)
+/* *in_file: the samples are in the spool. */
+static enum bf_status read_record(const char *path, FILE *spool, struct record *out, bool *in_file,
+                                  struct bf_error *err)
 {
-    struct reader r = {.record = out};
+    struct reader r = {.record = out, .spool = spool};
     memset(out, 0, sizeof *out);
     if (lines_open(path, &r.in, err) != BF_OK)
         return err->status;
@@ -339,9 +388,27 @@ enum bf_status record_read(const char *path, struct record *out, struct bf_error
     if (status == BF_OK)
         status = finish(&r, err);
     lines_close(&r.in);
-    free(r.time);
-    free(r.line);
+    *in_file = spool != NULL && !r.over_frequency && !r.is_list;
+    free(r.time), free(r.row), free(r.runs);
     if (status != BF_OK)
         record_free(out);
+    return status;
+}
+
+enum bf_status record_read(const char *path, struct record *out, struct bf_error *err)
+{
+    bool in_file;
+    return read_record(path, NULL, out, &in_file, err);
+}
+
+enum bf_status record_spool_read(const char *path, const char *beside, struct record_spool *out, struct bf_error *err)
+{
+    *out = (struct record_spool){.f = record_spool_open(beside)};
+    enum bf_status status = read_record(path, out->f, &out->record, &out->in_file, err);
+    const bool no_room = status != BF_OK && out->f != NULL && ferror(out->f);
+    if (status != BF_OK)
+        record_spool_close(out);
+    if (no_room)
+        status = read_record(path, NULL, &out->record, &out->in_file, err);
     return status;
 }

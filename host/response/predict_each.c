@@ -34,7 +34,7 @@ static enum bf_status open_record(struct predictor *p, size_t r, double memory, 
     const char *name = record_base_name(record);
     options.quiet = true;
     options.pieces = false;
-    own->pieces = p->in_pieces ? pieces_new(&p->model, record, memory) : NULL;
+    own->pieces = p->in_pieces ? pieces_new(&p->model, record, memory, NULL) : NULL;
     if (own->pieces != NULL)
         record = &own->pieces->record;
     geometry_original(p, &as_file);
@@ -150,6 +150,13 @@ enum bf_status predictor_window(struct predictor *p, double t_end_s, struct bf_e
         status = single_window(own->predictor, t_end_s, err);
     }
     return status;
+}
+
+void predictor_rest(struct predictor *p)
+{
+    single_rest(p);
+    for (size_t r = 0; p->each != NULL && r < p->n_records; r++)
+        single_rest(p->each[r].predictor);
 }
 
 void predictor_set_nuisance(struct predictor *p, const double amplitude[])
@@ -337,6 +344,7 @@ static enum bf_status run_each(struct predictor *p, const double theta[], const 
     memset(p->nuisance, 0, p->n_rows * p->n_nuisance * sizeof *p->nuisance);
     out->bends = false;
     if (p->in_pieces && want != NULL && sink == NULL) {
+        single_room(p, true);
         clear_columns(p, want);
         out->jacobian = p->jacobian;
     }

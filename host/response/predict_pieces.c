@@ -46,38 +46,60 @@ static bool worth_it(const struct record *record, double memory)
     return 1.5 * piece_length(memory) < (double)record->n;
 }
 
-bool pieces_wanted(const struct predictor *p)
+bool pieces_possible(const struct predictor *p)
 {
     /* a residual of modes above is a time derivative of the input, which an input that is held has only as a whole */
     const bool local = p->options.intersample == INTERSAMPLE_BAND_LIMITED || p->model.n_residuals == 0;
-    bool linear = p->options.pieces && !p->nonlinear && p->base_load == NULL && local, worth = false;
+    bool linear = p->options.pieces && !p->nonlinear && p->base_load == NULL && local;
     for (size_t e = 0; e < p->model.n_effects; e++)
         linear = linear && effect_is_linear(p->model.effects[e].effect);
-    for (size_t r = 0; linear && r < p->n_records; r++) {
+    for (size_t r = 0; linear && r < p->n_records; r++)
         linear = !p->plans[r].free_state && !p->plans[r].free_decay && !p->plans[r].periodic;
-        worth = worth || worth_it(&p->records[r], pieces_memory(p, r, NULL));
-    }
-    return linear && worth;
+    return linear;
 }
 
-struct pieces *pieces_new(const struct model *model, const struct record *record, double memory)
+bool pieces_wanted(const struct predictor *p)
+{
+    bool worth = false;
+    if (!pieces_possible(p))
+        return false;
+    for (size_t r = 0; r < p->n_records; r++)
+        worth = worth || worth_it(&p->records[r], pieces_memory(p, r, NULL));
+    return worth;
+}
+
+/* Samples of the whole record from `start` on. */
+static void take(struct pieces *pieces, size_t start)
+{
+    for (size_t c = 0; c < pieces->record.n_columns; c++) {
+        const struct record_column *to = &pieces->record.columns[c];
+        if (pieces->stream != NULL)
+            pieces->stream->read(pieces->stream->context, to->name, start, pieces->record.n, to->x);
+        else
+            memcpy(to->x, record_column(pieces->whole, to->name) + start, pieces->record.n * sizeof *to->x);
+    }
+}
+
+struct pieces *pieces_new(const struct model *model, const struct record *record, double memory,
+                          const struct predict_stream *stream)
 {
     if (!worth_it(record, memory))
         return NULL;
     struct pieces *pieces = bf_alloc(1, sizeof *pieces);
     struct record *piece = &pieces->record;
-    pieces->whole = record;
+    pieces->whole = record, pieces->stream = stream;
     pieces->early = (size_t)ceil(memory) + GUARD;
     *piece = (struct record){.path = bf_strdup(record->path), .t0_s = record->t0_s, .dt_s = record->dt_s};
     piece->n = (size_t)ceil(piece_length(memory));
     for (size_t i = 0; i < model->n_inputs; i++)
         if (record_column(record, model->inputs[i].name) != NULL)
-            record_add_column(piece, model->inputs[i].name, record_column(record, model->inputs[i].name));
+            record_add_column(piece, model->inputs[i].name, NULL);
     for (size_t o = 0; o < model->n_outputs; o++)
         if (record_column(record, model->outputs[o].name) != NULL)
-            record_add_column(piece, model->outputs[o].name, record_column(record, model->outputs[o].name));
+            record_add_column(piece, model->outputs[o].name, NULL);
     for (size_t i = 0; i < record->n_meta; i++)
         record_add_meta(piece, record->meta[i].key, record->meta[i].value);
+    take(pieces, 0);
     return pieces;
 }
 
@@ -109,15 +131,6 @@ bool pieces_next(const struct pieces *pieces, size_t n, struct piece *piece)
         piece->end = piece->end < n ? piece->end : n;
     }
     return true;
-}
-
-/* Samples of the whole record from `start` on. */
-static void take(struct pieces *pieces, size_t start)
-{
-    for (size_t c = 0; c < pieces->record.n_columns; c++) {
-        const struct record_column *to = &pieces->record.columns[c];
-        memcpy(to->x, record_column(pieces->whole, to->name) + start, pieces->record.n * sizeof *to->x);
-    }
 }
 
 void pieces_load(struct pieces *pieces, struct predictor *own, size_t n, const struct piece *piece)

@@ -13,9 +13,10 @@
 #include "predictor.h"
 
 struct pieces {
-    const struct record *whole;
-    struct record record; /* one piece, with samples of its own */
-    size_t early;         /* samples that a piece begins before its first row */
+    const struct record *whole;          /* its samples where there is no stream */
+    const struct predict_stream *stream; /* that reads them; NULL: there is none */
+    struct record record;                /* one piece, with samples of its own */
+    size_t early;                        /* samples that a piece begins before its first row */
 };
 
 /* Rows from … end − 1 of a record, of samples start … start + n − 1. */
@@ -23,12 +24,14 @@ struct piece {
     size_t start, from, end;
 };
 
-/* Of a predictor at its base. */
+/* Of a predictor at its base: can such records be predicted in pieces, and is any of them long enough? */
+bool pieces_possible(const struct predictor *p);
 bool pieces_wanted(const struct predictor *p);
 /* Samples after which nothing is left of what was before, at the poles as last evaluated and theta (NULL: at the base); INFINITY. */
 double pieces_memory(const struct predictor *p, size_t record, const double theta[]);
 /* NULL: the record is one piece. It is borrowed. */
-struct pieces *pieces_new(const struct model *model, const struct record *record, double memory);
+struct pieces *pieces_new(const struct model *model, const struct record *record, double memory,
+                          const struct predict_stream *stream);
 void pieces_free(struct pieces *pieces);
 /* n rows take several pieces. */
 bool pieces_several(const struct pieces *pieces, size_t n);

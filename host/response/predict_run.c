@@ -125,6 +125,7 @@ static enum bf_status run_with_clock(const struct run *run, struct bf_error *err
 static enum bf_status begin(struct predictor *p, bool with_jacobian, const bool want[], struct prediction *out,
                             struct bf_error *err)
 {
+    single_room(p, with_jacobian);
     *out = (struct prediction){.n_rows = p->n_rows,
                                .n_parameters = p->map.n,
                                .n_nuisance = p->n_nuisance,

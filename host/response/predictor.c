@@ -294,6 +294,21 @@ enum bf_status single_window(struct predictor *p, double t_end_s, struct bf_erro
     return status;
 }
 
+void single_rest(struct predictor *p)
+{
+    kernels_free(p);
+    free(p->jacobian), free(p->nuisance);
+    p->jacobian = p->nuisance = NULL;
+}
+
+void single_room(struct predictor *p, bool with_jacobian)
+{
+    if (p->nuisance == NULL)
+        p->nuisance = bf_grow(NULL, p->n_rows * p->n_nuisance, sizeof *p->nuisance);
+    if (with_jacobian && p->jacobian == NULL)
+        p->jacobian = bf_grow(NULL, p->n_rows * p->map.n, sizeof *p->jacobian);
+}
+
 void single_set_nuisance(struct predictor *p, const double amplitude[])
 {
     memcpy(p->amplitude, amplitude, p->n_nuisance * sizeof *amplitude);

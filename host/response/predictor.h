@@ -178,6 +178,9 @@ enum bf_status single_run(struct predictor *p, const double theta[], const bool 
 enum bf_status single_run_system(struct predictor *p, const double theta[], bool with_jacobian, struct prediction *out,
                                  struct bf_error *err);
 void single_set_nuisance(struct predictor *p, const double amplitude[]);
+void single_rest(struct predictor *p);
+/* Room for the columns of initial states and, with_jacobian, of derivatives, where it was given back. */
+void single_room(struct predictor *p, bool with_jacobian);
 enum bf_status single_settle(struct predictor *p, const double theta[], const struct predict_target *target,
                              struct bf_error *err);
 /* The last linear step of every record's initial states, a[n_nuisance], and y with them in place. */

@@ -95,6 +95,9 @@ enum bf_status predictor_new(const struct model *model, const struct record reco
                              const struct predict_options *options, struct predictor **out, struct bf_error *err);
 void predictor_free(struct predictor *predictor);
 
+/* Gives back what a run needed besides its rows; the next run makes it again. Nothing of PREDICT TRANSFER holds then. */
+void predictor_rest(struct predictor *predictor);
+
 size_t predictor_channels(const struct predictor *predictor, const struct predict_channel **out);
 
 /* Modes of the reduced space at the last base; static responses are not counted. */
@@ -141,6 +144,22 @@ struct predict_sink {
 /* predictor_run() of a predictor that is long; out->jacobian is NULL. */
 enum bf_status predictor_run_blocks(struct predictor *predictor, const double parameters[], const bool want_jacobian[],
                                     const struct predict_sink *sink, struct prediction *out, struct bf_error *err);
+
+/* A long record whose inputs are read, and whose outputs are handed on, piece by piece, so that memory does not grow with it. */
+struct predict_stream {
+    /* x[n] of a column of the record, samples `first` … first + n − 1. */
+    void (*read)(void *context, const char *column, size_t first, size_t n, double x[]);
+    /* Outputs of the model, y[n_outputs][n], of the samples from `first` on; in their order, each once. */
+    enum bf_status (*take)(void *context, size_t first, size_t n, const double *const y[], struct bf_error *err);
+    void *context;
+};
+/*
+ * head: the record without its samples, whose columns name its inputs. The rows are those of a predictor at the model's values. *done false: the record is not long or the
+ * model not linear, see predictor_is_long(), and nothing was taken. Memory: that of a piece.
+ */
+enum bf_status predict_streamed(const struct model *model, const struct record *head,
+                                const struct predict_options *options, const struct predict_stream *stream, bool *done,
+                                struct bf_error *err);
 
 /* amplitude[n_nuisance]: the initial states as last solved; kept until changed. */
 void predictor_set_nuisance(struct predictor *predictor, const double amplitude[]);

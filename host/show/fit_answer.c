@@ -74,6 +74,23 @@ static const struct answer_field minimum_fields[] = {
     {0},
 };
 
+#define RESULT                                                                                                         \
+    ANSWER_ROW_OF(LIST, "null_directions", "what the records alone do not determine", null_fields,                     \
+                  .text = "\nWhat the records alone do not determine"),                                                \
+        ANSWER_ROW_OF(LIST, "other_minima", "that the search found and left", minimum_fields,                          \
+                      .text = "\nOther minima that the search found and left"),                                        \
+        ANSWER_ROW(TEXTS, "warnings", "what was not tried or could not be judged, and what looks wrong",               \
+                   .text = "\nWarnings"),                                                                              \
+        ANSWER_ROW(NUMBER, "seconds", "the fit took", .unit = "s", .digits = -2),                                      \
+        ANSWER_ROW(COUNT, "evaluations", "of the model"), ANSWER_ROW(BOOL, "converged", "the optimum was reached"),    \
+        ANSWER_ROW(BOOL, "fitted", "false: the records determine nothing, and no file was written"),                   \
+        ANSWER_ROW(NUMBER, "distance_sd", "from the optimum, in standard errors", .digits = 2),                        \
+        ANSWER_ROW(BOOL, "interrupted", "by Ctrl-C"),                                                                  \
+        ANSWER_ROW(TEXT, "intersample", "what inputs do between samples"),                                             \
+        ANSWER_SAY(                                                                                                    \
+            "\n{converged?Converged|NOT CONVERGED}: {distance_sd} standard errors from the optimum; {evaluations} "    \
+            "evaluations, {seconds}; inputs {intersample} between samples.")
+
 const struct answer_field fit_fields[] = {
     ANSWER_RECORDS_FIRST,
     ANSWER_ROW_OF(MAP, "parameters", "estimates by name", parameter_fields, .flags = ANSWER_TABLE, .text = ""),
@@ -86,29 +103,27 @@ const struct answer_field fit_fields[] = {
     ANSWER_SAY("[Its laws needed {steps_per_sample} steps a sample; the model keeps that as steps_per_sample.]"),
     ANSWER_ROW_OF(OBJECT, "check", "held-out records", check_fields, .flags = ANSWER_MAYBE,
                   .text = "\nHeld-out records"),
-    ANSWER_ROW_OF(LIST, "null_directions", "what the records alone do not determine", null_fields,
-                  .text = "\nWhat the records alone do not determine"),
-    ANSWER_ROW_OF(LIST, "other_minima", "that the search found and left", minimum_fields,
-                  .text = "\nOther minima that the search found and left"),
-    ANSWER_ROW(TEXTS, "warnings", "what was not tried or could not be judged, and what looks wrong",
-               .text = "\nWarnings"),
-    ANSWER_ROW(NUMBER, "seconds", "the fit took", .unit = "s", .digits = -2),
-    ANSWER_ROW(COUNT, "evaluations", "of the model"),
-    ANSWER_ROW(BOOL, "converged", "the optimum was reached"),
-    ANSWER_ROW(BOOL, "fitted", "false: the records determine nothing, and no file was written"),
-    ANSWER_ROW(NUMBER, "distance_sd", "from the optimum, in standard errors", .digits = 2),
-    ANSWER_ROW(BOOL, "interrupted", "by Ctrl-C"),
-    ANSWER_ROW(TEXT, "intersample", "what inputs do between samples"),
-    ANSWER_SAY("\n{converged?Converged|NOT CONVERGED}: {distance_sd} standard errors from the optimum; {evaluations} "
-               "evaluations, {seconds}; inputs {intersample} between samples."),
+    RESULT,
     ANSWER_ROW_OF(LIST, "repeatability", "", repeatability_floor_fields, .flags = ANSWER_AGAIN, .text = ""),
     {0},
 };
 
-static void put_records(struct json *parent, const struct record records[], size_t n,
+const struct answer_field fit_shared_fields[] = {
+    ANSWER_ROW_OF(MAP, "parameters", "estimates by name", parameter_fields, .flags = ANSWER_TABLE, .text = ""),
+    ANSWER_ROW_OF(LIST, "records", "that were fitted", record_fields),
+    ANSWER_SAY("\n{records#} {records#record|records}"),
+    TOTALS,
+    ANSWER_ROW_OF(OBJECT, "attainable", "not computed", attainable_fields, .flags = ANSWER_NULL),
+    ANSWER_ROW_OF(LIST, "worst", "the records with the largest misfit over noise, ten at most", record_fields,
+                  .flags = ANSWER_TABLE, .text = "\nLargest misfits"),
+    RESULT,
+    {0},
+};
+
+static void put_records(struct json *parent, const char *name, const struct record records[], size_t n,
                         const struct fit_channel_error channels[], size_t n_channels, const double level[])
 {
-    struct json *list = json_put(parent, "records", json_new_array());
+    struct json *list = json_put(parent, name, json_new_array());
     for (size_t r = 0; r < n; r++) {
         struct json *record = json_push(list, json_new_object());
         json_put_text(record, "file", records[r].path ? records[r].path : "");
@@ -205,7 +220,7 @@ static void put_minima(struct json *root, const struct fit_result *result)
 struct json *fit_json(const struct fit_result *result, const struct record records[], const struct fit_check *check)
 {
     struct json *root = json_new_object();
-    put_records(root, records, result->n_records, result->channels, result->n_channels, result->level);
+    put_records(root, "records", records, result->n_records, result->channels, result->n_channels, result->level);
     json_put_number(root, "nrmse", result->nrmse);
     json_put_number(root, "noise_ratio", result->noise_ratio);
     attainable_json(root, &result->attainable, result->nrmse);
@@ -224,7 +239,7 @@ struct json *fit_json(const struct fit_result *result, const struct record recor
         struct json *held_out = json_put(root, "check", json_new_object());
         double nrmse, noise_ratio;
         fit_totals(check->channels, check->n_channels, &nrmse, &noise_ratio);
-        put_records(held_out, check->records, check->n, check->channels, check->n_channels, NULL);
+        put_records(held_out, "records", check->records, check->n, check->channels, check->n_channels, NULL);
         json_put_number(held_out, "nrmse", nrmse);
         json_put_number(held_out, "noise_ratio", noise_ratio);
         struct json *notes = json_put(held_out, "notes", json_new_array());
@@ -235,5 +250,44 @@ struct json *fit_json(const struct fit_result *result, const struct record recor
     struct json *warnings = json_put(root, "warnings", json_new_array());
     for (size_t k = 0; k < result->n_warnings; k++)
         json_push_text(warnings, result->warnings[k]);
+    return root;
+}
+
+/* ---- Of many records ---- */
+
+/* Σ (misfit/noise)² of each record, [n_records]; where the noise is not seen, of its error. */
+static double *misfits_of(const struct fit_result *result)
+{
+    double *sum = bf_alloc(result->n_records, sizeof *sum);
+    for (size_t c = 0; c < result->n_channels; c++) {
+        const struct fit_channel_error *e = &result->channels[c];
+        sum[e->record] += isfinite(e->noise_ratio) ? e->noise_ratio * e->noise_ratio : e->nrmse * e->nrmse;
+    }
+    return sum;
+}
+
+struct json *fit_shared_json(const struct fit_result *result, const struct record records[])
+{
+    enum { WORST = 10 };
+    const struct fit_check none = {.n = 0};
+    struct json *root = fit_json(result, records, &none);
+    double *misfit = misfits_of(result);
+    struct record worst[WORST];
+    struct fit_channel_error *channels = bf_alloc(result->n_channels, sizeof *channels);
+    size_t n = 0, n_channels = 0;
+    for (; n < WORST && n < result->n_records; n++) {
+        size_t most = 0;
+        for (size_t r = 1; r < result->n_records; r++)
+            most = misfit[r] > misfit[most] ? r : most;
+        misfit[most] = -1.0;
+        worst[n] = records[most];
+        for (size_t c = 0; c < result->n_channels; c++)
+            if (result->channels[c].record == most) {
+                channels[n_channels] = result->channels[c];
+                channels[n_channels++].record = n;
+            }
+    }
+    put_records(root, "worst", worst, n, channels, n_channels, NULL);
+    free(misfit), free(channels);
     return root;
 }

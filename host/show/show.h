@@ -141,6 +141,10 @@ extern const struct answer_field attainable_fields[], channel_factor_fields[], r
 /* records: [result->n_records] as they were fitted; check->n may be 0. */
 struct json *fit_json(const struct fit_result *result, const struct record records[], const struct fit_check *check);
 
+/* Of a fit of many records (SHARES in estimate.h): the same, and the records that the model explains least. */
+extern const struct answer_field fit_shared_fields[];
+struct json *fit_shared_json(const struct fit_result *result, const struct record records[]);
+
 /* COMPARE — errors of each channel, where the misfit is, and a sentence or two on each. */
 
 /* lines: records that are no samples, behind the others in "records"; NULL: none. */

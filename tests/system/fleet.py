@@ -226,7 +226,7 @@ def a_killed_unit_keeps_what_was_known():
     assert "1 fitted" in fleet("-o", "r.sqlite").stdout and "0 fitted" in fleet("-o", "r.sqlite").stdout
 
 
-def mpi(ranks, *words):
+def mpirun(ranks, *words):
     """The command of a run on so many ranks; skips the test where there is no MPI."""
     program = os.path.join(BUILD, "beamfit-fleet")
     if not os.path.exists(program) or not shutil.which("mpirun"):
@@ -235,7 +235,11 @@ def mpi(ranks, *words):
     os.environ.update(OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
     # Open MPI's own plugins keep memory to the end; leaks of the program are looked for where it runs without MPI
     asan = ":".join(filter(None, [os.environ.get("ASAN_OPTIONS"), "detect_leaks=0"]))
-    return ["mpirun", "--oversubscribe", "-x", "ASAN_OPTIONS=" + asan, "-n", str(ranks), program, "units.csv", *words]
+    return ["mpirun", "--oversubscribe", "-x", "ASAN_OPTIONS=" + asan, "-n", str(ranks), program, *words]
+
+
+def mpi(ranks, *words):
+    return mpirun(ranks, "units.csv", *words)
 
 
 def ranks_make_no_difference():

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
- * The memory of fit and compare over records of different length, a strongly damped beam that forgets within a tenth of the shorter one: what a sample more takes. What
+ * The memory of simulate, fit and compare over records of different length, a strongly damped beam that forgets within a tenth of the shorter one: what a sample more takes. What
  * does not grow (the program, one piece) is in both.
  */
 #include <setjmp.h>
@@ -14,6 +14,7 @@
 enum { CHANNELS = 3 };                                    /* one input, two outputs */
 enum { SHORT = 160, LONG = 320 };                         /* thousands of samples */
 static const double most_fit = 64.0, most_compare = 64.0; /* bytes a sample and channel */
+static const double most_simulate = 1.0;                  /* that is none */
 
 static const char model[] = "format: beamfit-model/1\n"
                             "beam: {length_m: 0.4573, patch_m: [0.02535, 0.08905]}\n"
@@ -97,9 +98,21 @@ static void compare_grows_by_little_more_than_the_record(void **state)
     check("compare", growth(rig, runs[0], runs[1]), most_compare);
 }
 
+static void simulate_does_not_grow(void **state)
+{
+    struct rig *rig = *state;
+    if (!MEASURES)
+        skip();
+    static const char *const runs[2][7] = {{"simulate", "model.yaml", "--input", "r160.csv", "-o", "t160.csv", NULL},
+                                           {"simulate", "model.yaml", "--input", "r320.csv", "-o", "t320.csv", NULL}};
+    check("simulate", growth(rig, runs[0], runs[1]), most_simulate);
+    must(rig, "! ls .beamfit-samples-* 2>/dev/null"); /* the file of the samples has no name any more */
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(fit_grows_by_little_more_than_the_record),
+    const struct CMUnitTest tests[] = {cmocka_unit_test(simulate_does_not_grow),
+                                       cmocka_unit_test(fit_grows_by_little_more_than_the_record),
                                        cmocka_unit_test(compare_grows_by_little_more_than_the_record)};
     return cmocka_run_group_tests_name("long records", tests, setup, rig_teardown);
 }

@@ -166,11 +166,79 @@ static void test_window_with_filter(void **state)
           INTERSAMPLE_BAND_LIMITED, 170.0);
 }
 
+/* Samples that a stream reads, and rows that it hands on. */
+struct streamed {
+    const struct record *record;
+    double *y; /* [n_outputs][n] */
+    size_t n, n_outputs, next;
+};
+
+static void read_samples(void *context, const char *column, size_t first, size_t n, double x[])
+{
+    const struct streamed *t = context;
+    const double *from = record_column(t->record, column);
+    assert_non_null(from);
+    assert_true(first + n <= t->n);
+    memcpy(x, from + first, n * sizeof *x);
+}
+
+static enum bf_status take_rows(void *context, size_t first, size_t n, const double *const y[], struct bf_error *err)
+{
+    struct streamed *t = context;
+    (void)err;
+    assert_int_equal(first, t->next);
+    for (size_t o = 0; o < t->n_outputs; o++)
+        memcpy(t->y + o * t->n + first, y[o], n * sizeof **y);
+    t->next += n;
+    return BF_OK;
+}
+
+/* What `simulate` writes is the prediction in one piece. */
+static void test_streamed(void **state)
+{
+    (void)state;
+    struct bf_error err;
+    struct model model;
+    struct record record = long_record();
+    struct predictor *whole;
+    struct prediction out;
+    struct parameter_ref *refs;
+    const char *name = "long.csv";
+    bool done;
+    fixture_model(&model, "  - {kind: sensor_highpass, tau_s: 0.5}\n");
+    model.gamma.value = damped;
+    const size_t n = model_parameters(&model, &name, 1, &refs);
+    double *theta = bf_alloc(n, sizeof *theta);
+    for (size_t i = 0; i < n; i++)
+        theta[i] = refs[i].value;
+    struct streamed t = {.record = &record, .n = LONG, .n_outputs = model.n_outputs};
+    t.y = bf_alloc(t.n * t.n_outputs, sizeof *t.y);
+    const struct predict_options how = {.quiet = true};
+    const struct predict_stream stream = {.read = read_samples, .take = take_rows, .context = &t};
+    if (predictor_new(&model, &record, 1, &how, &whole, &err) != BF_OK ||
+        predictor_run(whole, theta, NULL, &out, &err) != BF_OK ||
+        predict_streamed(&model, &record, &how, &stream, &done, &err) != BF_OK)
+        fail_msg("%s", err.text);
+    assert_true(done);
+    assert_int_equal(t.next, LONG);
+    for (size_t o = 0; o < t.n_outputs; o++)
+        assert_true(difference(LONG, out.y + o * LONG, t.y + o * LONG) < 1e-9);
+    record.n = 4096; /* too short to be worth it */
+    t.next = 0, t.n = 4096;
+    assert_int_equal(predict_streamed(&model, &record, &how, &stream, &done, &err), BF_OK);
+    assert_false(done || t.next > 0);
+    predictor_free(whole);
+    free(t.y), free(theta), free(refs);
+    record_free(&record);
+    model_free(&model);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_whole_record),
         cmocka_unit_test(test_held_inputs),
+        cmocka_unit_test(test_streamed),
         cmocka_unit_test(test_window_with_filter),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
