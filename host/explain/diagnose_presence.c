@@ -10,12 +10,22 @@
 
 #include <math.h>
 
-/* Of the rms of a misfit: what cannot be told from nothing. */
-static const double nothing = 0.02;
+/* Of the noise's power: a misfit that is smaller cannot be told from none. */
+static const double least_excess = 0.05;
 /* Nats that are half of a lead without end. */
 static const double clear_lead = 5.0;
 /* Of the misfit's power: what takes it is an answer of a real beam, which is never exact. */
 static const double an_answer = 0.97;
+
+static double excess(const struct hypothesis *h)
+{
+    return fmax(hypothesis_excess(&h->fitted), least_excess);
+}
+
+static double held_out_excess(const struct hypothesis *h)
+{
+    return fmax(hypothesis_excess(&h->check), least_excess);
+}
 
 /* ---- With and without ---- */
 
@@ -61,6 +71,14 @@ static void find_best(const struct diagnosis *d, struct decision *one)
 
 /* ---- Features ---- */
 
+/* Times the rms above the noise that `other` leaves, one leaves: of the fitted and, where both were asked, the held-out records. */
+static double rms_of(const struct hypothesis *one, const struct hypothesis *other)
+{
+    const bool held_out = one->check.n_channels > 0 && other->check.n_channels > 0;
+    const double left = excess(one) + (held_out ? held_out_excess(one) : 0.0);
+    return sqrt(left / (excess(other) + (held_out ? held_out_excess(other) : 0.0)));
+}
+
 /* Of the rms that is left, the share that neither the noise nor what else is the floor would leave. */
 static double share_above(double left, double floor)
 {
@@ -98,19 +116,6 @@ static double share_left(const struct diagnosis *d, const struct hypothesis *lea
     return fmax(fitted, share_above(best->check.noise_ratio, held_out));
 }
 
-/* Of the rms of the baseline's misfit above the noise, the share that is still there; of the fitted or the held-out records, whichever is more. */
-static double share_not_taken(const struct hypothesis *h)
-{
-    const double taken = h->held_out_explained < h->explained ? h->held_out_explained : h->explained;
-    return sqrt(fmin(fmax(1.0 - taken, 0.0), 1.0));
-}
-
-/* How many times less it leaves, as a logarithm: 0 nothing is taken, 1 all but what cannot be told from nothing. */
-static double times_less(const struct hypothesis *h)
-{
-    return log(fmax(share_not_taken(h), nothing)) / log(nothing);
-}
-
 /* Of the hypotheses with one of the effects, the one that leaves the least. */
 static const struct hypothesis *least_left(const struct diagnosis *d, const struct decision *one)
 {
@@ -142,8 +147,7 @@ static void fill_features(const struct diagnosis *d, struct decision *one)
     x[FEATURE_REMAINS] = share_left(d, least_left(d, one), best);
     x[FEATURE_SET] = best->n_effects > 1 ? 1.0 : 0.0;
     x[FEATURE_LEAD] = bounded(best->score - other->score, clear_lead);
-    x[FEATURE_TAKES] = times_less(best);
-    x[FEATURE_ALONE] = sqrt(fmin(fmax(1.0 - other->explained, 0.0), 1.0));
+    x[FEATURE_CROWD] = bounded(log(rms_of(other, best)), 1.0);
     one->probability = probability_of(x);
 }
 

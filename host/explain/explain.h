@@ -108,8 +108,7 @@ enum feature {
     FEATURE_REMAINS, /* 0 ... 1: share of the rms it leaves that neither the noise nor a free linear model would leave */
     FEATURE_SET,     /* 1: it has more than one effect */
     FEATURE_LEAD,    /* -1 ... 1: x/(c + |x|) of the nats x by which it leads what has none of the effects */
-    FEATURE_TAKES,   /* 0 ... 1: log(times less rms than the baseline, 50 at most)/log 50, fitted or held out, whichever is less */
-    FEATURE_ALONE,   /* 0 ... 1: share of the baseline's rms above the noise that the best without any of the effects leaves */
+    FEATURE_CROWD, /* -1 ... 1: x/(1 + |x|), e^x: times the rms that it leaves, of both kinds of records, is left without any of the effects */
     FEATURES
 };
 const char *feature_name(enum feature feature);

@@ -120,17 +120,22 @@ enum bf_status facts_measure(const struct diagnosis *d, const struct misfit_chan
 
 /* ---- Scores ---- */
 
-/*
- * Counted as the catalogue has them: a place that was pushed to the end of the beam is no unknown of the fit, and was one of the search. What
- * differs from record to record is estimated from each of them, the held-out ones too.
- */
-static size_t n_parameters(const struct diagnosis *d, const struct hypothesis *h)
+/* NULL where the hypothesis was only scored and has no model. */
+static const struct model_effect *own_effect(const struct hypothesis *h, size_t i)
 {
-    const bool modelled = h->model.n_effects >= h->n_base + h->n_effects; /* not where it was only scored */
+    return h->n_base + i < h->model.n_effects ? &h->model.effects[h->n_base + i] : NULL;
+}
+
+size_t hypothesis_parameters(const struct hypothesis *h, size_t n_records)
+{
     size_t n = 0;
     for (size_t i = 0; i < h->n_effects; i++)
-        for (int slot = 0; slot < h->effects[i]->n_parameters; slot++)
-            n += modelled && effect_per_record(&h->model.effects[h->n_base + i], slot) ? d->n_records + d->n_checks : 1;
+        for (int slot = 0; slot < h->effects[i]->n_parameters; slot++) {
+            const struct model_effect *own = own_effect(h, i);
+            const bool place = h->effects[i]->parameters[slot].role == BEAM_ROLE_PLACE;
+            if (own == NULL || place || !own->parameters[slot].fixed)
+                n += own != NULL && effect_per_record(own, slot) ? n_records : 1;
+        }
     return n;
 }
 
@@ -198,5 +203,5 @@ void facts_scores(const struct diagnosis *d, double score[])
     add_fitted(d, score);
     add_held_out(d, score);
     for (size_t i = 0; i < d->n_hypotheses; i++)
-        score[i] -= price * (double)n_parameters(d, &d->hypotheses[i]) + implausible_nats(d, &d->hypotheses[i]);
+        score[i] -= price * (double)hypothesis_parameters(&d->hypotheses[i], d->n_records + d->n_checks) + implausible_nats(d, &d->hypotheses[i]);
 }

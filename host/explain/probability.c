@@ -9,8 +9,7 @@ const char *feature_name(enum feature feature)
         [FEATURE_REMAINS] = "remains",
         [FEATURE_SET] = "set",
         [FEATURE_LEAD] = "lead",
-        [FEATURE_TAKES] = "takes",
-        [FEATURE_ALONE] = "alone",
+        [FEATURE_CROWD] = "crowd",
     };
     return names[feature];
 }

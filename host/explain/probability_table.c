@@ -5,5 +5,5 @@
 const struct probability_table probability_table = {
     .intercept = -1.14145,
     .weight =
-        {[FEATURE_REMAINS] = -2.48983, [FEATURE_SET] = -1.93007, [FEATURE_LEAD] = 3.78054, [FEATURE_TAKES] = 1.3, [FEATURE_ALONE] = 1.0},
+        {[FEATURE_REMAINS] = -2.48983, [FEATURE_SET] = -1.93007, [FEATURE_LEAD] = 3.78054, [FEATURE_CROWD] = 1.49203},
 };

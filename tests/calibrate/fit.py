@@ -6,6 +6,7 @@
 """
 
 import argparse
+import collections
 import math
 import os
 import sys
@@ -41,11 +42,13 @@ def is_lacking(row):
 
 
 def counts_of(rows, found):
-    """What each entry stands for, so that the cause of one beam in ten is outside the catalogue."""
+    """What each entry stands for: every answer counts the same, however many questions it asks, and the cause of one beam in ten is outside the catalogue."""
     lacking = sum(map(is_lacking, rows))
     known = sum(row["kind"] != "clean" for row in rows) - lacking
     count = LACKING / (1 - LACKING) * known / lacking if lacking else 1.0
-    return [count if is_lacking(row) else 1.0 for row, _, _, _ in found]
+    asked = collections.Counter((row["case"], row["kind"]) for row, _, _, _ in found)
+    usual = len(found) / len(asked)
+    return [(count if is_lacking(row) else 1.0) * usual / asked[row["case"], row["kind"]] for row, _, _, _ in found]
 
 
 def table_source(model, names, count, command):
@@ -76,8 +79,8 @@ def calibrate(rows, options):
     command = "make calibrate SEED='%s'" % " ".join(str(seed) for seed in options.seeds if seed)
     count = "%d cases, %d answers, %d entries, of them %d right" % (len({row["case"] for row in rows}), len(rows), len(found), sum(labels))
     text = page.head("Calibration of the probability", command) + "What is drawn and what counts as right: [calibration.md](../calibration.md).\n\n"
-    text += "Seeds %s (0: data/hidden): %s. Logistic regression, ridge penalty %g on standardised features; the cause of one beam in ten is taken to be outside the catalogue (an entry of those counts %.2f). The figures below are cross-validated: ten folds, a case " \
-        "in one of them with all its answers.\n\n" % (" ".join(map(str, options.seeds)), count, options.ridge, min(counts))
+    text += "Seeds %s (0: data/hidden): %s. Logistic regression, ridge penalty %g on standardised features; every answer counts the same, however many questions it asks; the cause of one beam in ten is taken to be outside the catalogue. The figures below are cross-validated: ten folds, a case " \
+        "in one of them with all its answers.\n\n" % (" ".join(map(str, options.seeds)), count, options.ridge)
     text += page.brier_table(kinds, said, labels) + "\n"
     text = with_diagram(text, logistic.reliability(said, labels), "Calibration, cross-validated", options.page)
     deviation = [math.sqrt(sum((v[j] - sum(u[j] for u in values) / len(values)) ** 2 for v in values) / len(values)) for j in range(len(names))]
