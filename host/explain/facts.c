@@ -203,5 +203,6 @@ void facts_scores(const struct diagnosis *d, double score[])
     add_fitted(d, score);
     add_held_out(d, score);
     for (size_t i = 0; i < d->n_hypotheses; i++)
-        score[i] -= price * (double)hypothesis_parameters(&d->hypotheses[i], d->n_records + d->n_checks) + implausible_nats(d, &d->hypotheses[i]);
+        score[i] -= price * (double)hypothesis_parameters(&d->hypotheses[i], d->n_records + d->n_checks) +
+                    implausible_nats(d, &d->hypotheses[i]);
 }
