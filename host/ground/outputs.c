@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* outputs.c — which existing file an output may replace, and the mark by which the program knows its own files. */
 #include <fcntl.h>
+#include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
@@ -27,7 +28,8 @@ static struct {
     bool unrepeatable, force;
     size_t n_inputs;
     struct identity *inputs;
-} rule; /* of the process; its main thread alone reads and writes it */
+} rule; /* of the process; set by its main thread, but for the inputs, which are noted by whatever thread opens them, under the lock */
+static pthread_mutex_t inputs_lock = PTHREAD_MUTEX_INITIALIZER;
 
 void outputs_protect(const char *command, bool unrepeatable)
 {
@@ -45,16 +47,20 @@ void outputs_note_input(const char *path)
     struct stat info;
     if (rule.command == NULL || stat(path, &info) != 0 || !S_ISREG(info.st_mode))
         return;
+    (void)pthread_mutex_lock(&inputs_lock);
     rule.inputs = bf_grow(rule.inputs, rule.n_inputs + 1, sizeof *rule.inputs);
     rule.inputs[rule.n_inputs++] = (struct identity){info.st_dev, info.st_ino};
+    (void)pthread_mutex_unlock(&inputs_lock);
 }
 
 static bool is_input(const struct stat *info)
 {
+    bool found = false;
+    (void)pthread_mutex_lock(&inputs_lock);
     for (size_t i = 0; i < rule.n_inputs; i++)
-        if (rule.inputs[i].device == info->st_dev && rule.inputs[i].inode == info->st_ino)
-            return true;
-    return false;
+        found = found || (rule.inputs[i].device == info->st_dev && rule.inputs[i].inode == info->st_ino);
+    (void)pthread_mutex_unlock(&inputs_lock);
+    return found;
 }
 
 /* ---- The mark ---- */
