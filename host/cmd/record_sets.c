@@ -75,7 +75,7 @@ void record_lists_take_baselines(const struct model *model, struct record_list *
     for (size_t i = 0; i < found.n; i++)
         bf_warn("%s: %s has left its zero: a baseline of %.3g m/s² at the first input and %.3g at the end, %.2g %% of "
                 "the channel's rms, and other records have another. No motion of a held beam is so slow; it is taken "
-                "off. A sensor that is tightened or filtered at its base does not shift",
+                "off, and '# baseline: keep' in the record forbids it",
                 found.all[i].record->path, found.all[i].channel, found.all[i].first, found.all[i].last,
                 100.0 * found.all[i].share);
     baselines_free(&found);

@@ -21,7 +21,7 @@ void record_list_add(struct record_list *list, const char *name);
  */
 enum bf_status record_list_read(struct record_list *list, const struct model *model, struct bf_error *err);
 /*
- * Takes zero shifts off the records of both lists (baselines_take_off()), each with a warning; BF_OK when it could not be found out, with a warning. held_out may be NULL.
+ * Takes zero shifts off the records of both lists (baselines_take_off()), each with a warning; when they cannot be looked for, a warning says so. held_out may be NULL.
  */
 void record_lists_take_baselines(const struct model *model, struct record_list *fitted, struct record_list *held_out);
 void record_list_free(struct record_list *list);

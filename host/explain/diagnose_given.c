@@ -268,7 +268,8 @@ static bool is_at_floor(const struct diagnosis *d)
 }
 
 /* Quickly; where one explains the records, and could be outdone, the others are refitted to their ends, which come early for what leaves much more. */
-static bool race(struct shortlist *s, const struct model *from, struct road roads[], size_t n, double span)
+static bool refit_briefly_first(struct shortlist *s, const struct model *from, struct road roads[], size_t n,
+                                double span)
 {
     refit_roads(s, from, roads, n, QUICK_RUNS, span);
     const bool explained = diagnose_explained(s->w->d, s->n_effects);
@@ -286,7 +287,7 @@ static void refit_in_turn(struct shortlist *s, const struct model *from, struct 
         for (size_t k = 0; k < n && !explained && !progress_interrupted(); k += MOST_AT_ONCE) {
             const size_t some = n - k < MOST_AT_ONCE ? n - k : MOST_AT_ONCE;
             if (round == 0)
-                explained = race(s, from, roads + k, some, part);
+                explained = refit_briefly_first(s, from, roads + k, some, part);
             else
                 refit_roads(s, from, roads + k, some, 0, part);
             explained = explained || diagnose_explained(s->w->d, s->n_effects);
@@ -365,7 +366,8 @@ enum bf_status diagnose_first_look(struct diagnose_state *w, struct bf_error *er
         struct road roads[ROADS * MOST_FIRST];
         size_t order[MOST_FIRST];
         const size_t n = order_first(&s, order);
-        (void)race(&s, &w->d->baseline.model, roads, lay_roads(&s, &w->d->baseline.model, order, n, false, roads), 0.0);
+        (void)refit_briefly_first(&s, &w->d->baseline.model, roads,
+                                  lay_roads(&s, &w->d->baseline.model, order, n, false, roads), 0.0);
     }
     shortlist_free(&s);
     return status;

@@ -99,8 +99,10 @@ struct shifted {
 
 static bool may_shift(const struct model *model, const struct record *record, const char *channel)
 {
-    return record->kind == RECORD_SAMPLES && !record_state_is_free(record) && !record_is_periodic(record) &&
-           record_column(record, channel) != NULL && onset_of(model, record) + LEAST_SAMPLES <= record->n;
+    const char *stated = record_meta(record, "baseline");
+    return (stated == NULL || strcmp(stated, "keep") != 0) && record->kind == RECORD_SAMPLES &&
+           !record_state_is_free(record) && !record_is_periodic(record) && record_column(record, channel) != NULL &&
+           onset_of(model, record) + LEAST_SAMPLES <= record->n;
 }
 
 static double *own_column(struct record *record, const char *name)

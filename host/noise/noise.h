@@ -73,7 +73,7 @@ enum bf_status initial_state_find(const struct model *model, struct record *reco
  * BASELINES — an accelerometer that a blow has thrown off its zero and that creeps back: slow, another in each record, and no motion of a held
  * beam. Taken off the samples of records that begin at rest, from the first instant of an input on, by a cosine series below a tenth
  * of the model's first frequency. An offset that all records share stays: a model may have it (sensor_offset); so does what a single record has,
- * which has nothing to differ from.
+ * which has nothing to differ from. "baseline: keep" in a record's metadata forbids it.
  */
 struct baseline {
     const struct record *record;

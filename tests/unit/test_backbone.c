@@ -7,23 +7,11 @@
 #include <cmocka.h>
 #include <stdio.h>
 #include "compare/compare.h"
+#include "steel_strip.h"
 #include "test_files.h"
 #include "truth_rig.h"
 
-/* A steel strip of 350 x 25 x 5 mm: EI in N m², kg/m, m. Its first poles, of a uniform cantilever: ω = (βℓ)² √(EI/ρ)/ℓ². */
-static const double EI = 52.1, rho = 0.97, length = 0.35, cDI = 1.1e-4, viscous = 1.3, k3_Npm3 = 3e8;
-enum { MODES = 3 };
-static const double beta_l[MODES] = {1.875104068711961, 4.694091132974174, 7.854757438237613};
-
-static double mode_rad(int mode)
-{
-    return beta_l[mode] * beta_l[mode] * sqrt(EI / rho) / (length * length);
-}
-
-static double mode_damping(int mode)
-{
-    return (cDI / EI * mode_rad(mode) + viscous / (rho * mode_rad(mode))) / 2.0;
-}
+static const double k3_Npm3 = 3e8;
 
 static const char model_text[] = "format: beamfit-model/1\n"
                                  "beam: {length_m: 0.35}\n"
@@ -135,7 +123,7 @@ static void a_linear_backbone_is_flat_within_its_error_bars(void **state)
     struct amplitude_curves curves = curves_of(strip);
     for (size_t i = 0; i < curves.n; i++) {
         const struct amplitude_curve *c = &curves.curves[i];
-        const double f_Hz = mode_rad((int)c->mode - 1) / (2.0 * pi), zeta = mode_damping((int)c->mode - 1);
+        const double f_Hz = mode_rad(c->mode - 1) / (2.0 * pi), zeta = mode_damping(c->mode - 1);
         for (size_t k = 0; k < c->n; k++) {
             assert_true(fabs(c->frequency_Hz[k] - f_Hz) < 5.0 * c->frequency_sd_Hz[k] + 2e-4 * f_Hz);
             assert_true(fabs(c->damping_ratio[k] - zeta) < 5.0 * c->damping_sd[k] + 0.01 * zeta);
@@ -182,15 +170,15 @@ static void a_model_that_is_off_does_not_move_what_is_measured(void **state)
 {
     (void)state;
     struct compared *strip = compared_new(make_record(false, NULL));
-    double off_Hz[MODES];
-    assert_true(strip->all.n_modes >= MODES);
-    for (int m = 0; m < MODES; m++)
+    double off_Hz[STRIP_MODES];
+    assert_true(strip->all.n_modes >= STRIP_MODES);
+    for (size_t m = 0; m < STRIP_MODES; m++)
         off_Hz[m] = 1.07 * mode_rad(m) / (2.0 * pi);
     memcpy(strip->all.frequency_Hz, off_Hz, sizeof off_Hz);
     struct amplitude_curves curves = curves_of(strip);
     for (size_t mode = 1; mode <= 2; mode++) {
         const struct amplitude_curve *c = curve_of(&curves, "laser_mps", mode);
-        const double f_Hz = mode_rad((int)mode - 1) / (2.0 * pi);
+        const double f_Hz = mode_rad(mode - 1) / (2.0 * pi);
         for (size_t k = 0; k < c->n; k++) {
             assert_true(fabs(c->frequency_Hz[k] - f_Hz) < 5.0 * c->frequency_sd_Hz[k] + 2e-4 * f_Hz);
             assert_true(fabs(c->model_frequency_Hz[k] - f_Hz) < 2e-4 * f_Hz);
@@ -250,12 +238,12 @@ static void check_poles(struct record record, double damping_share)
     struct bf_error err;
     assert_int_equal(stabilisation_find(&strip->all, &s, &err), BF_OK);
     assert_int_equal(s.modes, STABILISATION_MODES);
-    assert_int_equal(s.n_found, MODES);
-    for (int m = 0; m < MODES; m++) {
+    assert_int_equal(s.n_found, STRIP_MODES);
+    for (size_t m = 0; m < STRIP_MODES; m++) {
         const double f_Hz = mode_rad(m) / (2.0 * pi), zeta = mode_damping(m);
         const struct stabilisation_found *found = nearest(&s, f_Hz);
         if (fabs(found->frequency_Hz / f_Hz - 1.0) > 0.005 || fabs(found->damping_ratio / zeta - 1.0) > damping_share)
-            fail_msg("mode %d: %.5g Hz and %.4g, not %.5g Hz and %.4g", m + 1, found->frequency_Hz,
+            fail_msg("mode %zu: %.5g Hz and %.4g, not %.5g Hz and %.4g", m + 1, found->frequency_Hz,
                      found->damping_ratio, f_Hz, zeta);
     }
     assert_true(s.n_lines > 100 && s.line_Hz[s.n_lines - 1] <= 1024.0 + 1e-9);

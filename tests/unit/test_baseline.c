@@ -47,7 +47,7 @@ static struct record hit_with(double shift, unsigned seed)
 }
 
 /* How many shifts are found; what is left of record i against the same without its shift goes to left[i], over the noise. */
-static size_t found_in(const double shift[], size_t n, double left[], const char *mark)
+static size_t found_in(const double shift[], size_t n, double left[], const char *key, const char *mark)
 {
     struct model model;
     struct record records[RECORDS], *all[RECORDS];
@@ -57,7 +57,7 @@ static size_t found_in(const double shift[], size_t n, double left[], const char
     for (size_t i = 0; i < n; i++) {
         records[i] = hit_with(shift[i], (unsigned)i + 1);
         if (mark != NULL)
-            record_add_meta(&records[i], "initial_state", mark);
+            record_add_meta(&records[i], key, mark);
         all[i] = &records[i];
     }
     if (baselines_take_off(&model, all, n, &list, &err) != BF_OK)
@@ -82,7 +82,7 @@ static void a_shift_of_one_record_is_taken_off(void **state)
     (void)state;
     const double shift[RECORDS] = {0.0, -0.4, 0.15};
     double left[RECORDS];
-    assert_int_equal(found_in(shift, RECORDS, left, NULL), 2);
+    assert_int_equal(found_in(shift, RECORDS, left, "", NULL), 2);
     assert_true(left[0] < 1e-12);
     assert_true(left[1] < 1.5 &&
                 left[2] < 1.5); /* of 25 and 10 times the noise; the beam's own share of so slow a series is among it */
@@ -93,7 +93,7 @@ static void one_offset_of_all_records_stays(void **state)
     (void)state;
     const double shift[RECORDS] = {0.3, 0.31, 0.29};
     double left[RECORDS];
-    assert_int_equal(found_in(shift, RECORDS, left, NULL), 0);
+    assert_int_equal(found_in(shift, RECORDS, left, "", NULL), 0);
     assert_true(left[0] > 10.0);
 }
 
@@ -102,7 +102,7 @@ static void a_single_record_keeps_its_own(void **state)
     (void)state;
     const double shift[1] = {0.3};
     double left[1];
-    assert_int_equal(found_in(shift, 1, left, NULL), 0);
+    assert_int_equal(found_in(shift, 1, left, "", NULL), 0);
 }
 
 static void a_beam_alone_has_none(void **state)
@@ -110,7 +110,7 @@ static void a_beam_alone_has_none(void **state)
     (void)state;
     const double shift[RECORDS] = {0.0, 0.0, 0.0};
     double left[RECORDS];
-    assert_int_equal(found_in(shift, RECORDS, left, NULL), 0);
+    assert_int_equal(found_in(shift, RECORDS, left, "", NULL), 0);
 }
 
 /* A motion that began before the record has a mean of its own. */
@@ -119,7 +119,15 @@ static void what_began_in_motion_is_left_alone(void **state)
     (void)state;
     const double shift[RECORDS] = {0.0, -0.4, 0.15};
     double left[RECORDS];
-    assert_int_equal(found_in(shift, RECORDS, left, "free"), 0);
+    assert_int_equal(found_in(shift, RECORDS, left, "initial_state", "free"), 0);
+}
+
+static void what_the_record_states_counts(void **state)
+{
+    (void)state;
+    const double shift[RECORDS] = {0.0, -0.4, 0.15};
+    double left[RECORDS];
+    assert_int_equal(found_in(shift, RECORDS, left, "baseline", "keep"), 0);
 }
 
 int main(void)
@@ -127,7 +135,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_shift_of_one_record_is_taken_off), cmocka_unit_test(one_offset_of_all_records_stays),
         cmocka_unit_test(a_single_record_keeps_its_own),      cmocka_unit_test(a_beam_alone_has_none),
-        cmocka_unit_test(what_began_in_motion_is_left_alone),
+        cmocka_unit_test(what_began_in_motion_is_left_alone), cmocka_unit_test(what_the_record_states_counts),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

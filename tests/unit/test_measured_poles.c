@@ -6,21 +6,9 @@
 
 #include "compare/compare.h"
 #include "signals.h"
+#include "steel_strip.h"
 
-/* A steel strip of 350 x 25 x 5 mm: its first poles, of a uniform cantilever: ω = (βℓ)² √(EI/ρ)/ℓ². */
-static const double EI = 52.1, rho = 0.97, length = 0.35, cDI = 1.1e-4, viscous = 1.3;
-enum { MODES = 3, ROVING = 4 };
-static const double beta_l[MODES] = {1.875104068711961, 4.694091132974174, 7.854757438237613};
-
-static double mode_rad(size_t mode)
-{
-    return beta_l[mode] * beta_l[mode] * sqrt(EI / rho) / (length * length);
-}
-
-static double mode_damping(size_t mode)
-{
-    return (cDI / EI * mode_rad(mode) + viscous / (rho * mode_rad(mode))) / 2.0;
-}
+enum { ROVING = 4 };
 
 static const char model_text[] = "format: beamfit-model/1\n"
                                  "beam: {length_m: 0.35}\n"
@@ -108,8 +96,8 @@ static void errors_are_what_they_are_said_to_be(void **state)
             record_add_column(&record, clean.columns[c].name, clean.columns[c].x);
         add_noise(&record, 0.003, d);
         struct pole_table table = table_of(model_text, &record, 1);
-        assert_int_equal(table.n, MODES);
-        for (size_t m = 0; m < MODES; m++) {
+        assert_int_equal(table.n, STRIP_MODES);
+        for (size_t m = 0; m < STRIP_MODES; m++) {
             const struct measured_frequency *one = &table.pairs[m].measured;
             assert_int_equal(table.pairs[m].mode, m + 1);
             assert_true(one->sd_Hz > 0.0 && one->damping_sd > 0.0);
@@ -119,8 +107,9 @@ static void errors_are_what_they_are_said_to_be(void **state)
         pole_table_free(&table);
         record_free(&record);
     }
-    print_message("mean square of errors over standard errors %.2f\n", sum / (2 * MODES * DRAWS));
-    assert_true(sum / (2 * MODES * DRAWS) > 0.6 && sum / (2 * MODES * DRAWS) < 1.6); /* χ² of 72: 1 ± 0.17 */
+    print_message("mean square of errors over standard errors %.2f\n", sum / (2 * STRIP_MODES * DRAWS));
+    assert_true(sum / (2 * STRIP_MODES * DRAWS) > 0.6 &&
+                sum / (2 * STRIP_MODES * DRAWS) < 1.6); /* χ² of 72: 1 ± 0.17 */
     record_free(&clean);
 }
 
@@ -175,7 +164,7 @@ static void a_roving_hammer_tells_shapes(void **state)
     assert_true(least_mac(&table) > 0.9999);
     pole_table_free(&table);
     table = table_of(model_text, records, 1);
-    assert_true(table.n == MODES && isnan(table.pairs[0].mac)); /* one place has no shape */
+    assert_true(table.n == STRIP_MODES && isnan(table.pairs[0].mac)); /* one place has no shape */
     pole_table_free(&table);
     for (size_t r = 0; r < ROVING; r++)
         record_free(&records[r]);
@@ -217,8 +206,8 @@ static void a_window_is_taken_off(void **state)
     average_free(&average);
     assert_int_equal(record_from_response(&lines, &period, &err), BF_OK);
     struct pole_table table = table_of(model_text, &period, 1);
-    assert_int_equal(table.n, MODES);
-    for (size_t m = 0; m < MODES; m++)
+    assert_int_equal(table.n, STRIP_MODES);
+    for (size_t m = 0; m < STRIP_MODES; m++)
         assert_true(fabs(table.pairs[m].measured.damping_ratio / mode_damping(m) - 1.0) <
                     0.05); /* 1/0.15 s is 10 times that of mode 1 */
     assert_true(least_mac(&table) > 0.999);
