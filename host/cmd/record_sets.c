@@ -47,11 +47,24 @@ size_t record_list_sampled(const struct record_list *list)
     return n;
 }
 
+static enum bf_status read_whole(void *context, const char *path, struct record *out, struct bf_error *err)
+{
+    (void)context;
+    return record_read(path, out, err);
+}
+
 enum bf_status record_list_read(struct record_list *list, const struct model *model, struct bf_error *err)
+{
+    const struct record_reader whole = {.read = read_whole};
+    return record_list_read_by(list, model, &whole, err);
+}
+
+enum bf_status record_list_read_by(struct record_list *list, const struct model *model,
+                                   const struct record_reader *reader, struct bf_error *err)
 {
     list->records = bf_alloc(list->n_names, sizeof *list->records);
     for (; list->n < list->n_names; list->n++)
-        if (record_read(list->names[list->n], &list->records[list->n], err) != BF_OK)
+        if (reader->read(reader->context, list->names[list->n], &list->records[list->n], err) != BF_OK)
             return err->status;
     order(list);
     for (size_t i = 0; i < record_list_sampled(list); i++)

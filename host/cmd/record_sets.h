@@ -15,11 +15,19 @@ struct record_list {
     struct record *records; /* n of them: as many of the names as have been read */
 };
 
+/* Reads one record: record_read(), or a command's own way. */
+struct record_reader {
+    enum bf_status (*read)(void *context, const char *path, struct record *out, struct bf_error *err);
+    void *context;
+};
+
 void record_list_add(struct record_list *list, const char *name);
 /*
  * Every name, once; records over time in order, and then the others. A record that begins in motion beside its input (initial_state_find()) is marked, and a warning says so. On failure the records before the bad one stay, to be freed as always.
  */
 enum bf_status record_list_read(struct record_list *list, const struct model *model, struct bf_error *err);
+enum bf_status record_list_read_by(struct record_list *list, const struct model *model,
+                                   const struct record_reader *reader, struct bf_error *err);
 /*
  * Takes zero shifts off the records of both lists (baselines_take_off()), each with a warning; when they cannot be looked for, a warning says so. held_out may be NULL.
  */

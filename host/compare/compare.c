@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "factor_pair.h"
+#include "compare_parts.h"
 #include "compare_predict.h"
 #include "estimate/estimate.h"
 #include "beam/beam.h"
@@ -9,14 +10,19 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LEAST_LAGS = 120, MOST_LAGS = 1200, INPUT_LAGS = 150, AMPLITUDE_WINDOWS = 64 };
+enum { LEAST_LAGS = 120, INPUT_LAGS = COMPARE_INPUT_LAGS, AMPLITUDE_WINDOWS = COMPARE_WINDOWS };
 
 /* A residual of up to this many times the noise is taken for noise. */
 static const double noise_ratio_of_noise = 1.05;
 
 /* ---- One channel ---- */
 
-/* Least-squares factor and correlation of measured and predicted. */
+void compare_set_scale(struct comparison_channel *c, double zz, double zy, double yy)
+{
+    c->scale = yy > 0.0 ? zy / yy : 0.0;
+    c->alignment = zz > 0.0 && yy > 0.0 ? zy / sqrt(zz * yy) : 0.0;
+}
+
 static void judge_scale(struct comparison_channel *c)
 {
     double zz = 0.0, zy = 0.0, yy = 0.0;
@@ -25,16 +31,13 @@ static void judge_scale(struct comparison_channel *c)
         zy += c->measured[i] * c->predicted[i];
         yy += c->predicted[i] * c->predicted[i];
     }
-    c->scale = yy > 0.0 ? zy / yy : 0.0;
-    c->alignment = zz > 0.0 && yy > 0.0 ? zy / sqrt(zz * yy) : 0.0;
+    compare_set_scale(c, zz, zy, yy);
 }
 
-static enum bf_status find_bands(const struct comparison *all, struct comparison_channel *c, struct bf_error *err)
+void compare_set_bands(const struct comparison *all, struct comparison_channel *c, const double edge[], size_t n_edges,
+                       const double share[])
 {
-    const size_t room = all->n_modes + 2 > 12 ? all->n_modes + 2 : 12;
-    double *edge = bf_alloc(room, sizeof *edge), *share = bf_alloc(room, sizeof *share);
-    const size_t n_edges = residual_band_edges(all->frequency_Hz, all->n_modes, c->dt_s, edge);
-    const enum bf_status status = residual_band_shares(c->residual, c->n, c->dt_s, edge, n_edges, share, err);
+    free(c->bands);
     c->n_bands = n_edges - 1;
     c->bands = bf_alloc(c->n_bands, sizeof *c->bands);
     for (size_t b = 0; b < c->n_bands; b++) {
@@ -46,27 +49,47 @@ static enum bf_status find_bands(const struct comparison *all, struct comparison
             if (all->frequency_Hz[m] >= edge[b] && all->frequency_Hz[m] < edge[b + 1])
                 band->mode = m + 1;
     }
+}
+
+size_t compare_edges_room(const struct comparison *all)
+{
+    return all->n_modes + 2 > 12 ? all->n_modes + 2 : 12;
+}
+
+static enum bf_status find_bands(const struct comparison *all, struct comparison_channel *c, struct bf_error *err)
+{
+    const size_t room = compare_edges_room(all);
+    double *edge = bf_alloc(room, sizeof *edge), *share = bf_alloc(room, sizeof *share);
+    const size_t n_edges = residual_band_edges(all->frequency_Hz, all->n_modes, c->dt_s, edge);
+    const enum bf_status status = residual_band_shares(c->residual, c->n, c->dt_s, edge, n_edges, share, err);
+    compare_set_bands(all, c, edge, n_edges, share);
     free(edge);
     free(share);
     return status;
+}
+
+void compare_set_coherence(const struct cross_spectrum *s, struct comparison_input *input)
+{
+    double top = 0.0, bottom = 0.0;
+    input->coherence = nan("");
+    for (size_t k = 1; k < s->n_bins; k++) {
+        top += s->pyy[k] * coherence(s, k);
+        bottom += s->pyy[k];
+    }
+    if (s->steadiness * (double)s->n_segments >= 3.0 && bottom > 0.0) {
+        input->coherence = top / bottom;
+        input->coherence_bound = coherence_bound(s, 0.05);
+    }
 }
 
 static void find_coherence(const double *u, struct comparison_channel *c, struct comparison_input *input)
 {
     struct cross_spectrum s;
     struct bf_error ignored;
-    double top = 0.0, bottom = 0.0;
     input->coherence = nan("");
     if (spectrum_cross(u, c->measured, c->n, c->dt_s, 0, &s, &ignored) != BF_OK)
         return;
-    for (size_t k = 1; k < s.n_bins; k++) {
-        top += s.pyy[k] * coherence(&s, k);
-        bottom += s.pyy[k];
-    }
-    if (s.steadiness * (double)s.n_segments >= 3.0 && bottom > 0.0) {
-        input->coherence = top / bottom;
-        input->coherence_bound = coherence_bound(&s, 0.05);
-    }
+    compare_set_coherence(&s, input);
     cross_spectrum_free(&s);
 }
 
@@ -93,7 +116,7 @@ static enum bf_status find_inputs(const struct model *model, const struct record
 static size_t autocorrelation_lags(const struct comparison *all, const struct comparison_channel *c)
 {
     const double wanted = all->n_modes > 0 ? 3.0 / (all->frequency_Hz[0] * c->dt_s) : 0.0;
-    const size_t lags = wanted < LEAST_LAGS ? LEAST_LAGS : wanted > MOST_LAGS ? MOST_LAGS : (size_t)wanted;
+    const size_t lags = wanted < LEAST_LAGS ? LEAST_LAGS : wanted > COMPARE_LAGS ? COMPARE_LAGS : (size_t)wanted;
     return lags < c->n / 4 ? lags : c->n / 4;
 }
 
@@ -191,6 +214,12 @@ static void total(const struct comparison *all, bool held_out, double *nrmse, do
     *noise_ratio = n_ratios > 0.0 ? sqrt(ratios / n_ratios) : nan("");
 }
 
+void compare_totals(struct comparison *out)
+{
+    total(out, false, &out->nrmse, &out->noise_ratio);
+    total(out, true, &out->check_nrmse, &out->check_noise_ratio);
+}
+
 static enum bf_status find_noise(struct comparison *out, double *rms, struct bf_error *err)
 {
     for (size_t i = 0; i < out->n_channels; i++) {
@@ -233,8 +262,7 @@ enum bf_status compare_run(const struct model *model, const struct record record
     s.level = NULL;
     out->notes = own.notes, out->n_notes = own.n_notes;
     own.notes = NULL, own.n_notes = 0;
-    total(out, false, &out->nrmse, &out->noise_ratio);
-    total(out, true, &out->check_nrmse, &out->check_noise_ratio);
+    compare_totals(out);
     free(noise);
     solved_prediction_free(&s);
     own_values_free(&own);

@@ -4,6 +4,7 @@
  * change with amplitude; and the models of one history, by the errors that their files state.
  *
  * Order of calls:
+ *   long_record_sum()    before it, of a record too long for memory; compare_take_long() after it
  *   compare_run()        errors, bands, tests of every channel; then compare_worst_band() and compare_is_noise() of a channel
  *   compare_suspect(), disagreements_find()  ordinary causes in words
  *   amplitude_measure()  from a comparison: frequency and damping against amplitude, in stretches that nothing drives
@@ -101,6 +102,33 @@ enum bf_status compare_run(const struct model *model, const struct record record
                            size_t n_held_out, const struct predict_options *options, struct comparison *out,
                            struct bf_error *err);
 void compare_free(struct comparison *comparison);
+
+/*
+ * LONG RECORDS — a record whose samples are read piece by piece, so that memory does not grow with it. Its first COMPARE_HEAD samples are a record like any other, of which
+ * compare_run() makes its channels; compare_take_long() then replaces what is said of them by what all samples say. Measured, predicted and residual samples stay
+ * those of the head.
+ */
+enum { COMPARE_HEAD = 262144 };
+
+struct long_record; /* the sums over all samples */
+
+/* x[n]: a column's samples from `first` on. */
+struct long_reader {
+    void (*read)(void *context, const char *column, size_t first, size_t n, double x[]);
+    void *context;
+};
+
+/*
+ * head: the first samples of a record of n. *out NULL, and BF_OK: its answer cannot be predicted in pieces (predict_streamed()), or something has to be solved for first
+ * (an excitation of unknown level, values of its own), and it must be in memory. model, head and reader must outlive *out. BF_NUMERIC as compare_run(). Cost: one prediction, and the
+ * noise of every 131072 samples. Free with long_record_free(), also after a failure.
+ */
+enum bf_status long_record_sum(const struct model *model, const struct record *head, size_t n,
+                               const struct predict_options *options, const struct long_reader *reader,
+                               struct long_record **out, struct bf_error *err);
+/* record: the head's index in the comparison. */
+void compare_take_long(struct comparison *comparison, size_t record, const struct long_record *sums);
+void long_record_free(struct long_record *record);
 
 /* The band with the largest share of the misfit; NULL when there is none. */
 const struct comparison_band *compare_worst_band(const struct comparison_channel *channel);

@@ -226,6 +226,8 @@ struct cross_spectrum {
  */
 enum bf_status spectrum_cross(const double *x, const double *y, size_t n, double dt_s, size_t segment,
                               struct cross_spectrum *out, struct bf_error *err);
+/* The mean of `sum` and of a spectrum with the same bins, by their segments; an empty sum ({0}) becomes a copy. */
+void cross_spectrum_join(struct cross_spectrum *sum, const struct cross_spectrum *more);
 void cross_spectrum_free(struct cross_spectrum *spectrum);
 
 /* Magnitude-squared coherence |pxy|²/(pxx pyy) of bin k, in [0, 1]; 0 where there is no power. */
@@ -360,6 +362,9 @@ struct input_correlation {
 /* n_lags < n/2. A zero input or residual gives ρ = 0 and p = 1. Free with input_correlation_free(). */
 enum bf_status residual_input_correlation(const double *u, const double *r, size_t n, size_t n_lags,
                                           struct input_correlation *out, struct bf_error *err);
+/* Of several segments, by their samples n[n_parts]: ρ is the mean, bounds and p-value those of all samples. All have the same lags. */
+void residual_input_correlations_join(const struct input_correlation parts[], const size_t n[], size_t n_parts,
+                                      struct input_correlation *out);
 void input_correlation_free(struct input_correlation *correlation);
 
 /* ---- Where the misfit is ---- */
@@ -404,6 +409,36 @@ struct amplitude_shares {
 };
 enum bf_status residual_amplitude_shares(const double *z, const double *r, size_t n, size_t window_n,
                                          struct amplitude_shares *out, struct bf_error *err);
+
+/* ---- The same of a residual that is never in memory as a whole: in segments of one length, residual_sums.c ---- */
+
+enum {
+    RESIDUAL_AMPLITUDES = 4096,                  /* levels of the motion's power, sixteen to an octave */
+    RESIDUAL_OCTAVES = RESIDUAL_AMPLITUDES / 16, /* about 1 */
+};
+
+struct residual_sums {
+    size_t segment, n_segments, n_lags;
+    size_t n;                 /* of all segments */
+    double *power;            /* [segment/2 + 1] Σ |R|² of the segments */
+    double *product;          /* [n_lags] Σ r_t r_{t+k} of pairs that are in one segment */
+    struct residual_amplitude {
+        double n, motion, misfit; /* samples, Σ z², Σ r² */
+    } *amplitude; /* [RESIDUAL_AMPLITUDES] by the running power of z */
+};
+
+/* segment ≥ 64 samples, lags ≤ segment/2. Free with residual_sums_free(). */
+void residual_sums_new(size_t segment, size_t n_lags, struct residual_sums *out);
+/* One segment more: z, r [segment]; window as residual_amplitude_shares(). Cost: three transforms. */
+enum bf_status residual_sums_add(struct residual_sums *sums, const double *z, const double *r, size_t window_n,
+                                 struct bf_error *err);
+/* As the functions of a whole residual, but for pairs of samples across the ends of segments; n_lags ≤ that of the sums, 26 for the first. */
+void residual_sums_whiteness(const struct residual_sums *sums, struct whiteness *out);
+void residual_sums_autocorrelation(const struct residual_sums *sums, size_t n_lags, double *rho);
+void residual_sums_bands(const struct residual_sums *sums, double dt_s, const double *edge_Hz, size_t n_edges,
+                         double *share);
+void residual_sums_amplitudes(const struct residual_sums *sums, struct amplitude_shares *out);
+void residual_sums_free(struct residual_sums *sums);
 
 /*
  * OPTIMISE — minimisation of a sum of squares ½‖r(x)‖² within bounds. Only optimise.c sees NLopt.

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "maths.h"
+#include "residual_parts.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -53,30 +54,47 @@ size_t residual_band_edges(const double *frequency_Hz, size_t n_frequencies, dou
     return n;
 }
 
-enum bf_status residual_band_shares(const double *r, size_t n, double dt_s, const double *edge_Hz, size_t n_edges,
-                                    double *share, struct bf_error *err)
+void residual_power_bands(const double power[], size_t n, double dt_s, const double *edge_Hz, size_t n_edges,
+                          double *share)
 {
-    const struct fft *plan;
-    enum bf_status status = fft_get(n, &plan, err);
-    if (status != BF_OK)
-        return status;
-    double complex *R = bf_alloc(n / 2 + 1, sizeof *R);
     double total = 0.0;
     size_t band = 0;
-    fft_forward(plan, r, R);
     memset(share, 0, (n_edges - 1) * sizeof *share);
     for (size_t k = 0; k <= n / 2; k++) {
         const double f = (double)k / ((double)n * dt_s);
-        const double power = (k == 0 || 2 * k == n ? 1.0 : 2.0) * creal(R[k] * conj(R[k]));
+        const double both = (k == 0 || 2 * k == n ? 1.0 : 2.0) * power[k];
         while (band + 2 < n_edges && f >= edge_Hz[band + 1])
             band++;
-        share[band] += power;
-        total += power;
+        share[band] += both;
+        total += both;
     }
     for (size_t i = 0; i + 1 < n_edges && total > 0.0; i++)
         share[i] /= total;
+}
+
+enum bf_status residual_power(const double *r, size_t n, double power[], struct bf_error *err)
+{
+    const struct fft *plan;
+    const enum bf_status status = fft_get(n, &plan, err);
+    if (status != BF_OK)
+        return status;
+    double complex *R = bf_alloc(n / 2 + 1, sizeof *R);
+    fft_forward(plan, r, R);
+    for (size_t k = 0; k <= n / 2; k++)
+        power[k] = creal(R[k] * conj(R[k]));
     free(R);
     return BF_OK;
+}
+
+enum bf_status residual_band_shares(const double *r, size_t n, double dt_s, const double *edge_Hz, size_t n_edges,
+                                    double *share, struct bf_error *err)
+{
+    double *power = bf_alloc(n / 2 + 1, sizeof *power);
+    const enum bf_status status = residual_power(r, n, power, err);
+    if (status == BF_OK)
+        residual_power_bands(power, n, dt_s, edge_Hz, n_edges, share);
+    free(power);
+    return status;
 }
 
 void residual_time_shares(const double *r, size_t n, double share[3])
@@ -91,8 +109,7 @@ void residual_time_shares(const double *r, size_t n, double share[3])
         share[i] /= total;
 }
 
-/* Mean square of z in a window centred on each sample, cut at the ends. */
-static void running_power(const double *z, size_t n, size_t window, double *power)
+void residual_running_power(const double *z, size_t n, size_t window, double *power)
 {
     const size_t half = window / 2;
     double *sum = bf_alloc(n + 1, sizeof *sum);
@@ -126,7 +143,7 @@ enum bf_status residual_amplitude_shares(const double *z, const double *r, size_
         return bf_fail(err, BF_NUMERIC, "three amplitudes need at least three samples; got %zu", n);
     double *power = bf_alloc(n, sizeof *power), total = 0.0;
     struct ranked *ranks = bf_alloc(n, sizeof *ranks);
-    running_power(z, n, window_n, power);
+    residual_running_power(z, n, window_n, power);
     for (size_t i = 0; i < n; i++)
         ranks[i] = (struct ranked){power[i], i};
     qsort(ranks, n, sizeof *ranks, by_power);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* residual_tests.c — whiteness, correlation with the input, and the distributions they need. */
 #include "maths.h"
+#include "residual_parts.h"
 #include "spectrum.h"
 
 #include <math.h>
@@ -112,29 +113,32 @@ enum bf_status residual_autocorrelation(const double *r, size_t n, size_t n_lags
     return BF_OK;
 }
 
-/* Bartlett: distance of the cumulative periodogram from the diagonal, over the bins between 0 and Nyquist. */
-static enum bf_status cumulative_periodogram(const double *r, size_t n, struct whiteness *out, struct bf_error *err)
+/* Bartlett: distance of the cumulative periodogram from the diagonal, over the bins between 0 and Nyquist; `times` periodograms are summed. */
+static void cumulative_periodogram(const double power[], size_t m, double times, struct whiteness *out)
 {
-    const struct fft *plan;
-    enum bf_status status = fft_get(n, &plan, err);
-    if (status != BF_OK)
-        return status;
-    const size_t m = (n - 1) / 2;
-    double complex *R = bf_alloc(n / 2 + 1, sizeof *R);
+    const size_t bins = (m - 1) / 2;
     double total = 0.0, sum = 0.0, distance = 0.0;
-    fft_forward(plan, r, R);
-    for (size_t k = 1; k <= m; k++)
-        total += creal(R[k] * conj(R[k]));
-    for (size_t k = 1; k < m; k++) { /* the m-th point is 1 by construction */
-        sum += creal(R[k] * conj(R[k]));
+    for (size_t k = 1; k <= bins; k++)
+        total += power[k];
+    for (size_t k = 1; k < bins; k++) { /* the last point is 1 by construction */
+        sum += power[k];
         const double u = sum / total;
-        distance =
-            fmax(distance, fmax(fabs(u - (double)k / (double)(m - 1)), fabs(u - (double)(k - 1) / (double)(m - 1))));
+        distance = fmax(distance, fmax(fabs(u - (double)k / (double)(bins - 1)),
+                                       fabs(u - (double)(k - 1) / (double)(bins - 1))));
     }
     out->periodogram_ks = distance;
-    out->periodogram_p = kolmogorov_tail(distance, (double)(m - 1));
-    free(R);
-    return BF_OK;
+    out->periodogram_p = kolmogorov_tail(distance, times * (double)(bins - 1));
+}
+
+void residual_judge_whiteness(const double rho[], size_t lags, size_t n, const double power[], size_t m,
+                              struct whiteness *out)
+{
+    *out = (struct whiteness){.lags = lags, .correlation_bound = normal_two_sided(0.05) / sqrt((double)n)};
+    cumulative_periodogram(power, m, (double)(n / m), out);
+    for (size_t k = 1; k <= lags; k++)
+        out->ljung_box += (double)n * ((double)n + 2.0) * rho[k] * rho[k] / (double)(n - k);
+    out->ljung_box_p = chi_square_tail(out->ljung_box, (double)lags);
+    out->p_value = fmin(1.0, 2.0 * fmin(out->ljung_box_p, out->periodogram_p));
 }
 
 enum bf_status residual_whiteness(const double *r, size_t n, struct whiteness *out, struct bf_error *err)
@@ -142,19 +146,15 @@ enum bf_status residual_whiteness(const double *r, size_t n, struct whiteness *o
     *out = (struct whiteness){.ljung_box_p = 1.0, .periodogram_p = 1.0, .p_value = 1.0, .correlation_bound = 1.0};
     if (n < 20 || !(root_mean_square(r, n) > 0.0))
         return BF_OK;
-    double rho[26];
-    out->lags = n / 5 < 25 ? n / 5 : 25;
-    out->correlation_bound = normal_two_sided(0.05) / sqrt((double)n);
-    enum bf_status status = residual_autocorrelation(r, n, out->lags + 1, rho, err);
+    double rho[RESIDUAL_LJUNG_BOX + 1], *power = bf_alloc(n / 2 + 1, sizeof *power);
+    const size_t lags = n / 5 < RESIDUAL_LJUNG_BOX ? n / 5 : RESIDUAL_LJUNG_BOX;
+    enum bf_status status = residual_autocorrelation(r, n, lags + 1, rho, err);
     if (status == BF_OK)
-        status = cumulative_periodogram(r, n, out, err);
-    if (status != BF_OK)
-        return status;
-    for (size_t k = 1; k <= out->lags; k++)
-        out->ljung_box += (double)n * ((double)n + 2.0) * rho[k] * rho[k] / (double)(n - k);
-    out->ljung_box_p = chi_square_tail(out->ljung_box, (double)out->lags);
-    out->p_value = fmin(1.0, 2.0 * fmin(out->ljung_box_p, out->periodogram_p));
-    return BF_OK;
+        status = residual_power(r, n, power, err);
+    if (status == BF_OK)
+        residual_judge_whiteness(rho, lags, n, power, n, out);
+    free(power);
+    return status;
 }
 
 /* Largest lag at which the input is still correlated with itself. */
@@ -171,16 +171,28 @@ static enum bf_status input_alike(const double *u, size_t n, size_t n_lags, long
     return status;
 }
 
+/* Bounds for n samples, the largest |ρ|, and how likely chance is to reach it. */
+static void judge_correlation(size_t n, struct input_correlation *out)
+{
+    const double lags = 2.0 * (double)out->n_lags + 1.0;
+    out->bound_lag = normal_two_sided(0.01) / sqrt((double)n);
+    out->bound_all = normal_two_sided(1.0 - pow(0.99, 1.0 / lags)) / sqrt((double)n);
+    for (size_t i = 0; i < 2 * out->n_lags + 1; i++)
+        if (fabs(out->rho[i]) > out->largest) {
+            out->largest = fabs(out->rho[i]);
+            out->largest_lag = (long)i - (long)out->n_lags;
+        }
+    const double one = erfc(out->largest * sqrt(0.5 * (double)n));
+    out->p_value = one < 1.0 ? -expm1(lags * log1p(-one)) : 1.0;
+}
+
 enum bf_status residual_input_correlation(const double *u, const double *r, size_t n, size_t n_lags,
                                           struct input_correlation *out, struct bf_error *err)
 {
     *out = (struct input_correlation){.n_lags = n_lags, .p_value = 1.0};
     if (n < 4 || n_lags >= n / 2)
         return bf_fail(err, BF_NUMERIC, "%zu lags need a record of more than %zu samples", n_lags, 2 * n_lags);
-    const double lags = 2.0 * (double)n_lags + 1.0;
     out->rho = bf_alloc(2 * n_lags + 1, sizeof *out->rho);
-    out->bound_lag = normal_two_sided(0.01) / sqrt((double)n);
-    out->bound_all = normal_two_sided(1.0 - pow(0.99, 1.0 / lags)) / sqrt((double)n);
     struct ar_model colour;
     ar_fit(r, n, &colour);
     double *wu = bf_alloc(n, sizeof *wu), *wr = bf_alloc(n, sizeof *wr), *c = bf_alloc(n_lags + 1, sizeof *c);
@@ -194,21 +206,32 @@ enum bf_status residual_input_correlation(const double *u, const double *r, size
         status = correlate(wu, wr, n, n_lags + 1, c, err);
     for (size_t k = 0; k <= n_lags && size > 0.0 && status == BF_OK; k++)
         out->rho[n_lags + k] = c[k] / size;
-    for (size_t i = 0; i < 2 * n_lags + 1; i++)
-        if (fabs(out->rho[i]) > out->largest) {
-            out->largest = fabs(out->rho[i]);
-            out->largest_lag = (long)i - (long)n_lags;
-        }
     if (size > 0.0 && status == BF_OK)
         status = input_alike(wu, n, n_lags, &out->alike, err);
-    const double one = erfc(out->largest * sqrt(0.5 * (double)n));
-    out->p_value = one < 1.0 ? -expm1(lags * log1p(-one)) : 1.0;
+    judge_correlation(n, out);
     free(wu);
     free(wr);
     free(c);
     if (status != BF_OK)
         input_correlation_free(out);
     return status;
+}
+
+void residual_input_correlations_join(const struct input_correlation parts[], const size_t n[], size_t n_parts,
+                                      struct input_correlation *out)
+{
+    size_t all = 0;
+    *out = (struct input_correlation){.n_lags = parts[0].n_lags, .p_value = 1.0};
+    const size_t room = 2 * out->n_lags + 1;
+    out->rho = bf_alloc(room, sizeof *out->rho);
+    for (size_t p = 0; p < n_parts; p++)
+        all += n[p];
+    for (size_t p = 0; p < n_parts; p++) {
+        out->alike = parts[p].alike > out->alike ? parts[p].alike : out->alike;
+        for (size_t i = 0; i < room; i++)
+            out->rho[i] += parts[p].rho[i] * (double)n[p] / (double)all;
+    }
+    judge_correlation(all, out);
 }
 
 void input_correlation_free(struct input_correlation *correlation)

@@ -257,6 +257,57 @@ enum bf_status spectrum_cross(const double *x, const double *y, size_t n, double
     return BF_OK;
 }
 
+static double *copy_of(const double *x, size_t n)
+{
+    double *copy = bf_alloc(n, sizeof *copy);
+    memcpy(copy, x, n * sizeof *copy);
+    return copy;
+}
+
+static void copy_spectrum(const struct cross_spectrum *from, struct cross_spectrum *out)
+{
+    *out = *from;
+    out->pxx = copy_of(from->pxx, from->n_bins);
+    if (from->pxy == NULL)
+        return;
+    out->pyy = copy_of(from->pyy, from->n_bins);
+    out->pxy = bf_alloc(from->n_bins, sizeof *out->pxy);
+    memcpy(out->pxy, from->pxy, from->n_bins * sizeof *out->pxy);
+}
+
+/* Effective segments of two stretches whose power is a and b times their segments: (Σ P)²/Σ P² again, over both. */
+static double joined_steadiness(const struct cross_spectrum *x, double a, const struct cross_spectrum *y, double b)
+{
+    const double nx = (double)x->n_segments, ny = (double)y->n_segments;
+    const double squares = a * a / fmax(1.0, x->steadiness * nx) + b * b / fmax(1.0, y->steadiness * ny);
+    return squares > 0.0 ? (a + b) * (a + b) / (squares * (nx + ny)) : 0.0;
+}
+
+void cross_spectrum_join(struct cross_spectrum *sum, const struct cross_spectrum *more)
+{
+    double a = 0.0, b = 0.0;
+    if (sum->n_bins == 0) {
+        copy_spectrum(more, sum);
+        return;
+    }
+    const double nx = (double)sum->n_segments, ny = (double)more->n_segments;
+    const double old = nx / (nx + ny), add = ny / (nx + ny);
+    for (size_t k = 0; k < sum->n_bins; k++) {
+        a += nx * sum->pxx[k];
+        b += ny * more->pxx[k];
+    }
+    sum->steadiness = joined_steadiness(sum, a, more, b);
+    for (size_t k = 0; k < sum->n_bins; k++) {
+        sum->pxx[k] = old * sum->pxx[k] + add * more->pxx[k];
+        if (sum->pxy != NULL) {
+            sum->pyy[k] = old * sum->pyy[k] + add * more->pyy[k];
+            sum->pxy[k] = old * sum->pxy[k] + add * more->pxy[k];
+        }
+    }
+    sum->averages += more->averages;
+    sum->n_segments += more->n_segments;
+}
+
 void cross_spectrum_free(struct cross_spectrum *spectrum)
 {
     free(spectrum->pxx);

@@ -81,26 +81,30 @@ static double floor_of_cells(const double cell[], size_t n)
 
 /*
  * Rms of the white noise that is seen where a drive is not: a chirp is at one frequency at a time, a multisine leaves bands free, a hammer rests. 0: the
- * record is too short, or all of it is drive.
+ * record is too short, or all of it is drive. *silent: a tenth of the cells is zero, so that there the input has no noise at all.
  */
-static double floor_noise(const double *u, size_t n)
+static double floor_noise(const double *u, size_t n, bool *silent)
 {
     size_t n_cells;
+    *silent = false;
     if (n < LEAST_SEGMENTS * SEGMENT)
         return 0.0;
     double *cell = spectrogram_cells(u, n, &n_cells);
     if (cell == NULL)
         return 0.0;
     sort_ascending(n_cells, cell);
+    *silent = !(cell[(size_t)(begin * (double)n_cells)] > 0.0);
     const double noise = sqrt(floor_of_cells(cell, n_cells)), rms = root_mean_square(u, n);
     free(cell);
     return noise > seen * rms && noise < most_floor * rms ? noise : 0.0;
 }
 
+/* A drive that is on and off by turns rests too seldom for the spread of all its samples to be noise: where it is off says more. */
 static double noise_of_input(const double *u, size_t n)
 {
-    const double floor = floor_noise(u, n);
-    return floor > 0.0 ? floor : resting_noise(u, n);
+    bool silent;
+    const double floor = floor_noise(u, n, &silent);
+    return floor > 0.0 || silent ? floor : resting_noise(u, n);
 }
 
 /* psd[n_bins] at 0, df, 2 df …: one-sided, each the mean over the periodogram's bins that are nearest to it. */

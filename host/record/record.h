@@ -92,6 +92,8 @@ enum bf_status record_spool_read(const char *path, const char *beside, struct re
 /* x[n] of a column, samples `first` … first + n − 1 of it; zeros where the file cannot be read again (see record_spool_failed()). */
 void record_spool_take(const struct record_spool *spool, size_t column, size_t first, size_t n, double x[]);
 bool record_spool_failed(const struct record_spool *spool);
+/* The first n samples as a record of their own, with the metadata and the file's hash. */
+enum bf_status record_spool_head(const struct record_spool *spool, size_t n, struct record *out, struct bf_error *err);
 /* All samples into memory: the record is an ordinary one then. */
 enum bf_status record_spool_load(struct record_spool *spool, struct bf_error *err);
 void record_spool_close(struct record_spool *spool);

@@ -65,6 +65,18 @@ enum bf_status record_spool_rows(const struct record_spool *spool, struct record
     return BF_OK;
 }
 
+enum bf_status record_spool_head(const struct record_spool *spool, size_t n, struct record *out, struct bf_error *err)
+{
+    const struct record *from = &spool->record;
+    *out = (struct record){.kind = from->kind, .path = bf_strdup(from->path), .n = n, .t0_s = from->t0_s, .dt_s = from->dt_s};
+    memcpy(out->sha256, from->sha256, sizeof out->sha256);
+    for (size_t i = 0; i < from->n_columns; i++)
+        record_add_column(out, from->columns[i].name, NULL);
+    for (size_t i = 0; i < from->n_meta; i++)
+        record_add_meta(out, from->meta[i].key, from->meta[i].value);
+    return record_spool_rows(spool, out, err);
+}
+
 enum bf_status record_spool_load(struct record_spool *spool, struct bf_error *err)
 {
     if (spool->in_file && record_spool_rows(spool, &spool->record, err) != BF_OK)

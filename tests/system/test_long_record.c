@@ -8,13 +8,14 @@
 #include <stddef.h>
 #include <stdint.h>
 #include <stdlib.h>
+#include <string.h>
 #include <cmocka.h>
 #include "ask.h"
 
 enum { CHANNELS = 3 };                                    /* one input, two outputs */
-enum { SHORT = 160, LONG = 320 };                         /* thousands of samples */
+enum { MORE = 160000 };                                   /* samples of one than of the other */
 static const double most_fit = 64.0, most_compare = 64.0; /* bytes a sample and channel */
-static const double most_simulate = 1.0;                  /* that is none */
+static const double most_streamed = 1.0;                  /* that is none */
 
 static const char model[] = "format: beamfit-model/1\n"
                             "beam: {length_m: 0.4573, patch_m: [0.02535, 0.08905]}\n"
@@ -61,13 +62,21 @@ static int setup(void **state)
     return 0;
 }
 
+/* The same for records that compare reads piece by piece. */
+static const char make_longer_records[] =
+    "for n in 600 900; do"
+    "  awk -v n=$n 'BEGIN {srand(7); print \"time_s,hammer_N,piezo_V\";"
+    "    for (k = 0; k < 1000 * n; k++) printf \"%.9g,%.6g,%.6g\\n\", k / 512, rand() - 0.5, rand() - 0.5}' >l$n.csv;"
+    "done";
+
 /* Bytes a sample and channel more. */
-static double growth(struct rig *rig, const char *const of_short[], const char *const of_long[])
+static double growth(struct rig *rig, double samples, double channels, const char *const of_short[],
+                     const char *const of_long[])
 {
     ran(rig, 0, of_short);
     const double before = (double)rig->outcome.memory_kB;
     ran(rig, 0, of_long);
-    return ((double)rig->outcome.memory_kB - before) * 1024.0 / (1000.0 * (LONG - SHORT) * CHANNELS);
+    return ((double)rig->outcome.memory_kB - before) * 1024.0 / (samples * channels);
 }
 
 static void check(const char *command, double bytes, double most)
@@ -85,7 +94,7 @@ static void fit_grows_by_little_more_than_the_record(void **state)
     static const char *const near[2][9] = {
         {"fit", "model.yaml", "r160.csv", "-o", "f160.yaml", "--start", "near", "--no-search", NULL},
         {"fit", "model.yaml", "r320.csv", "-o", "f320.yaml", "--start", "near", "--no-search", NULL}};
-    check("fit", growth(rig, near[0], near[1]), most_fit);
+    check("fit", growth(rig, MORE, CHANNELS, near[0], near[1]), most_fit);
 }
 
 static void compare_grows_by_little_more_than_the_record(void **state)
@@ -95,7 +104,19 @@ static void compare_grows_by_little_more_than_the_record(void **state)
         skip();
     static const char *const runs[2][4] = {{"compare", "model.yaml", "r160.csv", NULL},
                                            {"compare", "model.yaml", "r320.csv", NULL}};
-    check("compare", growth(rig, runs[0], runs[1]), most_compare);
+    check("compare", growth(rig, MORE, CHANNELS, runs[0], runs[1]), most_compare);
+}
+
+static void compare_does_not_grow_with_what_it_reads_in_pieces(void **state)
+{
+    struct rig *rig = *state;
+    if (!MEASURES)
+        skip();
+    static const char *const runs[2][4] = {{"compare", "model.yaml", "l600.csv", NULL},
+                                           {"compare", "model.yaml", "l900.csv", NULL}};
+    must(rig, make_longer_records);
+    check("compare of long records", growth(rig, 300000.0, 2.0, runs[0], runs[1]), most_streamed);
+    assert_non_null(strstr(rig->outcome.out, "l900.csv is long"));
 }
 
 static void simulate_does_not_grow(void **state)
@@ -105,7 +126,7 @@ static void simulate_does_not_grow(void **state)
         skip();
     static const char *const runs[2][7] = {{"simulate", "model.yaml", "--input", "r160.csv", "-o", "t160.csv", NULL},
                                            {"simulate", "model.yaml", "--input", "r320.csv", "-o", "t320.csv", NULL}};
-    check("simulate", growth(rig, runs[0], runs[1]), most_simulate);
+    check("simulate", growth(rig, MORE, CHANNELS, runs[0], runs[1]), most_streamed);
     must(rig, "! ls .beamfit-samples-* 2>/dev/null"); /* the file of the samples has no name any more */
 }
 
@@ -113,6 +134,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(simulate_does_not_grow),
                                        cmocka_unit_test(fit_grows_by_little_more_than_the_record),
-                                       cmocka_unit_test(compare_grows_by_little_more_than_the_record)};
+                                       cmocka_unit_test(compare_grows_by_little_more_than_the_record),
+                                       cmocka_unit_test(compare_does_not_grow_with_what_it_reads_in_pieces)};
     return cmocka_run_group_tests_name("long records", tests, setup, rig_teardown);
 }
