@@ -172,9 +172,9 @@ class Bench:
                 path, kept, fleets = self.fresh("killed.sqlite"), {}, fleets + 1
         subprocess.run(self.command(2, path), check=True, stdout=subprocess.DEVNULL)
         equal = equal and self.rows(whole) == self.rows(path)
-        self.say("\n## Kills\n\n%d processes were killed at random (%s) while 2 ranks fitted %d units, %d runs of %d fleets, one after the other: %d units that were "
+        self.say("\n## Kills\n\n%d processes were killed at random (%s) while 2 ranks fitted %d units, %d runs of %s: %d units that were "
                  "done were lost; the rows at the end are %s those of a run in one piece." % (
-                     sum(hit.values()), ", ".join("%d %s" % (n, k) for k, n in sorted(hit.items())), self.options.units, runs, fleets, lost,
+                     sum(hit.values()), ", ".join("%d %s" % (n, k) for k, n in sorted(hit.items())), self.options.units, runs, "one fleet" if fleets == 1 else "%d fleets, one after the other" % fleets, lost,
                      "bit for bit" if equal else "NOT"))
         return lost == 0 and equal
 
