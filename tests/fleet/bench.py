@@ -231,9 +231,9 @@ def main():
                     str(options.units), "--hidden", str(hidden), "--broken", str(broken), "--jobs", str(options.jobs)], check=True)
     bench = Bench(options)
     version = subprocess.run([bench.beamfit, "--version"], capture_output=True, text=True, check=True).stdout.strip()
-    bench.say("# Fleet\n\nMade by `make fleet-bench UNITS=%d`, %s, %s, %d cores. %d simulated units, two records fitted and one held out, 1536 samples, two outputs each; %d "
+    bench.say("# Fleet\n\nMade by `make fleet-bench UNITS=%d RANKS='%s'`, %s, %s, %d cores. %d simulated units, two records fitted and one held out, 1536 samples, two outputs each; %d "
               "with a hidden effect, %d with broken inputs; one in ten with tenfold noise.\n\n## Ranks, fit and diagnosis\n" % (
-                  options.units, datetime.date.today(), version, os.cpu_count(), options.units, hidden, broken))
+                  options.units, " ".join(map(str, options.ranks)), datetime.date.today(), version, os.cpu_count(), options.units, hidden, broken))
     results = bench.path("ranks%d.sqlite" % options.ranks[0])
     if "ranks" in options.parts:
         bench.ranks()
