@@ -146,22 +146,18 @@ static enum bf_status without_its_effects(const struct diagnosis *d, const struc
     return status;
 }
 
-enum bf_status diagnose_restart(struct diagnose_state *w, bool *lower, struct bf_error *err)
+/* `start` is taken over. Lower than the baseline by more than the last steps to the same minimum: *lower, and it is the baseline. */
+static enum bf_status restart_from(struct diagnose_state *w, struct model *start, bool *lower, bool *same,
+                                   struct bf_error *err)
 {
     struct diagnosis *d = w->d;
-    struct hypothesis *h = &d->baseline, again = {.n_base = h->n_base, .refitted = true};
-    *lower = false;
-    if (d->converged)
-        return BF_OK;
-    enum bf_status status = without_its_effects(d, &d->hypotheses[0], &again.model, err);
+    struct hypothesis *h = &d->baseline, again = {.n_base = h->n_base, .refitted = true, .model = *start};
     const struct refit_options options = {
         .sigma = w->sigma, .threads = w->threads, .first_new = h->model.n_effects, .predict = w->options->predict};
-    if (!status)
-        status = refit_run(&again.model, d->records, d->n_records, &options, &again.fit, err);
+    enum bf_status status = refit_run(&again.model, d->records, d->n_records, &options, &again.fit, err);
     d->evaluations += again.fit.evaluations;
     *lower = !status && again.fit.chi2_per_row < lower_minimum * h->fit.chi2_per_row;
-    if (!status && !*lower) /* the same minimum, found twice */
-        d->converged = again.fit.converged && lower_minimum * again.fit.chi2_per_row < h->fit.chi2_per_row;
+    *same = !status && again.fit.converged && lower_minimum * again.fit.chi2_per_row < h->fit.chi2_per_row;
     if (*lower) {
         refit_into_model(d->records, d->n_records, again.fit.value, again.fit.sd, &again.model);
         status = hypothesis_measure(w, &again, err);
@@ -172,5 +168,33 @@ enum bf_status diagnose_restart(struct diagnose_state *w, bool *lower, struct bf
         d->converged = h->fit.converged;
     }
     hypothesis_free(&again);
-    return status == BF_NUMERIC ? BF_OK : status; /* no value without the effect: the baseline stays */
+    return status == BF_NUMERIC ? BF_OK : status; /* no value there: the baseline stays */
+}
+
+enum bf_status diagnose_restart(struct diagnose_state *w, bool *lower, struct bf_error *err)
+{
+    struct diagnosis *d = w->d;
+    struct model start;
+    bool same;
+    *lower = false;
+    if (d->converged)
+        return BF_OK;
+    enum bf_status status = without_its_effects(d, &d->hypotheses[0], &start, err);
+    if (!status)
+        status = restart_from(w, &start, lower, &same, err);
+    if (!status && !*lower) /* the same minimum, found twice */
+        d->converged = same;
+    return status;
+}
+
+enum bf_status diagnose_not_above(struct diagnose_state *w, const struct hypothesis *narrower, struct model *start,
+                                  struct bf_error *err)
+{
+    bool lower = false, same;
+    if (w->d->baseline.fit.chi2_per_row <= narrower->fit.chi2_per_row) {
+        model_free(start);
+        return BF_OK;
+    }
+    const enum bf_status status = restart_from(w, start, &lower, &same, err);
+    return !status && lower ? find_facts(w, err) : status;
 }

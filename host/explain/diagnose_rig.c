@@ -96,6 +96,19 @@ static double least_excess(const struct hypothesis *baseline, const struct hypot
     return least;
 }
 
+/* The free model's baseline, from where the held one's ended if need be. Between two exchanges: the held side is the other one. */
+static enum bf_status free_baseline(struct diagnose_state *w, struct bf_error *err)
+{
+    struct model start;
+    enum bf_status status = diagnose_baseline(w, err);
+    if (!status)
+        status = model_copy(&w->other.baseline.model, &start, err);
+    if (status)
+        return status;
+    (void)free_channels(&start);
+    return diagnose_not_above(w, &w->other.baseline, &start, err);
+}
+
 /* The free model and its baseline, as the other side. */
 static enum bf_status make_free_side(struct diagnose_state *w, struct bf_error *err)
 {
@@ -105,7 +118,7 @@ static enum bf_status make_free_side(struct diagnose_state *w, struct bf_error *
         return status;
     w->other = (struct diagnose_side){.model = &d->rig};
     exchange(d, &w->other);
-    status = diagnose_baseline(w, err);
+    status = free_baseline(w, err);
     exchange(d, &w->other);
     if (status)
         diagnose_side_free(&w->other);

@@ -59,6 +59,12 @@ enum bf_status diagnose_baseline(struct diagnose_state *w, struct bf_error *err)
  * effects; where that ends lower (*lower) it becomes the baseline. Cost: a refit of the baseline; nothing when it has converged.
  */
 enum bf_status diagnose_restart(struct diagnose_state *w, bool *lower, struct bf_error *err);
+/*
+ * A baseline that has more freedom than another, and ends above it, has found another minimum: it is fitted again from `start`, which is the narrower one's model with
+ * that freedom, and is taken over.
+ */
+enum bf_status diagnose_not_above(struct diagnose_state *w, const struct hypothesis *narrower, struct model *start,
+                                  struct bf_error *err);
 
 /*
  * diagnose_given.c: the model with the values that were believed before any fit: the centres of the priors, and what the oldest of

@@ -10,6 +10,7 @@
 #include <string.h>
 
 #include "explain/explain.h"
+#include "signals.h"
 #include "truth/truth.h"
 
 enum { RECORDS = 3 }; /* the last one is held out */
@@ -141,9 +142,89 @@ static void physics_on_a_wrong_rig_is_named(void **state)
     done(&model, records, &d);
 }
 
+static const char *const laboratory[] = {
+    "length_m = 0.35",
+    "region 0 0.35 52.1 0.97 1.1e-4",
+    "gamma_sNpm2 = 1.3",
+    "noise = 0.002",
+    "adc_inputs = 1",
+    "input hammer_N point_force at_m=0.30",
+    "output accel_mps2 acceleration at_m=0.28",
+    "output laser_mps velocity at_m=0.20",
+    "signal hammer_N raised_cosine start_s=0.1 width_s=0.002 level=40",
+    "sample_rate_Hz = 2048",
+    "duration_s = 2",
+};
+static const char laboratory_model[] = "format: beamfit-model/1\n"
+                                       "beam: {length_m: 0.35}\n"
+                                       "parameters:\n"
+                                       "  EI_beam_Nm2: {value: 53.4, prior: 0.05}\n"
+                                       "  rho_beam_kgpm: {value: 0.981, prior: 0.02}\n"
+                                       "  cDI_beam_sNm2: 1e-4\n"
+                                       "  gamma_sNpm2: 1\n"
+                                       "inputs: {hammer_N: {kind: point_force, at_m: 0.30}}\n"
+                                       "outputs:\n"
+                                       "  accel_mps2: {kind: acceleration, at_m: 0.28}\n"
+                                       "  laser_mps: {kind: velocity, at_m: 0.20}\n";
+
+/* The range of the accelerometer ends at a third of its largest value; a hammer at rest has noise. */
+static struct record overloaded_record(void)
+{
+    char message[TRUTH_MESSAGE];
+    struct truth_spec spec;
+    struct truth_record clean, noisy;
+    uint64_t seed = signal_seed(1);
+    truth_spec_default(&spec);
+    for (size_t i = 0; i < sizeof laboratory / sizeof *laboratory; i++)
+        if (truth_spec_line(&spec, laboratory[i], message))
+            fail_msg("%s: %s", laboratory[i], message);
+    if (truth_simulate(&spec, &clean, message))
+        fail_msg("%s", message);
+    truth_measure(&spec, &clean, 11, &noisy);
+    struct record out = {.n = noisy.n, .dt_s = 1.0 / noisy.rate_Hz, .path = bf_strdup("hit.csv")};
+    for (size_t c = 0; c < noisy.n_channels; c++) {
+        double *x = noisy.channel[c].x, top = 0.0;
+        for (size_t k = 0; k < noisy.n; k++)
+            top = fmax(top, fabs(x[k]) / 3.0);
+        for (size_t k = 0; k < noisy.n; k++) {
+            if (strcmp(noisy.channel[c].name, "accel_mps2") == 0)
+                x[k] = fmin(fmax(x[k], -top), top);
+            if (strcmp(noisy.channel[c].name, "hammer_N") == 0)
+                x[k] += 0.01 * signal_normal(&seed);
+        }
+        record_add_column(&out, noisy.channel[c].name, x);
+    }
+    truth_record_free(&noisy);
+    truth_record_free(&clean);
+    return out;
+}
+
+/* A fit with places and gains free begins elsewhere, and may end in another minimum: then the one that is held is where it begins. */
+static void a_free_rig_leaves_no_more_than_a_held_one(void **state)
+{
+    (void)state;
+    struct model model;
+    struct diagnosis d;
+    struct fit_result fit;
+    struct bf_error err = {0};
+    const struct diagnose_options options = {.quiet = true};
+    const struct fit_options near = {.quiet = true, .never_search = true};
+    struct record record = overloaded_record();
+    assert_int_equal(model_read_text("rig", laboratory_model, strlen(laboratory_model), &model, &err), BF_OK);
+    assert_int_equal(fit_run(&model, &record, 1, &near, &fit, &err), BF_OK);
+    assert_int_equal(diagnose_run(&model, &record, 1, NULL, 0, &options, &d, &err), BF_OK);
+    if (!(d.baseline.fitted.noise_ratio < 1.05 * fit.noise_ratio))
+        fail_msg("the diagnosis is of %g times the noise, the fit leaves %g", d.baseline.fitted.noise_ratio, fit.noise_ratio);
+    fit_free(&fit);
+    diagnose_free(&d);
+    model_free(&model);
+    record_free(&record);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_free_rig_leaves_no_more_than_a_held_one),
         cmocka_unit_test(a_wrong_rig_is_no_missing_physics),
         cmocka_unit_test(physics_on_a_wrong_rig_is_named),
     };
