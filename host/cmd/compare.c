@@ -27,7 +27,8 @@ static const char help[] =
     "of the motion. 'Attainable' is what the best linear model with as many modes leaves on the same records\n"
     "(docs/compare.md). Of a list of measured frequencies: each beside the mode that it belongs to; of a spectrum\n"
     "without phase: the misfit of its lines (docs/records.md). Above all that: a channel that points the other\n"
-    "way, is in g, or off by 10 or 1000, and the line of the model file that says so. A recording of 524288 samples or\n"
+    "way, is in g, or off by 10 or 1000, and the line of the model file that says so. A recording of 524288 samples "
+    "or\n"
     "more takes no more memory than half of that does, unless --plot wants all of it.\n";
 
 static const struct option_row options[] = {

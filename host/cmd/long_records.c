@@ -81,8 +81,8 @@ static enum bf_status sum_up(const struct long_records *list, struct one_long_re
     if (status == BF_OK)
         status = begins_at_rest(list->model, &one->head, &rest, err);
     if (status == BF_OK && rest)
-        status = long_record_sum(list->model, &one->head, one->spool.record.n, list->options, &one->reader, &one->sums,
-                                 err);
+        status =
+            long_record_sum(list->model, &one->head, one->spool.record.n, list->options, &one->reader, &one->sums, err);
     if (status == BF_OK && one->sums != NULL && record_spool_failed(&one->spool))
         status = bf_fail_at(err, one->head.path, 0, "its samples cannot be read again from below TMPDIR");
     if (status == BF_OK && one->sums != NULL)

@@ -17,7 +17,7 @@ struct long_records {
         struct long_reader reader;
         struct record head; /* what the sums look at; its path and samples are the list's */
         struct long_record *sums;
-    } **all; /* [n] */
+    } * *all; /* [n] */
 };
 
 /* A record_reader (record_sets.h) whose context are long_records: *out is a head where the sums over the whole are among them, else the record. */

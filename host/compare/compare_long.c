@@ -18,7 +18,7 @@ struct long_input {
 };
 
 struct long_channel {
-    size_t output;                 /* of the model */
+    size_t output;                               /* of the model */
     double measured, product, predicted, misfit; /* Σ z², Σ z y, Σ y², Σ r² */
     double third[3];                             /* Σ r² in the thirds of the record */
     struct noise_estimate noise;
@@ -47,7 +47,7 @@ static size_t length_of(const struct long_record *l, size_t segment)
 /* Views of one segment. */
 struct segment {
     size_t first, n;
-    struct record record;            /* the inputs, and the output that is looked at */
+    struct record record; /* the inputs, and the output that is looked at */
     double *z, *r;
 };
 
@@ -309,10 +309,11 @@ static void take_channel(const struct comparison *all, const struct long_record 
 static void note(struct comparison *all, const struct long_record *l)
 {
     char text[512];
-    (void)snprintf(text, sizeof text,
-                   "%.200s is long: errors, noise, bands and tests are of all %zu samples; poles, decays, wrong signs or "
-                   "units, repeats and what is attainable are of the first %zu (%.4g s)",
-                   record_base_name(l->head), l->n, l->head->n, (double)l->head->n * l->head->dt_s);
+    (void)snprintf(
+        text, sizeof text,
+        "%.200s is long: errors, noise, bands and tests are of all %zu samples; poles, decays, wrong signs or "
+        "units, repeats and what is attainable are of the first %zu (%.4g s)",
+        record_base_name(l->head), l->n, l->head->n, (double)l->head->n * l->head->dt_s);
     all->notes = bf_grow(all->notes, all->n_notes + 1, sizeof *all->notes);
     all->notes[all->n_notes++] = bf_strdup(text);
 }

@@ -419,12 +419,12 @@ enum {
 
 struct residual_sums {
     size_t segment, n_segments, n_lags;
-    size_t n;                 /* of all segments */
-    double *power;            /* [segment/2 + 1] Σ |R|² of the segments */
-    double *product;          /* [n_lags] Σ r_t r_{t+k} of pairs that are in one segment */
+    size_t n;        /* of all segments */
+    double *power;   /* [segment/2 + 1] Σ |R|² of the segments */
+    double *product; /* [n_lags] Σ r_t r_{t+k} of pairs that are in one segment */
     struct residual_amplitude {
         double n, motion, misfit; /* samples, Σ z², Σ r² */
-    } *amplitude; /* [RESIDUAL_AMPLITUDES] by the running power of z */
+    } * amplitude;                /* [RESIDUAL_AMPLITUDES] by the running power of z */
 };
 
 /* segment ≥ 64 samples, lags ≤ segment/2. Free with residual_sums_free(). */

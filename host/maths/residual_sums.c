@@ -66,9 +66,9 @@ enum bf_status residual_sums_add(struct residual_sums *sums, const double *z, co
 void residual_sums_autocorrelation(const struct residual_sums *sums, size_t n_lags, double *rho)
 {
     for (size_t k = 0; k < n_lags; k++) /* fewer pairs are in one segment the longer the lag is */
-        rho[k] = sums->product[0] > 0.0 ? sums->product[k] / sums->product[0] * (double)sums->segment /
-                                              (double)(sums->segment - k)
-                                        : 0.0;
+        rho[k] = sums->product[0] > 0.0
+                     ? sums->product[k] / sums->product[0] * (double)sums->segment / (double)(sums->segment - k)
+                     : 0.0;
 }
 
 void residual_sums_whiteness(const struct residual_sums *sums, struct whiteness *out)

@@ -123,8 +123,8 @@ static void cumulative_periodogram(const double power[], size_t m, double times,
     for (size_t k = 1; k < bins; k++) { /* the last point is 1 by construction */
         sum += power[k];
         const double u = sum / total;
-        distance = fmax(distance, fmax(fabs(u - (double)k / (double)(bins - 1)),
-                                       fabs(u - (double)(k - 1) / (double)(bins - 1))));
+        distance = fmax(distance,
+                        fmax(fabs(u - (double)k / (double)(bins - 1)), fabs(u - (double)(k - 1) / (double)(bins - 1))));
     }
     out->periodogram_ks = distance;
     out->periodogram_p = kolmogorov_tail(distance, times * (double)(bins - 1));
@@ -134,7 +134,7 @@ void residual_judge_whiteness(const double rho[], size_t lags, size_t n, const d
                               struct whiteness *out)
 {
     *out = (struct whiteness){.lags = lags, .correlation_bound = normal_two_sided(0.05) / sqrt((double)n)};
-    cumulative_periodogram(power, m, (double)(n / m), out);
+    cumulative_periodogram(power, m, (double)n / (double)m, out);
     for (size_t k = 1; k <= lags; k++)
         out->ljung_box += (double)n * ((double)n + 2.0) * rho[k] * rho[k] / (double)(n - k);
     out->ljung_box_p = chi_square_tail(out->ljung_box, (double)lags);

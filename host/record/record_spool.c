@@ -68,7 +68,8 @@ enum bf_status record_spool_rows(const struct record_spool *spool, struct record
 enum bf_status record_spool_head(const struct record_spool *spool, size_t n, struct record *out, struct bf_error *err)
 {
     const struct record *from = &spool->record;
-    *out = (struct record){.kind = from->kind, .path = bf_strdup(from->path), .n = n, .t0_s = from->t0_s, .dt_s = from->dt_s};
+    *out = (struct record){
+        .kind = from->kind, .path = bf_strdup(from->path), .n = n, .t0_s = from->t0_s, .dt_s = from->dt_s};
     memcpy(out->sha256, from->sha256, sizeof out->sha256);
     for (size_t i = 0; i < from->n_columns; i++)
         record_add_column(out, from->columns[i].name, NULL);

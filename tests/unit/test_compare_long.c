@@ -104,7 +104,8 @@ static void pieces_say_what_the_whole_says(void **state)
         assert_true(fabs(a->bands[i].share - b->bands[i].share) < 1e-3);
         assert_int_equal(a->bands[i].mode, b->bands[i].mode);
     }
-    near(a->inputs[0].correlation.largest, b->inputs[0].correlation.largest, 0.05); /* each segment in units of its own drive */
+    near(a->inputs[0].correlation.largest, b->inputs[0].correlation.largest,
+         0.05); /* each segment in units of its own drive */
     assert_int_equal(a->inputs[0].correlation.largest_lag, b->inputs[0].correlation.largest_lag);
     for (size_t k = 0; k < 50; k++)
         assert_true(fabs(a->autocorrelation[k] - b->autocorrelation[k]) < 1e-3);

@@ -214,7 +214,8 @@ static void a_free_rig_leaves_no_more_than_a_held_one(void **state)
     assert_int_equal(fit_run(&model, &record, 1, &near, &fit, &err), BF_OK);
     assert_int_equal(diagnose_run(&model, &record, 1, NULL, 0, &options, &d, &err), BF_OK);
     if (!(d.baseline.fitted.noise_ratio < 1.05 * fit.noise_ratio))
-        fail_msg("the diagnosis is of %g times the noise, the fit leaves %g", d.baseline.fitted.noise_ratio, fit.noise_ratio);
+        fail_msg("the diagnosis is of %g times the noise, the fit leaves %g", d.baseline.fitted.noise_ratio,
+                 fit.noise_ratio);
     fit_free(&fit);
     diagnose_free(&d);
     model_free(&model);

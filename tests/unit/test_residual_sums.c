@@ -113,7 +113,8 @@ static void correlations_and_coherence_join(void **state)
         y[i] = signal_normal(&seed) + (i >= 7 ? 0.3 * u[i - 7] : 0.0);
     }
     for (size_t s = 0; s < 3; s++) {
-        assert_int_equal(residual_input_correlation(u + s * SEGMENT, y + s * SEGMENT, SEGMENT, 50, &part[s], &err), BF_OK);
+        assert_int_equal(residual_input_correlation(u + s * SEGMENT, y + s * SEGMENT, SEGMENT, 50, &part[s], &err),
+                         BF_OK);
         assert_int_equal(spectrum_cross(u + s * SEGMENT, y + s * SEGMENT, SEGMENT, 1.0, 256, &one, &err), BF_OK);
         cross_spectrum_join(&sum, &one);
         cross_spectrum_free(&one);
@@ -124,7 +125,8 @@ static void correlations_and_coherence_join(void **state)
     for (size_t i = 0; i < 101; i++)
         assert_true(fabs(all.rho[i] - (part[0].rho[i] + part[1].rho[i] + part[2].rho[i]) / 3.0) < 1e-14);
     assert_int_equal(sum.n_segments, 93);
-    assert_true(sum.steadiness * 93.0 > 12.0 && sum.steadiness * 93.0 < 26.0); /* about 31 segments of noise, of which half is steady */
+    assert_true(sum.steadiness * 93.0 > 12.0 &&
+                sum.steadiness * 93.0 < 26.0); /* about 31 segments of noise, of which half is steady */
     /* |H|² Σ u² over all power of y: 0.09 · 34/(1 + 0.09 · 34) */
     double mean = 0.0;
     for (size_t k = 1; k < sum.n_bins; k++)
@@ -138,9 +140,8 @@ static void correlations_and_coherence_join(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(false_alarms_are_nominal),
-                                       cmocka_unit_test(colour_and_shares_are_those_of_the_whole),
-                                       cmocka_unit_test(nothing_has_no_shares),
-                                       cmocka_unit_test(correlations_and_coherence_join)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(false_alarms_are_nominal), cmocka_unit_test(colour_and_shares_are_those_of_the_whole),
+        cmocka_unit_test(nothing_has_no_shares), cmocka_unit_test(correlations_and_coherence_join)};
     return cmocka_run_group_tests_name("residual sums", tests, NULL, NULL);
 }
