@@ -110,6 +110,51 @@ static enum bf_status fit_given(struct diagnose_state *w, struct hypothesis *h, 
     return status;
 }
 
+/* `start` is taken over. Lower than the baseline by more than the last steps to the same minimum: *lower, and it is the baseline. */
+static enum bf_status restart_from(struct diagnose_state *w, struct model *start, bool near, bool *lower, bool *same,
+                                   struct bf_error *err)
+{
+    struct diagnosis *d = w->d;
+    struct hypothesis *h = &d->baseline, again = {.n_base = h->n_base, .refitted = true, .model = *start};
+    const struct refit_options options = {.sigma = w->sigma,
+                                          .threads = w->threads,
+                                          .first_new = h->model.n_effects,
+                                          .near = near,
+                                          .predict = w->options->predict};
+    enum bf_status status = refit_run(&again.model, d->records, d->n_records, &options, &again.fit, err);
+    d->evaluations += again.fit.evaluations;
+    *lower = !status && again.fit.chi2_per_row < lower_minimum * h->fit.chi2_per_row;
+    *same = !status && again.fit.converged && lower_minimum * again.fit.chi2_per_row < h->fit.chi2_per_row;
+    if (*lower) {
+        refit_into_model(d->records, d->n_records, again.fit.value, again.fit.sd, &again.model);
+        status = hypothesis_measure(w, &again, err);
+    }
+    if (*lower && !status) {
+        const struct hypothesis old = *h;
+        *h = again, again = old;
+        d->converged = h->fit.converged;
+    }
+    hypothesis_free(&again);
+    return status == BF_NUMERIC ? BF_OK : status; /* no value there: the baseline stays */
+}
+
+/*
+ * A minimum that is none of whole records is no misfit: a fit that has converged above the noise is run again by way of windows, from where it ended, which leads out of
+ * many (damping that has gone to nothing, a share of it in the wrong material).
+ */
+static enum bf_status other_road(struct diagnose_state *w, struct bf_error *err)
+{
+    struct hypothesis *h = &w->d->baseline;
+    struct model start;
+    bool lower = false, same;
+    if (h->fitted.noise_ratio <= diagnose_at_noise || progress_interrupted())
+        return BF_OK;
+    enum bf_status status = model_copy(&h->model, &start, err);
+    if (!status)
+        status = restart_from(w, &start, false, &lower, &same, err);
+    return !status && lower ? find_facts(w, err) : status;
+}
+
 /* refit_run() then gives residual and errors in the form of every hypothesis. */
 enum bf_status diagnose_baseline(struct diagnose_state *w, struct bf_error *err)
 {
@@ -130,10 +175,13 @@ enum bf_status diagnose_baseline(struct diagnose_state *w, struct bf_error *err)
         return status;
     refit_into_model(d->records, d->n_records, h->fit.value, h->fit.sd, &h->model);
     h->refitted = true;
+    const bool by_windows = !d->converged;
     d->converged = d->converged || h->fit.converged;
     d->evaluations += h->fit.evaluations;
     status = find_facts(w, err);
-    return status ? status : hypothesis_measure(w, h, err);
+    if (!status)
+        status = hypothesis_measure(w, h, err);
+    return status || by_windows ? status : other_road(w, err);
 }
 
 /* The parameters of the baseline come first in every hypothesis: new effects are appended. */
@@ -146,44 +194,17 @@ static enum bf_status without_its_effects(const struct diagnosis *d, const struc
     return status;
 }
 
-/* `start` is taken over. Lower than the baseline by more than the last steps to the same minimum: *lower, and it is the baseline. */
-static enum bf_status restart_from(struct diagnose_state *w, struct model *start, bool *lower, bool *same,
-                                   struct bf_error *err)
-{
-    struct diagnosis *d = w->d;
-    struct hypothesis *h = &d->baseline, again = {.n_base = h->n_base, .refitted = true, .model = *start};
-    const struct refit_options options = {
-        .sigma = w->sigma, .threads = w->threads, .first_new = h->model.n_effects, .predict = w->options->predict};
-    enum bf_status status = refit_run(&again.model, d->records, d->n_records, &options, &again.fit, err);
-    d->evaluations += again.fit.evaluations;
-    *lower = !status && again.fit.chi2_per_row < lower_minimum * h->fit.chi2_per_row;
-    *same = !status && again.fit.converged && lower_minimum * again.fit.chi2_per_row < h->fit.chi2_per_row;
-    if (*lower) {
-        refit_into_model(d->records, d->n_records, again.fit.value, again.fit.sd, &again.model);
-        status = hypothesis_measure(w, &again, err);
-    }
-    if (*lower && !status) {
-        const struct hypothesis old = *h;
-        *h = again, again = old;
-        d->converged = h->fit.converged;
-    }
-    hypothesis_free(&again);
-    return status == BF_NUMERIC ? BF_OK : status; /* no value there: the baseline stays */
-}
-
 enum bf_status diagnose_restart(struct diagnose_state *w, bool *lower, struct bf_error *err)
 {
     struct diagnosis *d = w->d;
     struct model start;
     bool same;
     *lower = false;
-    if (d->converged)
-        return BF_OK;
     enum bf_status status = without_its_effects(d, &d->hypotheses[0], &start, err);
     if (!status)
-        status = restart_from(w, &start, lower, &same, err);
+        status = restart_from(w, &start, d->converged, lower, &same, err);
     if (!status && !*lower) /* the same minimum, found twice */
-        d->converged = same;
+        d->converged = d->converged || same;
     return status;
 }
 
@@ -195,6 +216,6 @@ enum bf_status diagnose_not_above(struct diagnose_state *w, const struct hypothe
         model_free(start);
         return BF_OK;
     }
-    const enum bf_status status = restart_from(w, start, &lower, &same, err);
+    const enum bf_status status = restart_from(w, start, false, &lower, &same, err);
     return !status && lower ? find_facts(w, err) : status;
 }

@@ -55,8 +55,8 @@ enum bf_status diagnose_noise(struct diagnose_state *w, struct bf_error *err);
 enum bf_status diagnose_baseline(struct diagnose_state *w, struct bf_error *err);
 
 /*
- * A baseline that has not converged is fitted again from the values that the best explanation has found, without its
- * effects; where that ends lower (*lower) it becomes the baseline. Cost: a refit of the baseline; nothing when it has converged.
+ * The baseline is fitted again from the values that the best explanation has found, without its effects; where that ends lower (*lower) it becomes the baseline: a
+ * local minimum is not taken for missing physics. Cost: a refit of the baseline from nearby.
  */
 enum bf_status diagnose_restart(struct diagnose_state *w, bool *lower, struct bf_error *err);
 /*
