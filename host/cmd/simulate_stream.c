@@ -12,6 +12,7 @@ struct stream {
     size_t n_inputs;            /* its first columns */
     struct record_writer *file; /* NULL: not begun */
     double *square;             /* [n_outputs] */
+    struct progress *bar;
 };
 
 /* n_columns: there is none of this name. */
@@ -83,6 +84,7 @@ static enum bf_status write_rows(void *context, size_t first, size_t n, const do
         status = record_writer_add(t->file, n, x, err);
     if (status == BF_OK && record_spool_failed(t->spool))
         status = bf_fail_at(err, t->s->input, 0, "its samples cannot be read again from beside the output");
+    progress_update(t->bar, (double)(first + n) / (double)t->head.n, NULL);
     free(inputs), free(x);
     return status;
 }
@@ -107,7 +109,9 @@ enum bf_status simulate_streamed(const struct simulation *s, const struct record
     simulation_head(s, &spool->record, &t.head);
     t.n_inputs = stage.n_columns;
     *done = false;
+    t.bar = progress_begin("simulate");
     enum bf_status status = predict_streamed(s->model, &stage, &s->predict, &stream, done, err);
+    progress_end(t.bar);
     if (status == BF_OK && *done)
         status = record_writer_commit(t.file, err);
     if (t.file != NULL)

@@ -35,6 +35,7 @@ struct long_record {
     struct long_channel *channels;
     size_t done, held;  /* segments; samples of the one that is being filled */
     double **predicted; /* [model->n_outputs][longest segment] */
+    struct progress *bar;
 };
 
 static size_t length_of(const struct long_record *l, size_t segment)
@@ -128,6 +129,7 @@ static enum bf_status add_segment(struct long_record *l, struct bf_error *err)
     free(s.r);
     record_free(&s.record);
     l->done++, l->held = 0;
+    progress_update(l->bar, (double)l->done / (double)l->n_segments, record_base_name(l->head));
     return status;
 }
 
@@ -223,7 +225,9 @@ enum bf_status long_record_sum(const struct model *model, const struct record *h
     const struct predict_options none = {0};
     const struct predict_stream stream = {.read = read_column, .take = take_rows, .context = l};
     struct record inputs = inputs_of(model, head, n);
+    l->bar = progress_begin("compare");
     status = predict_streamed(model, &inputs, options != NULL ? options : &none, &stream, &possible, err);
+    progress_end(l->bar);
     free(inputs.columns);
     if (status != BF_OK || !possible)
         long_record_free(l);
