@@ -6,7 +6,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-enum { TO_AN_OCTAVE = RESIDUAL_AMPLITUDES / RESIDUAL_OCTAVES };
+enum { TO_AN_OCTAVE = RESIDUAL_AMPLITUDES / RESIDUAL_OCTAVES }; /* levels of the motion's power */
 
 void residual_sums_new(size_t segment, size_t n_lags, struct residual_sums *out)
 {
