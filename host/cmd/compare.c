@@ -27,9 +27,8 @@ static const char help[] =
     "of the motion. 'Attainable' is what the best linear model with as many modes leaves on the same records\n"
     "(docs/compare.md). Of a list of measured frequencies: each beside the mode that it belongs to; of a spectrum\n"
     "without phase: the misfit of its lines (docs/records.md). Above all that: a channel that points the other\n"
-    "way, is in g, or off by 10 or 1000, and the line of the model file that says so. A recording of 524288 samples "
-    "or\n"
-    "more takes no more memory than half of that does, unless --plot wants all of it.\n";
+    "way, is in g, or off by 10 or 1000, and the line of the model file that says so. A long recording (524288\n"
+    "samples and more) takes no more memory than its first half million samples, unless --plot wants all of it.\n";
 
 static const struct option_row options[] = {
     RECORD_SETS_CHECK("records that were held out of the fit; they get a total of their own"),
@@ -216,7 +215,7 @@ static enum bf_status read_records(struct arguments *a, const struct model *mode
     for (int i = 0; i < 2 && status == BF_OK; i++)
         status = a->directory != NULL ? record_list_read(lists[i], model, err)
                                       : record_list_read_by(lists[i], model, &reader, err);
-    if (status == BF_OK && long_records->n == 0) /* an offset of a few seconds is no matter of days */
+    if (status == BF_OK && long_records->n == 0) /* a head cannot lose what the sums over its record have */
         record_lists_take_baselines(model, &a->sets.fitted, &a->sets.held_out);
     return status;
 }

@@ -13,16 +13,12 @@ struct long_records {
     size_t n;
     struct one_long_record {
         const char *path; /* of the head in the list, which owns it: pointers tell the records apart */
-        struct record_spool spool;
-        struct long_reader reader;
-        struct record head; /* what the sums look at; its path and samples are the list's */
         struct long_record *sums;
-    } * *all; /* [n] */
+    } * all; /* [n] */
 };
 
 /* A record_reader (record_sets.h) whose context are long_records: *out is a head where the sums over the whole are among them, else the record. */
 enum bf_status long_records_read(void *context, const char *path, struct record *out, struct bf_error *err);
-bool long_records_has(const struct long_records *long_records, const struct record *record);
 /* Into a comparison of the list's records. */
 void long_records_take(const struct long_records *long_records, struct comparison *comparison);
 void long_records_free(struct long_records *long_records);

@@ -53,11 +53,7 @@ void simulation_head(const struct simulation *s, const struct record *from, stru
 static void read_input(void *context, const char *column, size_t first, size_t n, double x[])
 {
     const struct stream *t = context;
-    const size_t i = column_of(&t->spool->record, column);
-    if (i < t->spool->record.n_columns)
-        record_spool_take(t->spool, i, first, n, x);
-    else
-        memset(x, 0, n * sizeof *x); /* an output */
+    record_spool_column(t->spool, column, first, n, x);
 }
 
 static enum bf_status write_rows(void *context, size_t first, size_t n, const double *const y[], struct bf_error *err)

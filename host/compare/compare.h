@@ -120,7 +120,7 @@ struct long_reader {
 
 /*
  * head: the first samples of a record of n. *out NULL, and BF_OK: its answer cannot be predicted in pieces (predict_streamed()), or something has to be solved for first
- * (an excitation of unknown level, values of its own), and it must be in memory. model, head and reader must outlive *out. BF_NUMERIC as compare_run(). Cost: one prediction, and the
+ * (an excitation of unknown level, values of its own), and it must be in memory. The model must outlive *out. BF_NUMERIC as compare_run(). Cost: one prediction, and the
  * noise of every 131072 samples. Free with long_record_free(), also after a failure.
  */
 enum bf_status long_record_sum(const struct model *model, const struct record *head, size_t n,

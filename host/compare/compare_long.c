@@ -28,7 +28,7 @@ struct long_channel {
 
 struct long_record {
     const struct model *model;
-    const struct record *head;
+    const struct record *head; /* this and the reader: while the sums are made */
     const struct long_reader *reader;
     size_t n, segment, n_segments; /* the last segment has what is over, too */
     size_t n_channels;
@@ -48,8 +48,9 @@ static size_t length_of(const struct long_record *l, size_t segment)
 /* Views of one segment. */
 struct segment {
     size_t first, n;
-    struct record record; /* the inputs, and the output that is looked at */
-    double *z, *r;
+    struct record record; /* the inputs and outputs */
+    const double *z;      /* the output that is looked at */
+    double *r;
 };
 
 static void add_samples(const struct long_record *l, const struct segment *s, const double *y, struct long_channel *c)
@@ -89,10 +90,7 @@ static enum bf_status add_channel(const struct long_record *l, struct segment *s
 {
     struct noise_estimate noise;
     const char *name = l->model->outputs[c->output].name;
-    struct record_column *column = &s->record.columns[s->record.n_columns - 1];
-    s->z = column->x;
-    column->name = (char *)name;
-    l->reader->read(l->reader->context, name, s->first, s->n, s->z);
+    s->z = record_column(&s->record, name);
     add_samples(l, s, l->predicted[c->output], c);
     enum bf_status status = noise_of_channel(l->model, &s->record, name, &noise, err);
     if (status != BF_OK)
@@ -108,6 +106,12 @@ static enum bf_status add_channel(const struct long_record *l, struct segment *s
     return status;
 }
 
+static void read_into(const struct long_record *l, const char *name, size_t first, struct record *segment)
+{
+    record_add_column(segment, name, NULL);
+    l->reader->read(l->reader->context, name, first, segment->n, segment->columns[segment->n_columns - 1].x);
+}
+
 static enum bf_status add_segment(struct long_record *l, struct bf_error *err)
 {
     struct segment s = {.first = l->done * l->segment, .n = l->held};
@@ -115,17 +119,13 @@ static enum bf_status add_segment(struct long_record *l, struct bf_error *err)
     s.record = (struct record){.path = bf_strdup(l->head->path), .n = s.n, .dt_s = l->head->dt_s};
     s.record.t0_s = l->head->t0_s + (double)s.first * s.record.dt_s;
     for (size_t i = 0; i < l->model->n_inputs; i++)
-        if (record_column(l->head, l->model->inputs[i].name) != NULL) {
-            record_add_column(&s.record, l->model->inputs[i].name, NULL);
-            l->reader->read(l->reader->context, l->model->inputs[i].name, s.first, s.n,
-                            s.record.columns[s.record.n_columns - 1].x);
-        }
-    record_add_column(&s.record, "", NULL); /* of the output */
-    char **own = &s.record.columns[s.record.n_columns - 1].name, *empty = *own;
+        if (record_column(l->head, l->model->inputs[i].name) != NULL)
+            read_into(l, l->model->inputs[i].name, s.first, &s.record);
+    for (size_t c = 0; c < l->n_channels; c++)
+        read_into(l, l->model->outputs[l->channels[c].output].name, s.first, &s.record);
     s.r = bf_alloc(s.n, sizeof *s.r);
     for (size_t c = 0; c < l->n_channels && status == BF_OK; c++)
         status = add_channel(l, &s, &l->channels[c], err);
-    *own = empty;
     free(s.r);
     record_free(&s.record);
     l->done++, l->held = 0;
@@ -228,6 +228,7 @@ enum bf_status long_record_sum(const struct model *model, const struct record *h
     l->bar = progress_begin("compare");
     status = predict_streamed(model, &inputs, options != NULL ? options : &none, &stream, &possible, err);
     progress_end(l->bar);
+    l->head = NULL, l->reader = NULL;
     free(inputs.columns);
     if (status != BF_OK || !possible)
         long_record_free(l);
@@ -290,14 +291,12 @@ static void take_bands(const struct comparison *all, const struct long_channel *
 static void take_channel(const struct comparison *all, const struct long_record *l, const struct long_channel *from,
                          struct comparison_channel *c)
 {
-    struct noise_estimate noise = {0};
     c->rms = sqrt(from->measured / (double)l->n);
     c->residual_rms = sqrt(from->misfit / (double)l->n);
     c->nrmse = from->measured > 0.0 ? sqrt(from->misfit / from->measured) : from->misfit > 0.0 ? HUGE_VAL : 0.0;
-    noise_join(&noise, &from->noise);
     noise_free(&c->noise);
-    c->noise = noise;
-    c->noise_ratio = noise.rms > 0.0 ? c->residual_rms / noise.rms : nan("");
+    c->noise = noise_copy(&from->noise);
+    c->noise_ratio = c->noise.rms > 0.0 ? c->residual_rms / c->noise.rms : nan("");
     compare_set_scale(c, from->measured, from->product, from->predicted);
     c->warning[0] = '\0';
     (void)factor_scale_words(all->model, c, true, c->warning);
@@ -310,14 +309,14 @@ static void take_channel(const struct comparison *all, const struct long_record 
     take_inputs(l, from, c);
 }
 
-static void note(struct comparison *all, const struct long_record *l)
+static void note(struct comparison *all, const struct record *head, const struct long_record *l)
 {
     char text[512];
     (void)snprintf(
         text, sizeof text,
         "%.200s is long: errors, noise, bands and tests are of all %zu samples; poles, decays, wrong signs or "
         "units, repeats and what is attainable are of the first %zu (%.4g s)",
-        record_base_name(l->head), l->n, l->head->n, (double)l->head->n * l->head->dt_s);
+        record_base_name(head), l->n, head->n, (double)head->n * head->dt_s);
     all->notes = bf_grow(all->notes, all->n_notes + 1, sizeof *all->notes);
     all->notes[all->n_notes++] = bf_strdup(text);
 }
@@ -330,6 +329,6 @@ void compare_take_long(struct comparison *comparison, size_t record, const struc
             if (strcmp(c->name, l->model->outputs[l->channels[j].output].name) == 0)
                 take_channel(comparison, l, &l->channels[j], c);
     }
-    note(comparison, l);
+    note(comparison, &comparison->records[record], l);
     compare_totals(comparison);
 }

@@ -59,6 +59,7 @@ const char *noise_method_text(enum noise_method method);
 enum bf_status noise_of_channel(const struct model *model, const struct record *record, const char *channel,
                                 struct noise_estimate *out, struct bf_error *err);
 void noise_free(struct noise_estimate *estimate);
+struct noise_estimate noise_copy(const struct noise_estimate *estimate);
 /* The mean power of `sum` and of one more stretch of the same channel, by the cells of each; an empty sum ({0}) becomes a copy. NOISE_NONE adds nothing. */
 void noise_join(struct noise_estimate *sum, const struct noise_estimate *more);
 /* Power of the noise between two frequencies, unit of the channel squared. */

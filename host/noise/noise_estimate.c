@@ -307,15 +307,23 @@ void noise_free(struct noise_estimate *estimate)
     *estimate = (struct noise_estimate){0};
 }
 
+struct noise_estimate noise_copy(const struct noise_estimate *estimate)
+{
+    struct noise_estimate copy = *estimate;
+    if (estimate->psd != NULL) {
+        copy.psd = bf_alloc(estimate->n_bins, sizeof *copy.psd);
+        memcpy(copy.psd, estimate->psd, estimate->n_bins * sizeof *copy.psd);
+    }
+    return copy;
+}
+
 void noise_join(struct noise_estimate *sum, const struct noise_estimate *more)
 {
     const double a = (double)sum->n_used, b = (double)more->n_used;
     if (more->method == NOISE_NONE || !(b > 0.0))
         return;
     if (sum->method == NOISE_NONE) {
-        *sum = *more;
-        sum->psd = bf_alloc(more->n_bins, sizeof *sum->psd);
-        memcpy(sum->psd, more->psd, more->n_bins * sizeof *sum->psd);
+        *sum = noise_copy(more);
         return;
     }
     const double old = sum->rms, square = (a * old * old + b * more->rms * more->rms) / (a + b);

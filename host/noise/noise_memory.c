@@ -48,16 +48,6 @@ struct noise_key noise_memory_key(const double *z, size_t n, double dt_s, const 
 
 /* ---- What is kept ---- */
 
-static struct noise_estimate copy_of(const struct noise_estimate *estimate)
-{
-    struct noise_estimate copy = *estimate;
-    if (estimate->psd != NULL) {
-        copy.psd = bf_alloc(estimate->n_bins, sizeof *copy.psd);
-        memcpy(copy.psd, estimate->psd, estimate->n_bins * sizeof *copy.psd);
-    }
-    return copy;
-}
-
 /* NOISE_REMEMBERED: none. The lock is held. */
 static size_t place_of(struct noise_key key)
 {
@@ -73,7 +63,7 @@ bool noise_memory_find(struct noise_key key, struct noise_estimate *out)
     pthread_mutex_lock(&lock);
     const size_t i = place_of(key);
     if (i < NOISE_REMEMBERED)
-        *out = copy_of(&kept[i].estimate);
+        *out = noise_copy(&kept[i].estimate);
     pthread_mutex_unlock(&lock);
     return i < NOISE_REMEMBERED;
 }
@@ -85,7 +75,7 @@ void noise_memory_add(struct noise_key key, const struct noise_estimate *estimat
         const size_t i = n_added++ % NOISE_REMEMBERED;
         free(kept[i].estimate.psd);
         kept[i].key = key;
-        kept[i].estimate = copy_of(estimate);
+        kept[i].estimate = noise_copy(estimate);
     }
     pthread_mutex_unlock(&lock);
 }

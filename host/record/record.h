@@ -91,6 +91,8 @@ struct record_spool {
 enum bf_status record_spool_read(const char *path, const char *beside, struct record_spool *out, struct bf_error *err);
 /* x[n] of a column, samples `first` … first + n − 1 of it; zeros where the file cannot be read again (see record_spool_failed()). */
 void record_spool_take(const struct record_spool *spool, size_t column, size_t first, size_t n, double x[]);
+/* The same of a column by its name; zeros where there is none. */
+void record_spool_column(const struct record_spool *spool, const char *name, size_t first, size_t n, double x[]);
 bool record_spool_failed(const struct record_spool *spool);
 /* The first n samples as a record of their own, with the metadata and the file's hash. */
 enum bf_status record_spool_head(const struct record_spool *spool, size_t n, struct record *out, struct bf_error *err);

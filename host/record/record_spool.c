@@ -50,6 +50,17 @@ void record_spool_take(const struct record_spool *spool, size_t column, size_t f
     memset(x + there, 0, (n - there) * sizeof *x);
 }
 
+void record_spool_column(const struct record_spool *spool, const char *name, size_t first, size_t n, double x[])
+{
+    size_t i = 0;
+    while (i < spool->record.n_columns && strcmp(spool->record.columns[i].name, name) != 0)
+        i++;
+    if (i < spool->record.n_columns)
+        record_spool_take(spool, i, first, n, x);
+    else
+        memset(x, 0, n * sizeof *x);
+}
+
 bool record_spool_failed(const struct record_spool *spool)
 {
     return spool->f != NULL && ferror(spool->f) != 0;
