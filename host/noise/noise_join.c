@@ -1,0 +1,61 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* noise_join.c — estimates of noise that are there: copied, joined, asked for a band, freed. */
+#include "noise.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "ground/ground.h"
+
+void noise_free(struct noise_estimate *estimate)
+{
+    free(estimate->psd);
+    *estimate = (struct noise_estimate){0};
+}
+
+struct noise_estimate noise_copy(const struct noise_estimate *estimate)
+{
+    struct noise_estimate copy = *estimate;
+    if (estimate->psd != NULL) {
+        copy.psd = bf_alloc(estimate->n_bins, sizeof *copy.psd);
+        memcpy(copy.psd, estimate->psd, estimate->n_bins * sizeof *copy.psd);
+    }
+    return copy;
+}
+
+void noise_join(struct noise_estimate *sum, const struct noise_estimate *more)
+{
+    const double a = (double)sum->n_used, b = (double)more->n_used;
+    if (more->method == NOISE_NONE || !(b > 0.0))
+        return;
+    if (sum->method == NOISE_NONE) {
+        *sum = noise_copy(more);
+        return;
+    }
+    const double old = sum->rms, square = (a * old * old + b * more->rms * more->rms) / (a + b);
+    sum->rms_sd = hypot(a * old * sum->rms_sd, b * more->rms * more->rms_sd) / ((a + b) * sqrt(square));
+    sum->rms = sqrt(square);
+    sum->used_share = (a * sum->used_share + b * more->used_share) / (a + b);
+    sum->quantisation = fmax(sum->quantisation, more->quantisation);
+    sum->n_used += more->n_used;
+    double power = 0.0;
+    for (size_t k = 0; k < sum->n_bins; k++) {
+        const double f = (double)k * sum->df_Hz, half = 0.5 * sum->df_Hz;
+        sum->psd[k] = a * sum->psd[k] + b * noise_power(more, f - half, f + half) / sum->df_Hz;
+        power += sum->psd[k] * sum->df_Hz;
+    }
+    for (size_t k = 0; k < sum->n_bins; k++)
+        sum->psd[k] *= square / power;
+}
+
+double noise_power(const struct noise_estimate *noise, double from_Hz, double to_Hz)
+{
+    double sum = 0.0;
+    for (size_t k = 0; k < noise->n_bins; k++) { /* bin k stands for half a bin to either side */
+        const double low = fmax(from_Hz, ((double)k - 0.5) * noise->df_Hz);
+        const double high = fmin(to_Hz, ((double)k + 0.5) * noise->df_Hz);
+        sum += high > low ? noise->psd[k] * (high - low) : 0.0;
+    }
+    return sum;
+}
