@@ -28,6 +28,11 @@ static enum bf_status read_prior_m(const struct yaml_reader *r, const struct yam
         return yaml_fail(r, stated, "%s is %g m with a standard deviation; write at least 1e-6 m, or hold it", at->name,
                          at->prior_value);
     at->prior = prior_m / at->prior_value;
+    if (status == BF_OK && !(at->prior > 0.0 && isfinite(at->prior)))
+        return yaml_fail(r, stated, "the standard deviation of a place at %g m is %g m; write metres, e.g. 0.002",
+                         at->prior_value, prior_m);
+    if (status == BF_OK && own && !(at->sd >= 0.0 && isfinite(at->sd)))
+        return yaml_fail(r, sd, "%s: sd is %g; a standard error is at least 0", at->name, at->sd);
     at->sd = own ? at->sd : 0.0;
     return status;
 }

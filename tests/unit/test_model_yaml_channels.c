@@ -87,6 +87,9 @@ static void wrong_places_and_gains(void **state)
     } bad[] = {
         {"{kind: velocity, at_m: {value: 0.5}}", "outside the beam"},
         {"{kind: velocity, at_m: {value: 0.4, prior_m: -1}}", "the standard deviation of a place is -1"},
+        {"{kind: velocity, at_m: {value: 0.4, prior_m: 1e308}}", "is 1e+308 m; write metres"},
+        {"{kind: velocity, at_m: {value: 1e-320, sd: 0.01}}", "write metres"},
+        {"{kind: velocity, at_m: {value: 0.4, prior_m: 0.001, sd: .inf}}", "sd is inf"},
         {"{kind: velocity, at_m: {value: 0.4, prior: 0}}", "prior is 0"},
         {"{kind: velocity, at_m: {value: 0, prior_m: 0.001}}", "at_m is 0 m with a standard deviation"},
         {"{kind: velocity, at_m: {prior_m: 0.001}}", "at_m has no value"},

@@ -53,6 +53,7 @@ static void binary_files(void **state)
     refuses(HEAD "a: \xe2\x82", "m.yaml:2: ", "not UTF-8");           /* cut */
     refuses(HEAD "a: \x1b[31m\n", "m.yaml:2: ", "not a text file");
     refuses(HEAD "a: \"\\0\"\n", "m.yaml:2: ", "zero byte");
+    refuses(HEAD "a: 'it''''s'\n", "m.yaml:2: ", "in double quotes"); /* which libfyaml 0.7.12 would misread */
 }
 
 static void bombs(void **state)
