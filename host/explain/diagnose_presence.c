@@ -6,6 +6,7 @@
  */
 #include "diagnose_presence.h"
 #include "diagnose_relatives.h"
+#include "plausible.h"
 #include "probability.h"
 
 #include <math.h>
@@ -148,6 +149,10 @@ static void fill_features(const struct diagnosis *d, struct decision *one)
     x[FEATURE_SET] = best->n_effects > 1 ? 1.0 : 0.0;
     x[FEATURE_LEAD] = bounded(best->score - other->score, clear_lead);
     x[FEATURE_CROWD] = bounded(log(rms_of(other, best)), 1.0);
+    x[FEATURE_ATTRACTS] = 0.0;
+    for (size_t i = 0; i < one->n; i++)
+        if (is_attracting(best, one->among[i]))
+            x[FEATURE_ATTRACTS] = 1.0;
     one->probability = probability_of(x);
 }
 

@@ -3,6 +3,7 @@
  * A mode that no bending beam has. Something that swings by itself has a mass, a frequency, a damping and a place: enough to take a part of
  * almost any misfit, near or far from a mode. So it is tried last, where nothing else is sure, and it stays only when it
  * is a mode: within the band, lightly damped, and leaving nothing where no other pair of effects does, or clearly less than every other explanation.
+ * What does not decay within the longest record is no mode: something drives it (a support that moves, hum).
  */
 #include "diagnose_state.h"
 
@@ -17,9 +18,10 @@
 static const struct resonator_limits {
     double lead;        /* rms: it leaves less than this part of what any other explanation leaves */
     double damping;     /* ratio: above, it is a damper and no mode */
+    double decay;       /* logarithm of the amplitude over the longest record: less, and it is a steady tone */
     double below_first; /* of the first mode: below, it stands still */
     double part;        /* of the beam's mass: where a search begins */
-} limits = {.lead = 0.7, .damping = 0.3, .below_first = 0.3, .part = 0.01};
+} limits = {.lead = 0.7, .damping = 0.3, .decay = 0.1, .below_first = 0.3, .part = 0.01};
 enum { FREQUENCIES = 8, PLACES = 2 };
 static const double places[PLACES] = {1.0, 0.6}; /* of the length */
 
@@ -137,11 +139,14 @@ static bool stands_out(const struct hypothesis *h, const struct others *others)
 
 static bool is_mode(const struct diagnosis *d, const struct hypothesis *h, const struct others *others)
 {
-    const double f_Hz = value_of(h, BEAM_ROLE_RESONANCE);
-    double band_Hz = 0.0;
-    for (size_t r = 0; r < d->n_records; r++)
+    static const double pi = 3.14159265358979323846;
+    const double f_Hz = value_of(h, BEAM_ROLE_RESONANCE), damping = value_of(h, BEAM_ROLE_LOSS);
+    double band_Hz = 0.0, longest_s = 0.0;
+    for (size_t r = 0; r < d->n_records; r++) {
         band_Hz = fmax(band_Hz, 0.5 / d->records[r].dt_s);
-    return stands_out(h, others) && value_of(h, BEAM_ROLE_LOSS) < limits.damping &&
+        longest_s = fmax(longest_s, (double)d->records[r].n * d->records[r].dt_s);
+    }
+    return stands_out(h, others) && damping < limits.damping && damping * 2.0 * pi * f_Hz * longest_s > limits.decay &&
            f_Hz > limits.below_first * d->mode_Hz[0] && f_Hz < band_Hz;
 }
 

@@ -48,17 +48,23 @@ static double nats_of_term(const struct model *model, const struct beam_term *te
     return 0.0;
 }
 
-static double nats_of_terms(const struct model *model, const struct model_effect *own)
+/* At the values that the effect has in the model. Returns how many; 0: it has none there. */
+static int terms_of(const struct model *model, const struct model_effect *own,
+                    struct beam_term terms[BEAM_EFFECT_TERMS])
 {
     const struct beam_place place = model_place(model);
-    struct beam_term terms[BEAM_EFFECT_TERMS] = {0};
     beam_real p[BEAM_EFFECT_PARAMETERS] = {0};
-    double nats = 0.0;
     for (int slot = 0; slot < own->effect->n_parameters; slot++)
         p[slot] = (beam_real)own->parameters[slot].value;
-    if (own->effect->terms == NULL || own->effect->terms(p, &place, terms) != 0)
-        return 0.0;
-    for (int t = 0; t < own->effect->n_terms; t++)
+    return own->effect->terms != NULL && own->effect->terms(p, &place, terms) == 0 ? own->effect->n_terms : 0;
+}
+
+static double nats_of_terms(const struct model *model, const struct model_effect *own)
+{
+    struct beam_term terms[BEAM_EFFECT_TERMS] = {0};
+    const int n = terms_of(model, own, terms);
+    double nats = 0.0;
+    for (int t = 0; t < n; t++)
         nats += nats_of_term(model, &terms[t]);
     return nats;
 }
@@ -92,4 +98,16 @@ double implausible_nats(const struct diagnosis *d, const struct hypothesis *h)
         nats += nats_of_terms(&h->model, own) + nats_of_tones(&d->attainable, own);
     }
     return nats;
+}
+
+bool is_attracting(const struct hypothesis *h, const struct beam_effect *effect)
+{
+    for (size_t i = 0; i < h->n_effects && h->n_base + i < h->model.n_effects; i++) {
+        struct beam_term terms[BEAM_EFFECT_TERMS] = {0};
+        const int n = h->effects[i] == effect ? terms_of(&h->model, &h->model.effects[h->n_base + i], terms) : 0;
+        for (int t = 0; t < n; t++)
+            if (terms[t].place.kind == BEAM_AT_POINT && (double)terms[t].value.stiffness < 0.0)
+                return true;
+    }
+    return false;
 }

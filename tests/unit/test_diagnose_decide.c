@@ -142,6 +142,26 @@ static void one_clear_explanation_is_named(void **state)
     done(&d);
 }
 
+/* A magnet is rare, and on a beam that something else is wrong with a spring that attracts takes much: the same numbers are less sure. */
+static void a_spring_that_attracts_is_less_sure(void **state)
+{
+    double probability[2];
+    for (int i = 0; i < 2; i++) {
+        struct diagnosis d;
+        struct hypothesis h[] = {refit("point_spring", NULL, 3, 1.01, 1.02),
+                                 refit("root_compliance", NULL, 2, 31.0, 33.0)};
+        fixture_model(&h[0].model,
+                      i == 0 ? "  - {kind: point_spring, stiffness_Npm: 20, damping_Nspm: 0, at_m: 0.3}\n"
+                             : "  - {kind: point_spring, stiffness_Npm: -20, damping_Nspm: 0, at_m: 0.3}\n");
+        decide(&d, *state, 37.0, 28.0, h, 2);
+        assert_int_equal(d.verdict, i == 0 ? VERDICT_MISSING : VERDICT_UNKNOWN);
+        probability[i] = d.decisions[0].probability;
+        model_free(&d.hypotheses[0].model);
+        done(&d);
+    }
+    assert_true(probability[0] > 0.9 && probability[1] < 0.8);
+}
+
 /*
  * A cause of a measured beam does not end at the noise; that nothing else comes near it is what names it, where a free linear model
  * leaves nearly as much.
@@ -341,6 +361,7 @@ int main(void)
         cmocka_unit_test(significance_without_size_names_nothing),
         cmocka_unit_test(one_clear_explanation_is_named),
         cmocka_unit_test(what_stands_out_is_named_though_it_leaves_much),
+        cmocka_unit_test(a_spring_that_attracts_is_less_sure),
         cmocka_unit_test(none_of_a_crowd_is_named),
         cmocka_unit_test(two_that_explain_alike_are_ambiguous),
         cmocka_unit_test(held_out_records_break_a_tie),

@@ -58,12 +58,41 @@ static void what_is_no_mode_is_not_named(void **state)
     bench_free(b);
 }
 
+/* The records from `rows` on, when the blow is over. */
+static void keep_decays(struct bench *b, size_t rows)
+{
+    for (size_t r = 0; r < b->n; r++) {
+        const struct record *whole = &b->records[r];
+        struct record decay = {.n = whole->n - rows, .dt_s = whole->dt_s, .path = strdup(whole->path)};
+        for (size_t c = 1; c < whole->n_columns; c++)
+            record_add_column(&decay, whole->columns[c].name, whole->columns[c].x + rows);
+        record_add_meta(&decay, "excitation", "free_decay");
+        record_free(&b->records[r]);
+        b->records[r] = decay;
+    }
+}
+
+/* In a decay the clamp's steady shaking looks like a resonator that nothing damps. */
+static void a_steady_tone_is_no_resonator(void **state)
+{
+    (void)state;
+    static const char *const ids[] = {"point_mass", "attached_resonator", NULL};
+    struct bench *b = bench_new("{kind: base_motion, amplitude_mps2: 0.5, frequency_Hz: 25}", 2, LONG, 0.004, ids);
+    keep_decays(b, 40);
+    diagnose(b, 2, 0);
+    assert_true(b->d.baseline.fitted.noise_ratio > 2.0);
+    assert_false(was_tried(&b->d)); /* tried, and dropped again */
+    assert_int_not_equal(b->d.verdict, VERDICT_MISSING);
+    bench_free(b);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(an_absorber_is_found_with_its_values),
         cmocka_unit_test(a_mass_needs_no_mode_of_its_own),
         cmocka_unit_test(what_is_no_mode_is_not_named),
+        cmocka_unit_test(a_steady_tone_is_no_resonator),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
