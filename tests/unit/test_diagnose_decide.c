@@ -150,9 +150,9 @@ static void a_spring_that_attracts_is_less_sure(void **state)
         struct diagnosis d;
         struct hypothesis h[] = {refit("point_spring", NULL, 3, 1.01, 1.02),
                                  refit("root_compliance", NULL, 2, 31.0, 33.0)};
-        fixture_model(&h[0].model,
-                      i == 0 ? "  - {kind: point_spring, stiffness_Npm: 20, damping_Nspm: 0, at_m: 0.3}\n"
-                             : "  - {kind: point_spring, stiffness_Npm: -20, damping_Nspm: 0, at_m: 0.3}\n");
+        fixture_model(&h[0].model, i == 0
+                                       ? "  - {kind: point_spring, stiffness_Npm: 20, damping_Nspm: 0, at_m: 0.3}\n"
+                                       : "  - {kind: point_spring, stiffness_Npm: -20, damping_Nspm: 0, at_m: 0.3}\n");
         decide(&d, *state, 37.0, 28.0, h, 2);
         assert_int_equal(d.verdict, i == 0 ? VERDICT_MISSING : VERDICT_UNKNOWN);
         probability[i] = d.decisions[0].probability;
