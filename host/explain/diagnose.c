@@ -284,8 +284,8 @@ static void work_free(struct diagnose_state *w)
 }
 
 /*
- * Fits the baseline again from the best explanation, so that a local minimum of the baseline is not taken for missing physics. From a lower one
- * the single effects are asked once more: a refit that began at the other minimum may have stayed there.
+ * Fits the baseline again from the best explanation, so that a local minimum of the baseline is not taken for missing physics. Where that finds a
+ * lower minimum, single effects are refitted from it, because a refit that began at the old one may have stayed there.
  */
 static enum bf_status restart(struct diagnose_state *w, struct bf_error *err)
 {
@@ -296,9 +296,10 @@ static enum bf_status restart(struct diagnose_state *w, struct bf_error *err)
     localise_free(&w->d->where);
     status = localise(w->d, &w->d->baseline, &w->d->where, err);
     diagnose_rank(w->d, w->n_tried);
-    if (!status && !diagnose_is_complete(w->d) && !progress_interrupted())
+    if (!status && !diagnose_is_complete(w->d) && !progress_interrupted()) {
         status = singles(w, err);
-    diagnose_drop_repeats(w->d);
+        diagnose_drop_repeats(w->d);
+    }
     diagnose_decide(w->d);
     return status;
 }

@@ -139,15 +139,15 @@ static bool stands_out(const struct hypothesis *h, const struct others *others)
 
 static bool is_mode(const struct diagnosis *d, const struct hypothesis *h, const struct others *others)
 {
-    static const double pi = 3.14159265358979323846;
     const double f_Hz = value_of(h, BEAM_ROLE_RESONANCE), damping = value_of(h, BEAM_ROLE_LOSS);
     double band_Hz = 0.0, longest_s = 0.0;
     for (size_t r = 0; r < d->n_records; r++) {
         band_Hz = fmax(band_Hz, 0.5 / d->records[r].dt_s);
         longest_s = fmax(longest_s, (double)d->records[r].n * d->records[r].dt_s);
     }
-    return stands_out(h, others) && damping < limits.damping && damping * 2.0 * pi * f_Hz * longest_s > limits.decay &&
-           f_Hz > limits.below_first * d->mode_Hz[0] && f_Hz < band_Hz;
+    return stands_out(h, others) && damping < limits.damping &&
+           damping * 2.0 * M_PI * f_Hz * longest_s > limits.decay && f_Hz > limits.below_first * d->mode_Hz[0] &&
+           f_Hz < band_Hz;
 }
 
 /* What is no mode is no explanation either. */

@@ -142,7 +142,7 @@ static void one_clear_explanation_is_named(void **state)
     done(&d);
 }
 
-/* A magnet is rare, and on a beam that something else is wrong with a spring that attracts takes much: the same numbers are less sure. */
+/* A spring that attracts often stands in for something else: the same errors make it less probable than one that pulls back. */
 static void a_spring_that_attracts_is_less_sure(void **state)
 {
     double probability[2];
