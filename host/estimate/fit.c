@@ -225,6 +225,8 @@ static enum bf_status descend(struct fit_work *w, const struct fit_options *opti
     if (!status && wanted && p->n_unknowns > 0 && !progress_interrupted())
         status = search(w, &stairs, bar, found, out, err);
     stairs.tried = NULL;
+    if (!status && missed && p->predictor != NULL && !progress_interrupted())
+        status = best_raise_vanished(p, &stairs, w->x, found, err);
     if (!missed)
         tried->n = 1;
     if (p->n_used < p->n_rows) /* other rows than those that the start was judged by */

@@ -15,16 +15,13 @@ static size_t lowest(const struct tried *tried)
     return best;
 }
 
-/* Down from the best point, when it is below `found`; theta[n_refs]: the lower end. */
-static enum bf_status go_down(const struct tried *tried, struct fit_problem *p, const struct staircase *stairs,
+/* Down from `start`; theta[n_refs] and *found: that end, where it is the lower one. */
+static enum bf_status go_down(struct fit_problem *p, const struct staircase *stairs, const double start[],
                               double theta[], struct optimise_result *found, struct bf_error *err)
 {
-    const size_t best = lowest(tried);
     struct optimise_result end;
-    if (!(tried->half_square[best] < found->half_square))
-        return BF_OK;
     double *x = bf_alloc(p->n_unknowns + 1, sizeof *x);
-    starts_to_x(p, tried->theta + best * tried->n_refs, x);
+    starts_to_x(p, start, x);
     const enum bf_status status = staircase_last(p, stairs, x, &end, err);
     if (!status && end.half_square < found->half_square) {
         fit_problem_to_theta(p, x, theta);
@@ -32,6 +29,16 @@ static enum bf_status go_down(const struct tried *tried, struct fit_problem *p, 
     }
     free(x);
     return status == BF_NUMERIC ? BF_OK : status;
+}
+
+/* x[] of θ, the problem in the stage of whole records there. */
+static enum bf_status whole_records(struct fit_problem *p, const double theta[], double x[], struct bf_error *err)
+{
+    starts_to_x(p, theta, x);
+    const enum bf_status status = fit_problem_stage(p, 0.0, 0.0, x, err);
+    if (!status)
+        fit_problem_weigh_priors(p, x);
+    return status;
 }
 
 static bool none_below(const struct tried *tried, double half_square)
@@ -49,15 +56,25 @@ enum bf_status best_of_tried(struct tried *tried, struct fit_problem *p, const s
         return BF_OK;
     double *theta = tried_theta(p, x);
     enum bf_status status = tried_value(tried, p, err);
-    if (!status && !fit_problem_interrupted(p))
-        status = go_down(tried, p, stairs, theta, found, err);
-    if (!status) {
-        starts_to_x(p, theta, x);
-        status = fit_problem_stage(p, 0.0, 0.0, x, err);
-        if (!status)
-            fit_problem_weigh_priors(p, x);
-    }
+    const size_t best = lowest(tried);
+    if (!status && !fit_problem_interrupted(p) && tried->half_square[best] < found->half_square)
+        status = go_down(p, stairs, tried->theta + best * tried->n_refs, theta, found, err);
+    if (!status)
+        status = whole_records(p, theta, x, err);
     free(theta);
+    return status;
+}
+
+enum bf_status best_raise_vanished(struct fit_problem *p, const struct staircase *stairs, double x[],
+                                   struct optimise_result *found, struct bf_error *err)
+{
+    double *theta = tried_theta(p, x), *raised = tried_theta(p, x);
+    enum bf_status status = starts_restore_vanished(p, raised, err);
+    if (!status && memcmp(theta, raised, p->n_refs * sizeof *theta) != 0)
+        status = go_down(p, stairs, raised, theta, found, err);
+    if (!status || status == BF_NUMERIC)
+        status = whole_records(p, theta, x, err);
+    free(theta), free(raised);
     return status;
 }
 

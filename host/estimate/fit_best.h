@@ -20,6 +20,14 @@ enum bf_status best_of_tried(struct tried *tried, struct fit_problem *p, const s
                              struct optimise_result *found, struct bf_error *err);
 
 /*
+ * A descent that begins with a small damping may leave it where it changes nothing, and its logarithm has no gradient there: whole records once
+ * more from where it is seen again (starts_restore_vanished()). The lower of the two ends is left in x and found, as above. Cost: a
+ * Jacobian, and the descent where something had vanished.
+ */
+enum bf_status best_raise_vanished(struct fit_problem *p, const struct staircase *stairs, double x[],
+                                   struct optimise_result *found, struct bf_error *err);
+
+/*
  * optimise_polish() at x[n_unknowns] on whole records, a few evaluations. It looks around, and the reduced space is rebuilt
  * where it looks: x is not judged in the space of another place. x stays when what was found is not below half_square in its
  * own. *gain: what was found, in the objective.

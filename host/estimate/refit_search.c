@@ -328,28 +328,6 @@ static enum bf_status refine_near(struct refit_search *t, double x[], struct opt
     return status;
 }
 
-/*
- * Early windows under a law may drive a damping to nothing, and the logarithm does not bring it back: whole records once more from where
- * it is seen again. x and *found are replaced where that is lower.
- */
-static enum bf_status raise_vanished(struct refit_search *t, double x[], struct optimise_result *found,
-                                     struct bf_error *err)
-{
-    struct fit_problem *p = t->p;
-    struct optimise_result end = {.half_square = HUGE_VAL};
-    double *before = tried_theta(p, x), *theta = tried_theta(p, x), *moved = bf_alloc(p->n_unknowns, sizeof *moved);
-    enum bf_status status = starts_restore_vanished(p, theta, err);
-    const bool any = memcmp(before, theta, p->n_refs * sizeof *theta) != 0;
-    starts_to_x(p, theta, moved);
-    if (!status && any)
-        status = staircase_last(p, &t->stairs, moved, &end, err);
-    starts_to_x(p, before, x);
-    if (!status || status == BF_NUMERIC)
-        status = keep_lower(p, moved, &end, x, found, err);
-    free(before), free(theta), free(moved);
-    return status;
-}
-
 /* The best end, or what one of the starts comes to on whole records at once, where that is lower. */
 static enum bf_status take_best(struct refit_search *t, const struct best_end *best, struct tried *starts, double x[],
                                 struct optimise_result *found, struct bf_error *err)
@@ -363,7 +341,7 @@ static enum bf_status take_best(struct refit_search *t, const struct best_end *b
     if (!status)
         fit_problem_weigh_priors(p, x);
     if (!status && t->stairs.gentle && !fit_problem_interrupted(p))
-        status = raise_vanished(t, x, found, err);
+        status = best_raise_vanished(p, &t->stairs, x, found, err);
     if (!status && !t->quick && !fit_problem_interrupted(p))
         status = best_of_tried(starts, p, &t->stairs, x, found, err);
     return status;

@@ -354,6 +354,40 @@ static void a_search_is_no_worse_than_none(void **state)
     }
 }
 
+/* Of a damping so small that it changes nothing the logarithm has no gradient, and another damping takes what it should. */
+static void a_damping_that_changes_nothing_is_raised(void **state)
+{
+    (void)state;
+    static const double gamma[] = {0.02, 1e-6}; /* the true one; none, for all that the record tells */
+    double ratio[2], found[2];
+    for (int how = 0; how < 2; how++) {
+        struct bf_error err;
+        struct record record;
+        struct model model;
+        struct fit_result result;
+        double sigma[2];
+        seed = 25;
+        make_record("hit.csv", 0.02, 1.0, &record, sigma);
+        for (size_t k = 0; k < SAMPLES; k++) /* something that the model lacks */
+            record.columns[2].x[k] += 3.0 * sigma[1] * sin(0.4 * (double)k);
+        struct beam start = truth;
+        start.of_rho = ", fixed: true";
+        make_model(&start, &model);
+        model.gamma.fixed = false;
+        model.gamma.value = gamma[how];
+        const struct fit_options options = {.quiet = true, .sigma = sigma, .start = FIT_NEAR};
+        assert_int_equal(fit_run(&model, &record, 1, &options, &result, &err), BF_OK);
+        ratio[how] = result.noise_ratio;
+        found[how] = find(&result, "gamma_sNpm2")->value;
+        fit_free(&result);
+        model_free(&model);
+        record_free(&record);
+    }
+    assert_true(ratio[0] > 1.2);
+    assert_true(ratio[1] < ratio[0] * (1.0 + 1e-4));
+    assert_near(found[1] / found[0], 1.0, 0.01);
+}
+
 /* Short windows lead away from values that describe the whole records better than where they lead to. */
 static void a_fit_is_no_worse_than_its_start(void **state)
 {
@@ -508,6 +542,7 @@ int main(void)
         cmocka_unit_test(hum_is_found_at_its_frequency_and_phase),
         cmocka_unit_test(a_trapped_fit_is_searched_out),
         cmocka_unit_test(a_search_is_no_worse_than_none),
+        cmocka_unit_test(a_damping_that_changes_nothing_is_raised),
         cmocka_unit_test(a_fit_is_no_worse_than_its_start),
         cmocka_unit_test(the_model_takes_values_errors_and_records),
         cmocka_unit_test(errors_on_other_records_are_those_of_the_model),
