@@ -109,7 +109,7 @@ struct yaml_parameter_text {
     char text[YAML_PARAMETER_KEYS][DECIMAL_TEXT];
 };
 /* Turns a copy of a channel's place or gain into what the reader makes of `{}`: the keys that equal it are not written. */
-void yaml_channel_absent(struct parameter *p);
+void yaml_channel_absent(const struct model *m, struct parameter *p);
 void yaml_parameter_keys(const struct parameter *p, const struct parameter *absent, struct yaml_parameter_text *out);
 
 /* "{kind: …, …}" in one line. */

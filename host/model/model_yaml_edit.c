@@ -119,11 +119,11 @@ static void edit_own(struct editor *e, const struct yaml_node *channel, const st
                      const struct channel_parameters *new)
 {
     struct parameter absent = new->at;
-    yaml_channel_absent(&absent);
+    yaml_channel_absent(e->new, &absent);
     if (old->lists_at && new->lists_at)
         edit_parameter(e, channel, &old->at, &new->at, &absent, "", "");
     absent = new->gain;
-    yaml_channel_absent(&absent);
+    yaml_channel_absent(e->new, &absent);
     if (old->lists_gain && new->lists_gain)
         edit_parameter(e, channel, &old->gain, &new->gain, &absent, "", "");
 }

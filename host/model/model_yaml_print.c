@@ -49,13 +49,13 @@ void yaml_parameter_keys(const struct parameter *p, const struct parameter *abse
         decimal_print_rounded(out->text[6], p->sd, SD_DIGITS);
 }
 
-void yaml_channel_absent(struct parameter *p)
+void yaml_channel_absent(const struct model *m, struct parameter *p)
 {
+    const bool place = strcmp(p->name, "at_m") == 0;
     p->fixed = false;
     p->value = p->prior = p->prior_value = p->sd = 0.0;
     p->min = strcmp(p->name, "gain") == 0 ? -HUGE_VAL : 0.0;
-    if (strcmp(p->name, "gain") == 0)
-        p->max = HUGE_VAL;
+    p->max = place ? fmax(p->max, m->length_m) : HUGE_VAL; /* beyond the end of the beam a bound says nothing */
 }
 
 /* A free parameter of a material or of the model, as the reader makes it before it has seen the file. */
@@ -269,7 +269,7 @@ static void print_own(struct yaml_text *text, const struct model *m, const char 
         add_pair(text, p->name[0] ? p->name : "at_m", value, false);
         return;
     }
-    yaml_channel_absent(&absent);
+    yaml_channel_absent(m, &absent);
     yaml_parameter_keys(p, &absent, &keys);
     yaml_text_addf(text, ", %s: {value: %s", p->name, keys.text[0]);
     for (int i = 1; i < YAML_PARAMETER_KEYS; i++)

@@ -79,6 +79,33 @@ static void places_and_gains(void **state)
     }
 }
 
+/* A bound that the file states for a place stays, however the file is written; the end of the beam, which is the default, is not stated. */
+static void a_place_keeps_its_bound(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *keys;
+        double max;
+        bool stated;
+    } cases[] = {{", max: 0.42", 0.42, true}, {"", 0.4573, false}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        char text[1024];
+        struct model m, again;
+        (void)snprintf(text, sizeof text,
+                       CHANNELS "  tip_mps: {kind: velocity, at_m: {value: 0.4%s}}\neffects: []\n", cases[i].keys);
+        reads(text, &m);
+        char *edited = model_edit_text(m.document, strlen(m.document), &m), *printed = model_to_text(&m);
+        for (int k = 0; k < 2; k++) {
+            reads(k == 0 ? edited : printed, &again);
+            assert_near(listed(&again, "tip_mps.at_m").info->max, cases[i].max);
+            model_free(&again);
+        }
+        assert_true((strstr(printed, "max:") != NULL) == cases[i].stated);
+        free(edited), free(printed);
+        model_free(&m);
+    }
+}
+
 static void wrong_places_and_gains(void **state)
 {
     (void)state;
@@ -112,6 +139,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(places_and_gains),
+        cmocka_unit_test(a_place_keeps_its_bound),
         cmocka_unit_test(wrong_places_and_gains),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
