@@ -303,11 +303,11 @@ false-alarms: $(B)/beamfit $(B)/beam_truth ## measure: diagnose sets that hide n
 	@python3 -B tests/hidden/false_alarms.py --build $(B) --work $(HIDDEN)/false_alarms --jobs $(JOBS) $(PAGE:%=--page %) $(N)
 # Cases and answers are kept below CALIBRATE: the same command goes on where it was interrupted.
 CALIBRATE ?= build/calibrate
-calibrate: $(B)/beamfit $(B)/beam_truth ## measure: draw imperfect rigs, diagnose, fit the probabilities; table and page [SEED='1 2' N=200 JOBS=2]
+calibrate: $(B)/beamfit $(B)/beam_truth ## measure: draw imperfect rigs, diagnose, fit the probabilities; table and page [SEED='1 2' N=200 JOBS=2 UPDATE=]
 	@tools/deps.sh build test
 	@python3 -B tests/calibrate/run.py --build $(B) --work $(CALIBRATE) --jobs $(JOBS) --number $(N) --seed $(SEED)
 	@python3 -B tests/calibrate/perfect.py --build $(B) --work $(CALIBRATE) --records $(B)/hidden
-	@python3 -B tests/calibrate/fit.py --work $(CALIBRATE) --seeds 0 $(SEED)
+	@python3 -B tests/calibrate/fit.py --work $(CALIBRATE) --seeds 0 $(SEED) $(UPDATE:%=--update)
 drawn-imperfect: JUDGED = $(if $(filter file,$(origin SEED)),101,$(SEED))
 drawn-imperfect: $(B)/beamfit $(B)/beam_truth ## measure: judge diagnose and its probabilities on imperfect rigs that calibrated nothing [SEED=101 N=200 JOBS=2]
 	@tools/deps.sh build test

@@ -131,6 +131,7 @@ enum bf_status diagnose_extend(struct diagnose_state *w, const struct hypothesis
     if (!status && given_is_wanted(&s) && !diagnose_explained(w->d, s.n_effects) && !progress_interrupted())
         status = diagnose_single_places(w, 0.0, err);
     const bool explained = diagnose_explained(w->d, s.n_effects);
+    s.linear = s.linear || (explained && !w->options->everything && w->d->linearity.verdict == LINEARITY_LINEAR);
     /* a law is found as the first or the second of three */
     const bool enough =
         (diagnose_is_far(from) && (explained || takes_nearly_all(w->d, from, s.n_effects))) || from->n_effects >= 2;

@@ -40,7 +40,7 @@ static bool takes_long(const struct hypothesis *h)
 }
 
 /* A hypothesis whose fit has no value is dropped: the others decide, and the diagnosis is no longer sure. */
-static bool run_job(struct refit_queue *queue, struct refit_job *job, int threads, double abandon_above,
+static bool fit_job(struct refit_queue *queue, struct refit_job *job, int threads, double abandon_above,
                     struct hypothesis *h)
 {
     const struct diagnose_state *w = queue->w;
@@ -68,6 +68,36 @@ static bool run_job(struct refit_queue *queue, struct refit_job *job, int thread
     h->refitted = true;
     h->places_tried = job->places_tried;
     return hypothesis_measure(w, h, &err) == BF_OK;
+}
+
+/* It takes all but a hundredth of the misfit. */
+static bool is_promising(const struct diagnosis *d, const struct hypothesis *h)
+{
+    static const double hundredth = 0.01; /* of the power above the noise */
+    return hypothesis_excess(&h->fitted) <= hundredth * hypothesis_excess(&d->baseline.fitted);
+}
+
+/*
+ * A quick look that had come down to nearly nothing when its evaluations ran out has found what was looked for: it goes on from there, and
+ * is done in a few.
+ */
+static bool run_job(struct refit_queue *queue, struct refit_job *job, int threads, double abandon_above,
+                    struct hypothesis *h)
+{
+    struct bf_error ignored;
+    const bool usable = fit_job(queue, job, threads, abandon_above, h);
+    struct refit_job rest = *job;
+    if (!usable || job->most_runs == 0 || !h->fit.interrupted || progress_interrupted() ||
+        !is_promising(queue->w->d, h) || model_copy(&h->model, &rest.model, &ignored) != BF_OK)
+        return usable;
+    rest.most_runs = 0;
+    rest.near = true;
+    rest.first_new = rest.model.n_effects;
+    const size_t evaluations = h->fit.evaluations;
+    hypothesis_free(h);
+    const bool found = fit_job(queue, &rest, threads, abandon_above, h);
+    h->fit.evaluations += evaluations;
+    return found;
 }
 
 /* χ²/n that is far above what the best refit with as many effects leaves. */

@@ -24,8 +24,9 @@ static const double worth_share = 0.5;
  */
 static const double highest_p = 0.05;
 static const double first_order_ratio = 1.5;
-/* Best first-order scores that are refined, and renewals of a trial's motion. */
-enum { REFINED = 5, TRIAL_ROUNDS = 3 };
+/* Best first-order scores that are refined, those that take less than this part of what the best takes, at most; and renewals of a trial's motion. */
+enum { REFINED = 5, ALSO_REFINED = 10, TRIAL_ROUNDS = 3 };
+static const double also_refined = 0.3;
 
 bool diagnose_is_far(const struct hypothesis *h)
 {
@@ -105,12 +106,25 @@ static void score_kind(struct shortlist *s, enum effect_kind kind)
     free(order);
 }
 
+/*
+ * The first order is local: at a baseline that has bent to stand in for an effect, that effect may promise half of what others do. So all that promise a
+ * comparable part are refined.
+ */
+static size_t n_refined(const struct shortlist *s, enum effect_kind kind)
+{
+    const size_t *order = s->order[kind], most = s->n_order[kind] < ALSO_REFINED ? s->n_order[kind] : ALSO_REFINED;
+    size_t n = 0;
+    while (n < most && (n < REFINED || s->scores[order[n]].LM >= also_refined * s->scores[order[0]].LM))
+        n++;
+    return n;
+}
+
 enum bf_status shortlist_refine(struct shortlist *s, enum effect_kind kind, struct bf_error *err)
 {
     const enum bf_status status = shortlist_score(s, kind, err);
     if (status || s->refined[kind])
         return status;
-    const size_t n = s->n_order[kind] < REFINED ? s->n_order[kind] : REFINED;
+    const size_t n = n_refined(s, kind);
     score_refine_all(s->base, s->list.candidates, s->scores, s->order[kind], n, 0);
     qsort_r(s->order[kind], n, sizeof(size_t), by_left, s);
     s->refined[kind] = true;

@@ -30,20 +30,26 @@ def load(work, seeds, number):
     return rows
 
 
+def beside(row):
+    """Effects that a rough rig has beside its cause, strong enough to be seen."""
+    return {effect["id"] for effect in row.get("beside", [])}
+
+
 def is_right(row, effects):
-    """The set is what hides in the rig: the truth or a mate of it, and beside it only errors of the rig that the catalogue has."""
+    """The set is what hides in the rig: the truth or a mate of it, and beside it only errors of the rig that the catalogue has; or what a rough rig has beside its cause."""
     named, also = set(effects), set(row["also_true"])
     rights = [] if row["kind"] == "removed" else [set(right) for right in row["right"]]
     if any(right <= named and named - right <= also for right in rights):
         return True
     small = row["kind"] == "clean" or row["ratio"] < DOMINATES * max(row["clean_ratio"], 1)
-    return small and len(named) > 0 and named <= also
+    return named <= also and (bool(named & beside(row)) or (small and len(named) > 0))
 
 
 def label(row, entry):
-    """One of the effects is there: it is the truth or a part of it, or an error that the rig has beside the truth."""
+    """One of the effects is there: it is the truth or a part of it, or stands beside it in a rough rig, or is an error that the rig has beside the truth."""
     asked, rights = set(entry["effects"]), [] if row["kind"] == "removed" else [set(right) for right in row["right"]]
-    return int(any(right & asked for right in rights) or (bool(asked & set(row["also_true"])) and is_right(row, entry["with"])))
+    return int(any(right & asked for right in rights) or bool(asked & beside(row)) or
+               (bool(asked & set(row["also_true"])) and is_right(row, entry["with"])))
 
 
 def decisions(row):

@@ -2,6 +2,7 @@
 """Fits the table of probabilities to the answers that run.py has stored, or judges answers by their own probabilities: docs/calibration.md.
 
     python3 tests/calibrate/fit.py --seeds 1 2             fits; writes host/explain/probability_table.c and results/calibration
+    python3 tests/calibrate/fit.py --update --seeds 3      moves the present table as far as these answers ask for it: few answers change little
     python3 tests/calibrate/fit.py --judge --seeds 11 12   judges other seeds; writes results/drawn_imperfect
 """
 
@@ -9,6 +10,7 @@ import argparse
 import collections
 import math
 import os
+import re
 import sys
 
 import answers
@@ -17,6 +19,7 @@ import page
 import records
 
 RIDGE = 1.0  # a weight of a standardised feature is near 0, with a standard deviation of 1, before anything is known
+STAYS = 30.0  # the same of what an update adds to the present weights: as much as 30 answers that are even odds
 LACKING = 0.1  # of the beams that lack something, those that lack what the catalogue does not have; the drawn cases hold more of them
 CLOSE = 0.8  # a wrong name that is said with more is listed
 
@@ -62,6 +65,16 @@ def table_source(model, names, count, command):
     return "\n".join(lines)
 
 
+def present_table(path, names):
+    """(intercept, weights) that the C source has."""
+    with open(path, encoding="utf-8") as stream:
+        source = stream.read()
+    weights = {name.lower(): float(value) for name, value in re.findall(r"\[FEATURE_(\w+)\] = ([-+.\de]+)", source)}
+    if sorted(weights) != sorted(names):
+        raise SystemExit("%s: its features are %s, the answers have %s" % (path, sorted(weights), sorted(names)))
+    return float(re.search(r"\.intercept = ([-+.\de]+)", source).group(1)), [weights[name] for name in names]
+
+
 def with_diagram(text, bins, title, path):
     """Adds the reliability table and the diagram, which is written beside the page."""
     picture = os.path.splitext(path)[0] + ".svg"
@@ -74,13 +87,14 @@ def calibrate(rows, options):
     values, labels = [f[2] for f in found], [f[3] for f in found]
     kinds = [f[0]["kind"] for f in found]
     counts = counts_of(rows, found)
-    said = logistic.cross_validated(values, labels, [f[0]["case"] for f in found], options.ridge, counts)
-    model = logistic.fit(values, labels, options.ridge, counts)
-    command = "make calibrate SEED='%s'" % " ".join(str(seed) for seed in options.seeds if seed)
+    start = present_table(options.table, names) if options.update else None
+    said = logistic.cross_validated(values, labels, [f[0]["case"] for f in found], options.ridge, counts, start)
+    model = logistic.fit(values, labels, options.ridge, counts, start)
+    command = "make calibrate SEED='%s'%s" % (" ".join(str(seed) for seed in options.seeds if seed), " UPDATE=1" if options.update else "")
     count = "%d cases, %d answers, %d entries, of them %d right" % (len({row["case"] for row in rows}), len(rows), len(found), sum(labels))
     text = page.head("Calibration of the probability", command) + "What is drawn and what counts as right: [calibration.md](../calibration.md).\n\n"
-    text += "Seeds %s (0: data/hidden): %s. Logistic regression, ridge penalty %g on standardised features; every answer counts the same, however many questions it asks; the cause of one beam in ten is taken to be outside the catalogue. The figures below are cross-validated: ten folds, a case " \
-        "in one of them with all its answers.\n\n" % (" ".join(map(str, options.seeds)), count, options.ridge)
+    text += "Seeds %s (0: data/hidden): %s. Logistic regression, ridge penalty %g on standardised features%s; every answer counts the same, however many questions it asks; the cause of one beam in ten is taken to be outside the catalogue. The figures below are cross-validated: ten folds, a case " \
+        "in one of them with all its answers.\n\n" % (" ".join(map(str, options.seeds)), count, options.ridge, ", of what is added to the table that was there before" if options.update else "")
     text += page.brier_table(kinds, said, labels) + "\n"
     text = with_diagram(text, logistic.reliability(said, labels), "Calibration, cross-validated", options.page)
     deviation = [math.sqrt(sum((v[j] - sum(u[j] for u in values) / len(values)) ** 2 for v in values) / len(values)) for j in range(len(names))]
@@ -140,12 +154,14 @@ def main():
     parser.add_argument("--seeds", type=int, nargs="+", default=[1])
     parser.add_argument("--judge", action="store_true", help="no fit: the probabilities that the answers have")
     parser.add_argument("--number", type=int, default=0, help="cases of each seed, for the command on the page")
-    parser.add_argument("--ridge", type=float, default=RIDGE)
+    parser.add_argument("--update", action="store_true", help="from the present table")
+    parser.add_argument("--ridge", type=float, help="default %g, with --update %g" % (RIDGE, STAYS))
     parser.add_argument("--table", default=os.path.join(records.TOP, "host", "explain", "probability_table.c"))
     parser.add_argument("--no-table", action="store_true", help="only the page")
     parser.add_argument("--page", help="default: calibration or drawn_imperfect below docs/results")
     options = parser.parse_args()
     options.page = options.page or os.path.join(records.TOP, "docs", "results", "drawn_imperfect.md" if options.judge else "calibration.md")
+    options.ridge = options.ridge if options.ridge is not None else STAYS if options.update else RIDGE
     rows = answers.load(options.work, options.seeds, options.number)
     options.number = options.number or len({row["case"] for row in rows}) // len(options.seeds)
     (judge if options.judge else calibrate)(rows, options)

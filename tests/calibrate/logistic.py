@@ -27,19 +27,22 @@ def solve(matrix, right):
     return x
 
 
-def fit(rows, labels, ridge, counts=None):
-    """(intercept, weights) of raw features. counts: how many rows each stands for, 1. The penalty, ridge/2 · Σ w², is on the weights of standardised features; none on the intercept."""
+def fit(rows, labels, ridge, counts=None, start=None):
+    """(intercept, weights) of raw features. counts: how many rows each stands for, 1. The penalty, ridge/2 · Σ w², is on the weights of standardised features; none on the intercept.
+    start: what was believed before, as fit() returns it; the penalty is then on what is added to it, the intercept's too."""
     n, m = len(rows), len(rows[0])
     mean = [sum(row[j] for row in rows) / n for j in range(m)]
     sd = [math.sqrt(sum((row[j] - mean[j]) ** 2 for row in rows) / n) or 1.0 for j in range(m)]
     x = [[1.0] + [(row[j] - mean[j]) / sd[j] for j in range(m)] for row in rows]
+    before = [logit(start, row) if start else 0.0 for row in rows]
     counts = counts or [1.0] * n
+    penalty = [ridge if start else 1e-9] + [ridge] * m
     w = [0.0] * (m + 1)
     for _ in range(STEPS):
-        gradient = [0.0] + [-ridge * value for value in w[1:]]
-        hessian = [[(ridge if i > 0 else 1e-9) if i == j else 0.0 for j in range(m + 1)] for i in range(m + 1)]
-        for row, label, count in zip(x, labels, counts):
-            p = sigmoid(sum(a * b for a, b in zip(w, row)))
+        gradient = [-p * value for p, value in zip(penalty, w)]
+        hessian = [[penalty[i] if i == j else 0.0 for j in range(m + 1)] for i in range(m + 1)]
+        for row, offset, label, count in zip(x, before, labels, counts):
+            p = sigmoid(offset + sum(a * b for a, b in zip(w, row)))
             for i in range(m + 1):
                 gradient[i] += count * (label - p) * row[i]
                 scaled = count * max(p * (1 - p), 1e-12) * row[i]
@@ -51,14 +54,19 @@ def fit(rows, labels, ridge, counts=None):
         if longest < TOLERANCE:
             break
     weights = [w[j + 1] / sd[j] for j in range(m)]
-    return w[0] - sum(weight * middle for weight, middle in zip(weights, mean)), weights
+    intercept = w[0] - sum(weight * middle for weight, middle in zip(weights, mean))
+    return (start[0] + intercept, [a + b for a, b in zip(start[1], weights)]) if start else (intercept, weights)
+
+
+def logit(model, row):
+    return model[0] + sum(w * x for w, x in zip(model[1], row))
 
 
 def predict(model, row):
-    return sigmoid(model[0] + sum(w * x for w, x in zip(model[1], row)))
+    return sigmoid(logit(model, row))
 
 
-def cross_validated(rows, labels, groups, ridge, counts, folds=10):
+def cross_validated(rows, labels, groups, ridge, counts, start=None, folds=10):
     """Probability of each row from a fit to the other folds; a group is never on both sides."""
     fold = [int(hashlib.sha256(group.encode()).hexdigest(), 16) % folds for group in groups]
     found = [math.nan] * len(rows)
@@ -66,7 +74,7 @@ def cross_validated(rows, labels, groups, ridge, counts, folds=10):
         inside = [i for i in range(len(rows)) if fold[i] != k]
         if len(inside) == len(rows):
             continue
-        model = fit([rows[i] for i in inside], [labels[i] for i in inside], ridge, [counts[i] for i in inside])
+        model = fit([rows[i] for i in inside], [labels[i] for i in inside], ridge, [counts[i] for i in inside], start)
         for i in range(len(rows)):
             if fold[i] == k:
                 found[i] = predict(model, rows[i])
