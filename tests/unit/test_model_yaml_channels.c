@@ -91,8 +91,8 @@ static void a_place_keeps_its_bound(void **state)
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         char text[1024];
         struct model m, again;
-        (void)snprintf(text, sizeof text,
-                       CHANNELS "  tip_mps: {kind: velocity, at_m: {value: 0.4%s}}\neffects: []\n", cases[i].keys);
+        (void)snprintf(text, sizeof text, CHANNELS "  tip_mps: {kind: velocity, at_m: {value: 0.4%s}}\neffects: []\n",
+                       cases[i].keys);
         reads(text, &m);
         char *edited = model_edit_text(m.document, strlen(m.document), &m), *printed = model_to_text(&m);
         for (int k = 0; k < 2; k++) {
