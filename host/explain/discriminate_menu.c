@@ -7,8 +7,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double pi = 3.14159265358979323846;
-
 /* Without records: a small hammer, a piezo amplifier, four seconds at the paper's rate. */
 static const double default_force_N = 5.0, default_moment_V = 20.0, default_duration_s = 4.0, default_dt_s = 1.0 / 1024;
 enum { MOST_SAMPLES = 16384, LEAST_SAMPLES = 256 };
@@ -214,7 +212,7 @@ const struct drive *reference_drive(const struct discriminate_state *w)
 
 static double raised_cosine(double t, double width)
 {
-    return t > 0.0 && t < width ? 0.5 * (1.0 - cos(2.0 * pi * t / width)) : 0.0;
+    return t > 0.0 && t < width ? 0.5 * (1.0 - cos(2.0 * M_PI * t / width)) : 0.0;
 }
 
 /* Rises over `rise`, falls over `fall` to be 0 at `end`. */
@@ -222,8 +220,8 @@ static double plateau(double t, double rise, double end, double fall)
 {
     if (t <= 0.0 || t >= end)
         return 0.0;
-    const double up = t < rise ? 0.5 * (1.0 - cos(pi * t / rise)) : 1.0;
-    return end - t < fall ? up * 0.5 * (1.0 - cos(pi * (end - t) / fall)) : up;
+    const double up = t < rise ? 0.5 * (1.0 - cos(M_PI * t / rise)) : 1.0;
+    return end - t < fall ? up * 0.5 * (1.0 - cos(M_PI * (end - t) / fall)) : up;
 }
 
 /* Sinusoids of equal amplitude on the lines of the driven part, phases after Schroeder (1970). */
@@ -234,7 +232,7 @@ static void multisine(const struct discriminate_state *w, const struct drive *dr
     const double tones = last >= first ? (double)(last - first + 1) : 1.0;
     for (size_t line = first; line <= last; line++) {
         const double j = (double)(line - first);
-        const double step = 2.0 * pi * (double)line / end * w->dt_s, phase = -pi * j * j / tones;
+        const double step = 2.0 * M_PI * (double)line / end * w->dt_s, phase = -M_PI * j * j / tones;
         for (size_t k = 0; k < w->n; k++)
             u[k] += cos(phase + step * (double)k);
     }
@@ -255,7 +253,7 @@ static void signal_of(const struct discriminate_state *w, const struct drive *dr
         else if (drive->kind == DRIVE_RELEASE)
             u[k] = plateau(t, 0.2 * total, 0.25 * total, 4.0 * w->dt_s);
         else if (drive->kind == DRIVE_CHIRP)
-            u[k] = sin(2.0 * pi * (drive->from_Hz + 0.5 * (drive->to_Hz - drive->from_Hz) * t / driven) * t);
+            u[k] = sin(2.0 * M_PI * (drive->from_Hz + 0.5 * (drive->to_Hz - drive->from_Hz) * t / driven) * t);
         if (drive->kind == DRIVE_CHIRP || drive->kind == DRIVE_MULTISINE)
             u[k] *= plateau(t, fade, driven, fade);
         peak = fmax(peak, fabs(u[k]));

@@ -23,13 +23,12 @@ static double stiffest(const struct model *model)
 /* π² EI/(μ l)² */
 static double buckling_load(const struct model *model)
 {
-    static const double pi = 3.14159265358979323846;
     static const double effective_length[] = {[SUPPORT_CLAMPED_FREE] = 2.0,
                                               [SUPPORT_CLAMPED_CLAMPED] = 0.5,
                                               [SUPPORT_PINNED_PINNED] = 1.0,
                                               [SUPPORT_FREE_FREE] = 1.0};
     const double length_m = effective_length[model->support] * (double)model_place(model).length_m;
-    return pi * pi * stiffest(model) / (length_m * length_m);
+    return M_PI * M_PI * stiffest(model) / (length_m * length_m);
 }
 
 static double beyond(double value, double usual)

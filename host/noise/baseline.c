@@ -51,8 +51,7 @@ static size_t onset_of(const struct model *model, const struct record *record)
 
 static double term(const struct slow_part *slow, size_t j, size_t k, size_t n)
 {
-    static const double pi = 3.14159265358979323846;
-    return j == 0 ? 1.0 : cos(pi * (double)j * ((double)(k - slow->onset) + 0.5) / (double)(n - slow->onset));
+    return j == 0 ? 1.0 : cos(M_PI * (double)j * ((double)(k - slow->onset) + 0.5) / (double)(n - slow->onset));
 }
 
 static void find_slow_part(const struct record *record, const double z[], double below_Hz, struct slow_part *slow)

@@ -15,13 +15,12 @@ enum { FEWEST_MODES = 8, MOST_MODES = 40 };
 /* A record that cannot show the first mode was probably written in another unit of time. */
 static void warn_of_time(const struct predictor *p)
 {
-    const double pi = 3.14159265358979323846;
     size_t first = 0;
     while (first < p->reduced.n_modes && !(p->reduced.frequency_rad[first] > 1.0)) /* rigid modes of a free beam */
         first++;
     if (first == p->reduced.n_modes)
         return;
-    double f_Hz = p->reduced.frequency_rad[first] / (2.0 * pi);
+    double f_Hz = p->reduced.frequency_rad[first] / (2.0 * M_PI);
     for (size_t r = 0; r < p->n_records; r++) {
         const struct record *record = &p->records[r];
         if (record_is_periodic(record))
