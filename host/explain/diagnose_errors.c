@@ -133,10 +133,17 @@ bool hypothesis_has_law(const struct hypothesis *h)
     return false;
 }
 
+/* The noise may be less than its estimate: where a free linear model leaves clearly less, something else may explain more. */
+static bool is_near_floor(const struct diagnosis *d, const struct hypothesis *h)
+{
+    static const double near = 1.05;
+    return d->attainable.modes == 0 || h->fitted.noise_ratio <= near * d->attainable.noise_ratio;
+}
+
 bool diagnose_explained(const struct diagnosis *d, size_t n_effects)
 {
     for (size_t i = 0; i < d->n_hypotheses; i++)
-        if (d->hypotheses[i].n_effects == n_effects && d->hypotheses[i].explains)
+        if (d->hypotheses[i].n_effects == n_effects && d->hypotheses[i].explains && is_near_floor(d, &d->hypotheses[i]))
             return true;
     return false;
 }

@@ -130,7 +130,7 @@ double hypothesis_excess(const struct hypothesis_errors *e);
 bool hypothesis_has_law(const struct hypothesis *h);
 /* Rms in units of the noise of the best with so many added effects; the baseline's when there is none below it. */
 double diagnose_best_left(const struct diagnosis *d, size_t n_effects);
-/* A hypothesis with so many added effects leaves nothing that matters. After diagnose_rank(). */
+/* A hypothesis with so many added effects leaves nothing that matters, nor clearly more than a free linear model. After diagnose_rank(). */
 bool diagnose_explained(const struct diagnosis *d, size_t n_effects);
 
 /* diagnose_repeats.c: of refits of the same effects the best stays; it notes where another place is as good. After diagnose_rank(). */
