@@ -118,6 +118,22 @@ static void a_general_form_that_takes_much_more_is_named(void **state)
     done(&d);
 }
 
+/* A noise that was judged too large does not end the search at what comes down to it: a free linear model tells. */
+static void the_noise_explains_nothing_where_a_linear_model_leaves_less(void **state)
+{
+    static const double floors[] = {0.98, 0.7};
+    struct diagnosis d;
+    struct hypothesis h[] = {refit("axial_load", NULL, 1, 0.96, 1.0)};
+    decide(&d, *state, 13.0, 31.0, h, 1);
+    assert_true(d.hypotheses[0].explains);
+    assert_true(diagnose_explained(&d, 1)); /* no linear model was fitted */
+    for (int i = 0; i < 2; i++) {
+        d.attainable = (struct attainable){.modes = 4, .nrmse = 0.01, .noise_ratio = floors[i]};
+        assert_true(diagnose_explained(&d, 1) == (i == 0));
+    }
+    done(&d);
+}
+
 static void significance_without_size_names_nothing(void **state)
 {
     struct diagnosis d;
@@ -358,6 +374,7 @@ int main(void)
         cmocka_unit_test(a_good_model_is_complete),
         cmocka_unit_test(a_special_case_is_named_where_its_general_form_takes_no_more_than_luck),
         cmocka_unit_test(a_general_form_that_takes_much_more_is_named),
+        cmocka_unit_test(the_noise_explains_nothing_where_a_linear_model_leaves_less),
         cmocka_unit_test(significance_without_size_names_nothing),
         cmocka_unit_test(one_clear_explanation_is_named),
         cmocka_unit_test(what_stands_out_is_named_though_it_leaves_much),
