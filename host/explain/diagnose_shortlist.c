@@ -24,7 +24,7 @@ static const double worth_share = 0.5;
  */
 static const double highest_p = 0.05;
 static const double first_order_ratio = 1.5;
-/* Best first-order scores that are refined, those that take less than this part of what the best takes, at most; and renewals of a trial's motion. */
+/* Best first-order scores that are refined; those that are too where they take this part of what the best takes; renewals of a trial's motion. */
 enum { REFINED = 5, ALSO_REFINED = 10, TRIAL_ROUNDS = 3 };
 static const double also_refined = 0.3;
 
