@@ -19,7 +19,7 @@ import page
 import records
 
 RIDGE = 1.0  # a weight of a standardised feature is near 0, with a standard deviation of 1, before anything is known
-STAYS = 30.0  # the same of what an update adds to the present weights: as much as 30 answers that are even odds
+STAYS = 30.0  # the same of what an update adds to the present weights: what 120 entries at even odds tell of one of them
 LACKING = 0.1  # of the beams that lack something, those that lack what the catalogue does not have; the drawn cases hold more of them
 CLOSE = 0.8  # a wrong name that is said with more is listed
 

@@ -42,8 +42,6 @@ static void a_rigid_support_is_found_at_its_place(void **state)
     bench_free(b);
 }
 
-/* ---- What was believed before any fit ---- */
-
 /*
  * Each candidate is first looked at for a hundred evaluations. The spring's refit has come to the noise by then but is not at its end: it goes on and is
  * named, instead of being looked for once more after all others.
@@ -63,6 +61,8 @@ static void what_has_nearly_been_found_is_not_left(void **state)
     assert_true(b->d.evaluations < 800); /* eleven candidates at a hundred each are more */
     bench_free(b);
 }
+
+/* ---- What was believed before any fit ---- */
 
 static void a_prior_says_what_was_believed(void **state)
 {
