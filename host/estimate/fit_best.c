@@ -35,10 +35,7 @@ static enum bf_status go_down(struct fit_problem *p, const struct staircase *sta
 static enum bf_status whole_records(struct fit_problem *p, const double theta[], double x[], struct bf_error *err)
 {
     starts_to_x(p, theta, x);
-    const enum bf_status status = fit_problem_stage(p, 0.0, 0.0, x, err);
-    if (!status)
-        fit_problem_weigh_priors(p, x);
-    return status;
+    return fit_problem_whole(p, x, err);
 }
 
 static bool none_below(const struct tried *tried, double half_square)

@@ -159,6 +159,8 @@ enum bf_status fit_problem_evaluate(struct fit_problem *p, const double x[], boo
  * evaluation without derivatives. The scale is 1 where x has no value.
  */
 void fit_problem_weigh_priors(struct fit_problem *p, const double x[]);
+/* The stage of whole records without a floor at x, its priors weighed there. */
+enum bf_status fit_problem_whole(struct fit_problem *p, const double x[], struct bf_error *err);
 /* That scale at the last evaluation, with or without priors: how many times the data say the same, ≥ 1. */
 double fit_problem_form_scale(const struct fit_problem *p);
 

@@ -70,10 +70,8 @@ enum bf_status staircase_last(struct fit_problem *p, const struct staircase *sta
     static const double unmoved = 1e-3; /* the reduced space is exact to second order in this */
     fit_problem_rescale(p, x);
     static const double same_scale = 0.1;
-    enum bf_status status = fit_problem_stage(p, 0.0, 0.0, x, err);
+    enum bf_status status = fit_problem_whole(p, x, err);
     int values = 0, derivatives = 0;
-    if (!status)
-        fit_problem_weigh_priors(p, x);
     for (int round = 0; round < stairs->rounds && !status; round++) {
         const struct optimise_options options = {.iterations = stairs->iterations,
                                                  .tolerance = 1e-4,
@@ -223,10 +221,8 @@ static enum bf_status careful_windows(struct fit_problem *p, const struct stairc
 /* Given up in a window: x is judged by whole records, as every other end. */
 static enum bf_status judge_whole(struct fit_problem *p, double x[], struct optimise_result *out, struct bf_error *err)
 {
-    enum bf_status status = fit_problem_stage(p, 0.0, 0.0, x, err);
+    enum bf_status status = fit_problem_whole(p, x, err);
     out->end = OPTIMISE_GAVE_UP;
-    if (!status)
-        fit_problem_weigh_priors(p, x);
     if (!status)
         status = fit_problem_evaluate(p, x, false, &out->half_square, err);
     phases_wrap(p, x);

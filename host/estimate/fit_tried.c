@@ -48,9 +48,7 @@ enum bf_status tried_value(struct tried *tried, struct fit_problem *p, struct bf
             continue;
         starts_to_x(p, tried->theta + k * tried->n_refs, x);
         const struct least_squares view = fit_problem_view(p);
-        status = fit_problem_stage(p, 0.0, 0.0, x, err);
-        if (!status)
-            fit_problem_weigh_priors(p, x);
+        status = fit_problem_whole(p, x, err);
         if (!status)
             status = view.value(view.context, x, value, err);
         if (status || !isfinite(*value))

@@ -51,6 +51,14 @@ void fit_problem_weigh_priors(struct fit_problem *p, const double x[])
     p->prior_scale = fit_problem_form_scale(p);
 }
 
+enum bf_status fit_problem_whole(struct fit_problem *p, const double x[], struct bf_error *err)
+{
+    const enum bf_status status = fit_problem_stage(p, 0.0, 0.0, x, err);
+    if (!status)
+        fit_problem_weigh_priors(p, x);
+    return status;
+}
+
 static enum bf_status view_value(void *context, const double x[], double *half_square, struct bf_error *err)
 {
     struct fit_problem *p = context;

@@ -280,10 +280,7 @@ static enum bf_status keep_lower(struct fit_problem *p, const double other[], co
         memcpy(x, other, p->n_unknowns * sizeof *x);
         *found = *end;
     }
-    const enum bf_status status = fit_problem_stage(p, 0.0, 0.0, x, err);
-    if (!status)
-        fit_problem_weigh_priors(p, x);
-    return status;
+    return fit_problem_whole(p, x, err);
 }
 
 /*
@@ -337,9 +334,7 @@ static enum bf_status take_best(struct refit_search *t, const struct best_end *b
     *found = best->found;
     p->explained_ps = best->explained_ps;
     memcpy(p->horizon_s, best->horizon_s, p->n_records * sizeof *best->horizon_s);
-    enum bf_status status = fit_problem_stage(p, 0.0, 0.0, x, err);
-    if (!status)
-        fit_problem_weigh_priors(p, x);
+    enum bf_status status = fit_problem_whole(p, x, err);
     if (!status && t->stairs.gentle && !fit_problem_interrupted(p))
         status = best_raise_vanished(p, &t->stairs, x, found, err);
     if (!status && !t->quick && !fit_problem_interrupted(p))
