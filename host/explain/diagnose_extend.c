@@ -46,6 +46,14 @@ static bool given_is_wanted(const struct shortlist *s)
     return s->from->n_effects == 0 && !s->w->options->everything && diagnose_is_far(&d->baseline);
 }
 
+/* Near the noise scores of the first order decide what is refitted; that a baseline has bent they do not see. */
+static bool untried_are_wanted(const struct shortlist *s)
+{
+    const struct diagnosis *d = s->w->d;
+    return s->from->n_effects == 0 && !s->w->options->everything && !diagnose_is_far(&d->baseline) &&
+           !diagnose_is_complete(d) && d->linearity.verdict != LINEARITY_NONLINEAR && !progress_interrupted();
+}
+
 /* Scores, trials and refits of the kinds. */
 static enum bf_status stage(struct shortlist *s, const enum effect_kind kinds[], size_t n_kinds, const size_t most[],
                             double span, struct bf_error *err)
@@ -124,6 +132,8 @@ enum bf_status diagnose_extend(struct diagnose_state *w, const struct hypothesis
     if (!status && !(diagnose_is_far(&w->d->baseline) && diagnose_explained(w->d, s.n_effects)) &&
         !progress_interrupted())
         status = stage(&s, kinds, 2, most, 0.3 * span, err);
+    if (!status && untried_are_wanted(&s))
+        status = shortlist_untried_from_given(&s, 0.0, err);
     if (!status && nonlinear && !progress_interrupted())
         status = diagnose_steps(w, err);
     if (!status && nonlinear && given_is_wanted(&s) && !diagnose_explained(w->d, s.n_effects))

@@ -343,6 +343,39 @@ enum bf_status shortlist_from_given(struct shortlist *s, double span, struct bf_
     return BF_OK;
 }
 
+/* Of the beam's own effects, by score: those that no refit has tried. Returns how many. */
+static size_t order_untried(const struct shortlist *s, size_t order[])
+{
+    size_t kept = 0;
+    const size_t n = order_from_given(s, order);
+    for (size_t k = 0; k < n && kept < MOST_GIVEN; k++) {
+        const struct beam_effect *effect = s->list.candidates[order[k]].effect;
+        if (is_structural(effect) && !was_refitted(s->w->d, effect))
+            order[kept++] = order[k];
+    }
+    return kept;
+}
+
+enum bf_status shortlist_untried_from_given(struct shortlist *s, double span, struct bf_error *err)
+{
+    struct model given;
+    enum bf_status status = shortlist_score(s, KIND_LINEAR, err);
+    if (!status)
+        status = diagnose_as_given(s->w->d->model, &given, err);
+    if (status)
+        return status;
+    size_t *order = bf_alloc(s->list.n + 1, sizeof *order);
+    struct road roads[ROADS * MOST_GIVEN];
+    const size_t n = lay_roads(s, &given, order, order_untried(s, order), false, roads);
+    for (size_t k = 0; k < n && !progress_interrupted(); k += MOST_AT_ONCE) {
+        const size_t some = n - k < MOST_AT_ONCE ? n - k : MOST_AT_ONCE;
+        refit_roads(s, &given, roads + k, some, QUICK_RUNS, span * (double)some / (double)n);
+    }
+    free(order);
+    model_free(&given);
+    return BF_OK;
+}
+
 /* order[n] of the first look: the best scores; a signal that no input caused is not among them where the records show none. Returns n. */
 static size_t order_first(const struct shortlist *s, size_t order[])
 {

@@ -51,5 +51,10 @@ void shortlist_choose_last(const struct shortlist *s, double best, struct refit_
  * baseline. Ranks. `from` must be the baseline. Linear refits, some tenths of a second to a second each.
  */
 enum bf_status shortlist_from_given(struct shortlist *s, double span, struct bf_error *err);
+/*
+ * Near the noise: the beam's own linear effects that no refit has tried, each from the model as given, for a few evaluations. A baseline that has
+ * bent to stand in for one of them may make its score small.
+ */
+enum bf_status shortlist_untried_from_given(struct shortlist *s, double span, struct bf_error *err);
 
 #endif
