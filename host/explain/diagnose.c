@@ -20,7 +20,7 @@ enum { PAIR_ROOTS = 1 };
 static const double least_progress = 0.75;
 /*
  * Stepping through time for every candidate is worth it on a law that leaves at most this many times (rms) what the best with as many
- * effects leaves: beside a stronger linear effect a law is found from that one's side.
+ * effects leaves: beside a stronger linear effect a law is found from that one's side, and beside a stronger law a linear one from the law's (diagnose_worth).
  */
 static const double law_root = 1.5;
 /* Parts of the progress bar. */
@@ -56,8 +56,9 @@ static void free_root(struct hypothesis *root)
 
 static bool is_root(const struct diagnosis *d, const struct hypothesis *h, size_t n_effects, bool stepping)
 {
+    const double most = stepping ? law_root : diagnose_worth;
     return h->n_effects == n_effects && hypothesis_has_law(h) == stepping &&
-           (!stepping || h->fitted.noise_ratio <= law_root * diagnose_best_left(d, n_effects));
+           h->fitted.noise_ratio <= most * diagnose_best_left(d, n_effects);
 }
 
 /* One more effect on the best hypotheses with n_effects of them, those that step through time or those that do not. */
@@ -280,6 +281,7 @@ static void work_free(struct diagnose_state *w)
     for (size_t c = 0; w->check_noise && c < w->n_check_channels; c++)
         noise_free(&w->check_noise[c]);
     free(w->check_noise), free(w->whiteners), free(w->sigma), free(w->check_sigma);
+    shortlist_free(w->looked);
     diagnose_side_free(&w->other);
 }
 

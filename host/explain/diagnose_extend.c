@@ -110,6 +110,62 @@ static bool takes_nearly_all(const struct diagnosis *d, const struct hypothesis 
     return left <= little && left * left - 1.0 <= next_to_nothing * (before * before - 1.0);
 }
 
+/*
+ * Records of different level show a nonlinear beam, and a law leaves half of what the best linear model without any physics does: no linear effect alone
+ * outdoes that.
+ */
+static bool linear_is_out(const struct diagnosis *d, size_t n_effects)
+{
+    static const double half = 0.5; /* of the rms */
+    return d->linearity.verdict == LINEARITY_NONLINEAR && d->attainable.modes > 0 &&
+           diagnose_best_left(d, n_effects) <= half * d->attainable.noise_ratio;
+}
+
+/* Linear and nonlinear candidates, in the order that the records ask for; the first of the two stages. */
+static enum bf_status likely(struct shortlist *s, const enum effect_kind kinds[], const size_t most[], double span,
+                             struct bf_error *err)
+{
+    struct diagnose_state *w = s->w;
+    const struct diagnosis *d = w->d;
+    const bool nonlinear = kinds[0] == KIND_LAW;
+    enum bf_status status = BF_OK;
+    if (!nonlinear && given_is_wanted(s))
+        status = shortlist_from_given(s, 0.3 * span, err);
+    if (!status && !(diagnose_is_far(&d->baseline) && diagnose_explained(d, s->n_effects)) && !progress_interrupted())
+        status = stage(s, kinds, 2, most, 0.3 * span, err);
+    if (!status && untried_are_wanted(s))
+        status = shortlist_untried_from_given(s, 0.0, err);
+    if (!status && nonlinear && !progress_interrupted())
+        status = diagnose_steps(w, err);
+    if (status || !given_is_wanted(s) || linear_is_out(d, s->n_effects))
+        return status;
+    if (nonlinear && !diagnose_explained(d, s->n_effects))
+        status = shortlist_from_given(s, 0.3 * span, err);
+    if (!status && !diagnose_explained(d, s->n_effects) && !progress_interrupted())
+        status = diagnose_single_places(w, 0.0, err);
+    return status;
+}
+
+/* What the first stage has left to the second: laws, or linear effects where laws came first. */
+static enum bf_status others(struct shortlist *s, const enum effect_kind kinds[], const size_t most[], double span,
+                             struct bf_error *err)
+{
+    struct diagnose_state *w = s->w;
+    const struct diagnosis *d = w->d;
+    const bool nonlinear = kinds[0] == KIND_LAW, everything = w->options->everything,
+               explained = diagnose_explained(d, s->n_effects);
+    enum bf_status status = BF_OK;
+    s->linear = s->linear || (explained && !everything && d->linearity.verdict == LINEARITY_LINEAR);
+    /* a law is found as the first or the second of three */
+    const bool enough = (diagnose_is_far(s->from) && (explained || takes_nearly_all(d, s->from, s->n_effects))) ||
+                        s->from->n_effects >= 2;
+    if (!enough || everything)
+        status = stage(s, kinds + 2, 1, most, span, err);
+    if (!status && nonlinear && !everything && !progress_interrupted() && !diagnose_explained(d, s->n_effects))
+        refit_best_law(s);
+    return status;
+}
+
 enum bf_status diagnose_extend(struct diagnose_state *w, const struct hypothesis *from, const size_t most[],
                                double span, struct bf_error *err)
 {
@@ -117,39 +173,15 @@ enum bf_status diagnose_extend(struct diagnose_state *w, const struct hypothesis
                                   linear_first[] = {KIND_LINEAR, KIND_NONLINEAR_CHAIN, KIND_LAW};
     const bool nonlinear = from->n_effects == 0 && w->d->linearity.verdict == LINEARITY_NONLINEAR;
     const enum effect_kind *kinds = nonlinear ? nonlinear_first : linear_first;
-    struct shortlist s;
+    struct shortlist *s;
+    bool worth_it = true;
     enum bf_status status = shortlist_new(w, from, &s, err);
-    if (!status && w->answered && from->n_effects > 0) {
-        bool promising = false;
-        status = is_promising(&s, &promising, err);
-        if (status || !promising) {
-            shortlist_free(&s);
-            return status;
-        }
-    }
-    if (!status && !nonlinear && given_is_wanted(&s))
-        status = shortlist_from_given(&s, 0.3 * span, err);
-    if (!status && !(diagnose_is_far(&w->d->baseline) && diagnose_explained(w->d, s.n_effects)) &&
-        !progress_interrupted())
-        status = stage(&s, kinds, 2, most, 0.3 * span, err);
-    if (!status && untried_are_wanted(&s))
-        status = shortlist_untried_from_given(&s, 0.0, err);
-    if (!status && nonlinear && !progress_interrupted())
-        status = diagnose_steps(w, err);
-    if (!status && nonlinear && given_is_wanted(&s) && !diagnose_explained(w->d, s.n_effects))
-        status = shortlist_from_given(&s, 0.3 * span, err);
-    if (!status && given_is_wanted(&s) && !diagnose_explained(w->d, s.n_effects) && !progress_interrupted())
-        status = diagnose_single_places(w, 0.0, err);
-    const bool explained = diagnose_explained(w->d, s.n_effects);
-    s.linear = s.linear || (explained && !w->options->everything && w->d->linearity.verdict == LINEARITY_LINEAR);
-    /* a law is found as the first or the second of three */
-    const bool enough =
-        (diagnose_is_far(from) && (explained || takes_nearly_all(w->d, from, s.n_effects))) || from->n_effects >= 2;
-    if (!status && !progress_interrupted() && (!enough || w->options->everything))
-        status = stage(&s, kinds + 2, 1, most, 0.4 * span, err);
-    if (!status && nonlinear && !w->options->everything && !progress_interrupted() &&
-        !diagnose_explained(w->d, s.n_effects))
-        refit_best_law(&s);
-    shortlist_free(&s);
+    if (!status && w->answered && from->n_effects > 0)
+        status = is_promising(s, &worth_it, err);
+    if (!status && worth_it)
+        status = likely(s, kinds, most, span, err);
+    if (!status && worth_it && !progress_interrupted())
+        status = others(s, kinds, most, 0.4 * span, err);
+    shortlist_free(s);
     return status;
 }

@@ -217,21 +217,36 @@ static size_t lay_supports(const struct model *from, const struct candidate *can
     return SUPPORTS;
 }
 
-/* roads[ROADS · n]; returns how many. Far from the truth either sign may lead astray (a strut near buckling), and a soft spring: `all` takes every start. */
+/* The other starts of a candidate: far from the truth either sign may lead astray (a strut near buckling), and a soft spring. */
+static size_t lay_others(const struct model *from, const struct candidate *candidate, struct road roads[])
+{
+    struct road turned = {.candidate = candidate};
+    size_t n = 0;
+    if (turn(candidate, turned.start))
+        roads[n++] = turned;
+    return n + lay_supports(from, candidate, &roads[n]);
+}
+
+/*
+ * roads[ROADS · n]; returns how many. `all` takes every start: of the beam's own effects first the usual one of each, which nearly always does, then the
+ * others, and the measurement's after them.
+ */
 static size_t lay_roads(const struct shortlist *s, const struct model *from, const size_t order[], size_t n, bool all,
                         struct road roads[])
 {
-    size_t n_roads = 0;
+    const struct candidate *candidates = s->list.candidates;
+    size_t n_roads = 0, structural = 0;
     for (size_t k = 0; k < n; k++) {
-        const struct candidate *candidate = &s->list.candidates[order[k]];
-        struct road turned = {.candidate = candidate};
-        struct road *road = &roads[n_roads++];
-        *road = turned;
-        memcpy(road->start, candidate->start, sizeof road->start);
-        if (all && turn(candidate, turned.start))
-            roads[n_roads++] = turned;
-        if (all)
-            n_roads += lay_supports(from, candidate, &roads[n_roads]);
+        const struct candidate *candidate = &candidates[order[k]];
+        roads[n_roads] = (struct road){.candidate = candidate};
+        memcpy(roads[n_roads].start, candidate->start, sizeof candidate->start);
+        n_roads++;
+        if (is_structural(candidate->effect))
+            structural = k + 1;
+        if (!all || structural != k + 1 || (k + 1 < n && is_structural(candidates[order[k + 1]].effect)))
+            continue;
+        for (size_t i = 0; i < structural; i++)
+            n_roads += lay_others(from, &candidates[order[i]], &roads[n_roads]);
     }
     return n_roads;
 }
@@ -391,17 +406,17 @@ static size_t order_first(const struct shortlist *s, size_t order[])
 
 enum bf_status diagnose_first_look(struct diagnose_state *w, struct bf_error *err)
 {
-    struct shortlist s;
+    struct shortlist *s;
     enum bf_status status = shortlist_new(w, &w->d->baseline, &s, err);
     if (!status)
-        status = shortlist_score(&s, KIND_LINEAR, err);
+        status = shortlist_score(s, KIND_LINEAR, err);
     if (!status) {
         struct road roads[ROADS * MOST_FIRST];
         size_t order[MOST_FIRST];
-        const size_t n = order_first(&s, order);
-        (void)refit_briefly_first(&s, &w->d->baseline.model, roads,
-                                  lay_roads(&s, &w->d->baseline.model, order, n, false, roads), 0.0);
+        const size_t n = order_first(s, order);
+        (void)refit_briefly_first(s, &w->d->baseline.model, roads,
+                                  lay_roads(s, &w->d->baseline.model, order, n, false, roads), 0.0);
     }
-    shortlist_free(&s);
+    w->looked = s;
     return status;
 }

@@ -398,9 +398,15 @@ static size_t find_lines(const struct diagnosis *d, const struct hypothesis *fro
     return n + more;
 }
 
-enum bf_status shortlist_new(struct diagnose_state *w, const struct hypothesis *from, struct shortlist *out,
+enum bf_status shortlist_new(struct diagnose_state *w, const struct hypothesis *from, struct shortlist **out,
                              struct bf_error *err)
 {
+    struct shortlist *s = *out = w->looked;
+    w->looked = NULL;
+    if (s != NULL && s->from == from)
+        return BF_OK;
+    shortlist_free(s);
+    s = *out = bf_alloc(1, sizeof *s);
     enum { MOST_LINES = 8 };
     double lines[MOST_LINES];
     const size_t n_lines = find_lines(w->d, from, MOST_LINES, lines);
@@ -409,14 +415,16 @@ enum bf_status shortlist_new(struct diagnose_state *w, const struct hypothesis *
                                               .line_Hz = lines,
                                               .n_lines = n_lines,
                                               .each_channel = true};
-    *out = (struct shortlist){.w = w, .from = from, .n_effects = from->n_effects + 1};
+    *s = (struct shortlist){.w = w, .from = from, .n_effects = from->n_effects + 1};
     const enum linearity_verdict verdict = w->d->linearity.verdict;
-    out->linear = diagnose_is_far(from) && (verdict == LINEARITY_LINEAR || verdict == LINEARITY_ADDITIVE);
-    return candidate_list_new(&from->model, w->d->records, w->d->n_records, &options, &out->list, err);
+    s->linear = diagnose_is_far(from) && (verdict == LINEARITY_LINEAR || verdict == LINEARITY_ADDITIVE);
+    return candidate_list_new(&from->model, w->d->records, w->d->n_records, &options, &s->list, err);
 }
 
 void shortlist_free(struct shortlist *s)
 {
+    if (s == NULL)
+        return;
     for (size_t i = 0; s->scores && i < s->list.n; i++)
         score_free(&s->scores[i]);
     for (size_t i = 0; i < s->n_trials; i++)
@@ -427,4 +435,5 @@ void shortlist_free(struct shortlist *s)
     if (s->has_law)
         linear_part_free(&s->linear_part);
     candidate_list_free(&s->list);
+    free(s);
 }

@@ -29,7 +29,8 @@ struct shortlist {
     size_t n_trials, refitted_laws;
 };
 
-enum bf_status shortlist_new(struct diagnose_state *w, const struct hypothesis *from, struct shortlist *out,
+/* The one that the first look has left, where that was of `from`; else a new one. Free with shortlist_free(), which takes NULL too. */
+enum bf_status shortlist_new(struct diagnose_state *w, const struct hypothesis *from, struct shortlist **out,
                              struct bf_error *err);
 void shortlist_free(struct shortlist *s);
 /* Scores of KIND_LINEAR or KIND_NONLINEAR_CHAIN, of the first order; nothing when they are there already. */

@@ -7,6 +7,7 @@
 #include "explain.h"
 
 struct progress;
+struct shortlist;
 
 /* A diagnosis on one of two models: with its channels where and what the file says, or within what a ruler and a gauge are good for. */
 struct diagnose_side {
@@ -33,6 +34,7 @@ struct diagnose_state {
     struct progress *bar;
     double done; /* part of the work, 0 … 1 */
     size_t n_tried;
+    struct shortlist *looked; /* of the first look at the baseline, until the single effects take it; NULL: none */
     bool
         answered; /* a single effect would be named that explains nearly all: one more must promise much to be refitted */
 };

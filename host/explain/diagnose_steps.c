@@ -41,12 +41,13 @@ enum bf_status diagnose_steps(struct diagnose_state *w, struct bf_error *err)
     size_t n = 0, seen = 0;
     enum bf_status status = BF_OK;
     for (size_t i = 0; i < d->n_hypotheses && seen < MOST_STEPPED && !status && !progress_interrupted(); i++) {
-        const struct hypothesis *h = &d->hypotheses[i];
+        struct hypothesis *h = &d->hypotheses[i];
         if (!hypothesis_has_law(h) || h->score <= d->baseline.score)
             continue;
         seen++;
-        if (!h->explains)
+        if (!h->explains && !h->steps_tried)
             status = add_job(w, h, jobs, &n, err);
+        h->steps_tried = true;
     }
     status = diagnose_try(w, jobs, n, status, 0.0);
     diagnose_rank(d, w->n_tried); /* what was computed with more steps has taken another's rank */

@@ -77,6 +77,7 @@ struct hypothesis {
     double held_out_explained; /* the same of held-out or left-out records; NaN: none */
     double probability;        /* that its effects are there, 0 … 1 */
     bool places_tried;         /* refitted with its places elsewhere */
+    bool steps_tried;          /* asked for the steps that it needs */
     bool has_other_place;      /* a single effect, and the records allow another place as well: */
     double other_at_m;         /* m from the clamp */
     bool refitted;             /* false: only scored; fit, model and errors are empty */
