@@ -172,10 +172,17 @@ static enum bf_status free_rig(struct diagnose_state *w, bool at_noise_only, boo
     return localise(w->d, &w->d->baseline, &w->d->where, err);
 }
 
+/* Far from the noise; and no linear model takes records of a nonlinear beam there, nor a rig that is free. */
+static bool linear_may_do(const struct diagnosis *d)
+{
+    const bool shown = d->linearity.verdict == LINEARITY_NONLINEAR && d->attainable.modes > 0;
+    return diagnose_is_far(&d->baseline) && !(shown && d->attainable.noise_ratio > diagnose_far_misfit);
+}
+
 /* Far from the noise the likeliest effects come first: what one of them explains asks for little more. */
 static enum bf_status first_look(struct diagnose_state *w, struct bf_error *err)
 {
-    const bool wanted = diagnose_is_far(&w->d->baseline) && !w->options->everything && !progress_interrupted();
+    const bool wanted = linear_may_do(w->d) && !w->options->everything && !progress_interrupted();
     return wanted ? diagnose_first_look(w, err) : BF_OK;
 }
 
@@ -194,7 +201,7 @@ static enum bf_status singles_and_rig(struct diagnose_state *w, bool *done, stru
     bool freed = false;
     enum bf_status status = first_look(w, err);
     *done = false;
-    if (!status && diagnose_is_far(&w->d->baseline) && !diagnose_explained(w->d, 1))
+    if (!status && linear_may_do(w->d) && !diagnose_explained(w->d, 1))
         status = free_rig(w, true, &freed, err);
     *done = freed;
     if (!status && !freed)

@@ -121,29 +121,68 @@ static bool linear_is_out(const struct diagnosis *d, size_t n_effects)
            diagnose_best_left(d, n_effects) <= half * d->attainable.noise_ratio;
 }
 
-/* Linear and nonlinear candidates, in the order that the records ask for; the first of the two stages. */
-static enum bf_status likely(struct shortlist *s, const enum effect_kind kinds[], const size_t most[], double span,
-                             struct bf_error *err)
+/* Along the measured motion one law leaves next to nothing of the misfit: its refit decides before drives and sensors are looked at. */
+static bool law_stands_out(const struct shortlist *s)
+{
+    static const double next_to_nothing = 0.01; /* of the power above the noise */
+    const double before = s->from->fitted.noise_ratio;
+    if (s->n_trials == 0 || s->w->options->everything)
+        return false;
+    const double left = s->trials[0].unexplained;
+    return left * left - 1.0 <= next_to_nothing * (before * before - 1.0);
+}
+
+/* Laws, and nonlinear drives and sensors where no law does alone. */
+static enum bf_status laws_and_chain(struct shortlist *s, const enum effect_kind kinds[], const size_t most[],
+                                     double span, struct bf_error *err)
 {
     struct diagnose_state *w = s->w;
-    const struct diagnosis *d = w->d;
-    const bool nonlinear = kinds[0] == KIND_LAW;
-    enum bf_status status = BF_OK;
-    if (!nonlinear && given_is_wanted(s))
-        status = shortlist_from_given(s, 0.3 * span, err);
-    if (!status && !(diagnose_is_far(&d->baseline) && diagnose_explained(d, s->n_effects)) && !progress_interrupted())
-        status = stage(s, kinds, 2, most, 0.3 * span, err);
+    enum bf_status status = w->options->everything ? BF_OK : shortlist_try_laws(s, err);
+    if (!status && law_stands_out(s)) {
+        status = stage(s, kinds, 1, most, 0.5 * span, err);
+        if (!status && !progress_interrupted())
+            status = diagnose_steps(w, err);
+    }
+    if (status || progress_interrupted() || diagnose_explained(w->d, s->n_effects))
+        return status;
+    status = stage(s, kinds, 2, most, 0.5 * span, err);
+    return status || progress_interrupted() ? status : diagnose_steps(w, err);
+}
+
+/* Nothing explains the records, though they are far from the noise: the values of the fitted baseline may be what is in the way. */
+static bool still_wanted(const struct shortlist *s)
+{
+    return given_is_wanted(s) && !diagnose_explained(s->w->d, s->n_effects) && !progress_interrupted();
+}
+
+/* The first of the two stages where linear effects come first. */
+static enum bf_status linear_kinds(struct shortlist *s, const enum effect_kind kinds[], const size_t most[],
+                                   double span, struct bf_error *err)
+{
+    struct diagnose_state *w = s->w;
+    enum bf_status status = given_is_wanted(s) ? shortlist_from_given(s, span, err) : BF_OK;
+    if (!status && !(diagnose_is_far(&w->d->baseline) && diagnose_explained(w->d, s->n_effects)) &&
+        !progress_interrupted())
+        status = stage(s, kinds, 2, most, span, err);
     if (!status && untried_are_wanted(s))
         status = shortlist_untried_from_given(s, 0.0, err);
-    if (!status && nonlinear && !progress_interrupted())
-        status = diagnose_steps(w, err);
-    if (status || !given_is_wanted(s) || linear_is_out(d, s->n_effects))
-        return status;
-    if (nonlinear && !diagnose_explained(d, s->n_effects))
-        status = shortlist_from_given(s, 0.3 * span, err);
-    if (!status && !diagnose_explained(d, s->n_effects) && !progress_interrupted())
+    if (!status && still_wanted(s))
         status = diagnose_single_places(w, 0.0, err);
     return status;
+}
+
+/* The same where the records show a nonlinear beam. */
+static enum bf_status nonlinear_kinds(struct shortlist *s, const enum effect_kind kinds[], const size_t most[],
+                                      double span, struct bf_error *err)
+{
+    struct diagnose_state *w = s->w;
+    enum bf_status status = BF_OK;
+    if (!(diagnose_is_far(&w->d->baseline) && diagnose_explained(w->d, s->n_effects)))
+        status = laws_and_chain(s, kinds, most, span, err);
+    if (status || !still_wanted(s) || linear_is_out(w->d, s->n_effects))
+        return status;
+    status = shortlist_from_given(s, span, err);
+    return !status && still_wanted(s) ? diagnose_single_places(w, 0.0, err) : status;
 }
 
 /* What the first stage has left to the second: laws, or linear effects where laws came first. */
@@ -179,7 +218,7 @@ enum bf_status diagnose_extend(struct diagnose_state *w, const struct hypothesis
     if (!status && w->answered && from->n_effects > 0)
         status = is_promising(s, &worth_it, err);
     if (!status && worth_it)
-        status = likely(s, kinds, most, span, err);
+        status = (nonlinear ? nonlinear_kinds : linear_kinds)(s, kinds, most, 0.3 * span, err);
     if (!status && worth_it && !progress_interrupted())
         status = others(s, kinds, most, 0.4 * span, err);
     shortlist_free(s);

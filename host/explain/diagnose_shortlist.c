@@ -13,7 +13,7 @@
  */
 const double diagnose_worth = 3.0;
 /* Below this misfit (× noise) effects of different kinds fit the records alike: a misfit above it is far from the noise, below it weak. */
-static const double far_misfit = 3.0;
+const double diagnose_far_misfit = 3.0;
 const double diagnose_at_noise = 1.025;
 /* It must also take away at least this part of the excess over the noise that the best takes: a ratio of rms values means little on a weak misfit. */
 static const double worth_share = 0.5;
@@ -30,7 +30,7 @@ static const double also_refined = 0.3;
 
 bool diagnose_is_far(const struct hypothesis *h)
 {
-    return h->fitted.noise_ratio > far_misfit;
+    return h->fitted.noise_ratio > diagnose_far_misfit;
 }
 
 double shortlist_left(const struct shortlist *s, size_t i)
