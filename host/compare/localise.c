@@ -243,7 +243,7 @@ enum bf_status localise_misfit(const struct misfit_channel channels[], size_t n_
     }
     if (status == BF_OK) {
         keep_parts(&w, channels, rows, out);
-        localise_describe(channels, out);
+        localise_describe(channels, n_channels, out);
     }
     free(w.bands);
     return status;

@@ -19,22 +19,34 @@ static void add(char *text, size_t size, const char *sentence)
         (void)snprintf(text + used, size - used, "%s%s", used > 0 ? " " : "", sentence);
 }
 
+static const char *name_of(const struct misfit_channel *channel, bool by_channel)
+{
+    return by_channel ? channel->channel : text_base_name(channel->file);
+}
+
+static bool are_several(const struct misfit_channel channels[], size_t n, bool by_channel)
+{
+    for (size_t c = 1; c < n; c++)
+        if (strcmp(name_of(&channels[c], by_channel), name_of(&channels[0], by_channel)) != 0)
+            return true;
+    return false;
+}
+
 /* Largest share of one channel name, or of one record: says when nearly all misfit is in one of several. */
-static void say_single(const struct misfit_channel channels[], const struct localisation *l, bool by_channel,
+static void say_single(const struct misfit_channel channels[], size_t n, const struct localisation *l, bool by_channel,
                        char *text, size_t size)
 {
     double share = 0.0, all = 0.0;
     const char *first = NULL;
     for (size_t i = 0; i < l->n; i++) {
-        const struct misfit_channel *c = &channels[l->parts[i].channel];
-        const char *name = by_channel ? c->channel : text_base_name(c->file);
+        const char *name = name_of(&channels[l->parts[i].channel], by_channel);
         if (first == NULL)
             first = name;
         all += l->parts[i].share;
         share += strcmp(name, first) == 0 ? l->parts[i].share : 0.0;
     }
     char sentence[240];
-    if (first == NULL || l->n < 2 || !(share > 0.9 * all))
+    if (first == NULL || l->n < 2 || !(share > 0.9 * all) || !are_several(channels, n, by_channel))
         return;
     (void)snprintf(sentence, sizeof sentence, "%.0f %% of it is in %s %s.", 100.0 * share,
                    by_channel ? "the channel" : "the record", first);
@@ -59,7 +71,7 @@ static void say_part(const struct misfit_channel channels[], const struct locali
     add(text, size, sentence);
 }
 
-void localise_describe(const struct misfit_channel channels[], struct localisation *out)
+void localise_describe(const struct misfit_channel channels[], size_t n_channels, struct localisation *out)
 {
     out->text[0] = '\0';
     if (out->n == 0 || out->excess < little) {
@@ -71,8 +83,8 @@ void localise_describe(const struct misfit_channel channels[], struct localisati
         say_part(channels, &out->parts[i], i == 0, out->text, sizeof out->text);
         said += out->parts[i].share;
     }
-    say_single(channels, out, true, out->text, sizeof out->text);
-    say_single(channels, out, false, out->text, sizeof out->text);
+    say_single(channels, n_channels, out, true, out->text, sizeof out->text);
+    say_single(channels, n_channels, out, false, out->text, sizeof out->text);
 }
 
 /* "all", "large", "small" */

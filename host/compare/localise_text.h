@@ -5,7 +5,7 @@
 
 #include "compare.h"
 
-/* Fills out->text from out->parts and out->excess. */
-void localise_describe(const struct misfit_channel channels[], struct localisation *out);
+/* channels: [n_channels]. Fills out->text from out->parts and out->excess. */
+void localise_describe(const struct misfit_channel channels[], size_t n_channels, struct localisation *out);
 
 #endif

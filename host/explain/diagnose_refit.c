@@ -70,6 +70,12 @@ static bool fit_job(struct refit_queue *queue, struct refit_job *job, int thread
     return hypothesis_measure(w, h, &err) == BF_OK;
 }
 
+/* It leaves far more than the model without it: it has come nowhere, and what its facts say is no measure of it. */
+static bool is_lost(const struct diagnosis *d, const struct hypothesis *h)
+{
+    return !(h->fitted.noise_ratio <= diagnose_worth * d->baseline.fitted.noise_ratio);
+}
+
 /* It takes all but a hundredth of the misfit. */
 static bool is_promising(const struct diagnosis *d, const struct hypothesis *h)
 {
@@ -131,19 +137,20 @@ static void *work(void *argument)
         (void)pthread_mutex_lock(&queue->lock);
         struct diagnosis *d = w->d;
         d->evaluations += h.fit.evaluations;
-        if (usable && !superseded) {
+        const bool lost = usable && is_lost(d, &h);
+        if (usable && !superseded && !lost) {
             if (is_explained(d, &h))
                 atomic_store(&queue->explained, true);
             d->hypotheses = bf_grow(d->hypotheses, d->n_hypotheses + 1, sizeof *d->hypotheses);
             d->hypotheses[d->n_hypotheses++] = h;
         } else {
-            d->n_failed += !superseded;
+            d->n_failed += !superseded && !lost;
             hypothesis_free(&h);
         }
         queue->done++;
         if (w->bar)
             progress_update(w->bar, queue->begin + queue->span * (double)queue->done / (double)queue->n,
-                            usable && !superseded ? h.effects[h.n_effects - 1]->id : NULL);
+                            usable && !superseded && !lost ? h.effects[h.n_effects - 1]->id : NULL);
     }
     (void)pthread_mutex_unlock(&queue->lock);
     return NULL;

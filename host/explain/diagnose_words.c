@@ -24,14 +24,29 @@ static void ratios(FILE *out, const struct diagnosis *d, const struct hypothesis
                       h->check.noise_ratio);
 }
 
+static const double next_to_nothing = 0.005; /* share of a misfit's power that is not worth a word */
+
+/* "97 %", "none"; beyond what there was before: "worse than without it" */
+static void share(FILE *out, double explained)
+{
+    if (explained < -next_to_nothing)
+        (void)fprintf(out, "worse than without it");
+    else if (explained < next_to_nothing)
+        (void)fprintf(out, "none");
+    else
+        (void)fprintf(out, "%.*f %%", explained > 0.99 && explained < 1.0 ? 1 : 0, 100.0 * explained);
+}
+
 /* "97 % of the misfit (held out: 95 %)" */
 static void shares(FILE *out, const struct diagnosis *d, const struct hypothesis *h)
 {
-    (void)fprintf(out, "%.*f %% of the misfit", h->explained > 0.99 && h->explained < 1.0 ? 1 : 0,
-                  100.0 * h->explained);
-    if (isfinite(h->held_out_explained))
-        (void)fprintf(out, " (%s: %.0f %%)", d->check_kind == CHECK_CROSS ? "records left out" : "held out",
-                      100.0 * h->held_out_explained);
+    share(out, fmax(h->explained, 0.0));
+    (void)fprintf(out, " of the misfit");
+    if (!isfinite(h->held_out_explained))
+        return;
+    (void)fprintf(out, " (%s: ", d->check_kind == CHECK_CROSS ? "records left out" : "held out");
+    share(out, h->held_out_explained);
+    (void)fprintf(out, ")");
 }
 
 static void complete(FILE *out, const struct diagnosis *d)
@@ -194,12 +209,27 @@ static void not_crossed(FILE *out, const struct diagnosis *d)
         (void)fprintf(out, ".");
 }
 
-/* The best three: that none stands out of the others is why none is named. */
+static bool lowers_it(const struct hypothesis *h)
+{
+    return h->explained >= next_to_nothing;
+}
+
+static bool any_lowers_it(const struct diagnosis *d)
+{
+    for (size_t i = 0; i < d->n_hypotheses; i++)
+        if (lowers_it(&d->hypotheses[i]))
+            return true;
+    return false;
+}
+
+/* The best three of those that lower the misfit: that none stands out of the others is why none is named. */
 static void crowd(FILE *out, const struct diagnosis *d)
 {
     enum { MOST = 3 };
-    for (size_t i = 0; i < d->n_hypotheses && i < MOST; i++) {
-        (void)fprintf(out, "%s", i > 0 ? ", " : "");
+    for (size_t i = 0, n = 0; i < d->n_hypotheses && n < MOST; i++) {
+        if (!lowers_it(&d->hypotheses[i]))
+            continue;
+        (void)fprintf(out, "%s", n++ > 0 ? ", " : "");
         hypothesis_name(out, &d->hypotheses[i]);
         (void)fprintf(out, " ");
         shares(out, d, &d->hypotheses[i]);
@@ -227,7 +257,7 @@ static void unknown(FILE *out, const struct diagnosis *d)
     }
     (void)fprintf(out, "Something is missing: the model leaves ");
     ratios(out, d, &d->baseline);
-    if (d->n_hypotheses > 0) {
+    if (any_lowers_it(d)) {
         (void)fprintf(out, ". No effect of the catalogue explains that so much better than the others that it could be "
                            "named: ");
         crowd(out, d);

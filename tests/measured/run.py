@@ -210,8 +210,9 @@ def page(rows):
         if row.get("text"):
             text += "\n> " + row["text"].replace("\n", "\n> ") + "\n"
         if "cause_fit" in row:
-            text += "\nWith %s added by hand: error %s %%, held out %s %%.\n" % (
-                chosen.cause, percent(row, "cause_fit"), percent(row, "cause_fit", "held_out") or "nothing")
+            held = percent(row, "cause_fit", "held_out")
+            text += "\nWith %s added by hand: error %s %%%s.\n" % (
+                chosen.cause, percent(row, "cause_fit"), ", held out %s %%" % held if held else "")
     return text
 
 
