@@ -141,6 +141,16 @@ static double bounded(double x, double half)
     return x / (half + fabs(x));
 }
 
+/* A spring whose stiffness takes no more than what is not there would is judged by its special case, the damper. */
+static bool attracts(const struct diagnosis *d, const struct decision *one)
+{
+    const struct hypothesis *simplest = &d->hypotheses[diagnose_simplest(d, one->with)];
+    for (size_t i = 0; i < one->n; i++)
+        if (is_attracting(simplest, one->among[i]))
+            return true;
+    return false;
+}
+
 static void fill_features(const struct diagnosis *d, struct decision *one)
 {
     const struct hypothesis *best = &d->hypotheses[one->with], *other = best_other(d, one);
@@ -149,10 +159,7 @@ static void fill_features(const struct diagnosis *d, struct decision *one)
     x[FEATURE_SET] = best->n_effects > 1 ? 1.0 : 0.0;
     x[FEATURE_LEAD] = bounded(best->score - other->score, clear_lead);
     x[FEATURE_CROWD] = bounded(log(rms_of(other, best)), 1.0);
-    x[FEATURE_ATTRACTS] = 0.0;
-    for (size_t i = 0; i < one->n; i++)
-        if (is_attracting(best, one->among[i]))
-            x[FEATURE_ATTRACTS] = 1.0;
+    x[FEATURE_ATTRACTS] = attracts(d, one) ? 1.0 : 0.0;
     one->probability = probability_of(x);
 }
 

@@ -178,6 +178,23 @@ static void a_spring_that_attracts_is_less_sure(void **state)
     assert_true(probability[0] > 0.9 && probability[1] < 0.8);
 }
 
+/* Where the damper alone does as well, up to what an effect takes that is not there, the sign of the stiffness says nothing against it. */
+static void a_damper_is_not_judged_by_a_stiffness_that_it_does_not_need(void **state)
+{
+    struct diagnosis d;
+    struct hypothesis h[] = {refit("point_spring", NULL, 3, 1.01, 1.01), refit("point_damper", NULL, 2, 1.02, 1.02),
+                             refit("root_compliance", NULL, 2, 15.0, 16.0)};
+    fixture_model(&h[0].model, "  - {kind: point_spring, stiffness_Npm: -20, damping_Nspm: 0.1, at_m: 0.3}\n");
+    decide(&d, *state, 37.0, 38.0, h, 3);
+    assert_int_equal(d.verdict, VERDICT_MISSING);
+    assert_string_equal(d.named[0], "point_damper");
+    assert_true(d.probability > 0.9);
+    for (size_t i = 0; i < d.n_hypotheses; i++)
+        if (d.hypotheses[i].model.n_effects > 0)
+            model_free(&d.hypotheses[i].model);
+    done(&d);
+}
+
 /*
  * A cause of a measured beam does not end at the noise; that nothing else comes near it is what names it, where a free linear model
  * leaves nearly as much.
@@ -379,6 +396,7 @@ int main(void)
         cmocka_unit_test(one_clear_explanation_is_named),
         cmocka_unit_test(what_stands_out_is_named_though_it_leaves_much),
         cmocka_unit_test(a_spring_that_attracts_is_less_sure),
+        cmocka_unit_test(a_damper_is_not_judged_by_a_stiffness_that_it_does_not_need),
         cmocka_unit_test(none_of_a_crowd_is_named),
         cmocka_unit_test(two_that_explain_alike_are_ambiguous),
         cmocka_unit_test(held_out_records_break_a_tie),
