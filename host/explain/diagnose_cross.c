@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
  * Cross-validation over whole records, for a diagnosis without held-out ones. Records are left out in groups (one each, as
- * long as there are few), the model is fitted to the others from where it stands, and predicts those left out.
+ * long as there are few), the model is fitted to the others from where it stands, and predicts those left out. It is not done where a record
+ * alone has an input or an output: the others do not tell what it is predicted with.
  */
 #include "diagnose_state.h"
 
@@ -44,14 +45,56 @@ struct fold_queue {
     pthread_mutex_t lock;
 };
 
-bool diagnose_can_cross(const struct diagnosis *d)
-{
-    return d->n_checks == 0 && d->n_records >= 2;
-}
-
 static size_t folds(const struct diagnosis *d)
 {
     return d->n_records < MOST_FOLDS ? d->n_records : MOST_FOLDS;
+}
+
+/* The record has this channel, and something is in it. */
+static bool has_signal(const struct record *record, const char *name)
+{
+    const double *x = record_column(record, name);
+    for (size_t k = 0; x != NULL && k < record->n; k++)
+        if (fabs(x[k]) > 0.0)
+            return true;
+    return false;
+}
+
+/* The record has it, and none does that is kept when it is left out. */
+static bool is_alone(const struct diagnosis *d, size_t r, const char *name)
+{
+    if (!has_signal(&d->records[r], name))
+        return false;
+    for (size_t q = 0; q < d->n_records; q++)
+        if (q % folds(d) != r % folds(d) && has_signal(&d->records[q], name))
+            return false;
+    return true;
+}
+
+static const char *alone_in(const struct diagnosis *d, size_t r)
+{
+    for (size_t i = 0; i < d->model->n_inputs; i++)
+        if (is_alone(d, r, d->model->inputs[i].name))
+            return d->model->inputs[i].name;
+    for (size_t o = 0; o < d->model->n_outputs; o++)
+        if (is_alone(d, r, d->model->outputs[o].name))
+            return d->model->outputs[o].name;
+    return NULL;
+}
+
+const char *diagnose_alone(const struct diagnosis *d, size_t *record)
+{
+    const char *name = NULL;
+    for (*record = 0; *record < d->n_records; (*record)++)
+        if ((name = alone_in(d, *record)) != NULL)
+            return name;
+    return NULL;
+}
+
+bool diagnose_can_cross(const struct diagnosis *d)
+{
+    size_t record;
+    return d->n_checks == 0 && d->n_records >= 2 && diagnose_alone(d, &record) == NULL;
 }
 
 /* ---- The records of a fold, and the others ---- */

@@ -182,6 +182,8 @@ enum bf_status diagnose_single_places(struct diagnose_state *w, double span, str
  */
 void diagnose_cross(struct diagnose_state *w, double span);
 bool diagnose_can_cross(const struct diagnosis *d);
+/* An input or output that one record alone has, so that the others do not predict it, and which; NULL: there is none. */
+const char *diagnose_alone(const struct diagnosis *d, size_t *record);
 
 /* diagnose_rank.c */
 /* Evidence against the baseline and Holm over all that were tried; best first. */

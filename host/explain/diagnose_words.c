@@ -209,6 +209,16 @@ static void not_crossed(FILE *out, const struct diagnosis *d)
         (void)fprintf(out, ".");
 }
 
+/* One record alone has a channel, so that the others do not predict it. */
+static void cannot_be_crossed(FILE *out, const struct diagnosis *d)
+{
+    size_t record;
+    const char *name = d->n_named > 0 && d->n_checks == 0 && d->n_records >= 2 ? diagnose_alone(d, &record) : NULL;
+    if (name != NULL)
+        (void)fprintf(out, " Not cross-validated: %s is in %s alone. A second record with it would confirm this.", name,
+                      text_base_name(d->records[record].path));
+}
+
 static bool lowers_it(const struct hypothesis *h)
 {
     return h->explained >= next_to_nothing;
@@ -335,6 +345,7 @@ char *diagnose_words(const struct diagnosis *d)
         tell[d->verdict](out, d);
         rig(out, d);
         not_crossed(out, d);
+        cannot_be_crossed(out, d);
     }
     (void)fclose(out);
     return text;

@@ -130,6 +130,31 @@ static void a_value_that_the_others_do_not_tell_is_kept(void **state)
     bench_free(b);
 }
 
+static void hide(struct record *record, const char *name)
+{
+    for (size_t c = 0; c < record->n_columns; c++)
+        if (strcmp(record->columns[c].name, name) == 0) {
+            free(record->columns[c].name);
+            record->columns[c].name = strdup("unused");
+        }
+}
+
+/* Each of two records has a channel that the other has not: neither tells what the other is predicted with. */
+static void records_without_a_common_channel_are_not_left_out(void **state)
+{
+    (void)state;
+    struct bench *b = bench_new("{kind: tip_mass, mass_kg: 0.002}", 2, LONG, 0.01, masses);
+    hide(&b->records[0], b->given.outputs[0].name);
+    hide(&b->records[1], b->given.outputs[1].name);
+    diagnose(b, 2, 0);
+    assert_int_equal(b->d.verdict, VERDICT_MISSING);
+    assert_int_equal(b->d.check_kind, CHECK_NONE);
+    assert_int_equal(b->d.hypotheses[0].check.n_channels, 0);
+    assert_non_null(strstr(b->d.text, "Not cross-validated: "));
+    assert_non_null(strstr(b->d.text, " alone. A second record"));
+    bench_free(b);
+}
+
 static void one_record_is_not_left_out(void **state)
 {
     (void)state;
@@ -208,6 +233,7 @@ int main(void)
         cmocka_unit_test(two_records_predict_each_other),
         cmocka_unit_test(an_overfitting_effect_is_refuted),
         cmocka_unit_test(a_value_that_the_others_do_not_tell_is_kept),
+        cmocka_unit_test(records_without_a_common_channel_are_not_left_out),
         cmocka_unit_test(one_record_is_not_left_out),
         cmocka_unit_test(records_held_out_are_enough),
         cmocka_unit_test(many_records_are_left_out_in_groups),
