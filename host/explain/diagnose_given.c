@@ -374,6 +374,8 @@ static size_t order_untried(const struct shortlist *s, size_t order[])
 enum bf_status shortlist_untried_from_given(struct shortlist *s, double span, struct bf_error *err)
 {
     struct model given;
+    if (is_at_floor(s->w->d))
+        return BF_OK;
     enum bf_status status = shortlist_score(s, KIND_LINEAR, err);
     if (!status)
         status = diagnose_as_given(s->w->d->model, &given, err);
