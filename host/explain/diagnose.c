@@ -188,8 +188,12 @@ static enum bf_status first_look(struct diagnose_state *w, struct bf_error *err)
 
 static enum bf_status singles(struct diagnose_state *w, struct bf_error *err)
 {
-    const enum bf_status status = diagnose_extend(w, &w->d->baseline, most_singles, part_singles, err);
-    return status || progress_interrupted() ? status : diagnose_steps(w, err);
+    enum bf_status status = diagnose_extend(w, &w->d->baseline, most_singles, part_singles, err);
+    if (!status && !progress_interrupted())
+        status = diagnose_steps(w, err);
+    if (!status && !progress_interrupted())
+        diagnose_special_cases(w);
+    return status;
 }
 
 /*

@@ -317,43 +317,21 @@ static bool was_refitted(const struct diagnosis *d, const struct beam_effect *ef
     return false;
 }
 
-/* A point mass at the free end is a tip mass: what the best is the general form of has its chance. */
-static void refit_special_cases(struct shortlist *s, const struct model *given)
-{
-    enum { MOST = 4 };
-    const struct diagnosis *d = s->w->d;
-    struct road roads[ROADS * MOST];
-    size_t order[MOST], n = 0;
-    if (d->n_hypotheses == 0)
-        return;
-    for (size_t i = 0; i < s->list.n && n < MOST; i++) {
-        const struct beam_effect *effect = s->list.candidates[i].effect;
-        if (diagnose_special_case(effect, d->hypotheses[0].effects[0], d->model) && !was_refitted(d, effect))
-            order[n++] = i;
-    }
-    n = lay_roads(s, given, order, n, true, roads);
-    for (size_t k = 0; k < n; k += MOST_AT_ONCE)
-        refit_roads(s, given, roads + k, n - k < MOST_AT_ONCE ? n - k : MOST_AT_ONCE, 0, 0.0);
-}
-
 enum bf_status shortlist_from_given(struct shortlist *s, double span, struct bf_error *err)
 {
     struct model given;
-    const bool explained = diagnose_explained(s->w->d, s->n_effects); /* then nothing asks for scores */
-    enum bf_status status = explained ? BF_OK : shortlist_score(s, KIND_LINEAR, err);
+    if (diagnose_explained(s->w->d, s->n_effects))
+        return BF_OK;
+    enum bf_status status = shortlist_score(s, KIND_LINEAR, err);
     if (!status)
         status = diagnose_as_given(s->w->d->model, &given, err);
     if (status)
         return status;
-    if (!explained) {
-        size_t *order = bf_alloc(s->list.n + 1, sizeof *order);
-        const size_t all = order_from_given(s, order), n = all < MOST_GIVEN ? all : MOST_GIVEN;
-        struct road *roads = bf_alloc(ROADS * n + 1, sizeof *roads);
-        refit_in_turn(s, &given, roads, lay_roads(s, &given, order, n, true, roads), span);
-        free(order), free(roads);
-    }
-    if (!progress_interrupted())
-        refit_special_cases(s, &given);
+    size_t *order = bf_alloc(s->list.n + 1, sizeof *order);
+    const size_t all = order_from_given(s, order), n = all < MOST_GIVEN ? all : MOST_GIVEN;
+    struct road *roads = bf_alloc(ROADS * n + 1, sizeof *roads);
+    refit_in_turn(s, &given, roads, lay_roads(s, &given, order, n, true, roads), span);
+    free(order), free(roads);
     model_free(&given);
     return BF_OK;
 }

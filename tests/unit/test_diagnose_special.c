@@ -1,0 +1,70 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* A special case of the best explanation, refitted from its values. */
+#include "diagnose_rig.h"
+#include "ground/ground.h"
+
+/* As the diagnosis itself is when the general effect has been found, and every effect may be tried. */
+static struct diagnose_state state_of(struct bench *b, struct diagnose_options *options)
+{
+    struct diagnose_state w = {.d = &b->d, .options = options, .predict = &options->predict, .threads = 1};
+    struct bf_error err;
+    w.sigma = calloc(b->d.n_channels, sizeof *w.sigma);
+    w.whiteners = calloc(b->d.n_channels, sizeof *w.whiteners);
+    for (size_t c = 0; c < b->d.n_channels; c++) {
+        w.sigma[c] = b->d.noise[c].rms;
+        assert_int_equal(whitener_from_noise(&b->d.noise[c], &w.whiteners[c], &err), BF_OK);
+    }
+    return w;
+}
+
+static const struct hypothesis *with(const struct diagnosis *d, const char *id)
+{
+    for (size_t i = 0; i < d->n_hypotheses; i++)
+        if (d->hypotheses[i].n_effects == 1 && strcmp(d->hypotheses[i].effects[0]->id, id) == 0)
+            return &d->hypotheses[i];
+    return NULL;
+}
+
+/* Only the general effect was looked at; its special case then ends where it does, with one parameter less, and is asked for once. */
+static void assert_found(const char *truth, const char *general, const char *special)
+{
+    const char *const ids[] = {general, NULL};
+    struct bench *b = bench_new(truth, 2, LONG, 0.003, ids);
+    struct diagnose_options options = {.quiet = true, .predict = {.quiet = true}};
+    diagnose(b, 2, 0);
+    assert_non_null(with(&b->d, general));
+    assert_null(with(&b->d, special));
+    struct diagnose_state w = state_of(b, &options);
+    diagnose_special_cases(&w);
+    assert_non_null(with(&b->d, special));
+    const double least = with(&b->d, general)->fitted.noise_ratio;
+    assert_true(fabs(with(&b->d, special)->fitted.noise_ratio - least) < 2e-3 * least);
+    assert_true(with(&b->d, special)->score > with(&b->d, general)->score);
+    const size_t n = b->d.n_hypotheses, evaluations = b->d.evaluations;
+    diagnose_special_cases(&w);
+    assert_int_equal(b->d.n_hypotheses, n);
+    assert_int_equal(b->d.evaluations, evaluations);
+    free(w.sigma), free(w.whiteners);
+    bench_free(b);
+}
+
+static void a_mass_at_the_free_end_is_a_tip_mass(void **state)
+{
+    (void)state;
+    assert_found("{kind: tip_mass, mass_kg: 0.003}", "point_mass", "tip_mass");
+}
+
+static void a_spring_without_stiffness_is_a_damper(void **state)
+{
+    (void)state;
+    assert_found("{kind: point_damper, damping_Nspm: 0.1, at_m: 0.25}", "point_spring", "point_damper");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_mass_at_the_free_end_is_a_tip_mass),
+        cmocka_unit_test(a_spring_without_stiffness_is_a_damper),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
