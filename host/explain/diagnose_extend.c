@@ -126,8 +126,8 @@ static bool law_stands_out(const struct shortlist *s)
 {
     static const double next_to_nothing = 0.01; /* of the power above the noise */
     const double before = s->from->fitted.noise_ratio;
-    if (s->n_trials == 0 || s->w->options->everything)
-        return false;
+    if (s->n_trials == 0 || s->w->options->everything || !diagnose_is_far(s->from))
+        return false; /* near the noise one kind imitates the other */
     const double left = s->trials[0].unexplained;
     return left * left - 1.0 <= next_to_nothing * (before * before - 1.0);
 }
