@@ -162,12 +162,20 @@ static enum bf_status localise(const struct diagnosis *d, const struct hypothesi
     return status;
 }
 
+/* What the first look has left is of the baseline that there was. */
+static void forget_look(struct diagnose_state *w)
+{
+    shortlist_free(w->looked);
+    w->looked = NULL;
+}
+
 /* Goes on with the rig free where that lowers the misfit clearly. */
 static enum bf_status free_rig(struct diagnose_state *w, bool at_noise_only, bool *freed, struct bf_error *err)
 {
     enum bf_status status = diagnose_free_rig(w, at_noise_only, freed, err);
     if (status || !*freed)
         return status;
+    forget_look(w);
     localise_free(&w->d->where);
     return localise(w->d, &w->d->baseline, &w->d->where, err);
 }
@@ -215,6 +223,7 @@ static enum bf_status singles_and_rig(struct diagnose_state *w, bool *done, stru
     if (!status && freed && !*done && !diagnose_explained(w->d, 1))
         status = first_look(w, err);
     *done = *done || (freed && diagnose_is_complete(w->d));
+    forget_look(w);
     return status;
 }
 
@@ -292,7 +301,7 @@ static void work_free(struct diagnose_state *w)
     for (size_t c = 0; w->check_noise && c < w->n_check_channels; c++)
         noise_free(&w->check_noise[c]);
     free(w->check_noise), free(w->whiteners), free(w->sigma), free(w->check_sigma);
-    shortlist_free(w->looked);
+    forget_look(w);
     diagnose_side_free(&w->other);
 }
 
