@@ -2,7 +2,7 @@
 /*
  * Cross-validation over whole records, for a diagnosis without held-out ones. Records are left out in groups (one each, as
  * long as there are few), the model is fitted to the others from where it stands, and predicts those left out. It is not done where a record
- * alone has an input or an output: the others do not tell what it is predicted with.
+ * alone has an input or an output of unknown gain: the others do not tell what it is predicted with.
  */
 #include "diagnose_state.h"
 
@@ -71,14 +71,33 @@ static bool is_alone(const struct diagnosis *d, size_t r, const char *name)
     return true;
 }
 
+/* Nothing but records tells it. */
+static bool is_open(const struct parameter *p)
+{
+    return !p->fixed && !(p->prior > 0.0);
+}
+
+static bool gain_is_open(const struct channel_parameters *own)
+{
+    return own->lists_gain && is_open(&own->gain);
+}
+
+/* Of a record, an input or output whose size the others do not tell. A sensor that is known has a place and a gain: what others show predicts it. */
 static const char *alone_in(const struct diagnosis *d, size_t r)
 {
-    for (size_t i = 0; i < d->model->n_inputs; i++)
-        if (is_alone(d, r, d->model->inputs[i].name))
-            return d->model->inputs[i].name;
-    for (size_t o = 0; o < d->model->n_outputs; o++)
-        if (is_alone(d, r, d->model->outputs[o].name))
-            return d->model->outputs[o].name;
+    const struct model *model = d->model;
+    for (size_t i = 0; i < model->n_inputs; i++) {
+        const struct model_input *input = &model->inputs[i];
+        const bool moment = input->kind == INPUT_PATCH_MOMENT && is_open(&model->KB);
+        if ((moment || gain_is_open(&input->own)) && is_alone(d, r, input->name))
+            return input->name;
+    }
+    for (size_t o = 0; o < model->n_outputs; o++) {
+        const struct model_output *output = &model->outputs[o];
+        const bool strain = output->kind == OUTPUT_PATCH_STRAIN && is_open(&model->Ks);
+        if ((strain || gain_is_open(&output->own)) && is_alone(d, r, output->name))
+            return output->name;
+    }
     return NULL;
 }
 

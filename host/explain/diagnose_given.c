@@ -360,7 +360,7 @@ enum bf_status shortlist_untried_from_given(struct shortlist *s, double span, st
     if (status)
         return status;
     size_t *order = bf_alloc(s->list.n + 1, sizeof *order);
-    struct road roads[ROADS * MOST_GIVEN];
+    struct road roads[MOST_GIVEN];
     const size_t n = lay_roads(s, &given, order, order_untried(s, order), false, roads);
     for (size_t k = 0; k < n && !progress_interrupted(); k += MOST_AT_ONCE) {
         const size_t some = n - k < MOST_AT_ONCE ? n - k : MOST_AT_ONCE;

@@ -187,7 +187,7 @@ enum bf_status diagnose_single_places(struct diagnose_state *w, double span, str
  */
 void diagnose_cross(struct diagnose_state *w, double span);
 bool diagnose_can_cross(const struct diagnosis *d);
-/* An input or output that one record alone has, so that the others do not predict it, and which; NULL: there is none. */
+/* An input or output of unknown gain that one record alone has, so that the others do not predict it, and which; NULL: there is none. */
 const char *diagnose_alone(const struct diagnosis *d, size_t *record);
 
 /* diagnose_rank.c */

@@ -209,14 +209,16 @@ static void not_crossed(FILE *out, const struct diagnosis *d)
         (void)fprintf(out, ".");
 }
 
-/* One record alone has a channel, so that the others do not predict it. */
+/* One record alone has a channel of unknown gain, so that the others do not predict it. */
 static void cannot_be_crossed(FILE *out, const struct diagnosis *d)
 {
     size_t record;
     const char *name = d->n_named > 0 && d->n_checks == 0 && d->n_records >= 2 ? diagnose_alone(d, &record) : NULL;
     if (name != NULL)
-        (void)fprintf(out, " Not cross-validated: %s is in %s alone. A second record with it would confirm this.", name,
-                      text_base_name(d->records[record].path));
+        (void)fprintf(
+            out,
+            " Not cross-validated: %s, whose gain is open, is in %s alone. A second record with it would confirm this.",
+            name, text_base_name(d->records[record].path));
 }
 
 static bool lowers_it(const struct hypothesis *h)

@@ -151,7 +151,20 @@ static void records_without_a_common_channel_are_not_left_out(void **state)
     assert_int_equal(b->d.check_kind, CHECK_NONE);
     assert_int_equal(b->d.hypotheses[0].check.n_channels, 0);
     assert_non_null(strstr(b->d.text, "Not cross-validated: "));
-    assert_non_null(strstr(b->d.text, " alone. A second record"));
+    assert_non_null(strstr(b->d.text, "piezo_V, whose gain is open, is in r1.csv alone. A second record"));
+    bench_free(b);
+}
+
+/* A velocity of known gain, though in one record alone, is predicted from what the other shows of the beam. */
+static void a_known_sensor_in_one_record_alone_is_predicted(void **state)
+{
+    (void)state;
+    struct bench *b = bench_new("{kind: tip_mass, mass_kg: 0.002}", 2, LONG, 0.01, masses);
+    hide(&b->records[0], b->given.outputs[1].name);
+    diagnose(b, 2, 0);
+    assert_int_equal(b->d.verdict, VERDICT_MISSING);
+    assert_int_equal(b->d.check_kind, CHECK_CROSS);
+    assert_int_equal(b->d.hypotheses[0].check.n_channels, 3);
     bench_free(b);
 }
 
@@ -234,6 +247,7 @@ int main(void)
         cmocka_unit_test(an_overfitting_effect_is_refuted),
         cmocka_unit_test(a_value_that_the_others_do_not_tell_is_kept),
         cmocka_unit_test(records_without_a_common_channel_are_not_left_out),
+        cmocka_unit_test(a_known_sensor_in_one_record_alone_is_predicted),
         cmocka_unit_test(one_record_is_not_left_out),
         cmocka_unit_test(records_held_out_are_enough),
         cmocka_unit_test(many_records_are_left_out_in_groups),
