@@ -146,6 +146,15 @@ static inline void bench_free(struct bench *b)
     free(b);
 }
 
+/* The explanation by this effect alone; NULL: there is none. */
+static inline const struct hypothesis *single(const struct diagnosis *d, const char *id)
+{
+    for (size_t i = 0; i < d->n_hypotheses; i++)
+        if (d->hypotheses[i].n_effects == 1 && strcmp(d->hypotheses[i].effects[0]->id, id) == 0)
+            return &d->hypotheses[i];
+    return NULL;
+}
+
 static inline void diagnose(struct bench *b, size_t n_records, size_t n_checks)
 {
     struct bf_error err;

@@ -101,19 +101,21 @@ static const char *alone_in(const struct diagnosis *d, size_t r)
     return NULL;
 }
 
+/* Records were not held out, and there are some to leave out. */
+static bool is_crossed(const struct diagnosis *d)
+{
+    return d->n_checks == 0 && d->n_records >= 2;
+}
+
 const char *diagnose_alone(const struct diagnosis *d, size_t *record)
 {
     const char *name = NULL;
+    if (!is_crossed(d))
+        return NULL;
     for (*record = 0; *record < d->n_records; (*record)++)
         if ((name = alone_in(d, *record)) != NULL)
             return name;
     return NULL;
-}
-
-bool diagnose_can_cross(const struct diagnosis *d)
-{
-    size_t record;
-    return d->n_checks == 0 && d->n_records >= 2 && diagnose_alone(d, &record) == NULL;
 }
 
 /* ---- The records of a fold, and the others ---- */
@@ -337,8 +339,8 @@ void diagnose_cross(struct diagnose_state *w, double span)
 {
     struct diagnosis *d = w->d;
     struct hypothesis *chosen[1 + MOST_CHECKED] = {&d->baseline};
-    size_t n = 1, checked = 0;
-    if (!diagnose_can_cross(d))
+    size_t n = 1, checked = 0, record;
+    if (!is_crossed(d) || diagnose_alone(d, &record) != NULL)
         return;
     for (;;) {
         const size_t more = wanted(d, chosen + n, MOST_CHECKED - checked);

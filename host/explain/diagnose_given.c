@@ -228,8 +228,8 @@ static size_t lay_others(const struct model *from, const struct candidate *candi
 }
 
 /*
- * roads[ROADS · n]; returns how many. `all` takes every start: of the beam's own effects first the usual one of each, which nearly always does, then the
- * others, and the measurement's after them.
+ * roads[ROADS · n]; returns how many. `all` takes every start: first the usual one of each of the beam's own effects, from which nearly every cause is found,
+ * then their other starts, then the measurement's effects. order[]: the beam's own effects come first.
  */
 static size_t lay_roads(const struct shortlist *s, const struct model *from, const size_t order[], size_t n, bool all,
                         struct road roads[])
@@ -317,14 +317,19 @@ static bool was_refitted(const struct diagnosis *d, const struct beam_effect *ef
     return false;
 }
 
+/* What both rounds from the model as given begin with: the scores, which give the order, and that model. Free *given with model_free(). */
+static enum bf_status score_and_give(struct shortlist *s, struct model *given, struct bf_error *err)
+{
+    const enum bf_status status = shortlist_score(s, KIND_LINEAR, err);
+    return status ? status : diagnose_as_given(s->w->d->model, given, err);
+}
+
 enum bf_status shortlist_from_given(struct shortlist *s, double span, struct bf_error *err)
 {
     struct model given;
     if (diagnose_explained(s->w->d, s->n_effects))
         return BF_OK;
-    enum bf_status status = shortlist_score(s, KIND_LINEAR, err);
-    if (!status)
-        status = diagnose_as_given(s->w->d->model, &given, err);
+    const enum bf_status status = score_and_give(s, &given, err);
     if (status)
         return status;
     size_t *order = bf_alloc(s->list.n + 1, sizeof *order);
@@ -354,9 +359,7 @@ enum bf_status shortlist_untried_from_given(struct shortlist *s, double span, st
     struct model given;
     if (is_at_floor(s->w->d))
         return BF_OK;
-    enum bf_status status = shortlist_score(s, KIND_LINEAR, err);
-    if (!status)
-        status = diagnose_as_given(s->w->d->model, &given, err);
+    const enum bf_status status = score_and_give(s, &given, err);
     if (status)
         return status;
     size_t *order = bf_alloc(s->list.n + 1, sizeof *order);

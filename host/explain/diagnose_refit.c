@@ -137,20 +137,20 @@ static void *work(void *argument)
         (void)pthread_mutex_lock(&queue->lock);
         struct diagnosis *d = w->d;
         d->evaluations += h.fit.evaluations;
-        const bool lost = usable && is_lost(d, &h);
-        if (usable && !superseded && !lost) {
+        const bool kept = usable && !superseded && !is_lost(d, &h);
+        if (kept) {
             if (is_explained(d, &h))
                 atomic_store(&queue->explained, true);
             d->hypotheses = bf_grow(d->hypotheses, d->n_hypotheses + 1, sizeof *d->hypotheses);
             d->hypotheses[d->n_hypotheses++] = h;
         } else {
-            d->n_failed += !superseded && !lost;
+            d->n_failed += !usable && !superseded;
             hypothesis_free(&h);
         }
         queue->done++;
         if (w->bar)
             progress_update(w->bar, queue->begin + queue->span * (double)queue->done / (double)queue->n,
-                            usable && !superseded && !lost ? h.effects[h.n_effects - 1]->id : NULL);
+                            kept ? h.effects[h.n_effects - 1]->id : NULL);
     }
     (void)pthread_mutex_unlock(&queue->lock);
     return NULL;

@@ -186,8 +186,7 @@ enum bf_status diagnose_single_places(struct diagnose_state *w, double span, str
  * decides again. Nothing to do with one record, or when records are held out.
  */
 void diagnose_cross(struct diagnose_state *w, double span);
-bool diagnose_can_cross(const struct diagnosis *d);
-/* An input or output of unknown gain that one record alone has, so that the others do not predict it, and which; NULL: there is none. */
+/* Why records are not left out in turn: an input or output of unknown gain that one of them (*record) alone has. NULL: nothing forbids it, or none would be. */
 const char *diagnose_alone(const struct diagnosis *d, size_t *record);
 
 /* diagnose_rank.c */

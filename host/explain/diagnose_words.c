@@ -213,7 +213,7 @@ static void not_crossed(FILE *out, const struct diagnosis *d)
 static void cannot_be_crossed(FILE *out, const struct diagnosis *d)
 {
     size_t record;
-    const char *name = d->n_named > 0 && d->n_checks == 0 && d->n_records >= 2 ? diagnose_alone(d, &record) : NULL;
+    const char *name = d->n_named > 0 ? diagnose_alone(d, &record) : NULL;
     if (name != NULL)
         (void)fprintf(
             out,

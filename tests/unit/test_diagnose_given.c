@@ -25,14 +25,6 @@ static void what_ruins_the_baseline_is_found(void **state)
     bench_free(b);
 }
 
-static bool was_tried(const struct diagnosis *d, const char *id)
-{
-    for (size_t i = 0; i < d->n_hypotheses; i++)
-        if (strcmp(d->hypotheses[i].effects[0]->id, id) == 0)
-            return true;
-    return false;
-}
-
 /*
  * Near the noise the scores choose what is refitted, and a baseline that has bent hides the cause from them. Unless one leaves no more than a free
  * linear model, what they think nothing of has its chance from the model as given.
@@ -49,7 +41,7 @@ static void near_the_noise_what_scores_hide_is_tried(void **state)
             bench_new("{kind: patch_position, shift_m: 0.0005}", 2, LONG, 0.02, i == 0 ? without_cause : with_cause);
         diagnose(b, 2, 0);
         assert_true(b->d.baseline.fitted.noise_ratio > 1.2 && b->d.baseline.fitted.noise_ratio < 3.0);
-        assert_int_equal(was_tried(&b->d, "axial_load"), i == 0);
+        assert_int_equal(single(&b->d, "axial_load") != NULL, i == 0);
         if (i == 1)
             assert_string_equal(b->d.named[0], "patch_position");
         bench_free(b);

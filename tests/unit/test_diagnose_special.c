@@ -17,14 +17,6 @@ static struct diagnose_state state_of(struct bench *b, struct diagnose_options *
     return w;
 }
 
-static const struct hypothesis *with(const struct diagnosis *d, const char *id)
-{
-    for (size_t i = 0; i < d->n_hypotheses; i++)
-        if (d->hypotheses[i].n_effects == 1 && strcmp(d->hypotheses[i].effects[0]->id, id) == 0)
-            return &d->hypotheses[i];
-    return NULL;
-}
-
 /* Only the general effect was looked at; its special case then ends where it does, with one parameter less, and is asked for once. */
 static void assert_found(const char *truth, const char *general, const char *special)
 {
@@ -32,14 +24,14 @@ static void assert_found(const char *truth, const char *general, const char *spe
     struct bench *b = bench_new(truth, 2, LONG, 0.003, ids);
     struct diagnose_options options = {.quiet = true, .predict = {.quiet = true}};
     diagnose(b, 2, 0);
-    assert_non_null(with(&b->d, general));
-    assert_null(with(&b->d, special));
+    assert_non_null(single(&b->d, general));
+    assert_null(single(&b->d, special));
     struct diagnose_state w = state_of(b, &options);
     diagnose_special_cases(&w);
-    assert_non_null(with(&b->d, special));
-    const double least = with(&b->d, general)->fitted.noise_ratio;
-    assert_true(fabs(with(&b->d, special)->fitted.noise_ratio - least) < 2e-3 * least);
-    assert_true(with(&b->d, special)->score > with(&b->d, general)->score);
+    assert_non_null(single(&b->d, special));
+    const double least = single(&b->d, general)->fitted.noise_ratio;
+    assert_true(fabs(single(&b->d, special)->fitted.noise_ratio - least) < 2e-3 * least);
+    assert_true(single(&b->d, special)->score > single(&b->d, general)->score);
     const size_t n = b->d.n_hypotheses, evaluations = b->d.evaluations;
     diagnose_special_cases(&w);
     assert_int_equal(b->d.n_hypotheses, n);
