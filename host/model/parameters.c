@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* parameters.c — the parameters of a model as one vector, and back. */
 #include "model.h"
+#include "model_parts.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -183,6 +185,18 @@ static void set_per_record(struct model_effect *effect, int slot, const char *re
     effect->per_record[i].sd = sd;
 }
 
+/* A place may be as far out as the beam now is: its bound follows the length, and no bound that was stated reaches beyond. */
+static void move_bounds(const struct model *before, struct model *model)
+{
+    for (size_t e = 0; e < model->n_effects; e++)
+        for (int i = 0; i < model->effects[e].effect->n_parameters; i++) {
+            struct parameter was, now, *own = &model->effects[e].parameters[i];
+            model_effect_parameter(before, model->effects[e].effect, i, &was);
+            model_effect_parameter(model, model->effects[e].effect, i, &now);
+            own->max = own->max < was.max ? fmin(own->max, now.max) : now.max;
+        }
+}
+
 /* The regions follow the length and the edges that are parameters; where that is no beam they stay, and no prediction is made. */
 static void set_geometry(struct model *model)
 {
@@ -200,6 +214,7 @@ static void set_geometry(struct model *model)
         by_m[MOVE_TO] = own->lists_to ? own->to.value - to_m : 0.0;
     }
     (void)model_move(&before, by_m, model, &err);
+    move_bounds(&before, model);
     model_free(&before);
 }
 

@@ -233,7 +233,7 @@ enum bf_status plot_ranking(const struct plot_ranking *q, struct bf_error *err)
                   "set arrow from 1, graph 0 to 1, graph 1 nohead back linewidth 1.4 linecolor rgb '" PLOT_NOISE "'\n"
                   "set label 'noise' at 1, graph 1 offset 0,0.6 center\n"
                   "set yrange [%zu.5:0.5]\nset key at screen 0.5, screen 0.01 center bottom horizontal maxrows 1 "
-                  "width 1\nset bmargin 5\n"
+                  "width 1\nset bmargin 5\nset tmargin 4\n"
                   "plot '%s-rows.dat' using 2:1 with points pointtype 7 pointsize 1.6*mark linecolor rgb '" PLOT_FITTED
                   "' title 'fitted records'",
                   q->n, p.stem);

@@ -8,6 +8,7 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include "model/model_yaml.h"
 #include "model_text.h"
 
@@ -67,6 +68,31 @@ static void a_fit_is_written_where_the_ruler_was(void **state)
     model_free(&m);
 }
 
+/* A shorter beam is written with bounds that can be read again, a longer one without one that it has not been given. */
+static void bounds_of_places_follow_the_length(void **state)
+{
+    (void)state;
+    static const double length_m[] = {0.4553, 0.46};
+    for (int k = 0; k < 2; k++) {
+        struct model m, again;
+        struct parameter_ref *refs;
+        reads(HEAD FREE_BEAM PARAMETERS TIP "effects:\n  - {kind: point_mass, mass_kg: 0.01, at_m: 0.3}\n"
+                                            "  - {kind: point_damper, damping_Nspm: 1, at_m: {value: 0.2, max: 0.4}}\n",
+              &m);
+        const size_t n = model_parameters(&m, NULL, 0, &refs);
+        const struct parameter_ref *length = listed(refs, n, "length_m");
+        assert_non_null(length);
+        model_set_parameters(&m, length, 1, &length_m[k], NULL, NULL);
+        char *printed = model_to_text(&m);
+        reads(printed, &again);
+        near(again.length_m, length_m[k]), near(again.effects[0].parameters[1].max, length_m[k]);
+        near(again.effects[1].parameters[1].max, 0.4);
+        assert_null(strstr(printed, "max: 0.45"));
+        free(printed), free(refs);
+        model_free(&m), model_free(&again);
+    }
+}
+
 static void a_number_is_held(void **state)
 {
     (void)state;
@@ -106,6 +132,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_fit_is_written_where_the_ruler_was),
+        cmocka_unit_test(bounds_of_places_follow_the_length),
         cmocka_unit_test(a_number_is_held),
         cmocka_unit_test(what_cannot_be),
     };
