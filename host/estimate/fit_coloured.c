@@ -52,7 +52,7 @@ enum bf_status fit_coloured_square(struct fit_problem *p, const double x[], stru
     const size_t n = p->n_unknowns, lines = lines_rows(p->lines);
     if (!p->compressed) {
         intervals_add_coloured(p->n_rows, n, p->jacobian, p->weight, n_channels, channels, square);
-        return BF_OK;
+        return fit_input_square(p, square, err);
     }
     struct coloured c = {.p = p, .channels = channels, .square = square};
     struct prediction y;

@@ -14,5 +14,7 @@ void fit_noise_models(const struct fit_problem *p, struct interval_channel chann
  */
 enum bf_status fit_coloured_square(struct fit_problem *p, const double x[], struct interval_channel channels[],
                                    size_t n_channels, double square[], struct bf_error *err);
+/* fit_input_noise.c: the same of the noise of recorded inputs, as it comes through a linear beam; added to square. Nothing where rows are not kept. */
+enum bf_status fit_input_square(const struct fit_problem *p, double square[], struct bf_error *err);
 
 #endif

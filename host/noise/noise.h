@@ -59,6 +59,11 @@ const char *noise_method_text(enum noise_method method);
 enum bf_status noise_of_channel(const struct model *model, const struct record *record, const char *channel,
                                 struct noise_estimate *out, struct bf_error *err);
 void noise_free(struct noise_estimate *estimate);
+/*
+ * Rms of the noise of a measured input u[n], taken as white: where its drive is not, or while it rests; 0: none that can be told (a drive that is random
+ * itself, or rests exactly). O(n log n).
+ */
+double noise_of_input(const double *u, size_t n);
 struct noise_estimate noise_copy(const struct noise_estimate *estimate);
 /* The mean power of `sum` and of one more stretch of the same channel, by the cells of each; an empty sum ({0}) becomes a copy. NOISE_NONE adds nothing. */
 void noise_join(struct noise_estimate *sum, const struct noise_estimate *more);

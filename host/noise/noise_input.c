@@ -100,7 +100,7 @@ static double floor_noise(const double *u, size_t n, bool *silent)
 }
 
 /* A drive that is on and off by turns rests too seldom for the spread of all its samples to be noise: where it is off says more. */
-static double noise_of_input(const double *u, size_t n)
+double noise_of_input(const double *u, size_t n)
 {
     bool silent;
     const double floor = floor_noise(u, n, &silent);

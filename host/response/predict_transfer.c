@@ -183,6 +183,35 @@ enum bf_status transfer_chain(const struct predictor *p, const double theta[], s
     return status;
 }
 
+bool transfer_of_all(const struct predictor *p)
+{
+    return p->each == NULL && !p->nonlinear;
+}
+
+bool transfer_path(const struct predictor *p, const double theta[], size_t channel, size_t input, double complex H[])
+{
+    struct bf_error ignored;
+    const struct predict_channel *c = &p->channels[channel];
+    const struct record_plan *plan = &p->plans[c->record];
+    const struct run run = {.p = (struct predictor *)p, .theta = theta};
+    const size_t m = p->grids[plan->grid].m;
+    if (plan->free_decay || plan->periodic || plan->input[input] == NULL)
+        return false;
+    double complex *F = bf_alloc(m, sizeof *F);
+    const bool known = transfer_chain(p, theta, channel, F, &ignored) == BF_OK;
+    if (known) {
+        size_t parameter;
+        const double gain = input_gain(&run, input, &parameter);
+        recorder_undo(plan->A, m, F); /* it has filtered the input, too */
+        response_value(p->kernels[plan->grid], output_order(p->model.outputs[c->output].kind),
+                       p->outputs[c->output].alpha, p->inputs[plan->source[input]].alpha, H);
+        for (size_t k = 0; k < m; k++)
+            H[k] *= gain * F[k];
+    }
+    free(F);
+    return known;
+}
+
 void transfer_force(const struct predictor *p, size_t grid_index, size_t output, const double g[], double complex H[])
 {
     double complex *alpha = bf_alloc(p->system->n_poles, sizeof *alpha);

@@ -338,6 +338,16 @@ void transfer_motion(const struct predictor *predictor, const double theta[], si
 enum bf_status transfer_chain(const struct predictor *predictor, const double theta[], size_t channel,
                               double complex F[], struct bf_error *err);
 
+/* One linear system predicts all records. */
+bool transfer_of_all(const struct predictor *predictor);
+
+/*
+ * H[m]: a channel over one of the model's inputs, both as they are recorded, where one linear system predicts all records. False where there is no such path: the
+ * record lacks the input, is a free decay or one period of a steady state.
+ */
+bool transfer_path(const struct predictor *predictor, const double theta[], size_t channel, size_t input,
+                   double complex H[]);
+
 /* H[m]: output before gain and filters over a force at g, with the output's time derivatives. */
 void transfer_force(const struct predictor *predictor, size_t grid_index, size_t output, const double g[],
                     double complex H[]);
