@@ -158,7 +158,8 @@ static void cover(const char *noise_line)
     count_all(noise_line, 0.0, &counted);
     for (size_t i = 0; i < FREE; i++) {
         all += counted.inside[i];
-        assert_in_range(counted.inside[i], 0.90 * SETS, 0.99 * SETS); /* one parameter: ± 3 standard errors of the count */
+        assert_in_range(counted.inside[i], 0.90 * SETS,
+                        0.99 * SETS); /* one parameter: ± 3 standard errors of the count */
     }
     print_message("together %.1f %%\n", 100.0 * (double)all / (FREE * SETS));
     assert_in_range(all, 0.92 * FREE * SETS, 0.98 * FREE * SETS);
