@@ -10,6 +10,7 @@
 #include "fit_coloured.h"
 
 #include <complex.h>
+#include <math.h>
 #include <stdlib.h>
 
 #include "noise/noise.h"
@@ -47,13 +48,8 @@ static enum bf_status add_square(size_t n, const struct response_grid *grid, con
     enum bf_status status = BF_OK;
     for (size_t j = 0; j < n && !status; j++)
         status = response_back(grid, Q + j * grid->m, q + j * grid->n, err);
-    for (size_t i = 0; i < n && !status; i++)
-        for (size_t j = 0; j < n; j++) {
-            double sum = 0.0;
-            for (size_t k = 0; k < grid->n; k++)
-                sum += q[i * grid->n + k] * q[j * grid->n + k];
-            square[i + j * n] += sigma * sigma * sum;
-        }
+    if (!status)
+        dense_gemm(true, false, n, n, grid->n, sigma * sigma, q, q, 1.0, square);
     free(q);
     return status;
 }
@@ -84,7 +80,7 @@ enum bf_status fit_input_square(const struct fit_problem *p, double square[], st
     for (size_t r = 0; r < transfer_records(p->predictor); r++)
         for (size_t i = 0; i < p->model->n_inputs && !status; i++) {
             const double *u = record_column(&p->records[r], p->model->inputs[i].name);
-            const double sigma = u != NULL ? noise_of_input(u, p->records[r].n) : 0.0;
+            const double sigma = u != NULL ? fabs(p->levels[r]) * noise_of_input(u, p->records[r].n) : 0.0;
             if (sigma > 0.0)
                 status = add_input(p, r, i, sigma, square, err);
         }
