@@ -216,7 +216,7 @@ static enum bf_status read_records(struct arguments *a, const struct model *mode
         status = a->directory != NULL ? record_list_read(lists[i], model, err)
                                       : record_list_read_by(lists[i], model, &reader, err);
     if (status == BF_OK && long_records->n == 0) /* a head cannot lose what the sums over its record have */
-        record_lists_take_baselines(model, &a->sets.fitted, &a->sets.held_out);
+        record_lists_clean(model, &a->sets.fitted, &a->sets.held_out);
     return status;
 }
 

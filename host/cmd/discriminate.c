@@ -248,7 +248,7 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     if (!status)
         status = record_list_read(&a.records, &model, err);
     if (!status)
-        record_lists_take_baselines(&model, &a.records, NULL);
+        record_lists_clean(&model, &a.records, NULL);
     if (!status)
         status = answer(&a, &model, err);
     for (size_t i = 0; i < a.n_rivals; i++) {

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "record_sets.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -73,16 +74,39 @@ enum bf_status record_list_read_by(struct record_list *list, const struct model 
     return BF_OK;
 }
 
-void record_lists_take_baselines(const struct model *model, struct record_list *fitted, struct record_list *held_out)
+/* One line for the input in all records. */
+static void tell_cleaned(const struct clean_input_list *list, const char *input)
 {
-    struct record_list *const lists[2] = {fitted, held_out};
-    struct record **records = bf_alloc(fitted->n + (held_out ? held_out->n : 0) + 1, sizeof *records);
+    double noise = 0.0, kept = 0.0;
+    size_t n = 0;
+    for (size_t i = 0; i < list->n; i++)
+        if (strcmp(list->all[i].channel, input) == 0) {
+            noise = fmax(noise, list->all[i].noise);
+            kept += list->all[i].kept;
+            n++;
+        }
+    if (n == 0)
+        return;
+    bf_warn("%s: noise of %s%.2g %% of its peak (%zu record%s). Where nothing stands out of it the input is taken as "
+            "zero, so that %.0f %% of the noise does not drive the model; '# input_noise: keep' in a record forbids it",
+            input, n > 1 ? "up to " : "", 100.0 * noise, n, n > 1 ? "s" : "", 100.0 * (1.0 - kept / (double)n));
+}
+
+static void clean_inputs(const struct model *model, struct record *const records[], size_t n)
+{
+    struct clean_input_list found;
+    struct bf_error err;
+    if (inputs_clean(model, records, n, &found, &err) != BF_OK)
+        bf_warn("noise of measured inputs was not looked for: %s", err.text);
+    for (size_t i = 0; i < model->n_inputs; i++)
+        tell_cleaned(&found, model->inputs[i].name);
+    inputs_clean_free(&found);
+}
+
+static void take_baselines(const struct model *model, struct record *const records[], size_t n)
+{
     struct baseline_list found;
     struct bf_error err;
-    size_t n = 0;
-    for (size_t i = 0; i < 2; i++)
-        for (size_t r = 0; lists[i] != NULL && r < record_list_sampled(lists[i]); r++)
-            records[n++] = &lists[i]->records[r];
     if (baselines_take_off(model, records, n, &found, &err) != BF_OK)
         bf_warn("zero shifts of accelerometers were not looked for: %s", err.text);
     for (size_t i = 0; i < found.n; i++)
@@ -92,6 +116,18 @@ void record_lists_take_baselines(const struct model *model, struct record_list *
                 found.all[i].record->path, found.all[i].channel, found.all[i].first, found.all[i].last,
                 100.0 * found.all[i].share);
     baselines_free(&found);
+}
+
+void record_lists_clean(const struct model *model, struct record_list *fitted, struct record_list *held_out)
+{
+    struct record_list *const lists[2] = {fitted, held_out};
+    struct record **records = bf_alloc(fitted->n + (held_out ? held_out->n : 0) + 1, sizeof *records);
+    size_t n = 0;
+    for (size_t i = 0; i < 2; i++)
+        for (size_t r = 0; lists[i] != NULL && r < record_list_sampled(lists[i]); r++)
+            records[n++] = &lists[i]->records[r];
+    clean_inputs(model, records, n);
+    take_baselines(model, records, n);
     free(records);
 }
 
@@ -155,7 +191,7 @@ enum bf_status record_sets_read(struct record_sets *sets, const struct model *mo
 {
     if (record_list_read(&sets->fitted, model, err) != BF_OK || record_list_read(&sets->held_out, model, err) != BF_OK)
         return err->status;
-    record_lists_take_baselines(model, &sets->fitted, &sets->held_out);
+    record_lists_clean(model, &sets->fitted, &sets->held_out);
     return check_held_out(sets, err);
 }
 

@@ -294,7 +294,7 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     if (status == BF_OK)
         status = record_list_read(all, &w.model, err);
     if (status == BF_OK)
-        record_lists_take_baselines(&w.model, all, NULL);
+        record_lists_clean(&w.model, all, NULL);
     if (status == BF_OK)
         status = atomic_check(a.output, err);
     progress_catch_interrupts();

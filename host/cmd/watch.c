@@ -224,7 +224,7 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     if (status == BF_OK)
         status = record_list_read(all, &model, err);
     if (status == BF_OK)
-        record_lists_take_baselines(&model, all, NULL);
+        record_lists_clean(&model, all, NULL);
     model_free(&model);
     progress_listen(on_progress, &w);
     bf_warn_listen(on_warning, &w);

@@ -182,9 +182,9 @@ static bool exchange(struct record *record, const char *a, const char *b)
     }
     if (one == NULL || two == NULL)
         return false;
-    double *x = one->x, *psd = one->noise_psd;
-    one->x = two->x, one->noise_psd = two->noise_psd;
-    two->x = x, two->noise_psd = psd;
+    const struct record_column first = *one;
+    one->x = two->x, one->noise_psd = two->noise_psd, one->noise = two->noise;
+    two->x = first.x, two->noise_psd = first.noise_psd, two->noise = first.noise;
     return true;
 }
 

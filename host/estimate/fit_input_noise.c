@@ -5,7 +5,7 @@
  *
  *     JᵀW E[e eᵀ] WJ = σ² Σ_s q(s) q(s)ᵀ,      q(s) = Σ_channels Σ_{t ≥ s} h(t − s) w(t) J(t),
  *
- * which is the convolution with h of what is reversed in time.
+ * which is the convolution with h of what is reversed in time. Of an input that was cleaned (inputs_clean()) the noise is a part of that, n -> M n, and Mᵀ q stands for q.
  */
 #include "fit_coloured.h"
 
@@ -40,22 +40,38 @@ static enum bf_status add_channel(const struct fit_problem *p, size_t c, const s
     return status;
 }
 
+/* q[n] of Q: turned round in time, and through M = Mᵀ. */
+static enum bf_status keep(const struct response_grid *grid, const struct column_noise *cells, double q[],
+                           struct bf_error *err)
+{
+    if (cells == NULL)
+        return BF_OK;
+    for (size_t k = 0; 2 * k + 1 < grid->n; k++) {
+        const double first = q[k];
+        q[k] = q[grid->n - 1 - k], q[grid->n - 1 - k] = first;
+    }
+    return input_noise_keep(cells, q, grid->n, q, err);
+}
+
 /* square += σ² Σ q qᵀ. */
 static enum bf_status add_square(size_t n, const struct response_grid *grid, const double complex Q[], double sigma,
-                                 double square[], struct bf_error *err)
+                                 const struct column_noise *cells, double square[], struct bf_error *err)
 {
     double *q = bf_alloc(n * grid->n, sizeof *q);
     enum bf_status status = BF_OK;
-    for (size_t j = 0; j < n && !status; j++)
+    for (size_t j = 0; j < n && !status; j++) {
         status = response_back(grid, Q + j * grid->m, q + j * grid->n, err);
+        if (!status)
+            status = keep(grid, cells, q + j * grid->n, err);
+    }
     if (!status)
         dense_gemm(true, false, n, n, grid->n, sigma * sigma, q, q, 1.0, square);
     free(q);
     return status;
 }
 
-static enum bf_status add_input(const struct fit_problem *p, size_t record, size_t input, double sigma, double square[],
-                                struct bf_error *err)
+static enum bf_status add_input(const struct fit_problem *p, size_t record, size_t input, double sigma,
+                                const struct column_noise *cells, double square[], struct bf_error *err)
 {
     const struct transfer_record t = transfer_record(p->predictor, record);
     double complex *H = bf_alloc(t.grid->m, sizeof *H), *Q = bf_alloc(p->n_unknowns * t.grid->m, sizeof *Q);
@@ -67,7 +83,7 @@ static enum bf_status add_input(const struct fit_problem *p, size_t record, size
             any = true;
         }
     if (any && !status)
-        status = add_square(p->n_unknowns, t.grid, Q, sigma, square, err);
+        status = add_square(p->n_unknowns, t.grid, Q, sigma, cells, square, err);
     free(H), free(Q);
     return status;
 }
@@ -79,10 +95,11 @@ enum bf_status fit_input_square(const struct fit_problem *p, double square[], st
         return BF_OK;
     for (size_t r = 0; r < transfer_records(p->predictor); r++)
         for (size_t i = 0; i < p->model->n_inputs && !status; i++) {
-            const double *u = record_column(&p->records[r], p->model->inputs[i].name);
-            const double sigma = u != NULL ? fabs(p->levels[r]) * noise_of_input(u, p->records[r].n) : 0.0;
+            const struct column_noise *cells;
+            const double sigma =
+                fabs(p->levels[r]) * noise_of_record_input(&p->records[r], p->model->inputs[i].name, &cells);
             if (sigma > 0.0)
-                status = add_input(p, r, i, sigma, square, err);
+                status = add_input(p, r, i, sigma, cells, square, err);
         }
     return status;
 }

@@ -5,7 +5,7 @@
  *
  * Order of calls:
  *   noise_of_channel()     for each channel of each record; both of the others start from it
- *   baselines_take_off()   before all others, for all records
+ *   inputs_clean()         before all others, for all records; then baselines_take_off()
  *   linearity_test()       once, for all records
  *   repeatability_find()   what repeated hits tell without a model
  *   whitener_from_noise()  for each channel; then misfit_measure() for each model, evidence_compare() for a poorer and a
@@ -64,6 +64,11 @@ void noise_free(struct noise_estimate *estimate);
  * itself, or rests exactly). O(n log n).
  */
 double noise_of_input(const double *u, size_t n);
+/*
+ * Rms of the noise of a measured input of a record, in its own unit, before it was cleaned if it was (inputs_clean()); 0: none. *cells: where it still is; NULL:
+ * everywhere.
+ */
+double noise_of_record_input(const struct record *record, const char *input, const struct column_noise **cells);
 struct noise_estimate noise_copy(const struct noise_estimate *estimate);
 /* The mean power of `sum` and of one more stretch of the same channel, by the cells of each; an empty sum ({0}) becomes a copy. NOISE_NONE adds nothing. */
 void noise_join(struct noise_estimate *sum, const struct noise_estimate *more);
@@ -76,6 +81,32 @@ double noise_power(const struct noise_estimate *estimate, double from_Hz, double
  * "initial_state: free". Nothing is looked for where the record states it. Errors are those of noise_of_channel(), and so is the cost.
  */
 enum bf_status initial_state_find(const struct model *model, struct record *record, bool *found, struct bf_error *err);
+
+/*
+ * INPUTS — the noise of a force's sensor drives the model as the force does, most of all where the beam rings, and between two blows, beside a sweep and above a
+ * drive's band it is all that there is. Where nothing stands out of the noise of noise_of_input() in a cell of time and frequency, no more is known of the
+ * force than that it is small, and it is taken as zero. What stands out stays as it was, with its noise. A drive that is random itself, rests exactly or fills nine tenths of the cells stays
+ * as it is, and so do a steady state and a record with the metadata "input_noise: keep".
+ */
+struct clean_input {
+    const struct record *record;
+    const char *channel;
+    double noise; /* rms of the noise over the input's peak */
+    double kept;  /* part of the cells, and so of the noise's power */
+};
+struct clean_input_list {
+    size_t n;
+    struct clean_input *all; /* [n] */
+};
+/* records: [n_records], columns changed in place and marked (record_column_noise()). Free also after a failure. BF_NUMERIC: no transform. O(n log² n) an input. */
+enum bf_status inputs_clean(const struct model *model, struct record *const records[], size_t n_records,
+                            struct clean_input_list *out, struct bf_error *err);
+void inputs_clean_free(struct clean_input_list *list);
+/* y[n] (may be x) of noise x[n] of the input: what would be left of it. The map is its own transpose. */
+enum bf_status input_noise_keep(const struct column_noise *noise, const double x[], size_t n, double y[],
+                                struct bf_error *err);
+/* Part of the record's time in which cells at that share of the Nyquist frequency are kept. */
+double input_noise_kept(const struct column_noise *noise, double of_nyquist);
 
 /*
  * BASELINES — an accelerometer that a blow has thrown off its zero and that creeps back: slow, another in each record, and no motion of a held

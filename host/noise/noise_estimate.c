@@ -217,9 +217,10 @@ static bool quieter_before(const double *z, size_t n, const struct noise_floor *
     return own->n_rows == 0 || log(floor_rms(own) / sqrt(square)) > 4.0 * sd;
 }
 
-enum bf_status noise_estimate(const double *z, size_t n, double dt_s, const double *const u[], size_t n_inputs,
-                              size_t from_sample, struct noise_estimate *out, struct bf_error *err)
+enum bf_status noise_estimate(const double *z, size_t n, double dt_s, const struct noise_channel_input inputs[],
+                              size_t n_inputs, size_t from_sample, struct noise_estimate *out, struct bf_error *err)
 {
+    const double *u[MOST_INPUTS] = {0};
     struct noise_floor own = {0}, quiet = {0};
     const struct noise_floor *chosen = &own;
     *out = (struct noise_estimate){0};
@@ -228,6 +229,10 @@ enum bf_status noise_estimate(const double *z, size_t n, double dt_s, const doub
         return BF_OK;
     if (!all_finite(z, n))
         return bf_fail(err, BF_NUMERIC, "a channel with numbers that are not finite has no noise level");
+    if (n_inputs > MOST_INPUTS)
+        return bf_fail(err, BF_NUMERIC, "noise is estimated beside at most %d inputs; got %zu", MOST_INPUTS, n_inputs);
+    for (size_t i = 0; i < n_inputs; i++)
+        u[i] = inputs[i].u;
     out->quantisation = find_quantisation(z, n);
     const size_t n_quiet = n_inputs == 0 ? from : quiet_samples(u, n_inputs, n);
     enum bf_status status = floor_of(z + from, n - from, u, n_inputs, &own, err);
@@ -241,7 +246,7 @@ enum bf_status noise_estimate(const double *z, size_t n, double dt_s, const doub
         return BF_OK;
     take(chosen, chosen == &quiet ? NOISE_QUIET : NOISE_LOCAL, out);
     fill_psd(chosen, dt_s, out);
-    return n_inputs > 0 ? noise_add_inputs(z, u, n_inputs, n, dt_s, out, err) : BF_OK;
+    return n_inputs > 0 ? noise_add_inputs(z, inputs, n_inputs, n, dt_s, out, err) : BF_OK;
 }
 
 /* The noise that the coherence of a frequency response states; its level is taken to be known as well as its lines are many. */
@@ -270,7 +275,8 @@ static const double *stated_noise(const struct record *record, const char *name)
 enum bf_status noise_of_channel(const struct model *model, const struct record *record, const char *channel,
                                 struct noise_estimate *out, struct bf_error *err)
 {
-    const double *z = record_column(record, channel), *u[MOST_INPUTS];
+    const double *z = record_column(record, channel);
+    struct noise_channel_input inputs[MOST_INPUTS];
     const char *excitation = record_meta(record, "excitation"), *free_from = record_meta(record, "free_from_s");
     size_t n_inputs = 0, from = 0;
     *out = (struct noise_estimate){0};
@@ -285,17 +291,18 @@ enum bf_status noise_of_channel(const struct model *model, const struct record *
     for (size_t i = 0; i < model->n_inputs && n_inputs < MOST_INPUTS && !free_decay; i++) {
         const double *column = record_column(record, model->inputs[i].name);
         if (column != NULL && !is_constant(column, record->n))
-            u[n_inputs++] = column;
+            inputs[n_inputs++] =
+                (struct noise_channel_input){.u = column, .cells = record_column_noise(record, model->inputs[i].name)};
     }
     double from_s = 0.0;
     if (free_decay && free_from != NULL && number_parse(free_from, free_from + strlen(free_from), '.', &from_s)) {
         const double samples = ceil((from_s - record->t0_s) / record->dt_s);
         from = samples > 0.0 && samples < (double)record->n ? (size_t)samples : 0;
     }
-    const struct noise_key key = noise_memory_key(z, record->n, record->dt_s, u, n_inputs, from);
+    const struct noise_key key = noise_memory_key(z, record->n, record->dt_s, inputs, n_inputs, from);
     if (noise_memory_find(key, out))
         return BF_OK;
-    const enum bf_status status = noise_estimate(z, record->n, record->dt_s, u, n_inputs, from, out, err);
+    const enum bf_status status = noise_estimate(z, record->n, record->dt_s, inputs, n_inputs, from, out, err);
     if (status == BF_OK)
         noise_memory_add(key, out);
     return status;

@@ -4,13 +4,14 @@
 #define BEAMFIT_NOISE_ESTIMATE_H
 
 #include "noise.h"
+#include "noise_input.h"
 
 /*
- * z: [n] the channel. u: [n_inputs] arrays of [n], the inputs that move the beam; n_inputs 0: a free decay, whose samples
+ * z: [n] the channel. inputs: [n_inputs], those that move the beam; n_inputs 0: a free decay, whose samples
  * before from_sample are left out. A channel of fewer than 64 samples or of one value gives method NOISE_NONE with rms 0;
  * numbers that are not finite are BF_NUMERIC. Free with noise_free(). About 10 ms for 4096 samples.
  */
-enum bf_status noise_estimate(const double *z, size_t n, double dt_s, const double *const u[], size_t n_inputs,
-                              size_t from_sample, struct noise_estimate *out, struct bf_error *err);
+enum bf_status noise_estimate(const double *z, size_t n, double dt_s, const struct noise_channel_input inputs[],
+                              size_t n_inputs, size_t from_sample, struct noise_estimate *out, struct bf_error *err);
 
 #endif

@@ -9,7 +9,7 @@
 
 #include "ground/ground.h"
 
-/* Noise over the peak of an input: above, the input never rests; below, its noise is that of a number written in a file. */
+/* Noise over the peak of an input: above, the input never rests, or is random itself; below, its noise is that of a number written in a file. */
 static const double rests = 0.1, seen = 1e-6;
 
 /*
@@ -19,17 +19,24 @@ static const double rests = 0.1, seen = 1e-6;
 enum { SEGMENT = 128, SKIPPED = 3, LEAST_SEGMENTS = 8, ROUNDS = 60 };
 /* Cells of noise are below so many times its mean but for e^(−clip) of them; of the lowest cells a tenth begins the search. */
 static const double clip = 4.0, begin = 0.1;
-/* A floor that is more than this part of the input's rms may be an input that is random itself; so many of the cells must be in it. */
-static const double most_floor = 0.03, least_cells = 0.05;
+/* So many of the cells must be in a floor. */
+static const double least_cells = 0.05;
+
+/* The noise, where it can be that of a sensor; else 0. */
+static double of_a_sensor(double noise, const double *u, size_t n, double middle)
+{
+    double peak = 0.0;
+    for (size_t i = 0; i < n; i++)
+        peak = fmax(peak, fabs(u[i] - middle));
+    return noise > seen * peak && noise < rests * peak ? noise : 0.0;
+}
 
 /* Rms of the noise of an input that rests most of the time; 0: none that can be told. */
 static double resting_noise(const double *u, size_t n)
 {
-    double middle, peak = 0.0;
+    double middle;
     const double noise = robust_deviation(n, u, &middle);
-    for (size_t i = 0; i < n; i++)
-        peak = fmax(peak, fabs(u[i] - middle));
-    return noise > seen * peak && noise < rests * peak ? noise : 0.0;
+    return of_a_sensor(noise, u, n, middle);
 }
 
 /* ---- Floor of a spectrogram ---- */
@@ -94,9 +101,9 @@ static double floor_noise(const double *u, size_t n, bool *silent)
         return 0.0;
     sort_ascending(n_cells, cell);
     *silent = !(cell[(size_t)(begin * (double)n_cells)] > 0.0);
-    const double noise = sqrt(floor_of_cells(cell, n_cells)), rms = root_mean_square(u, n);
+    const double noise = sqrt(floor_of_cells(cell, n_cells));
     free(cell);
-    return noise > seen * rms && noise < most_floor * rms ? noise : 0.0;
+    return of_a_sensor(noise, u, n, 0.0);
 }
 
 /* A drive that is on and off by turns rests too seldom for the spread of all its samples to be noise: where it is off says more. */
@@ -107,76 +114,100 @@ double noise_of_input(const double *u, size_t n)
     return floor > 0.0 || silent ? floor : resting_noise(u, n);
 }
 
-/* psd[n_bins] at 0, df, 2 df …: one-sided, each the mean over the periodogram's bins that are nearest to it. */
-static enum bf_status periodogram(const double *x, size_t n, double dt_s, double df_Hz, size_t n_bins, double psd[],
-                                  struct bf_error *err)
+double noise_of_record_input(const struct record *record, const char *input, const struct column_noise **cells)
+{
+    const double *u = record_column(record, input);
+    *cells = u != NULL ? record_column_noise(record, input) : NULL;
+    return u == NULL ? 0.0 : *cells != NULL ? (*cells)->rms : noise_of_input(u, record->n);
+}
+
+/* ---- As it comes through the beam ---- */
+
+/* |X|²[n/2 + 1] */
+static enum bf_status powers(const double *x, size_t n, double **out, struct bf_error *err)
 {
     const struct fft *plan;
     const enum bf_status status = fft_get(n, &plan, err);
+    *out = NULL;
     if (status)
         return status;
     double complex *X = bf_alloc(n / 2 + 1, sizeof *X);
-    double *count = bf_alloc(n_bins, sizeof *count);
+    *out = bf_alloc(n / 2 + 1, sizeof **out);
     fft_forward(plan, x, X);
-    for (size_t k = 0; k < n_bins; k++)
-        psd[k] = 0.0;
-    for (size_t k = 1; k <= n / 2; k++) {
-        const size_t bin = (size_t)lround((double)k / ((double)n * dt_s) / df_Hz);
-        if (bin >= n_bins)
-            continue;
-        psd[bin] += 2.0 * dt_s / (double)n * (creal(X[k]) * creal(X[k]) + cimag(X[k]) * cimag(X[k]));
-        count[bin] += 1.0;
-    }
-    for (size_t k = 0; k < n_bins; k++)
-        psd[k] = count[k] > 0.0 ? psd[k] / count[k] : k > 0 ? psd[k - 1] : 0.0;
-    free(X), free(count);
+    for (size_t k = 0; k <= n / 2; k++)
+        (*out)[k] = creal(X[k]) * creal(X[k]) + cimag(X[k]) * cimag(X[k]);
+    free(X);
     return BF_OK;
 }
 
-static enum bf_status add_input(const double *u, double noise, size_t n, double dt_s, const double output[],
-                                struct noise_estimate *estimate, struct bf_error *err)
+static void add_bins(const struct noise_estimate *estimate, const struct noise_channel_input *input, double rms, size_t n,
+                     double dt_s, const double Y[], const double U[], double added[])
 {
-    double *input = bf_alloc(estimate->n_bins, sizeof *input);
-    const enum bf_status status = periodogram(u, n, dt_s, estimate->df_Hz, estimate->n_bins, input, err);
-    for (size_t k = 0; k < estimate->n_bins && !status; k++) {
-        const double share = input[k] > 0.0 ? fmin(2.0 * dt_s * noise * noise / input[k], 1.0) : 0.0;
-        estimate->psd[k] += share * fmax(output[k] - estimate->psd[k], 0.0);
+    const double density = 2.0 * dt_s / (double)n, white = (double)n * rms * rms; /* E|transform|² of white noise */
+    double *y = bf_alloc(estimate->n_bins, sizeof *y), *u = bf_alloc(estimate->n_bins, sizeof *u), *c = bf_alloc(estimate->n_bins, sizeof *u);
+    for (size_t k = 1; k <= n / 2; k++) {
+        const size_t bin = (size_t)lround((double)k / ((double)n * dt_s) / estimate->df_Hz);
+        if (bin < estimate->n_bins) y[bin]+=density * Y[k] - estimate->psd[bin], u[bin]+=U[k], c[bin]+=1;
     }
-    free(input);
+    for (size_t bin = 0; bin < estimate->n_bins; bin++) {
+        const double kept = input->cells != NULL ? input_noise_kept(input->cells, (double)bin / (double)(estimate->n_bins-1)) : 1.0;
+        if (c[bin]>0 && u[bin] > 0.0)
+            added[bin] += fmin(kept * white *c[bin]/ u[bin], 1.0) * y[bin];
+    }
+    free(y),free(u),free(c);
+}
+
+/* Periodogram's bins in each of the estimate's. */
+static double bins_in_one(const struct noise_estimate *estimate, size_t n, double dt_s)
+{
+    return estimate->df_Hz * (double)n * dt_s;
+}
+
+static enum bf_status add_input(const struct noise_channel_input *input, size_t n, double dt_s, const double Y[],
+                                const struct noise_estimate *estimate, double added[], struct bf_error *err)
+{
+    const double rms = input->cells != NULL ? input->cells->rms : noise_of_input(input->u, n);
+    double *U;
+    if (!(rms > 0.0))
+        return BF_OK;
+    const enum bf_status status = powers(input->u, n, &U, err);
+    if (!status)
+        add_bins(estimate, input, rms, n, dt_s, Y, U, added);
+    free(U);
     return status;
 }
 
 /*
- * Behind a resonance noise is one amplitude and one phase, whatever the length of the record: of some four resonances, eight numbers, the power is known to
- * √(2/8), the rms to half of that.
+ * Takes what was added, never less than nothing in a bin. Behind a resonance noise is one amplitude and one phase, whatever the length of the record: where the power is in N bins, it
+ * is known to √(1/N), the rms to half of that.
  */
-static const double resonant_sd = 0.25;
-
-enum bf_status noise_add_inputs(const double *z, const double *const u[], size_t n_inputs, size_t n, double dt_s,
-                                struct noise_estimate *estimate, struct bf_error *err)
+static void take(struct noise_estimate *estimate, const double added[], double per_bin)
 {
-    enum bf_status status = BF_OK;
-    double *output = NULL, before = 0.0, after = 0.0;
-    for (size_t k = 0; k < estimate->n_bins; k++)
+    double before = 0.0, sum = 0.0, square = 0.0;
+    for (size_t k = 0; k < estimate->n_bins; k++) {
+        const double one = fmax(added[k] / per_bin, 0.0);
         before += estimate->psd[k];
-    for (size_t i = 0; i < n_inputs && before > 0.0 && !status; i++) {
-        const double noise = noise_of_input(u[i], n);
-        if (!(noise > 0.0))
-            continue;
-        if (output == NULL) {
-            output = bf_alloc(estimate->n_bins, sizeof *output);
-            status = periodogram(z, n, dt_s, estimate->df_Hz, estimate->n_bins, output, err);
-        }
-        if (!status)
-            status = add_input(u[i], noise, n, dt_s, output, estimate, err);
+        estimate->psd[k] += one;
+        sum += one, square += one * one;
     }
-    for (size_t k = 0; k < estimate->n_bins && output != NULL; k++)
-        after += estimate->psd[k];
-    if (output != NULL && !status && after > before) {
-        const double share = 1.0 - before / after;
-        estimate->rms *= sqrt(after / before);
-        estimate->rms_sd = hypot(estimate->rms_sd * sqrt(after / before), resonant_sd * share * estimate->rms);
-    }
-    free(output);
+    if (!(sum > 0.0) || !(before > 0.0))
+        return;
+    const double grown = sqrt((before + sum) / before), share = sum / (before + sum);
+    estimate->rms *= grown;
+    estimate->rms_sd = hypot(estimate->rms_sd * grown, 0.5 * sqrt(square) / sum * share * estimate->rms);
+}
+
+enum bf_status noise_add_inputs(const double *z, const struct noise_channel_input inputs[], size_t n_inputs, size_t n,
+                                double dt_s, struct noise_estimate *estimate, struct bf_error *err)
+{
+    double *Y, *added = bf_alloc(estimate->n_bins + 1, sizeof *added);
+    enum bf_status status = n_inputs > 0 ? powers(z, n, &Y, err) : BF_OK;
+    for (size_t i = 0; i < n_inputs && !status; i++)
+        status = add_input(&inputs[i], n, dt_s, Y, estimate, added, err);
+    if (n_inputs > 0 && !status)
+        take(estimate, added, bins_in_one(estimate, n, dt_s));
+    if (n_inputs > 0)
+        free(Y);
+    free(added);
     return status;
 }

@@ -34,15 +34,18 @@ static void mix_samples(struct noise_key *key, const double *x, size_t n)
     }
 }
 
-struct noise_key noise_memory_key(const double *z, size_t n, double dt_s, const double *const u[], size_t n_inputs,
+struct noise_key noise_memory_key(const double *z, size_t n, double dt_s, const struct noise_channel_input inputs[], size_t n_inputs,
                                   size_t from_sample)
 {
     struct noise_key key = {n, n_inputs};
     mix(&key, from_sample);
     mix_samples(&key, &dt_s, 1);
     mix_samples(&key, z, n);
-    for (size_t i = 0; i < n_inputs; i++)
-        mix_samples(&key, u[i], n);
+    for (size_t i = 0; i < n_inputs; i++) {
+        mix_samples(&key, inputs[i].u, n);
+        if (inputs[i].cells != NULL)
+            mix_samples(&key, &inputs[i].cells->rms, 1);
+    }
     return key;
 }
 

@@ -12,6 +12,7 @@
 #include <stdint.h>
 
 #include "noise.h"
+#include "noise_input.h"
 
 enum { NOISE_REMEMBERED = 64 };
 
@@ -20,7 +21,7 @@ struct noise_key {
 };
 
 /* Arguments as of noise_estimate(). O(n). */
-struct noise_key noise_memory_key(const double *z, size_t n, double dt_s, const double *const u[], size_t n_inputs,
+struct noise_key noise_memory_key(const double *z, size_t n, double dt_s, const struct noise_channel_input inputs[], size_t n_inputs,
                                   size_t from_sample);
 
 /* *out: a copy, to be freed with noise_free(). */

@@ -14,6 +14,14 @@ const double *record_column(const struct record *record, const char *name)
     return NULL;
 }
 
+const struct column_noise *record_column_noise(const struct record *record, const char *name)
+{
+    for (size_t i = 0; i < record->n_columns; i++)
+        if (strcmp(record->columns[i].name, name) == 0)
+            return record->columns[i].noise;
+    return NULL;
+}
+
 const char *record_meta(const struct record *record, const char *key)
 {
     for (size_t i = 0; i < record->n_meta; i++)
@@ -83,6 +91,9 @@ void record_free(struct record *record)
         free(record->columns[i].name);
         free(record->columns[i].x);
         free(record->columns[i].noise_psd);
+        if (record->columns[i].noise != NULL)
+            free(record->columns[i].noise->kept);
+        free(record->columns[i].noise);
     }
     for (size_t i = 0; i < record->n_meta; i++) {
         free(record->meta[i].key);

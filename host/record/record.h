@@ -43,11 +43,20 @@
 #define RECORD_AVERAGES "averages"           /* metadata key: averages behind the coherence */
 #define RECORD_RESPONSE "frequency_response" /* excitation */
 
+/* What was done to a measured input whose sensor's noise was taken off where the drive is not (inputs_clean() of noise.h). */
+struct column_noise {
+    double rms;          /* of the white noise that was there before, unit of the column */
+    size_t segment;      /* samples of a segment, a power of 2; half-overlapping */
+    size_t n_segments;   /* segment t begins at sample (t − 1) segment/2 */
+    unsigned char *kept; /* [n_segments][segment/2 + 1] cells that stayed as they were; the others are zero */
+};
+
 struct record_column {
     char *name;
     double *x; /* [n] */
     double *
         noise_psd; /* [n/2 + 1] of a frequency response with coherence: one-sided, unit²/Hz, lines 1/(n dt) apart; else NULL */
+    struct column_noise *noise; /* of an input that was cleaned; else NULL */
 };
 
 struct record_meta {
@@ -117,6 +126,8 @@ void record_writer_abort(struct record_writer *w);
 /* As an ATOMIC FILE (ground.h): never half a file. digits: significant ones, 17 keep every bit; ≤ 0: 9. BF_BAD_FILE. */
 enum bf_status record_write(const char *path, const struct record *record, int digits, struct bf_error *err);
 const double *record_column(const struct record *record, const char *name); /* NULL when absent */
+/* Of a column that was cleaned; else NULL. */
+const struct column_noise *record_column_noise(const struct record *record, const char *name);
 const char *record_meta(const struct record *record, const char *key);      /* NULL when absent */
 /* The number that a metadata value begins with ("0.5 s"); false: there is none. */
 bool record_meta_number(const struct record *record, const char *key, double *number);

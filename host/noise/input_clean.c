@@ -1,0 +1,231 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/*
+ * input_clean.c — a measured input without its sensor's noise where its drive is not: INPUTS in noise.h.
+ *
+ * Segments under the root of Hann's window, half overlapping, before and after the transform: the squares add up to one, so that what is kept comes back as
+ * it was. A short segment holds a blow, a longer one a sweep, a very long one the lines of a multisine: that length is taken which keeps least.
+ */
+#include "noise.h"
+#include "noise_input.h"
+
+#include <complex.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "ground/ground.h"
+
+/* All that is set by hand. */
+static const struct input_clean_limits {
+    size_t shortest; /* segment */
+    double stands_out; /* times the noise, the mean power of 3 × 3 cells: noise alone has so much in one of ten thousand */
+    double worthwhile; /* part of the cells: an input that keeps more stays as it is */
+} limits = {.shortest = 64, .stands_out = 4.0, .worthwhile = 0.9};
+
+struct segments {
+    size_t length, n, n_bins; /* samples of one; how many; 0 … Nyquist */
+    const struct fft *plan;
+    double *window; /* [length] */
+};
+
+static enum bf_status segments_new(size_t n_samples, size_t length, struct segments *s, struct bf_error *err)
+{
+    *s = (struct segments){
+        .length = length, .n = (n_samples + length / 2 - 1) / (length / 2) + 1, .n_bins = length / 2 + 1};
+    const enum bf_status status = fft_get(length, &s->plan, err);
+    if (status)
+        return status;
+    s->window = bf_alloc(length, sizeof *s->window);
+    window_fill(WINDOW_HANN, length, s->window);
+    for (size_t i = 0; i < length; i++)
+        s->window[i] = sqrt(s->window[i]);
+    return BF_OK;
+}
+
+/* X[n_bins] of segment t, through a[length]. */
+static void forward(const struct segments *s, const double x[], size_t n, size_t t, double a[], double complex X[])
+{
+    const size_t half = s->length / 2;
+    for (size_t i = 0; i < s->length; i++) {
+        const size_t at = t * half + i; /* sample + half */
+        a[i] = at >= half && at - half < n ? s->window[i] * x[at - half] : 0.0;
+    }
+    fft_forward(s->plan, a, X);
+}
+
+static void add_back(const struct segments *s, const double complex X[], size_t n, size_t t, double a[], double y[])
+{
+    const size_t half = s->length / 2;
+    fft_inverse(s->plan, X, a);
+    for (size_t i = 0; i < s->length; i++) {
+        const size_t at = t * half + i;
+        if (at >= half && at - half < n)
+            y[at - half] += s->window[i] * a[i];
+    }
+}
+
+/* ---- Which cells stay ---- */
+
+/* power[n][n_bins] over what white noise of that rms has. */
+static void fill_power(const struct segments *s, const double u[], size_t n, double rms, double power[])
+{
+    double *a = bf_alloc(s->length, sizeof *a);
+    double complex *X = bf_alloc(s->n_bins, sizeof *X);
+    const double unit = rms * rms * 0.5 * (double)s->length; /* of the window's square: half its samples */
+    for (size_t t = 0; t < s->n; t++) {
+        forward(s, u, n, t, a, X);
+        for (size_t k = 0; k < s->n_bins; k++)
+            power[t * s->n_bins + k] = (creal(X[k]) * creal(X[k]) + cimag(X[k]) * cimag(X[k])) / unit;
+    }
+    free(a), free(X);
+}
+
+/* Mean of the cell and of those around it; at an edge the edge stands for what is beyond. */
+static double mean_around(const struct segments *s, const double power[], size_t t, size_t k)
+{
+    const size_t from_t = t > 0 ? t - 1 : 0, to_t = t + 1 < s->n ? t + 1 : t;
+    const size_t from_k = k > 0 ? k - 1 : 0, to_k = k + 1 < s->n_bins ? k + 1 : k;
+    double sum = 0.0;
+    for (size_t i = from_t; i <= to_t; i++)
+        for (size_t j = from_k; j <= to_k; j++)
+            sum += power[i * s->n_bins + j];
+    return sum / (double)((to_t - from_t + 1) * (to_k - from_k + 1));
+}
+
+/* kept[n][n_bins]; the part of the cells that is. */
+static double choose(const struct segments *s, const double u[], size_t n, double rms, unsigned char kept[])
+{
+    double *power = bf_alloc(s->n * s->n_bins, sizeof *power);
+    size_t count = 0;
+    fill_power(s, u, n, rms, power);
+    for (size_t t = 0; t < s->n; t++)
+        for (size_t k = 0; k < s->n_bins; k++) {
+            kept[t * s->n_bins + k] = mean_around(s, power, t, k) > limits.stands_out;
+            count += kept[t * s->n_bins + k];
+        }
+    free(power);
+    return (double)count / (double)(s->n * s->n_bins);
+}
+
+/* The length that keeps least; share: what that is. */
+static enum bf_status find_cells(const double u[], size_t n, double rms, struct column_noise *out, double *share,
+                                 struct bf_error *err)
+{
+    enum bf_status status = BF_OK;
+    *share = 1.0;
+    *out = (struct column_noise){.rms = rms};
+    for (size_t length = limits.shortest; length <= n && !status; length *= 2) {
+        struct segments s;
+        status = segments_new(n, length, &s, err);
+        if (status)
+            break;
+        unsigned char *kept = bf_alloc(s.n * s.n_bins, sizeof *kept);
+        const double part = choose(&s, u, n, rms, kept);
+        if (part < *share) {
+            free(out->kept);
+            *share = part;
+            out->segment = length, out->n_segments = s.n, out->kept = kept;
+        } else {
+            free(kept);
+        }
+        free(s.window);
+    }
+    return status;
+}
+
+/* ---- What stays ---- */
+
+enum bf_status input_noise_keep(const struct column_noise *noise, const double x[], size_t n, double y[],
+                                struct bf_error *err)
+{
+    struct segments s;
+    const enum bf_status status = segments_new(n, noise->segment, &s, err);
+    if (status)
+        return status;
+    double *a = bf_alloc(s.length, sizeof *a), *sum = bf_alloc(n, sizeof *sum);
+    double complex *X = bf_alloc(s.n_bins, sizeof *X);
+    for (size_t t = 0; t < s.n && t < noise->n_segments; t++) {
+        forward(&s, x, n, t, a, X);
+        for (size_t k = 0; k < s.n_bins; k++)
+            X[k] = noise->kept[t * s.n_bins + k] ? X[k] : 0.0;
+        add_back(&s, X, n, t, a, sum);
+    }
+    memcpy(y, sum, n * sizeof *y);
+    free(a), free(X), free(sum), free(s.window);
+    return BF_OK;
+}
+
+double input_noise_kept(const struct column_noise *noise, double of_nyquist)
+{
+    const size_t n_bins = noise->segment / 2 + 1;
+    const size_t k = (size_t)lround(fmin(of_nyquist, 1.0) * (double)(n_bins - 1));
+    size_t count = 0;
+    for (size_t t = 0; t < noise->n_segments; t++)
+        count += noise->kept[t * n_bins + k];
+    return (double)count / (double)noise->n_segments;
+}
+
+/* ---- Records ---- */
+
+static bool may_clean(const struct record *record)
+{
+    const char *stated = record_meta(record, "input_noise");
+    return record->kind == RECORD_SAMPLES && !record_is_periodic(record) &&
+           (stated == NULL || strcmp(stated, "keep") != 0);
+}
+
+static double peak_of(const double u[], size_t n)
+{
+    double peak = 0.0;
+    for (size_t i = 0; i < n; i++)
+        peak = fmax(peak, fabs(u[i]));
+    return peak;
+}
+
+static enum bf_status clean(struct record *record, struct record_column *column, struct clean_input_list *out,
+                            struct bf_error *err)
+{
+    const double rms = column->noise == NULL ? noise_of_input(column->x, record->n) : 0.0;
+    struct column_noise found;
+    double share;
+    if (!(rms > 0.0))
+        return BF_OK;
+    enum bf_status status = find_cells(column->x, record->n, rms, &found, &share, err);
+    if (!status && share < limits.worthwhile) {
+        out->all = bf_grow(out->all, out->n + 1, sizeof *out->all);
+        out->all[out->n++] = (struct clean_input){
+            .record = record, .channel = column->name, .noise = rms / peak_of(column->x, record->n), .kept = share};
+        status = input_noise_keep(&found, column->x, record->n, column->x, err);
+        column->noise = bf_alloc(1, sizeof *column->noise);
+        *column->noise = found;
+    } else {
+        free(found.kept);
+    }
+    return status;
+}
+
+static bool is_input(const struct model *model, const char *name)
+{
+    for (size_t i = 0; i < model->n_inputs; i++)
+        if (strcmp(model->inputs[i].name, name) == 0)
+            return true;
+    return false;
+}
+
+enum bf_status inputs_clean(const struct model *model, struct record *const records[], size_t n_records,
+                            struct clean_input_list *out, struct bf_error *err)
+{
+    enum bf_status status = BF_OK;
+    *out = (struct clean_input_list){0};
+    for (size_t r = 0; r < n_records; r++)
+        for (size_t c = 0; c < records[r]->n_columns && may_clean(records[r]) && !status; c++)
+            if (is_input(model, records[r]->columns[c].name))
+                status = clean(records[r], &records[r]->columns[c], out, err);
+    return status;
+}
+
+void inputs_clean_free(struct clean_input_list *list)
+{
+    free(list->all);
+    *list = (struct clean_input_list){0};
+}
