@@ -50,6 +50,23 @@ static bool is_constant(const double *x, size_t n)
     return true;
 }
 
+/*
+ * Of the smallest difference between two ascending values, whose last digits a text file has rounded: over ever longer spans, in each of which the last step still
+ * counts right.
+ */
+static double refine_step(const double sorted[], size_t n, double step)
+{
+    static const double spans[] = {50.0, 1e3, 2e4}; /* steps */
+    for (size_t k = 0; k < sizeof spans / sizeof *spans; k++) {
+        size_t last = n - 1;
+        while (last > 0 && sorted[last] - sorted[0] > spans[k] * step)
+            last--;
+        const double steps = round((sorted[last] - sorted[0]) / step);
+        step = steps >= 1.0 ? (sorted[last] - sorted[0]) / steps : step;
+    }
+    return step;
+}
+
 /* The smallest step between values, when every value is a whole number of steps from the first; else 0. */
 static double find_quantisation(const double *z, size_t n)
 {
@@ -60,6 +77,7 @@ static double find_quantisation(const double *z, size_t n)
         if (sorted[i] > sorted[i - 1])
             step = fmin(step, sorted[i] - sorted[i - 1]);
     const double range = sorted[n - 1] - sorted[0];
+    step = isfinite(step) ? refine_step(sorted, n, step) : step;
     bool whole = isfinite(step) && range < 1e5 * step && range > 8.0 * step; /* digits of a text file are no steps */
     for (size_t i = 0; i < n && whole; i++) {
         const double steps = (sorted[i] - sorted[0]) / step;
@@ -197,9 +215,11 @@ static double neighbours_alike(const double *z, size_t n, double mean)
 /*
  * What is measured before the onset, hum included, is an upper bound of the noise. When it is clearly below the estimate from
  * the whole record, that estimate holds distortion, and the quiet samples are used instead. The power of coloured noise is
- * known less well from few samples, by (1 + a²)/(1 − a²) in variance, and subtracting their mean removes more of it.
+ * known less well from few samples, by (1 + a²)/(1 − a²) in variance, and subtracting their mean removes more of it. Noise below half a step of the
+ * recorder moves few of the quiet samples; a motion that crosses steps has their q²/12 besides.
  */
-static bool quieter_before(const double *z, size_t n, const struct noise_floor *own, struct noise_floor *quiet)
+static bool quieter_before(const double *z, size_t n, double step, const struct noise_floor *own,
+                           struct noise_floor *quiet)
 {
     double mean = 0.0, square = 0.0;
     for (size_t i = 0; i < n; i++)
@@ -208,6 +228,7 @@ static bool quieter_before(const double *z, size_t n, const struct noise_floor *
         square += (z[i] - mean) * (z[i] - mean) / (double)n;
     const double a = neighbours_alike(z, n, mean), taken = (1.0 + a) / (1.0 - a) / (double)n;
     square /= fmax(1.0 - taken, 0.5);
+    square += square < 0.25 * step * step ? step * step / 12.0 : 0.0;
     const double colour = (1.0 + a * a) / (1.0 - a * a), floor = floor_rms(quiet);
     const double sd = hypot(quiet->relative_sd * sqrt(colour), own->relative_sd);
     if (!(square > 0.0) || !(floor > 0.0))
@@ -240,7 +261,7 @@ enum bf_status noise_estimate(const double *z, size_t n, double dt_s, const stru
         status = floor_of(z, n_quiet, NULL, 0, &quiet, err);
     if (status != BF_OK)
         return status;
-    if (quiet.n_rows > 0 && quieter_before(z, n_quiet, &own, &quiet))
+    if (quiet.n_rows > 0 && quieter_before(z, n_quiet, out->quantisation, &own, &quiet))
         chosen = &quiet;
     if (chosen->n_rows == 0 || !(floor_rms(chosen) > 0.0))
         return BF_OK;

@@ -44,7 +44,7 @@ static double estimate(const double *z, size_t n, const double *u, size_t from)
 {
     struct noise_estimate e;
     struct bf_error err;
-    const double *inputs[1] = {u};
+    const struct noise_channel_input inputs[1] = {{.u = u}};
     assert_int_equal(noise_estimate(z, n, dt, inputs, u != NULL ? 1 : 0, from, &e, &err), BF_OK);
     const double rms = e.rms;
     noise_free(&e);
@@ -207,7 +207,7 @@ static void quiet_samples_beat_a_rattle(void **state)
     static double u[N], z[N];
     struct noise_estimate e;
     struct bf_error err;
-    const double *inputs[1] = {u};
+    const struct noise_channel_input inputs[1] = {{.u = u}};
     uint64_t seed = signal_seed(600);
     fill_drive(HAMMER, 800, &seed, u);
     respond(u, 0.0, z);
@@ -269,7 +269,7 @@ static void density_is_smooth_and_adds_up(void **state)
     static double u[N], z[N], colour[N];
     struct noise_estimate e;
     struct bf_error err;
-    const double *inputs[1] = {u};
+    const struct noise_channel_input inputs[1] = {{.u = u}};
     uint64_t seed = signal_seed(700);
     fill_drive(RANDOM, 0, &seed, u);
     respond(u, 0.0, z);
@@ -298,7 +298,7 @@ static void quantisation_is_found(void **state)
     static double u[N], z[N];
     struct noise_estimate e;
     struct bf_error err;
-    const double *inputs[1] = {u};
+    const struct noise_channel_input inputs[1] = {{.u = u}};
     uint64_t seed = signal_seed(800);
     fill_drive(HAMMER, 100, &seed, u);
     respond(u, 0.0, z);
@@ -317,7 +317,7 @@ static void too_little_has_no_noise(void **state)
     double z[200], u[200] = {0};
     struct noise_estimate e;
     struct bf_error err;
-    const double *inputs[1] = {u};
+    const struct noise_channel_input inputs[1] = {{.u = u}};
     uint64_t seed = signal_seed(900);
     for (size_t i = 0; i < 200; i++)
         z[i] = signal_normal(&seed);
@@ -336,7 +336,7 @@ static void too_little_has_no_noise(void **state)
         z[i] = 4.2;
     assert_int_equal(noise_estimate(z, 200, dt, NULL, 0, 0, &e, &err), BF_OK);
     assert_int_equal(e.method, NOISE_NONE);
-    const double *five[5] = {u, u, u, u, u};
+    const struct noise_channel_input five[5] = {{.u = u}, {.u = u}, {.u = u}, {.u = u}, {.u = u}};
     z[0] = 1.0;
     assert_int_equal(noise_estimate(z, 200, dt, five, 5, 0, &e, &err), BF_NUMERIC);
 }
