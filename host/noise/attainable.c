@@ -46,8 +46,8 @@ static size_t take_poles(const struct system *system, double top_rad, double x[]
     return kept;
 }
 
-static enum bf_status start_poles(const struct model *model, double top_rad, size_t *m, double **x,
-                                  struct bf_error *err)
+enum bf_status attainable_start_poles(const struct model *model, double top_rad, size_t *m, double **x,
+                                      struct bf_error *err)
 {
     const struct reduced_options options = {.top_rad = beyond * top_rad, .min_modes = 1, .max_modes = MOST_MODES + 1};
     struct reduced reduced;
@@ -99,7 +99,7 @@ enum bf_status attainable_find(const struct model *model, const struct record re
         .nrmse = nan(""), .noise_ratio = nan(""), .start_nrmse = nan(""), .held_out_noise_ratio = nan("")};
     for (size_t r = 0; r < n_records; r++)
         top_rad = fmax(top_rad, M_PI / records[r].dt_s);
-    enum bf_status status = n_records > 0 ? start_poles(model, top_rad, &p.m, &x, err) : BF_OK;
+    enum bf_status status = n_records > 0 ? attainable_start_poles(model, top_rad, &p.m, &x, err) : BF_OK;
     if (model_differs_by_record(model)) /* they have no poles in common */
         p.m = 0;
     for (size_t r = 0; r < n_records && status == BF_OK; r++)

@@ -2,7 +2,7 @@
 /*
  * attainable_problem.h — private to noise/: attainable.c (start poles, answer) calls attainable_records.c (what is fitted) and
  * attainable_search.c (rounds), which calls attainable_rows.c (records at given poles, on the lines of attainable_lines.c),
- * attainable_stack.c (residues) and attainable_poles.c (better poles).
+ * attainable_stack.c (residues) and attainable_poles.c (better poles). attainable_gain.c: the answer of one record's free linear model to noise.
  *
  * A pair of poles is a quadratic q = s² + 2as + ω², kept as x[2k] = ln ω, x[2k + 1] = ln a: stable, and two real poles where a > ω.
  * Its columns for an input u are ω²u/q and ω s u/q; an initial state has the same columns with a pulse for u.
@@ -142,7 +142,11 @@ static inline bool attainable_is_piece(const struct attainable_record *record)
     return record->n < record->n_whole;
 }
 
-/* ---- attainable_records.c, attainable_search.c ---- */
+/* ---- attainable.c, attainable_records.c, attainable_search.c ---- */
+
+/* x[2m] of the model's poles below top_rad and the next; at least LEAST_MODES. To be freed. */
+enum bf_status attainable_start_poles(const struct model *model, double top_rad, size_t *m, double **x,
+                                      struct bf_error *err);
 
 /* Adds a record, or its pieces; noise_rms as of attainable_find(). To be freed also after a failure. */
 enum bf_status attainable_add_record(struct attainable_problem *problem, const struct model *model,

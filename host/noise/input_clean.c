@@ -156,12 +156,13 @@ enum bf_status input_noise_keep(const struct column_noise *noise, const double x
 
 double input_noise_kept(const struct column_noise *noise, double of_nyquist)
 {
-    const size_t n_bins = noise->segment / 2 + 1;
-    const size_t k = (size_t)lround(fmin(of_nyquist, 1.0) * (double)(n_bins - 1));
-    size_t count = 0;
+    const size_t last = noise->segment / 2;
+    const double at = fmin(of_nyquist, 1.0) * (double)last, below = fmin(floor(at), (double)last - 1.0);
+    size_t count[2] = {0, 0};
     for (size_t t = 0; t < noise->n_segments; t++)
-        count += noise->kept[t * n_bins + k];
-    return (double)count / (double)noise->n_segments;
+        for (size_t i = 0; i < 2; i++)
+            count[i] += noise->kept[t * (last + 1) + (size_t)below + i];
+    return ((1.0 - at + below) * (double)count[0] + (at - below) * (double)count[1]) / (double)noise->n_segments;
 }
 
 /* ---- Records ---- */

@@ -2,7 +2,6 @@
 #include "noise_estimate.h"
 #include "noise_floor.h"
 #include "noise_input.h"
-#include "noise_memory.h"
 #include "ground/ground.h"
 #include "maths/maths.h"
 
@@ -13,7 +12,6 @@
 enum {
     SHORTEST = 64,   /* samples from which noise can be told */
     MARGIN = 8,      /* samples before the onset that a zero-phase anti-alias filter may have changed */
-    MOST_INPUTS = 4, /* of one record */
     /* A longer record is taken in pieces of about PIECE: the method takes 230 bytes a sample, and half a million cells know a level to 0.1 % */
     LONG = 262144,
     PIECE = 131072 /* a power of 2, which is transformed fastest; half of LONG, so that there are two at least */
@@ -150,7 +148,7 @@ static enum bf_status floor_of(const double *z, size_t n, const double *const u[
     *out = (struct noise_floor){0};
     for (size_t i = 0; i < n_pieces && status == BF_OK; i++) {
         const size_t from = i * n / n_pieces, to = (i + 1) * n / n_pieces;
-        const double *part[MOST_INPUTS];
+        const double *part[NOISE_MOST_INPUTS];
         struct noise_floor one = {0};
         for (size_t k = 0; k < n_inputs; k++)
             part[k] = u[k] + from;
@@ -238,10 +236,10 @@ static bool quieter_before(const double *z, size_t n, double step, const struct 
     return own->n_rows == 0 || log(floor_rms(own) / sqrt(square)) > 4.0 * sd;
 }
 
-enum bf_status noise_estimate(const double *z, size_t n, double dt_s, const struct noise_channel_input inputs[],
+enum bf_status noise_estimate_own(const double *z, size_t n, double dt_s, const struct noise_channel_input inputs[],
                               size_t n_inputs, size_t from_sample, struct noise_estimate *out, struct bf_error *err)
 {
-    const double *u[MOST_INPUTS] = {0};
+    const double *u[NOISE_MOST_INPUTS] = {0};
     struct noise_floor own = {0}, quiet = {0};
     const struct noise_floor *chosen = &own;
     *out = (struct noise_estimate){0};
@@ -250,8 +248,8 @@ enum bf_status noise_estimate(const double *z, size_t n, double dt_s, const stru
         return BF_OK;
     if (!all_finite(z, n))
         return bf_fail(err, BF_NUMERIC, "a channel with numbers that are not finite has no noise level");
-    if (n_inputs > MOST_INPUTS)
-        return bf_fail(err, BF_NUMERIC, "noise is estimated beside at most %d inputs; got %zu", MOST_INPUTS, n_inputs);
+    if (n_inputs > NOISE_MOST_INPUTS)
+        return bf_fail(err, BF_NUMERIC, "noise is estimated beside at most %d inputs; got %zu", NOISE_MOST_INPUTS, n_inputs);
     for (size_t i = 0; i < n_inputs; i++)
         u[i] = inputs[i].u;
     out->quantisation = find_quantisation(z, n);
@@ -267,64 +265,12 @@ enum bf_status noise_estimate(const double *z, size_t n, double dt_s, const stru
         return BF_OK;
     take(chosen, chosen == &quiet ? NOISE_QUIET : NOISE_LOCAL, out);
     fill_psd(chosen, dt_s, out);
-    return n_inputs > 0 ? noise_add_inputs(z, inputs, n_inputs, n, dt_s, out, err) : BF_OK;
+    return BF_OK;
 }
 
-/* The noise that the coherence of a frequency response states; its level is taken to be known as well as its lines are many. */
-static void take_coherence(const struct record *record, const double psd[], struct noise_estimate *out)
+enum bf_status noise_estimate(const double *z, size_t n, double dt_s, const struct noise_channel_input inputs[],
+                              size_t n_inputs, size_t from_sample, struct noise_estimate *out, struct bf_error *err)
 {
-    double sum = 0.0;
-    *out = (struct noise_estimate){.method = NOISE_COHERENCE, .n_bins = record->n / 2 + 1, .used_share = 1.0};
-    out->df_Hz = 1.0 / ((double)record->n * record->dt_s);
-    out->psd = bf_alloc(out->n_bins, sizeof *out->psd);
-    memcpy(out->psd, psd, out->n_bins * sizeof *psd);
-    for (size_t k = 0; k < out->n_bins; k++)
-        sum += psd[k] * out->df_Hz;
-    out->rms = sqrt(sum);
-    out->rms_sd = 0.5 * out->rms / sqrt((double)out->n_bins);
-    out->n_used = out->n_bins;
-}
-
-static const double *stated_noise(const struct record *record, const char *name)
-{
-    for (size_t i = 0; i < record->n_columns; i++)
-        if (strcmp(record->columns[i].name, name) == 0)
-            return record->columns[i].noise_psd;
-    return NULL;
-}
-
-enum bf_status noise_of_channel(const struct model *model, const struct record *record, const char *channel,
-                                struct noise_estimate *out, struct bf_error *err)
-{
-    const double *z = record_column(record, channel);
-    struct noise_channel_input inputs[MOST_INPUTS];
-    const char *excitation = record_meta(record, "excitation"), *free_from = record_meta(record, "free_from_s");
-    size_t n_inputs = 0, from = 0;
-    *out = (struct noise_estimate){0};
-    if (z == NULL)
-        return bf_fail(err, BF_BAD_FILE, "%s: there is no column '%s'; name it in the header row", record->path,
-                       channel);
-    if (stated_noise(record, channel) != NULL) {
-        take_coherence(record, stated_noise(record, channel), out);
-        return BF_OK;
-    }
-    const bool free_decay = excitation != NULL && strcmp(excitation, "free_decay") == 0;
-    for (size_t i = 0; i < model->n_inputs && n_inputs < MOST_INPUTS && !free_decay; i++) {
-        const double *column = record_column(record, model->inputs[i].name);
-        if (column != NULL && !is_constant(column, record->n))
-            inputs[n_inputs++] =
-                (struct noise_channel_input){.u = column, .cells = record_column_noise(record, model->inputs[i].name)};
-    }
-    double from_s = 0.0;
-    if (free_decay && free_from != NULL && number_parse(free_from, free_from + strlen(free_from), '.', &from_s)) {
-        const double samples = ceil((from_s - record->t0_s) / record->dt_s);
-        from = samples > 0.0 && samples < (double)record->n ? (size_t)samples : 0;
-    }
-    const struct noise_key key = noise_memory_key(z, record->n, record->dt_s, inputs, n_inputs, from);
-    if (noise_memory_find(key, out))
-        return BF_OK;
-    const enum bf_status status = noise_estimate(z, record->n, record->dt_s, inputs, n_inputs, from, out, err);
-    if (status == BF_OK)
-        noise_memory_add(key, out);
-    return status;
+    const enum bf_status status = noise_estimate_own(z, n, dt_s, inputs, n_inputs, from_sample, out, err);
+    return status ? status : noise_add_inputs(z, inputs, n_inputs, n, dt_s, out, err);
 }

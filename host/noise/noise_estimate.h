@@ -6,6 +6,8 @@
 #include "noise.h"
 #include "noise_input.h"
 
+enum { NOISE_MOST_INPUTS = 4 }; /* of one record */
+
 /*
  * z: [n] the channel. inputs: [n_inputs], those that move the beam; n_inputs 0: a free decay, whose samples
  * before from_sample are left out. A channel of fewer than 64 samples or of one value gives method NOISE_NONE with rms 0;
@@ -13,5 +15,10 @@
  */
 enum bf_status noise_estimate(const double *z, size_t n, double dt_s, const struct noise_channel_input inputs[],
                               size_t n_inputs, size_t from_sample, struct noise_estimate *out, struct bf_error *err);
+
+/* The same without what the noise of the inputs makes of it, which noise_add_inputs() adds. */
+enum bf_status noise_estimate_own(const double *z, size_t n, double dt_s, const struct noise_channel_input inputs[],
+                                  size_t n_inputs, size_t from_sample, struct noise_estimate *out,
+                                  struct bf_error *err);
 
 #endif

@@ -2,7 +2,6 @@
 #include "noise_input.h"
 #include "linearity_plane.h"
 
-#include <complex.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -119,95 +118,4 @@ double noise_of_record_input(const struct record *record, const char *input, con
     const double *u = record_column(record, input);
     *cells = u != NULL ? record_column_noise(record, input) : NULL;
     return u == NULL ? 0.0 : *cells != NULL ? (*cells)->rms : noise_of_input(u, record->n);
-}
-
-/* ---- As it comes through the beam ---- */
-
-/* |X|²[n/2 + 1] */
-static enum bf_status powers(const double *x, size_t n, double **out, struct bf_error *err)
-{
-    const struct fft *plan;
-    const enum bf_status status = fft_get(n, &plan, err);
-    *out = NULL;
-    if (status)
-        return status;
-    double complex *X = bf_alloc(n / 2 + 1, sizeof *X);
-    *out = bf_alloc(n / 2 + 1, sizeof **out);
-    fft_forward(plan, x, X);
-    for (size_t k = 0; k <= n / 2; k++)
-        (*out)[k] = creal(X[k]) * creal(X[k]) + cimag(X[k]) * cimag(X[k]);
-    free(X);
-    return BF_OK;
-}
-
-static void add_bins(const struct noise_estimate *estimate, const struct noise_channel_input *input, double rms, size_t n,
-                     double dt_s, const double Y[], const double U[], double added[])
-{
-    const double density = 2.0 * dt_s / (double)n, white = (double)n * rms * rms; /* E|transform|² of white noise */
-    double *y = bf_alloc(estimate->n_bins, sizeof *y), *u = bf_alloc(estimate->n_bins, sizeof *u), *c = bf_alloc(estimate->n_bins, sizeof *u);
-    for (size_t k = 1; k <= n / 2; k++) {
-        const size_t bin = (size_t)lround((double)k / ((double)n * dt_s) / estimate->df_Hz);
-        if (bin < estimate->n_bins) y[bin]+=density * Y[k] - estimate->psd[bin], u[bin]+=U[k], c[bin]+=1;
-    }
-    for (size_t bin = 0; bin < estimate->n_bins; bin++) {
-        const double kept = input->cells != NULL ? input_noise_kept(input->cells, (double)bin / (double)(estimate->n_bins-1)) : 1.0;
-        if (c[bin]>0 && u[bin] > 0.0)
-            added[bin] += fmin(kept * white *c[bin]/ u[bin], 1.0) * y[bin];
-    }
-    free(y),free(u),free(c);
-}
-
-/* Periodogram's bins in each of the estimate's. */
-static double bins_in_one(const struct noise_estimate *estimate, size_t n, double dt_s)
-{
-    return estimate->df_Hz * (double)n * dt_s;
-}
-
-static enum bf_status add_input(const struct noise_channel_input *input, size_t n, double dt_s, const double Y[],
-                                const struct noise_estimate *estimate, double added[], struct bf_error *err)
-{
-    const double rms = input->cells != NULL ? input->cells->rms : noise_of_input(input->u, n);
-    double *U;
-    if (!(rms > 0.0))
-        return BF_OK;
-    const enum bf_status status = powers(input->u, n, &U, err);
-    if (!status)
-        add_bins(estimate, input, rms, n, dt_s, Y, U, added);
-    free(U);
-    return status;
-}
-
-/*
- * Takes what was added, never less than nothing in a bin. Behind a resonance noise is one amplitude and one phase, whatever the length of the record: where the power is in N bins, it
- * is known to √(1/N), the rms to half of that.
- */
-static void take(struct noise_estimate *estimate, const double added[], double per_bin)
-{
-    double before = 0.0, sum = 0.0, square = 0.0;
-    for (size_t k = 0; k < estimate->n_bins; k++) {
-        const double one = fmax(added[k] / per_bin, 0.0);
-        before += estimate->psd[k];
-        estimate->psd[k] += one;
-        sum += one, square += one * one;
-    }
-    if (!(sum > 0.0) || !(before > 0.0))
-        return;
-    const double grown = sqrt((before + sum) / before), share = sum / (before + sum);
-    estimate->rms *= grown;
-    estimate->rms_sd = hypot(estimate->rms_sd * grown, 0.5 * sqrt(square) / sum * share * estimate->rms);
-}
-
-enum bf_status noise_add_inputs(const double *z, const struct noise_channel_input inputs[], size_t n_inputs, size_t n,
-                                double dt_s, struct noise_estimate *estimate, struct bf_error *err)
-{
-    double *Y, *added = bf_alloc(estimate->n_bins + 1, sizeof *added);
-    enum bf_status status = n_inputs > 0 ? powers(z, n, &Y, err) : BF_OK;
-    for (size_t i = 0; i < n_inputs && !status; i++)
-        status = add_input(&inputs[i], n, dt_s, Y, estimate, added, err);
-    if (n_inputs > 0 && !status)
-        take(estimate, added, bins_in_one(estimate, n, dt_s));
-    if (n_inputs > 0)
-        free(Y);
-    free(added);
-    return status;
 }

@@ -14,7 +14,7 @@
 #include "noise.h"
 #include "noise_input.h"
 
-enum { NOISE_REMEMBERED = 64 };
+enum { NOISE_REMEMBERED = 256 };
 
 struct noise_key {
     uint64_t a, b;
