@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "fleet_options.h"
+#include "noise/noise.h"
 #include "show/show.h"
 
 /* Records that share a reduced space, transfer functions and the memory of a Jacobian. Another number changes the last digits of a fit. */
@@ -60,15 +61,30 @@ struct queue {
     atomic_size_t next;
 };
 
+/* As `fit` does, without a line for each of very many records. */
+static void clean(const struct model *model, struct record_list *list, struct bf_error *err)
+{
+    const size_t n = record_list_sampled(list);
+    struct record **records = bf_alloc(n + 1, sizeof *records);
+    struct clean_input_list found;
+    for (size_t r = 0; r < n; r++)
+        records[r] = &list->records[r];
+    (void)inputs_clean(model, records, n, &found, err);
+    inputs_clean_free(&found);
+    free(records);
+}
+
 static void open_share(struct fleet_fit *fit, size_t s)
 {
     struct fleet_share *share = &fit->shares[s];
     const size_t first = 1 + s * SHARE_RECORDS_MOST;
     for (size_t i = first; i < fit->files.n && i < first + SHARE_RECORDS_MOST; i++)
         record_list_add(&share->list, fit->files.names[i]);
-    if (record_list_read(&share->list, &fit->model, &share->err) == BF_OK)
-        (void)fit_share_new(&fit->model, share->list.records, share->list.n, &fit->arguments.settings.fit,
-                            &share->share, &share->err);
+    if (record_list_read(&share->list, &fit->model, &share->err) != BF_OK)
+        return;
+    clean(&fit->model, &share->list, &share->err);
+    (void)fit_share_new(&fit->model, share->list.records, share->list.n, &fit->arguments.settings.fit, &share->share,
+                        &share->err);
 }
 
 static void *work(void *context)

@@ -158,11 +158,18 @@ double input_noise_kept(const struct column_noise *noise, double of_nyquist)
 {
     const size_t last = noise->segment / 2;
     const double at = fmin(of_nyquist, 1.0) * (double)last, below = fmin(floor(at), (double)last - 1.0);
-    size_t count[2] = {0, 0};
+    const double *share = noise->share + (size_t)below;
+    return (1.0 - at + below) * share[0] + (at - below) * share[1];
+}
+
+static double *shares(const struct column_noise *noise)
+{
+    const size_t n_bins = noise->segment / 2 + 1;
+    double *share = bf_alloc(n_bins, sizeof *share);
     for (size_t t = 0; t < noise->n_segments; t++)
-        for (size_t i = 0; i < 2; i++)
-            count[i] += noise->kept[t * (last + 1) + (size_t)below + i];
-    return ((1.0 - at + below) * (double)count[0] + (at - below) * (double)count[1]) / (double)noise->n_segments;
+        for (size_t k = 0; k < n_bins; k++)
+            share[k] += (double)noise->kept[t * n_bins + k] / (double)noise->n_segments;
+    return share;
 }
 
 /* ---- Records ---- */
@@ -196,6 +203,7 @@ static enum bf_status clean(struct record *record, struct record_column *column,
         out->all[out->n++] = (struct clean_input){
             .record = record, .channel = column->name, .noise = rms / peak_of(column->x, record->n), .kept = share};
         status = input_noise_keep(&found, column->x, record->n, column->x, err);
+        found.share = shares(&found);
         column->noise = bf_alloc(1, sizeof *column->noise);
         *column->noise = found;
     } else {

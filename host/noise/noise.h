@@ -60,8 +60,8 @@ enum bf_status noise_of_channel(const struct model *model, const struct record *
                                 struct noise_estimate *out, struct bf_error *err);
 void noise_free(struct noise_estimate *estimate);
 /*
- * Rms of the noise of a measured input u[n], taken as white: where its drive is not, or while it rests; 0: none that can be told (a drive that is random
- * itself, or rests exactly). O(n log n).
+ * Rms of the noise of a measured input u[n], taken as white: where its drive is not, or while it rests; of one that rests exactly, of the recorder's steps while it
+ * moves. 0: none that can be told (a drive that is random itself). O(n log n).
  */
 double noise_of_input(const double *u, size_t n);
 /*

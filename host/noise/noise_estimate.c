@@ -48,43 +48,6 @@ static bool is_constant(const double *x, size_t n)
     return true;
 }
 
-/*
- * Of the smallest difference between two ascending values, whose last digits a text file has rounded: over ever longer spans, in each of which the last step still
- * counts right.
- */
-static double refine_step(const double sorted[], size_t n, double step)
-{
-    static const double spans[] = {50.0, 1e3, 2e4}; /* steps */
-    for (size_t k = 0; k < sizeof spans / sizeof *spans; k++) {
-        size_t last = n - 1;
-        while (last > 0 && sorted[last] - sorted[0] > spans[k] * step)
-            last--;
-        const double steps = round((sorted[last] - sorted[0]) / step);
-        step = steps >= 1.0 ? (sorted[last] - sorted[0]) / steps : step;
-    }
-    return step;
-}
-
-/* The smallest step between values, when every value is a whole number of steps from the first; else 0. */
-static double find_quantisation(const double *z, size_t n)
-{
-    double *sorted = bf_alloc(n, sizeof *sorted), step = INFINITY;
-    memcpy(sorted, z, n * sizeof *sorted);
-    sort_ascending(n, sorted);
-    for (size_t i = 1; i < n; i++)
-        if (sorted[i] > sorted[i - 1])
-            step = fmin(step, sorted[i] - sorted[i - 1]);
-    const double range = sorted[n - 1] - sorted[0];
-    step = isfinite(step) ? refine_step(sorted, n, step) : step;
-    bool whole = isfinite(step) && range < 1e5 * step && range > 8.0 * step; /* digits of a text file are no steps */
-    for (size_t i = 0; i < n && whole; i++) {
-        const double steps = (sorted[i] - sorted[0]) / step;
-        whole = fabs(steps - round(steps)) < 0.02 + 1e-4 * steps;
-    }
-    free(sorted);
-    return whole ? step : 0.0;
-}
-
 /* Samples before any input moves. */
 static size_t quiet_samples(const double *const u[], size_t n_inputs, size_t n)
 {
@@ -252,7 +215,7 @@ enum bf_status noise_estimate_own(const double *z, size_t n, double dt_s, const 
         return bf_fail(err, BF_NUMERIC, "noise is estimated beside at most %d inputs; got %zu", NOISE_MOST_INPUTS, n_inputs);
     for (size_t i = 0; i < n_inputs; i++)
         u[i] = inputs[i].u;
-    out->quantisation = find_quantisation(z, n);
+    out->quantisation = recorder_step(z, n);
     const size_t n_quiet = n_inputs == 0 ? from : quiet_samples(u, n_inputs, n);
     enum bf_status status = floor_of(z + from, n - from, u, n_inputs, &own, err);
     if (status == BF_OK && n_quiet >= SHORTEST && !is_constant(z, n_quiet))

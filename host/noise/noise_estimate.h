@@ -21,4 +21,7 @@ enum bf_status noise_estimate_own(const double *z, size_t n, double dt_s, const 
                                   size_t n_inputs, size_t from_sample, struct noise_estimate *out,
                                   struct bf_error *err);
 
+/* The smallest step between values, when every value is a whole number of steps from the first; else 0. O(n log n). */
+double recorder_step(const double *z, size_t n);
+
 #endif

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "noise_estimate.h"
 #include "noise_input.h"
 #include "linearity_plane.h"
 
@@ -105,12 +106,17 @@ static double floor_noise(const double *u, size_t n, bool *silent)
     return of_a_sensor(noise, u, n, 0.0);
 }
 
-/* A drive that is on and off by turns rests too seldom for the spread of all its samples to be noise: where it is off says more. */
+/*
+ * A drive that is on and off by turns rests too seldom for the spread of all its samples to be noise: where it is off says more. One that rests
+ * exactly has the noise of the recorder's steps while it moves, if there are steps to be seen.
+ */
 double noise_of_input(const double *u, size_t n)
 {
     bool silent;
     const double floor = floor_noise(u, n, &silent);
-    return floor > 0.0 || silent ? floor : resting_noise(u, n);
+    if (floor > 0.0)
+        return floor;
+    return silent ? of_a_sensor(recorder_step(u, n) / sqrt(12.0), u, n, 0.0) : resting_noise(u, n);
 }
 
 double noise_of_record_input(const struct record *record, const char *input, const struct column_noise **cells)

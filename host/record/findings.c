@@ -142,7 +142,10 @@ static void say_open_begin(const struct record *record, size_t column, const str
         time_of(record, hit->last + 2 < record->n ? hit->last + 2 : hit->last));
 }
 
-/* Exactly one value from some sample after the last hit on, and noise between or before the first: a recorder's idle code would flicker. */
+/*
+ * Exactly one value from some sample after the last hit on, and noise between or before the first: a recorder's idle code would flicker. Not where the noise was
+ * taken off here.
+ */
 static void find_window(const struct record *record, size_t column, const struct hits *hits,
                         struct record_findings *out)
 {
@@ -159,7 +162,7 @@ static void find_window(const struct record *record, size_t column, const struct
     for (; before < hits->hit[0].first; before++)
         noisy_before += fabs(u[before] - u[n - 1]) > noise * peak;
     const bool between = noisy >= LEAST_NOISY && 2 * noisy >= still - last;
-    if (n - still < LEAST_STILL || !(between || (noisy_before >= LEAST_NOISY && 2 * noisy_before >= before)))
+    if (record->columns[column].noise != NULL || n - still < LEAST_STILL || !(between || (noisy_before >= LEAST_NOISY && 2 * noisy_before >= before)))
         return;
     struct record_finding *f = findings_add(out, FINDING_WINDOW, column, still);
     f->n = n - still;

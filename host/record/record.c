@@ -85,15 +85,21 @@ const char **record_base_names(const struct record records[], size_t n)
     return names;
 }
 
+static void column_noise_free(struct column_noise *noise)
+{
+    if (noise == NULL)
+        return;
+    free(noise->kept), free(noise->share);
+    free(noise);
+}
+
 void record_free(struct record *record)
 {
     for (size_t i = 0; i < record->n_columns; i++) {
         free(record->columns[i].name);
         free(record->columns[i].x);
         free(record->columns[i].noise_psd);
-        if (record->columns[i].noise != NULL)
-            free(record->columns[i].noise->kept);
-        free(record->columns[i].noise);
+        column_noise_free(record->columns[i].noise);
     }
     for (size_t i = 0; i < record->n_meta; i++) {
         free(record->meta[i].key);

@@ -49,6 +49,7 @@ struct column_noise {
     size_t segment;      /* samples of a segment, a power of 2; half-overlapping */
     size_t n_segments;   /* segment t begins at sample (t − 1) segment/2 */
     unsigned char *kept; /* [n_segments][segment/2 + 1] cells that stayed as they were; the others are zero */
+    double *share;       /* [segment/2 + 1] part of the segments in which they did */
 };
 
 struct record_column {
