@@ -313,6 +313,9 @@ drawn-imperfect: $(B)/beamfit $(B)/beam_truth ## measure: judge diagnose and its
 	@tools/deps.sh build test
 	@python3 -B tests/calibrate/run.py --build $(B) --work $(CALIBRATE) --jobs $(JOBS) --number $(N) --seed $(JUDGED)
 	@python3 -B tests/calibrate/fit.py --judge --work $(CALIBRATE) --number $(N) --seeds $(JUDGED)
+yardstick: $(B)/beamfit $(B)/beam_truth ## measure: the judged noise against what true models leave, on rigs whose force has noise [SEED=1 N=200 PAGE=]
+	@tools/deps.sh build test
+	@python3 -B tests/calibrate/yardstick.py --build $(B) --work $(B)/yardstick --jobs $(JOBS) --seed $(SEED) --number $(N) $(PAGE:%=--page %)
 # Recordings of ../shared/data/real; answers are kept below MEASURED. SETS: names of tests/measured/sets.py.
 MEASURED ?= build/measured
 SETS ?=
@@ -417,5 +420,5 @@ help: ## build: this list
 DEPFILES = $(FW_OBJ:.o=.d) $(BOARD_HOST_OBJ:.o=.d) $(SHADOWS:.o=.d) $(BEAM_SHADOWS:.o=.d) $(LIB_OBJ:.o=.d) $(FLOAT_OBJ:.o=.d) $(TARGET_OBJ:.o=.d) $(CPLX_OBJ:.o=.d) $(HOST_OBJ:.o=.d) $(B)/host/main.d $(B)/host/cmd/fleet_mpi.d \
            $(UNIT_TESTS:%=%.d) $(SYSTEM_TESTS:%=%.d) $(SYSTEM_COMMON:.o=.d) $(TRUTH_OBJ:.o=.d)
 -include $(wildcard $(DEPFILES))
-.PHONY: fleet-bench many-bench long-bench calibrate drawn-imperfect measured spectra live-demo conformance survival results constants docs
+.PHONY: fleet-bench many-bench long-bench calibrate drawn-imperfect yardstick measured spectra live-demo conformance survival results constants docs
 .PHONY: FORCE all tests unit test test-both demo deps lint layers size coverage bench hidden drawn false-alarms own-effect experiments data fuzz install deb deb-root uninstall clean help

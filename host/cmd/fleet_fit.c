@@ -62,14 +62,15 @@ struct queue {
 };
 
 /* As `fit` does, without a line for each of very many records. */
-static void clean(const struct model *model, struct record_list *list, struct bf_error *err)
+static void clean(const struct model *model, struct record_list *list)
 {
+    struct bf_error ignored;
     const size_t n = record_list_sampled(list);
     struct record **records = bf_alloc(n + 1, sizeof *records);
     struct clean_input_list found;
     for (size_t r = 0; r < n; r++)
         records[r] = &list->records[r];
-    (void)inputs_clean(model, records, n, &found, err);
+    (void)inputs_clean(model, records, n, &found, &ignored);
     inputs_clean_free(&found);
     free(records);
 }
@@ -82,7 +83,7 @@ static void open_share(struct fleet_fit *fit, size_t s)
         record_list_add(&share->list, fit->files.names[i]);
     if (record_list_read(&share->list, &fit->model, &share->err) != BF_OK)
         return;
-    clean(&fit->model, &share->list, &share->err);
+    clean(&fit->model, &share->list);
     (void)fit_share_new(&fit->model, share->list.records, share->list.n, &fit->arguments.settings.fit, &share->share,
                         &share->err);
 }
