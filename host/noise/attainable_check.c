@@ -25,9 +25,11 @@ static enum bf_status side_new(const struct model *model, const struct record re
 {
     *s = (struct side){
         .problem = {.m = found->modes, .n_slots = n_slots, .n_outputs = model->n_outputs, .form_error = found->nrmse}};
-    enum bf_status status = BF_OK;
+    double *own = NULL;
+    const enum bf_status status = noise_rms == NULL ? attainable_noise(model, records, n_records, &own, err) : BF_OK;
     for (size_t r = 0; r < n_records && status == BF_OK; r++)
-        status = attainable_add_record(&s->problem, model, &records[r], r, noise_rms, err);
+        attainable_add_record(&s->problem, model, &records[r], r, own != NULL ? own : noise_rms);
+    free(own);
     if (status != BF_OK)
         return status;
     s->rows = bf_alloc(s->problem.n_records + 1, sizeof *s->rows);

@@ -50,7 +50,8 @@ static void fill_gain(const struct attainable_problem *p, const double x[], cons
     const double sigma = 0.5 / mean_age(cells, n) / dt_s;
     for (size_t k = 0; k <= n / 2; k++)
         for (size_t i = 0; i < POINTS; i++) {
-            const double bin = fabs((double)k + ((double)i + 0.5) / POINTS - 0.5), omega = 2.0 * M_PI * bin / ((double)n * dt_s);
+            const double bin = fabs((double)k + ((double)i + 0.5) / POINTS - 0.5),
+                         omega = 2.0 * M_PI * bin / ((double)n * dt_s);
             const double kept = cells != NULL ? input_noise_kept(cells, 2.0 * bin / (double)n) : 1.0;
             if (kept > 0.0)
                 gain[k] += kept * square_H(p, x, c, CMPLX(sigma, omega)) / POINTS;
@@ -73,7 +74,7 @@ static enum bf_status find(const struct model *model, const struct record *recor
     struct attainable_problem *p = &g->problem;
     enum bf_status status = attainable_start_poles(model, top_rad, &p->m, &g->x, err);
     if (!status)
-        status = attainable_add_record(p, model, record, 0, own_rms, err);
+        attainable_add_record(p, model, record, 0, own_rms);
     if (status || p->m == 0 || p->n_channels == 0 || p->n_records != 1)
         return status;
     g->found.channels = bf_alloc(p->n_channels, sizeof *g->found.channels);
@@ -81,8 +82,8 @@ static enum bf_status find(const struct model *model, const struct record *recor
     return !status ? attainable_compress(p, g->x, EXTRA_NONE, &g->rows, err) : status;
 }
 
-static enum bf_status of_output(const struct gains *g, size_t output, struct noise_channel_input inputs[], size_t n_inputs,
-                                struct bf_error *err)
+static enum bf_status of_output(const struct gains *g, size_t output, struct noise_channel_input inputs[],
+                                size_t n_inputs, struct bf_error *err)
 {
     const struct attainable_record *record = &g->problem.records[0];
     struct attainable_stack stack;
@@ -92,8 +93,8 @@ static enum bf_status of_output(const struct gains *g, size_t output, struct noi
         for (size_t i = 0; i < n_inputs; i++)
             if (inputs[i].u == record->sources[s].u) {
                 inputs[i].gain = bf_alloc(record->n / 2 + 1, sizeof *inputs[i].gain);
-                fill_gain(&g->problem, g->x, stack.c + stack.column[record->sources[s].slot], inputs[i].cells, record->n,
-                          record->dt_s, inputs[i].gain);
+                fill_gain(&g->problem, g->x, stack.c + stack.column[record->sources[s].slot], inputs[i].cells,
+                          record->n, record->dt_s, inputs[i].gain);
             }
     attainable_stack_free(&stack);
     return status;
@@ -109,7 +110,7 @@ enum bf_status attainable_gains(const struct model *model, const struct record *
         status = of_output(&g, o, inputs + o * n_inputs, n_inputs, err);
     if (g.rows.R != NULL)
         attainable_rows_free(&g.rows, 1);
-    attainable_free(&g.found);
+    free(g.found.channels);
     attainable_problem_free(&g.problem);
     free(g.x);
     return status;

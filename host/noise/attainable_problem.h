@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
- * attainable_problem.h — private to noise/: attainable.c (start poles, answer) calls attainable_records.c (what is fitted) and
+ * attainable_problem.h — private to noise/: attainable.c calls attainable_start.c (start poles), attainable_noise.c, attainable_records.c (what is fitted) and
  * attainable_search.c (rounds), which calls attainable_rows.c (records at given poles, on the lines of attainable_lines.c),
  * attainable_stack.c (residues) and attainable_poles.c (better poles). attainable_gain.c: the answer of one record's free linear model to noise.
  *
@@ -142,16 +142,20 @@ static inline bool attainable_is_piece(const struct attainable_record *record)
     return record->n < record->n_whole;
 }
 
-/* ---- attainable.c, attainable_records.c, attainable_search.c ---- */
+/* ---- attainable_start.c, attainable_noise.c, attainable_records.c, attainable_search.c ---- */
 
+/* qsort() of pairs x[2k], x[2k + 1]: ascending ω. */
+int attainable_by_frequency(const void *a, const void *b);
 /* x[2m] of the model's poles below top_rad and the next; at least LEAST_MODES. To be freed. */
 enum bf_status attainable_start_poles(const struct model *model, double top_rad, size_t *m, double **x,
                                       struct bf_error *err);
 
-/* Adds a record, or its pieces; noise_rms as of attainable_find(). To be freed also after a failure. */
-enum bf_status attainable_add_record(struct attainable_problem *problem, const struct model *model,
-                                     const struct record *record, size_t index, const double noise_rms[],
-                                     struct bf_error *err);
+/* Adds a record, or its pieces; noise_rms as of attainable_find(), not NULL. */
+void attainable_add_record(struct attainable_problem *problem, const struct model *model, const struct record *record,
+                           size_t index, const double noise_rms[]);
+/* *rms: [n_records · n_outputs] as of noise_of_channel(), 0 where a record lacks the channel; to be freed, also after a failure. */
+enum bf_status attainable_noise(const struct model *model, const struct record records[], size_t n_records,
+                                double **rms, struct bf_error *err);
 void attainable_problem_free(struct attainable_problem *problem);
 
 /* x[2m]: in the start poles, out the best; out: errors, and channels[n_channels] that are there. */

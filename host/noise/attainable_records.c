@@ -46,17 +46,6 @@ static size_t first_sample(const struct record *record)
     return samples > 0.0 && samples < (double)record->n ? (size_t)samples : 0;
 }
 
-static enum bf_status find_noise(const struct model *model, const struct record *record, const char *channel,
-                                 double *rms, struct bf_error *err)
-{
-    struct noise_estimate noise;
-    const enum bf_status status = noise_of_channel(model, record, channel, &noise, err);
-    *rms = status == BF_OK ? noise.rms : 0.0;
-    if (status == BF_OK)
-        noise_free(&noise);
-    return status;
-}
-
 /* ---- One record ---- */
 
 static void add_input(struct attainable_problem *p, const struct model *model, const struct record *record, size_t i,
@@ -69,13 +58,11 @@ static void add_input(struct attainable_problem *p, const struct model *model, c
     r->sources[r->n_sources++] = (struct attainable_source){.slot = slot, .u = u};
 }
 
-static enum bf_status add_channels(struct attainable_problem *p, const struct model *model, const struct record *record,
-                                   size_t index, const double noise_rms[], struct attainable_record *r,
-                                   struct bf_error *err)
+static void add_channels(struct attainable_problem *p, const struct model *model, const struct record *record,
+                         size_t index, const double noise_rms[], struct attainable_record *r)
 {
     const size_t from = record->n - r->n, outputs = model->n_outputs;
-    enum bf_status status = BF_OK;
-    for (size_t o = 0; o < outputs && status == BF_OK; o++) {
+    for (size_t o = 0; o < outputs; o++) {
         const double *z = record_column(record, model->outputs[o].name);
         if (z == NULL)
             continue;
@@ -85,13 +72,9 @@ static enum bf_status add_channels(struct attainable_problem *p, const struct mo
         struct attainable_data *data = &r->data[r->n_data++];
         *data = (struct attainable_data){
             .record = index, .output = o, .channel = p->n_channels++, .z = z + from, .rms = rms};
-        if (noise_rms != NULL)
-            data->noise = noise_rms[index * outputs + o];
-        else
-            status = find_noise(model, record, model->outputs[o].name, &data->noise, err);
+        data->noise = noise_rms[index * outputs + o];
         r->moving = r->moving || in_motion(data, r->n);
     }
-    return status;
 }
 
 /* ---- Pieces ---- */
@@ -126,9 +109,8 @@ static void add_pieces(struct attainable_problem *p, const struct attainable_rec
         p->records[p->n_records++] = cut(whole, i * whole->n / n_pieces, (i + 1) * whole->n / n_pieces);
 }
 
-enum bf_status attainable_add_record(struct attainable_problem *p, const struct model *model,
-                                     const struct record *record, size_t index, const double noise_rms[],
-                                     struct bf_error *err)
+void attainable_add_record(struct attainable_problem *p, const struct model *model, const struct record *record,
+                           size_t index, const double noise_rms[])
 {
     const bool decay = is_free_decay(record);
     struct attainable_record whole = {.n = record->n - first_sample(record),
@@ -139,14 +121,12 @@ enum bf_status attainable_add_record(struct attainable_problem *p, const struct 
     whole.n_whole = whole.n;
     whole.sources = bf_alloc(model->n_inputs + 1, sizeof *whole.sources);
     whole.data = bf_alloc(model->n_outputs + 1, sizeof *whole.data);
-    enum bf_status status = add_channels(p, model, record, index, noise_rms, &whole, err);
+    add_channels(p, model, record, index, noise_rms, &whole);
     whole.moving = whole.moving && !whole.periodic;
-    for (size_t i = 0; i < model->n_inputs && status == BF_OK && !decay; i++)
+    for (size_t i = 0; i < model->n_inputs && !decay; i++)
         add_input(p, model, record, i, &whole);
-    if (status == BF_OK)
-        add_pieces(p, &whole);
+    add_pieces(p, &whole);
     free(whole.sources), free(whole.data);
-    return status;
 }
 
 void attainable_problem_free(struct attainable_problem *p)

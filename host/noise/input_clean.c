@@ -18,7 +18,8 @@
 /* All that is set by hand. */
 static const struct input_clean_limits {
     size_t shortest; /* segment */
-    double stands_out; /* times the noise, the mean power of 3 × 3 cells: noise alone has so much in one of ten thousand */
+    double
+        stands_out; /* times the noise, the mean power of 3 × 3 cells: noise alone has so much in one of ten thousand */
     double worthwhile; /* part of the cells: an input that keeps more stays as it is */
 } limits = {.shortest = 64, .stands_out = 4.0, .worthwhile = 0.9};
 
@@ -198,7 +199,7 @@ static enum bf_status clean(struct record *record, struct record_column *column,
     if (!(rms > 0.0))
         return BF_OK;
     enum bf_status status = find_cells(column->x, record->n, rms, &found, &share, err);
-    if (!status && share < limits.worthwhile) {
+    if (!status && found.segment > 0 && share < limits.worthwhile) {
         out->all = bf_grow(out->all, out->n + 1, sizeof *out->all);
         out->all[out->n++] = (struct clean_input){
             .record = record, .channel = column->name, .noise = rms / peak_of(column->x, record->n), .kept = share};

@@ -10,8 +10,8 @@
 #include <string.h>
 
 enum {
-    SHORTEST = 64,   /* samples from which noise can be told */
-    MARGIN = 8,      /* samples before the onset that a zero-phase anti-alias filter may have changed */
+    SHORTEST = 64, /* samples from which noise can be told */
+    MARGIN = 8,    /* samples before the onset that a zero-phase anti-alias filter may have changed */
     /* A longer record is taken in pieces of about PIECE: the method takes 230 bytes a sample, and half a million cells know a level to 0.1 % */
     LONG = 262144,
     PIECE = 131072 /* a power of 2, which is transformed fastest; half of LONG, so that there are two at least */
@@ -200,7 +200,7 @@ static bool quieter_before(const double *z, size_t n, double step, const struct 
 }
 
 enum bf_status noise_estimate_own(const double *z, size_t n, double dt_s, const struct noise_channel_input inputs[],
-                              size_t n_inputs, size_t from_sample, struct noise_estimate *out, struct bf_error *err)
+                                  size_t n_inputs, size_t from_sample, struct noise_estimate *out, struct bf_error *err)
 {
     const double *u[NOISE_MOST_INPUTS] = {0};
     struct noise_floor own = {0}, quiet = {0};
@@ -212,7 +212,8 @@ enum bf_status noise_estimate_own(const double *z, size_t n, double dt_s, const 
     if (!all_finite(z, n))
         return bf_fail(err, BF_NUMERIC, "a channel with numbers that are not finite has no noise level");
     if (n_inputs > NOISE_MOST_INPUTS)
-        return bf_fail(err, BF_NUMERIC, "noise is estimated beside at most %d inputs; got %zu", NOISE_MOST_INPUTS, n_inputs);
+        return bf_fail(err, BF_NUMERIC, "noise is estimated beside at most %d inputs; got %zu", NOISE_MOST_INPUTS,
+                       n_inputs);
     for (size_t i = 0; i < n_inputs; i++)
         u[i] = inputs[i].u;
     out->quantisation = recorder_step(z, n);

@@ -9,7 +9,7 @@
 struct noise_channel_input {
     const double *u;                  /* [n] */
     const struct column_noise *cells; /* of one that was cleaned; else NULL */
-    double *gain;                     /* [n/2 + 1] |H|² times what is kept, of attainable_gains(); NULL: P_y/P_u stands for |H|² */
+    double *gain; /* [n/2 + 1] |H|² times what is kept, of attainable_gains(); NULL: P_y/P_u stands for |H|² */
 };
 
 /* Rms of the noise that it has, or had before it was cleaned; 0: none. */

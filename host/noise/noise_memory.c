@@ -34,8 +34,8 @@ static void mix_samples(struct noise_key *key, const double *x, size_t n)
     }
 }
 
-struct noise_key noise_memory_key(const double *z, size_t n, double dt_s, const struct noise_channel_input inputs[], size_t n_inputs,
-                                  size_t from_sample)
+struct noise_key noise_memory_key(const double *z, size_t n, double dt_s, const struct noise_channel_input inputs[],
+                                  size_t n_inputs, size_t from_sample)
 {
     struct noise_key key = {n, n_inputs};
     mix(&key, from_sample);

@@ -21,8 +21,8 @@ struct noise_key {
 };
 
 /* Arguments as of noise_estimate(). O(n). */
-struct noise_key noise_memory_key(const double *z, size_t n, double dt_s, const struct noise_channel_input inputs[], size_t n_inputs,
-                                  size_t from_sample);
+struct noise_key noise_memory_key(const double *z, size_t n, double dt_s, const struct noise_channel_input inputs[],
+                                  size_t n_inputs, size_t from_sample);
 
 /* *out: a copy, to be freed with noise_free(). */
 bool noise_memory_find(struct noise_key key, struct noise_estimate *out);

@@ -162,7 +162,8 @@ static void find_window(const struct record *record, size_t column, const struct
     for (; before < hits->hit[0].first; before++)
         noisy_before += fabs(u[before] - u[n - 1]) > noise * peak;
     const bool between = noisy >= LEAST_NOISY && 2 * noisy >= still - last;
-    if (record->columns[column].noise != NULL || n - still < LEAST_STILL || !(between || (noisy_before >= LEAST_NOISY && 2 * noisy_before >= before)))
+    if (record->columns[column].noise != NULL || n - still < LEAST_STILL ||
+        !(between || (noisy_before >= LEAST_NOISY && 2 * noisy_before >= before)))
         return;
     struct record_finding *f = findings_add(out, FINDING_WINDOW, column, still);
     f->n = n - still;

@@ -129,7 +129,7 @@ enum bf_status record_write(const char *path, const struct record *record, int d
 const double *record_column(const struct record *record, const char *name); /* NULL when absent */
 /* Of a column that was cleaned; else NULL. */
 const struct column_noise *record_column_noise(const struct record *record, const char *name);
-const char *record_meta(const struct record *record, const char *key);      /* NULL when absent */
+const char *record_meta(const struct record *record, const char *key); /* NULL when absent */
 /* The number that a metadata value begins with ("0.5 s"); false: there is none. */
 bool record_meta_number(const struct record *record, const char *key, double *number);
 

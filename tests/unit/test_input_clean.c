@@ -117,14 +117,15 @@ static void check_gain(enum drive kind, double least, double within)
         assert_int_equal(cleaned(&record, &found), 1);
         beside(kind, record_column(&record, "hammer_N"), &own, &answer);
         assert_true(fabs(found.noise * peak / raw - 1.0) < 0.1);
-        assert_true(fabs(own / raw - sqrt(found.kept)) < 0.15); /* what is kept of its power, and what is lost of the drive */
+        assert_true(fabs(own / raw - sqrt(found.kept)) <
+                    0.15); /* what is kept of its power, and what is lost of the drive */
         before += raw_answer * raw_answer, after += answer * answer;
         known += pow(judged(&record), 2.0);
         assert_int_equal(cleaned(&record, &found), 0); /* once is enough */
         record_free(&record);
     }
-    print_message("the answer to the noise falls %.1f times; it is judged %.2f times what it is\n", sqrt(before / after),
-                  sqrt(known / after));
+    print_message("the answer to the noise falls %.1f times; it is judged %.2f times what it is\n",
+                  sqrt(before / after), sqrt(known / after));
     assert_true(sqrt(before / after) > least);
     assert_true(fabs(log(known / after)) < 2.0 * log(within));
 }
@@ -200,10 +201,8 @@ static void the_map_is_its_own_transpose(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_hammer_rests_between_blows),
-        cmocka_unit_test(a_sweep_is_at_one_frequency_at_a_time),
-        cmocka_unit_test(a_multisine_has_lines),
-        cmocka_unit_test(the_others_stay),
+        cmocka_unit_test(a_hammer_rests_between_blows), cmocka_unit_test(a_sweep_is_at_one_frequency_at_a_time),
+        cmocka_unit_test(a_multisine_has_lines),        cmocka_unit_test(the_others_stay),
         cmocka_unit_test(the_map_is_its_own_transpose),
     };
     return cmocka_run_group_tests_name("input_clean", tests, NULL, NULL);
