@@ -74,6 +74,9 @@ enum bf_status record_list_read_by(struct record_list *list, const struct model 
     return BF_OK;
 }
 
+/* Of an input's peak: less noise is not worth a line. */
+static const double worth_telling = 1e-4;
+
 /* One line for the input in all records. */
 static void tell_cleaned(const struct clean_input_list *list, const char *input)
 {
@@ -85,7 +88,7 @@ static void tell_cleaned(const struct clean_input_list *list, const char *input)
             kept += list->all[i].kept;
             n++;
         }
-    if (n == 0)
+    if (noise < worth_telling)
         return;
     bf_warn("%s: noise of %s%.2g %% of its peak (%zu record%s). Where nothing stands out of it the input is taken as "
             "zero, so that %.0f %% of the noise does not drive the model; '# input_noise: keep' in a record forbids it",
