@@ -73,6 +73,14 @@ static double relative_doubt(const struct noise_estimate *noise)
     return noise->rms > 0.0 ? 2.0 * noise->rms_sd / noise->rms : 1.0;
 }
 
+/* Of a whole channel of n samples. */
+static double all_bins(const struct noise_estimate *noise, size_t n)
+{
+    const double nyquist_Hz = noise->df_Hz * ((double)noise->n_bins - 1.0);
+    return nyquist_Hz > 0.0 ? noise_bins(noise, 0.0, nyquist_Hz, 0.5 * (double)n / nyquist_Hz)
+                            : fmax(1.0, 0.5 * (double)n);
+}
+
 void hypothesis_take_check(struct hypothesis *h, const struct fit_channel_error channels[],
                            const struct noise_estimate noise[], size_t n)
 {
@@ -84,7 +92,7 @@ void hypothesis_take_check(struct hypothesis *h, const struct fit_channel_error 
     fit_totals(channels, n, &e->nrmse, &e->noise_ratio);
     for (size_t c = 0; c < n; c++) {
         e->ratio[c] = channels[c].noise_ratio;
-        e->bins[c] = fmax(1.0, 0.5 * (double)channels[c].n);
+        e->bins[c] = all_bins(&noise[c], channels[c].n);
         e->doubt[c] = relative_doubt(&noise[c]);
         e->worst_ratio = fmax(e->worst_ratio, e->ratio[c]);
     }

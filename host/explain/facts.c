@@ -48,12 +48,13 @@ void facts_of_channels(struct diagnosis *d, const struct misfit_channel channels
         for (size_t b = 0; b + 1 < n_edges; b++) {
             const double noise = noise_in_band(&channels[c], sigma[c], edge[b], edge[b + 1]);
             if (noise > 0.0)
-                d->facts[d->n_facts++] = (struct fact){.channel = c,
-                                                       .from_Hz = edge[b],
-                                                       .to_Hz = edge[b + 1],
-                                                       .noise = noise,
-                                                       .bins = fmax(1.0, (edge[b + 1] - edge[b]) * length_s),
-                                                       .doubt = relative_doubt(channels[c].noise)};
+                d->facts[d->n_facts++] =
+                    (struct fact){.channel = c,
+                                  .from_Hz = edge[b],
+                                  .to_Hz = edge[b + 1],
+                                  .noise = noise,
+                                  .bins = noise_bins(channels[c].noise, edge[b], edge[b + 1], length_s),
+                                  .doubt = relative_doubt(channels[c].noise)};
         }
     }
     free(edge);

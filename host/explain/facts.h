@@ -4,7 +4,7 @@
  *
  * What the form of a model is wrong by is smooth over the band of a mode: neighbouring bins tell the same thing, not thousands of
  * things. One fact is therefore one mode's band of one channel of one record, or one channel of one held-out record. Of fact f, with e the
- * power of a residual over that of the noise, e_f the least that any explanation leaves and K_f bins, an explanation loses
+ * power of a residual over that of the noise, e_f the least that any explanation leaves and K_f bins (noise_bins(): what an input's noise makes of a resonance is one), an explanation loses
  *
  *     2 log(1 + ¼ K (e − e_f)/e_f),    1/K = 1/K_f + s²,    s: the part of e_f that the noise does not account for
  *

@@ -45,6 +45,8 @@ struct noise_estimate {
     size_t n_bins;       /* psd at 0, df, 2 df … Nyquist */
     double df_Hz;
     double *psd; /* [n_bins] one-sided, smooth, unit²/Hz; Σ psd df = rms² */
+    double *
+        crowding; /* [n_bins] ≥ 1: mean square over squared mean of the density over the record's own bins in each of these; NULL: even */
 };
 
 /* "pre-trigger samples", "local rational method", "coherence", "none" */
@@ -74,6 +76,11 @@ struct noise_estimate noise_copy(const struct noise_estimate *estimate);
 void noise_join(struct noise_estimate *sum, const struct noise_estimate *more);
 /* Power of the noise between two frequencies, unit of the channel squared. */
 double noise_power(const struct noise_estimate *estimate, double from_Hz, double to_Hz);
+/*
+ * How many bins of a record of that length are there between two frequencies, as far as the noise is concerned: (∫S df)²/∫S² df of them where the noise of an input is crowded behind
+ * resonances, all of them else. At least 1.
+ */
+double noise_bins(const struct noise_estimate *estimate, double from_Hz, double to_Hz, double length_s);
 
 /*
  * INITIAL STATE — a record with an input that was cut out of a motion: in their first periods an input and every

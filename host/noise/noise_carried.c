@@ -30,91 +30,133 @@ double noise_rms_of(const struct noise_channel_input *input, size_t n)
     return input->cells != NULL ? input->cells->rms : noise_of_input(input->u, n);
 }
 
-/* ---- The noise in the bins of an estimate ---- */
+/* ---- The noise in the record's own bins ---- */
 
-/* Sums over the bins of the record's spectrum in each of the estimate's. */
-struct bins {
-    double *count, *Y, *U, *carried; /* [n_bins]: |output|², |input|² and σ² |H|² */
+/* What is known of a channel while inputs are added: powers of the record's own spectrum, and the densities that are carried. */
+struct carried {
+    size_t n; /* samples */
+    double dt_s;
+    const struct noise_estimate *estimate;
+    double *Y;       /* [n/2 + 1] |output|² */
+    double *density; /* [n/2 + 1] one-sided, carried by all inputs */
+    double *
+        square; /* [n/2 + 1] its square over the part of the time in which the noise is there: shorter noise has fewer amplitudes */
 };
 
-static struct bins bins_new(size_t n_bins)
+/* Of the estimate's bins the one that bin k is in; n_bins: none. */
+static size_t bin_of(const struct carried *c, size_t k)
 {
-    return (struct bins){.count = bf_alloc(n_bins, sizeof(double)),
-                         .Y = bf_alloc(n_bins, sizeof(double)),
-                         .U = bf_alloc(n_bins, sizeof(double)),
-                         .carried = bf_alloc(n_bins, sizeof(double))};
+    const size_t bin = (size_t)lround((double)k / ((double)c->n * c->dt_s) / c->estimate->df_Hz);
+    return bin < c->estimate->n_bins ? bin : c->estimate->n_bins;
 }
 
-static void bins_free(struct bins *b)
+/* Bins k from *from to the next bin of the estimate; false: there are none. */
+static bool next_group(const struct carried *c, size_t *from, size_t *to)
 {
-    free(b->count), free(b->Y), free(b->U), free(b->carried);
+    *from = *to;
+    while (*to <= c->n / 2 && bin_of(c, *to) == bin_of(c, *from))
+        (*to)++;
+    return *from <= c->n / 2 && bin_of(c, *from) < c->estimate->n_bins;
 }
 
-static void fill_bins(const struct noise_channel_input *input, double rms, size_t n, double dt_s, const double Y[],
-                      const double U[], const struct noise_estimate *estimate, struct bins *b)
+/* One-sided density of the output above its own noise, mean over a group. */
+static double answer_in(const struct carried *c, size_t from, size_t to)
 {
-    for (size_t k = 1; k <= n / 2; k++) {
-        const size_t bin = (size_t)lround((double)k / ((double)n * dt_s) / estimate->df_Hz);
-        if (bin >= estimate->n_bins)
-            continue;
-        b->count[bin] += 1.0, b->Y[bin] += Y[k], b->U[bin] += U[k];
-        if (input->gain != NULL)
-            b->carried[bin] += rms * rms * input->gain[k];
+    double Y = 0.0;
+    for (size_t k = from; k < to; k++)
+        Y += 2.0 * c->dt_s / (double)c->n * c->Y[k] / (double)(to - from);
+    return fmax(Y - c->estimate->psd[bin_of(c, from)], 0.0);
+}
+
+static double kept_at(const struct carried *c, const struct noise_channel_input *input, size_t k)
+{
+    return input->cells != NULL ? input_noise_kept(input->cells, 2.0 * (double)k / (double)c->n) : 1.0;
+}
+
+static void add_bin(const struct carried *c, size_t k, double density, double kept)
+{
+    c->density[k] += density;
+    c->square[k] += kept > 0.0 ? density * density / kept : 0.0;
+}
+
+/* σ² |H|², never more than the output has. */
+static void add_gain(const struct carried *c, const struct noise_channel_input *input, double rms, size_t from,
+                     size_t to)
+{
+    const double white = 2.0 * c->dt_s * rms * rms;
+    double mean = 0.0;
+    for (size_t k = from; k < to; k++)
+        mean += white * input->gain[k] / (double)(to - from);
+    const double part = mean > 0.0 ? fmin(1.0, answer_in(c, from, to) / mean) : 0.0;
+    for (size_t k = from; k < to; k++)
+        add_bin(c, k, part * white * input->gain[k], kept_at(c, input, k));
+}
+
+/* The part S_u/P_u of the output's power above its own noise, taken to be behind one resonance. */
+static void add_part(const struct carried *c, const struct noise_channel_input *input, const double U[], double rms,
+                     size_t from, size_t to)
+{
+    const double count = (double)(to - from), kept = kept_at(c, input, from);
+    double sum = 0.0;
+    size_t peak = from;
+    for (size_t k = from; k < to; k++) {
+        sum += U[k];
+        peak = c->Y[k] > c->Y[peak] ? k : peak;
     }
+    if (sum > 0.0)
+        add_bin(c, peak, count * fmin(kept * (double)c->n * rms * rms * count / sum, 1.0) * answer_in(c, from, to),
+                kept);
 }
 
-/* added[n_bins], one-sided densities: σ² |H|² where |H|² is known, and S_u/P_u of the output's power above its own noise; never more than all of it. */
-static void add_bins(const struct noise_channel_input *input, double rms, size_t n, double dt_s,
-                     const struct noise_estimate *estimate, const struct bins *b, double added[])
+static enum bf_status add_input(const struct carried *c, const struct noise_channel_input *input, struct bf_error *err)
 {
-    const size_t last = estimate->n_bins - 1;
-    for (size_t i = 0; i <= last; i++) {
-        if (!(b->count[i] > 0.0))
-            continue;
-        const double Y = 2.0 * dt_s / (double)n * b->Y[i] / b->count[i], answer = fmax(Y - estimate->psd[i], 0.0);
-        const double kept = input->cells != NULL ? input_noise_kept(input->cells, (double)i / (double)last) : 1.0;
-        if (input->gain != NULL)
-            added[i] += fmin(2.0 * dt_s * b->carried[i] / b->count[i], answer);
-        else if (b->U[i] > 0.0)
-            added[i] += fmin(kept * (double)n * rms * rms * b->count[i] / b->U[i], 1.0) * answer;
-    }
-}
-
-static enum bf_status add_input(const struct noise_channel_input *input, size_t n, double dt_s, const double Y[],
-                                const struct noise_estimate *estimate, double added[], struct bf_error *err)
-{
-    const double rms = noise_rms_of(input, n);
+    const double rms = noise_rms_of(input, c->n);
     double *U;
     if (!(rms > 0.0))
         return BF_OK;
-    const enum bf_status status = powers(input->u, n, &U, err);
-    if (!status) {
-        struct bins b = bins_new(estimate->n_bins);
-        fill_bins(input, rms, n, dt_s, Y, U, estimate, &b);
-        add_bins(input, rms, n, dt_s, estimate, &b, added);
-        bins_free(&b);
+    const enum bf_status status = powers(input->u, c->n, &U, err);
+    for (size_t from, to = 1; !status && next_group(c, &from, &to);) {
+        if (input->gain != NULL)
+            add_gain(c, input, rms, from, to);
+        else
+            add_part(c, input, U, rms, from, to);
     }
     free(U);
     return status;
 }
 
 /*
- * Behind a resonance noise is one amplitude and one phase, whatever the length of the record: where the power is in N bins, it is known to √(1/N), the rms to half
- * of that.
+ * Behind a resonance noise is one amplitude and one phase, whatever the length of the record: the power in N bins of the record's own is known to √(1/N), the rms
+ * to half of that.
  */
-static void take(struct noise_estimate *estimate, const double added[])
+static void take(const struct carried *c, struct noise_estimate *estimate)
 {
     double before = 0.0, sum = 0.0, square = 0.0;
-    for (size_t k = 0; k < estimate->n_bins; k++) {
-        before += estimate->psd[k];
-        estimate->psd[k] += added[k];
-        sum += added[k], square += added[k] * added[k];
+    double *crowding = bf_alloc(estimate->n_bins, sizeof *crowding);
+    for (size_t b = 0; b < estimate->n_bins; b++) {
+        before += estimate->psd[b] * estimate->df_Hz;
+        crowding[b] = 1.0;
     }
-    if (!(sum > 0.0) || !(before > 0.0))
-        return;
-    const double grown = sqrt((before + sum) / before), share = sum / (before + sum);
-    estimate->rms *= grown;
-    estimate->rms_sd = hypot(estimate->rms_sd * grown, 0.5 * sqrt(square) / sum * share * estimate->rms);
+    for (size_t from, to = 1; next_group(c, &from, &to);) {
+        const size_t b = bin_of(c, from);
+        const double own = estimate->psd[b], count = (double)(to - from), df_Hz = 1.0 / ((double)c->n * c->dt_s);
+        double added = 0.0, added_square = 0.0;
+        for (size_t k = from; k < to; k++)
+            added += c->density[k], added_square += c->square[k];
+        added_square = fmin(added_square, added * added);
+        sum += added * df_Hz, square += added_square * df_Hz * df_Hz;
+        const double mean = own + added / count;
+        estimate->psd[b] = mean;
+        crowding[b] = mean > 0.0 ? (own * own + (2.0 * own * added + added_square) / count) / (mean * mean) : 1.0;
+    }
+    if (sum > 0.0 && before > 0.0) {
+        const double share = sum / (before + sum), grown = sqrt((before + sum) / before);
+        estimate->rms *= grown;
+        estimate->rms_sd = hypot(estimate->rms_sd * grown, 0.5 * sqrt(square) / sum * share * estimate->rms);
+        estimate->crowding = crowding;
+    } else {
+        free(crowding);
+    }
 }
 
 enum bf_status noise_add_inputs(const double *z, const struct noise_channel_input inputs[], size_t n_inputs, size_t n,
@@ -122,12 +164,16 @@ enum bf_status noise_add_inputs(const double *z, const struct noise_channel_inpu
 {
     if (n_inputs == 0 || estimate->method == NOISE_NONE)
         return BF_OK;
-    double *Y, *added = bf_alloc(estimate->n_bins + 1, sizeof *added);
-    enum bf_status status = powers(z, n, &Y, err);
+    struct carried c = {.n = n,
+                        .dt_s = dt_s,
+                        .estimate = estimate,
+                        .density = bf_alloc(n / 2 + 1, sizeof(double)),
+                        .square = bf_alloc(n / 2 + 1, sizeof(double))};
+    enum bf_status status = powers(z, n, &c.Y, err);
     for (size_t i = 0; i < n_inputs && !status; i++)
-        status = add_input(&inputs[i], n, dt_s, Y, estimate, added, err);
+        status = add_input(&c, &inputs[i], err);
     if (!status)
-        take(estimate, added);
-    free(Y), free(added);
+        take(&c, estimate);
+    free(c.Y), free(c.density), free(c.square);
     return status;
 }

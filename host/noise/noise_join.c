@@ -10,17 +10,23 @@
 
 void noise_free(struct noise_estimate *estimate)
 {
-    free(estimate->psd);
+    free(estimate->psd), free(estimate->crowding);
     *estimate = (struct noise_estimate){0};
+}
+
+static double *copy_of(const double x[], size_t n)
+{
+    double *copy = x != NULL ? bf_alloc(n, sizeof *copy) : NULL;
+    if (x != NULL)
+        memcpy(copy, x, n * sizeof *copy);
+    return copy;
 }
 
 struct noise_estimate noise_copy(const struct noise_estimate *estimate)
 {
     struct noise_estimate copy = *estimate;
-    if (estimate->psd != NULL) {
-        copy.psd = bf_alloc(estimate->n_bins, sizeof *copy.psd);
-        memcpy(copy.psd, estimate->psd, estimate->n_bins * sizeof *copy.psd);
-    }
+    copy.psd = copy_of(estimate->psd, estimate->n_bins);
+    copy.crowding = copy_of(estimate->crowding, estimate->n_bins);
     return copy;
 }
 
@@ -47,15 +53,33 @@ void noise_join(struct noise_estimate *sum, const struct noise_estimate *more)
     }
     for (size_t k = 0; k < sum->n_bins; k++)
         sum->psd[k] *= square / power;
+    free(sum->crowding); /* of stretches, each with an amplitude of its own: the sum's is more even */
+    sum->crowding = NULL;
+}
+
+/* Of bin k, which stands for half a bin to either side, what lies between two frequencies, Hz. */
+static double width_of(const struct noise_estimate *noise, size_t k, double from_Hz, double to_Hz)
+{
+    const double low = fmax(from_Hz, ((double)k - 0.5) * noise->df_Hz);
+    const double high = fmin(to_Hz, ((double)k + 0.5) * noise->df_Hz);
+    return fmax(high - low, 0.0);
 }
 
 double noise_power(const struct noise_estimate *noise, double from_Hz, double to_Hz)
 {
     double sum = 0.0;
-    for (size_t k = 0; k < noise->n_bins; k++) { /* bin k stands for half a bin to either side */
-        const double low = fmax(from_Hz, ((double)k - 0.5) * noise->df_Hz);
-        const double high = fmin(to_Hz, ((double)k + 0.5) * noise->df_Hz);
-        sum += high > low ? noise->psd[k] * (high - low) : 0.0;
-    }
+    for (size_t k = 0; k < noise->n_bins; k++)
+        sum += noise->psd[k] * width_of(noise, k, from_Hz, to_Hz);
     return sum;
+}
+
+double noise_bins(const struct noise_estimate *noise, double from_Hz, double to_Hz, double length_s)
+{
+    double sum = 0.0, square = 0.0;
+    for (size_t k = 0; k < noise->n_bins && noise->crowding != NULL; k++) {
+        const double width = width_of(noise, k, from_Hz, to_Hz);
+        sum += noise->psd[k] * width;
+        square += noise->crowding[k] * noise->psd[k] * noise->psd[k] * width;
+    }
+    return fmax(1.0, length_s * (square > 0.0 ? sum * sum / square : to_Hz - from_Hz));
 }

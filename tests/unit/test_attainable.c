@@ -341,8 +341,10 @@ static void a_long_record_is_the_sum_of_its_pieces(void **state)
     struct record record = make_long_record(180000);
     struct attainable_problem p = {.m = MODES, .n_slots = 1, .n_outputs = 2};
     struct bf_error err;
-    double x[2 * MODES];
-    assert_int_equal(attainable_add_record(&p, &model, &record, 0, NULL, &err), BF_OK);
+    double x[2 * MODES], *noise;
+    assert_int_equal(attainable_noise(&model, &record, 1, &noise, &err), BF_OK);
+    attainable_add_record(&p, &model, &record, 0, noise);
+    free(noise);
     assert_true(p.n_records > 1);
     assert_int_equal(p.n_channels, 2);
     struct attainable_problem whole = p;
