@@ -9,6 +9,7 @@
 #include <stdio.h>
 #include "noise/attainable_problem.h"
 #include "noise/noise.h"
+#include "noise/noise_input.h"
 #include "signals.h"
 #include "test_files.h"
 
@@ -43,7 +44,7 @@ static struct model read_model(void)
 }
 
 /*
- * Deflections of both channels to a hit (kind 0), a sweep (1), or from a start (2, no input); `level` scales the input. cubic: the
+ * Deflections of both channels to a hit (kind 0), a sweep (1), from a start (2, no input), or to lines 9 Hz apart, none of them at a mode (3); `level` scales the input. cubic: the
  * sensor shows z (1 + cubic z²/rms²) of the deflection at level 1.
  */
 static struct record make_record(int kind, double level, double cubic, unsigned number)
@@ -57,6 +58,8 @@ static struct record make_record(int kind, double level, double cubic, unsigned 
             u[i] = level * exp(-0.5 * pow(((double)i - 60.0) / 2.0, 2.0)); /* band-limited: the sum is exact then */
         else
             u[i] = kind == 1 ? level * sin(2.0 * M_PI * (3.0 + 10.0 * t) * t) * (1.0 - exp(-t)) : 0.0;
+        for (int line = 1; kind == 3 && line <= 20; line++)
+            u[i] += 0.1 * level * sin(2.0 * M_PI * 9.0 * line * t + line * line) * (1.0 - exp(-t));
     }
     record_add_column(&record, "drive_N", u);
     for (int channel = 0; channel < 2; channel++) {
@@ -333,6 +336,76 @@ static double value_at(const struct attainable_problem *p, const double x[])
     return value;
 }
 
+/* Power of the answer to white noise of rms 1, mean over draws. */
+static double answered(int channel)
+{
+    enum { DRAWS = 200 };
+    static double u[N], z[N];
+    double sum = 0.0;
+    for (unsigned draw = 0; draw < DRAWS; draw++) {
+        uint64_t seed = signal_seed(5000 + draw);
+        for (size_t i = 0; i < N; i++)
+            u[i] = signal_normal(&seed);
+        memset(z, 0, sizeof z);
+        for (int m = 0; m < MODES; m++)
+            signal_add_mode(mode_Hz[m], damping[m], (channel == 1 && m == 1 ? -1.0 : 1.0) / (1.0 + m), dt, u, N, 0.0,
+                            z);
+        sum += pow(signal_rms(z, N), 2.0) / DRAWS;
+    }
+    return sum;
+}
+
+/* What a force's noise makes of a resonance is known from the records of a drive that has no line there: a hit, a sweep, a multisine. */
+static void noise_is_answered_between_the_lines_of_a_drive(void **state)
+{
+    (void)state;
+    static const int kinds[] = {0, 1, 3};
+    struct model model = read_model();
+    for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++) {
+        struct record record = make_record(kinds[i], 1.0, 0.0, 40 + (unsigned)i);
+        struct noise_channel_input inputs[2] = {{.u = record_column(&record, "drive_N")},
+                                                {.u = record_column(&record, "drive_N")}};
+        struct bf_error err;
+        const double own[2] = {noise_share * signal_rms(record_column(&record, "tip_m"), N),
+                               noise_share * signal_rms(record_column(&record, "middle_m"), N)};
+        assert_int_equal(attainable_gains(&model, &record, own, inputs, 1, &err), BF_OK);
+        for (int c = 0; c < 2; c++) {
+            double power = 0.0;
+            assert_non_null(inputs[c].gain);
+            for (size_t k = 1; k <= N / 2; k++)
+                power += 2.0 / N * inputs[c].gain[k];
+            print_message("drive %d, channel %d: %.3f of the answer's power\n", kinds[i], c, power / answered(c));
+            assert_true(fabs(log(power / answered(c))) < log(1.2));
+            free(inputs[c].gain);
+        }
+        record_free(&record);
+    }
+    model_free(&model);
+}
+
+/* A free decay has no input to be noisy, and a record without the channel none to answer. */
+static void what_has_no_path_has_no_gain(void **state)
+{
+    (void)state;
+    struct model model = read_model();
+    struct record decay = make_record(2, 1.0, 0.0, 50);
+    struct noise_channel_input inputs[2] = {{.u = record_column(&decay, "drive_N")},
+                                            {.u = record_column(&decay, "drive_N")}};
+    struct bf_error err;
+    const double own[2] = {1e-6, 1e-6};
+    assert_int_equal(attainable_gains(&model, &decay, own, inputs, 1, &err), BF_OK);
+    assert_true(inputs[0].gain == NULL && inputs[1].gain == NULL);
+    record_free(&decay);
+    struct record one = make_record(0, 1.0, 0.0, 51);
+    one.columns[2].name[0] = 'x'; /* middle_m */
+    inputs[0].u = inputs[1].u = record_column(&one, "drive_N");
+    assert_int_equal(attainable_gains(&model, &one, own, inputs, 1, &err), BF_OK);
+    assert_true(inputs[0].gain != NULL && inputs[1].gain == NULL);
+    free(inputs[0].gain);
+    record_free(&one);
+    model_free(&model);
+}
+
 /* At the same poles the pieces leave what the whole leaves, but for what states of their own take: of noise little, of a wrong damping more. */
 static void a_long_record_is_the_sum_of_its_pieces(void **state)
 {
@@ -382,6 +455,8 @@ int main(void)
         cmocka_unit_test(what_cannot_be_fitted_has_no_modes),
         cmocka_unit_test(linear_causes_end_at_the_noise),
         cmocka_unit_test(nonlinear_causes_do_not),
+        cmocka_unit_test(noise_is_answered_between_the_lines_of_a_drive),
+        cmocka_unit_test(what_has_no_path_has_no_gain),
         cmocka_unit_test(a_long_record_is_the_sum_of_its_pieces),
     };
     return cmocka_run_group_tests_name("attainable", tests, NULL, NULL);

@@ -292,6 +292,40 @@ static void density_is_smooth_and_adds_up(void **state)
     noise_free(&e);
 }
 
+/* A band in which half of the power is in one bin of a hundred has four bins' worth of facts; an even one has all of its own. */
+static void crowded_noise_has_few_bins(void **state)
+{
+    (void)state;
+    double psd[3] = {1.0, 1.0, 1.0},
+           crowding[3] = {1.0, 25.75, 1.0}; /* 99 × 0.5/0.99, once 50.5: mean 1, mean square 25.75 */
+    const struct noise_estimate even = {.n_bins = 3, .df_Hz = 100.0, .psd = psd};
+    struct noise_estimate crowded = even;
+    crowded.crowding = crowding;
+    assert_true(fabs(noise_bins(&even, 50.0, 150.0, 1.0) - 100.0) < 1e-9);
+    assert_true(fabs(noise_bins(&crowded, 50.0, 150.0, 1.0) - 100.0 / 25.75) < 1e-9);
+    assert_true(fabs(noise_bins(&crowded, 0.0, 50.0, 1.0) - 50.0) < 1e-9);
+    assert_true(noise_bins(&crowded, 60.0, 60.5, 1.0) >= 1.0);
+    const struct noise_estimate copy = noise_copy(&crowded);
+    assert_true(fabs(noise_bins(&copy, 0.0, 200.0, 1.0) - noise_bins(&crowded, 0.0, 200.0, 1.0)) < 1e-12);
+    struct noise_estimate mine = copy;
+    noise_free(&mine);
+}
+
+/* Noise below half a step moves few of the samples before a blow: they do not pass for the noise of what crosses steps. */
+static void a_coarse_recorder_is_not_quiet(void **state)
+{
+    (void)state;
+    static double u[N], z[N];
+    uint64_t seed = signal_seed(810);
+    fill_drive(HAMMER, 200, &seed, u);
+    respond(u, 0.0, z);
+    const double step = 0.02 * signal_rms(z, N), own = 0.25 * step;
+    for (size_t i = 0; i < N; i++)
+        z[i] = step * round((z[i] + own * signal_normal(&seed)) / step);
+    const double truth = hypot(own, step / sqrt(12.0)), ratio = estimate(z, N, u, 0) / truth;
+    assert_true(ratio > 0.8 && ratio < 1.25);
+}
+
 static void quantisation_is_found(void **state)
 {
     (void)state;
@@ -472,6 +506,8 @@ int main(void)
         cmocka_unit_test(noise_of_the_hammer_comes_through_the_beam),
         cmocka_unit_test(noise_of_a_chirp_comes_through_the_beam),
         cmocka_unit_test(density_is_smooth_and_adds_up),
+        cmocka_unit_test(crowded_noise_has_few_bins),
+        cmocka_unit_test(a_coarse_recorder_is_not_quiet),
         cmocka_unit_test(quantisation_is_found),
         cmocka_unit_test(too_little_has_no_noise),
         cmocka_unit_test(a_linear_response_leaves_nothing),
