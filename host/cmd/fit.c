@@ -175,7 +175,7 @@ static void add_attainable(const struct arguments *a, const struct fit_check *ch
     const struct record_list *fitted = &a->sets.fitted, *held_out = &a->sets.held_out;
     const size_t n_sampled = record_list_sampled(fitted);
     const bool wanted = !w->result.interrupted && n_sampled == fitted->n;
-    const bool at_noise = compare_is_noise(w->result.noise_ratio);
+    const bool at_noise = compare_is_noise(w->result.noise_ratio - w->result.noise_doubt);
     if (at_noise)
         fit_into_model(&w->result, fitted->records, check, &w->model);
     if (wanted)

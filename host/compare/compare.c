@@ -304,3 +304,9 @@ bool compare_is_noise(double noise_ratio)
 {
     return noise_ratio <= noise_ratio_of_noise;
 }
+
+bool compare_channel_is_noise(const struct comparison_channel *channel)
+{
+    const double doubt = channel->noise.rms > 0.0 ? 2.0 * channel->noise.rms_sd / channel->noise.rms : 0.0;
+    return channel->noise_ratio <= noise_ratio_of_noise + doubt;
+}

@@ -135,6 +135,8 @@ const struct comparison_band *compare_worst_band(const struct comparison_channel
 
 /* Residuals within this factor of the noise hold nothing that could be told from it; NAN (not known) is not within. */
 bool compare_is_noise(double noise_ratio);
+/* The same of a channel, two standard errors of its noise's level allowed for. */
+bool compare_channel_is_noise(const struct comparison_channel *channel);
 
 /*
  * SUSPECT — what is ordinary, before a misfit is taken for physics.

@@ -104,6 +104,7 @@ struct fit_result {
     size_t n_channels;
     struct fit_channel_error *channels;
     double nrmse, noise_ratio;              /* root mean square over channels */
+    double noise_doubt;                     /* two standard errors of noise_ratio by those of the noise's levels */
     struct attainable attainable;           /* filled by the caller that wants it, else no modes */
     struct identifiability identifiability; /* in the unknowns, see unknown[] */
     size_t *unknown;                        /* [identifiability.n] index into parameters */

@@ -283,6 +283,7 @@ enum bf_status fit_once(const struct model *model, const struct record records[]
     if (!status) {
         out->channels = fit_channel_errors(&w.problem, w.noise, &out->n_channels);
         fit_totals(out->channels, out->n_channels, &out->nrmse, &out->noise_ratio);
+        out->noise_doubt = w.noise_doubt;
         out->intersample = options->predict.intersample;
         status = fit_statistics(&w.problem, model, w.x, out, err);
     }

@@ -229,7 +229,7 @@ static void warn_about_search(struct fit_result *out)
              "the search did not end at an optimum (%.2g standard errors away): standard errors and intervals are not "
              "reliable; try --start search, better start values, or fewer free parameters",
              out->distance);
-    if (out->noise_ratio > 1.1)
+    if (out->noise_ratio > 1.1 + out->noise_doubt)
         warn(out,
              "the residual is %.3g times the noise: the model lacks something; the intervals hold for this model only",
              out->noise_ratio);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "fit_work.h"
 
+#include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include "maths/maths.h"
@@ -22,6 +23,7 @@ static enum bf_status find_noise(struct fit_work *w, const struct fit_options *o
     if (w->predictor == NULL)
         return BF_OK;
     const size_t n = predictor_channels(w->predictor, &channels);
+    double square = 0.0;
     w->sigma = bf_alloc(n, sizeof *w->sigma), w->noise = bf_alloc(n, sizeof *w->noise);
     for (size_t c = 0; c < n; c++) {
         if (options->sigma) {
@@ -34,10 +36,12 @@ static enum bf_status find_noise(struct fit_work *w, const struct fit_options *o
             if (status)
                 return status;
             w->noise[c] = estimate.rms;
+            square += estimate.rms > 0.0 ? pow(estimate.rms_sd / estimate.rms, 2.0) : 0.0;
             noise_free(&estimate);
         }
         w->sigma[c] = w->noise[c] > 0.0 ? w->noise[c] : guess * root_mean_square(channels[c].measured, channels[c].n);
     }
+    w->noise_doubt = n > 0 ? 2.0 * sqrt(square) / (double)n : 0.0;
     return BF_OK;
 }
 

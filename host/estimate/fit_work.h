@@ -16,8 +16,9 @@ struct fit_work {
     size_t n_sampled; /* the first records; the others are lists and spectra without phase */
     struct predictor *predictor;
     struct line_rows *lines;
-    double *sigma; /* [n_channels] weights */
-    double *noise; /* [n_channels] 0: unknown */
+    double *sigma;      /* [n_channels] weights */
+    double *noise;      /* [n_channels] 0: unknown */
+    double noise_doubt; /* see struct fit_result */
     struct fit_problem problem;
     double *x;
 };

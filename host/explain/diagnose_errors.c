@@ -34,11 +34,25 @@ struct misfit_channel *hypothesis_channels(const struct diagnosis *d, const stru
     return channels;
 }
 
+/* Of the power of a channel's noise. */
+static double relative_doubt(const struct noise_estimate *noise)
+{
+    return noise->rms > 0.0 ? 2.0 * noise->rms_sd / noise->rms : 1.0;
+}
+
+/* Two standard errors of the noise's level taken off. */
+static double beyond_doubt(double ratio, double doubt)
+{
+    return ratio / (1.0 + doubt);
+}
+
 static void measure_fitted(const struct diagnose_state *w, struct hypothesis *h)
 {
     const struct refit_result *fit = &h->fit;
     struct hypothesis_errors *e = &h->fitted;
-    *e = (struct hypothesis_errors){.n_channels = fit->n_channels, .ratio = bf_alloc(fit->n_channels, sizeof(double))};
+    *e = (struct hypothesis_errors){.n_channels = fit->n_channels,
+                                    .ratio = bf_alloc(fit->n_channels, sizeof(double)),
+                                    .doubt = bf_alloc(fit->n_channels, sizeof(double))};
     double nrmse = 0.0, ratio = 0.0;
     for (size_t c = 0; c < fit->n_channels; c++) {
         const struct predict_channel *channel = &fit->channels[c];
@@ -46,7 +60,8 @@ static void measure_fitted(const struct diagnose_state *w, struct hypothesis *h)
         const double rms = root_mean_square(fit->residual + channel->row, n),
                      size = root_mean_square(channel->measured, n);
         e->ratio[c] = rms / w->sigma[c];
-        e->worst_ratio = fmax(e->worst_ratio, e->ratio[c]);
+        e->doubt[c] = w->d->noise[c].rms > 0.0 ? relative_doubt(&w->d->noise[c]) : 0.0; /* of a guess: none */
+        e->worst_ratio = fmax(e->worst_ratio, beyond_doubt(e->ratio[c], e->doubt[c]));
         ratio += e->ratio[c] * e->ratio[c];
         nrmse += size > 0.0 ? rms * rms / (size * size) : 0.0;
     }
@@ -62,15 +77,9 @@ static void measure_fitted(const struct diagnose_state *w, struct hypothesis *h)
     e->misfit.n = fit->n_rows;
 }
 
-static void check_free(struct hypothesis_errors *e)
+static void errors_free(struct hypothesis_errors *e)
 {
     free(e->ratio), free(e->bins), free(e->doubt);
-}
-
-/* Of the power of a channel's noise. */
-static double relative_doubt(const struct noise_estimate *noise)
-{
-    return noise->rms > 0.0 ? 2.0 * noise->rms_sd / noise->rms : 1.0;
 }
 
 /* Of a whole channel of n samples. */
@@ -94,14 +103,14 @@ void hypothesis_take_check(struct hypothesis *h, const struct fit_channel_error 
         e->ratio[c] = channels[c].noise_ratio;
         e->bins[c] = all_bins(&noise[c], channels[c].n);
         e->doubt[c] = relative_doubt(&noise[c]);
-        e->worst_ratio = fmax(e->worst_ratio, e->ratio[c]);
+        e->worst_ratio = fmax(e->worst_ratio, beyond_doubt(e->ratio[c], e->doubt[c]));
     }
 }
 
 static enum bf_status measure_check(const struct diagnose_state *w, struct hypothesis *h, struct bf_error *err)
 {
     const struct diagnosis *d = w->d;
-    check_free(&h->check);
+    errors_free(&h->check);
     h->check = (struct hypothesis_errors){.nrmse = NAN, .noise_ratio = NAN, .worst_ratio = NAN};
     if (d->n_checks == 0)
         return BF_OK;
@@ -169,7 +178,7 @@ void hypothesis_free(struct hypothesis *h)
 {
     model_free(&h->model);
     refit_free(&h->fit);
-    free(h->fitted.ratio), free(h->left);
-    check_free(&h->check);
+    errors_free(&h->fitted), errors_free(&h->check);
+    free(h->left);
     *h = (struct hypothesis){0};
 }

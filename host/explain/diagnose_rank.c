@@ -11,25 +11,27 @@ static const struct rank_limits {
     double alpha;       /* family-wise error of adding an effect when nothing is missing */
     double noise;       /* times the noise, its level's own error taken off: nothing is left that matters */
     double one_channel; /* the same of the worst channel */
+    double held_out;    /* more than that, of records whose values come of others */
     double nats;        /* two explanations closer than this are not told apart */
-} limits = {.alpha = 0.01, .noise = 1.05, .one_channel = 1.35, .nats = 3.0};
+} limits = {.alpha = 0.01, .noise = 1.05, .one_channel = 1.35, .held_out = 0.05, .nats = 3.0};
 
 /* ---- What a hypothesis explains, and what it leaves ---- */
 
-static bool at_noise(const struct hypothesis_errors *e, double doubt)
-{
-    return e->n_channels == 0 ||
-           (e->noise_ratio <= limits.noise + doubt && e->worst_ratio <= limits.one_channel + doubt);
-}
-
-/* Two standard errors of the level of the noise, over all fitted channels. */
-static double noise_doubt(const struct diagnosis *d)
+/* Two standard errors of the level of the noise, over all channels: half of what the power's are. */
+static double noise_doubt(const struct hypothesis_errors *e)
 {
     double square = 0.0;
-    for (size_t c = 0; d->noise != NULL && c < d->n_channels; c++)
-        square +=
-            d->noise[c].rms > 0.0 ? d->noise[c].rms_sd * d->noise[c].rms_sd / (d->noise[c].rms * d->noise[c].rms) : 0.0;
-    return d->noise != NULL && d->n_channels > 0 ? 2.0 * sqrt(square) / (double)d->n_channels : 0.0;
+    for (size_t c = 0; c < e->n_channels; c++)
+        square += isfinite(e->ratio[c]) ? e->doubt[c] * e->doubt[c] : 0.0;
+    return sqrt(square) / (double)e->n_channels;
+}
+
+static bool at_noise(const struct hypothesis_errors *e, double more)
+{
+    if (e->n_channels == 0)
+        return true;
+    const double doubt = more + noise_doubt(e);
+    return e->noise_ratio <= limits.noise + doubt && e->worst_ratio <= limits.one_channel + doubt;
 }
 
 static double share_explained(const struct hypothesis_errors *before, const struct hypothesis_errors *after)
@@ -41,16 +43,14 @@ static double share_explained(const struct hypothesis_errors *before, const stru
 
 static void measure_explained(struct diagnosis *d, struct hypothesis *h)
 {
-    const double doubt = noise_doubt(d);
     h->explained = share_explained(&d->baseline.fitted, &h->fitted);
     h->held_out_explained = share_explained(&d->baseline.check, &h->check);
-    h->explains = at_noise(&h->fitted, doubt) && at_noise(&h->check, 0.05 + doubt);
+    h->explains = at_noise(&h->fitted, 0.0) && at_noise(&h->check, limits.held_out);
 }
 
 bool diagnose_is_complete(const struct diagnosis *d)
 {
-    const double doubt = noise_doubt(d);
-    return at_noise(&d->baseline.fitted, doubt) && at_noise(&d->baseline.check, 0.05 + doubt);
+    return at_noise(&d->baseline.fitted, 0.0) && at_noise(&d->baseline.check, limits.held_out);
 }
 
 bool diagnose_more_wanted(const struct diagnosis *d)

@@ -42,12 +42,12 @@ struct diagnose_options {
 /* Residual and errors of one model on one set of records. */
 struct hypothesis_errors {
     double nrmse, noise_ratio; /* root mean square over channels; NaN without records */
-    double worst_ratio;        /* of a single channel */
+    double worst_ratio;        /* of a single channel, two standard errors of its noise's level taken off */
     struct misfit misfit;      /* whitened; empty for held-out records */
     size_t n_channels;
     double *ratio; /* [n_channels] */
-    double *bins,
-        *doubt; /* [n_channels] of held-out records: independent bins; relative standard error of the noise's power */
+    double *doubt; /* [n_channels] relative standard error of the noise's power */
+    double *bins;  /* [n_channels] of held-out records: independent bins */
 };
 
 /* One mode's band of one channel of one fitted record: what it tells of a model is one fact (explain/facts.h). */

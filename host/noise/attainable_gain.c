@@ -103,7 +103,7 @@ static enum bf_status of_output(const struct gains *g, size_t output, struct noi
 enum bf_status attainable_gains(const struct model *model, const struct record *record, const double own_rms[],
                                 struct noise_channel_input inputs[], size_t n_inputs, struct bf_error *err)
 {
-    struct gains g = {.problem = {.n_slots = model->n_inputs, .n_outputs = model->n_outputs}};
+    struct gains g = {.problem = {.n_slots = model->n_inputs, .n_outputs = model->n_outputs, .rough = true}};
     enum bf_status status = find(model, record, own_rms, &g, err);
     const bool usable = !status && g.rows.R != NULL;
     for (size_t o = 0; o < model->n_outputs && usable && !status; o++)

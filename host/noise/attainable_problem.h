@@ -66,6 +66,7 @@ struct attainable_problem {
     size_t n_records; /* with the pieces of long ones each */
     struct attainable_record *records;
     double form_error; /* τ: relative error of the form, which weighs a channel beside its noise */
+    bool rough;        /* the best poles to some per cent will do: spare pairs are put to no use */
 };
 
 static inline size_t attainable_block(const struct attainable_problem *p)

@@ -244,7 +244,7 @@ static double improve(struct search *s, double top_rad, const double start[], do
         if (s->problem->form_error > much_less * before)
             break;
     }
-    for (int i = 0; i < REUSES && !large && s->problem->form_error > noise_alone * least; i++) {
+    for (int i = 0; i < REUSES && !large && !s->problem->rough && s->problem->form_error > noise_alone * least; i++) {
         before = least;
         reuse_spare(s, best, &least);
         if (!(least < (1.0 - reuse_gain) * before))

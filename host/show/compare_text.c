@@ -78,13 +78,13 @@ void compare_finding(const struct comparison *all, const struct comparison_chann
     say(text, size, "the model misses %.3g %% of the signal", 100.0 * c->nrmse);
     if (!isfinite(c->noise_ratio))
         say(text, size, "; the noise could not be told from the record.");
-    else if (compare_is_noise(c->noise_ratio))
+    else if (compare_channel_is_noise(c))
         say(text, size, ", which is the noise of the channel (%.3g %%): nothing is left to explain.",
             100.0 * c->noise.rms / c->rms);
     else
         say(text, size, ", %.3g times the noise of the channel (%.3g %%).", c->noise_ratio,
             100.0 * c->noise.rms / c->rms);
-    if (!compare_is_noise(c->noise_ratio))
+    if (!compare_channel_is_noise(c))
         say_where(c, text, size);
 }
 
@@ -93,7 +93,7 @@ void compare_summary(const struct comparison *all, const struct comparison_chann
     compare_finding(all, c, text, size);
     if (!can_judge(c))
         return;
-    if (compare_is_noise(c->noise_ratio)) {
+    if (compare_channel_is_noise(c)) {
         if (c->whiteness.p_value < 0.01)
             say(text, size,
                 " The residual is not white (p = %.2g), so the noise is coloured or a trace of misfit remains.",

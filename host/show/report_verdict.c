@@ -54,6 +54,13 @@ static void say_total(char text[REPORT_TEXT], double ratio, double nrmse, size_t
             plural);
 }
 
+/* What can be told from the noise is worse than what cannot, whatever their ratios. */
+static bool is_worse(const struct comparison_channel *a, const struct comparison_channel *b)
+{
+    const bool noise_a = compare_channel_is_noise(a), noise_b = compare_channel_is_noise(b);
+    return noise_a != noise_b ? noise_b : a->noise_ratio > b->noise_ratio;
+}
+
 /* The channel with the largest noise ratio; NULL when no noise is known. unknown: channels without one. */
 static const struct comparison_channel *worst_channel(const struct comparison *all, size_t *unknown)
 {
@@ -62,7 +69,7 @@ static const struct comparison_channel *worst_channel(const struct comparison *a
     for (size_t i = 0; i < all->n_channels; i++) {
         const struct comparison_channel *c = &all->channels[i];
         *unknown += isfinite(c->noise_ratio) ? 0 : 1;
-        if (isfinite(c->noise_ratio) && (worst == NULL || c->noise_ratio > worst->noise_ratio))
+        if (isfinite(c->noise_ratio) && (worst == NULL || is_worse(c, worst)))
             worst = c;
     }
     return worst;
@@ -72,7 +79,7 @@ bool report_leaves_more(const struct report *r)
 {
     size_t unknown;
     const struct comparison_channel *worst = worst_channel(r->comparison, &unknown);
-    return worst != NULL && !compare_is_noise(worst->noise_ratio);
+    return worst != NULL && !compare_channel_is_noise(worst);
 }
 
 void report_verdict(const struct report *r, char text[REPORT_TEXT])
@@ -91,7 +98,7 @@ void report_verdict(const struct report *r, char text[REPORT_TEXT])
         say_total(text, all->check_noise_ratio, all->check_nrmse, all->n_held_out, "held-out");
     if (worst == NULL)
         say(text, ". The noise of no channel is known, so it is open whether more than noise is left.");
-    else if (compare_is_noise(worst->noise_ratio))
+    else if (compare_channel_is_noise(worst))
         say(text, ": nothing that could be told from the noise is left to explain%s.",
             unknown > 0 ? ", in the channels whose noise is known" : "");
     else if (all->n_channels > 1)
