@@ -184,7 +184,7 @@ static enum bf_status free_rig(struct diagnose_state *w, bool at_noise_only, boo
 static bool linear_may_do(const struct diagnosis *d)
 {
     const bool shown = d->linearity.verdict == LINEARITY_NONLINEAR && d->attainable.modes > 0;
-    return diagnose_is_far(&d->baseline) && !(shown && d->attainable.noise_ratio > diagnose_far_misfit);
+    return diagnose_is_far(&d->baseline) && !(shown && diagnose_floor(d) > diagnose_far_misfit);
 }
 
 /* Far from the noise the likeliest effects come first: what one of them explains asks for little more. */

@@ -150,11 +150,19 @@ bool hypothesis_has_law(const struct hypothesis *h)
     return false;
 }
 
+double diagnose_floor(const struct diagnosis *d)
+{
+    const struct hypothesis_errors *e = &d->baseline.fitted;
+    if (d->attainable.modes == 0 || isfinite(d->attainable.noise_ratio))
+        return d->attainable.noise_ratio;
+    return e->nrmse > 0.0 ? d->attainable.nrmse / e->nrmse * e->noise_ratio : nan("");
+}
+
 /* The noise may be less than its estimate: where a free linear model leaves clearly less, something else may explain more. */
 static bool is_near_floor(const struct diagnosis *d, const struct hypothesis *h)
 {
     static const double near = 1.05;
-    return d->attainable.modes == 0 || h->fitted.noise_ratio <= near * d->attainable.noise_ratio;
+    return d->attainable.modes == 0 || h->fitted.noise_ratio <= near * diagnose_floor(d);
 }
 
 bool diagnose_explained(const struct diagnosis *d, size_t n_effects)

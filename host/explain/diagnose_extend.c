@@ -118,7 +118,7 @@ static bool linear_is_out(const struct diagnosis *d, size_t n_effects)
 {
     static const double half = 0.5; /* of the rms */
     return d->linearity.verdict == LINEARITY_NONLINEAR && d->attainable.modes > 0 &&
-           diagnose_best_left(d, n_effects) <= half * d->attainable.noise_ratio;
+           diagnose_best_left(d, n_effects) <= half * diagnose_floor(d);
 }
 
 /* Along the measured motion one law leaves next to nothing of the misfit: its refit decides before drives and sensors are looked at. */

@@ -108,7 +108,7 @@ static bool has_floor(const struct diagnosis *d, const struct hypothesis *h)
 /* Of the fitted records with the least that any explanation leaves, or of the held-out ones with the best: whichever has more above a free linear model. */
 static double share_left(const struct diagnosis *d, const struct hypothesis *least, const struct hypothesis *best)
 {
-    const double floor = d->attainable.noise_ratio;
+    const double floor = diagnose_floor(d);
     const double fitted = share_above(least->fitted.noise_ratio, has_floor(d, least) ? floor : 1.0);
     if (best->check.n_channels == 0)
         return fitted;

@@ -137,6 +137,8 @@ double hypothesis_excess(const struct hypothesis_errors *e);
 bool hypothesis_has_law(const struct hypothesis *h);
 /* Rms in units of the noise of the best with so many added effects; the baseline's when there is none below it. */
 double diagnose_best_left(const struct diagnosis *d, size_t n_effects);
+/* What a free linear model leaves of the fitted records, in units of the noise, or of what stands for it where that is not known. */
+double diagnose_floor(const struct diagnosis *d);
 /* A hypothesis with so many added effects leaves nothing that matters, nor clearly more than a free linear model. After diagnose_rank(). */
 bool diagnose_explained(const struct diagnosis *d, size_t n_effects);
 

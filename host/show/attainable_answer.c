@@ -50,7 +50,7 @@ static const char *advice(const struct attainable *a, double nrmse)
 static void held_out(const struct attainable *a, double nrmse, size_t size, char text[])
 {
     text[0] = '\0';
-    if (!isfinite(a->held_out_noise_ratio) || beats_linear(a, nrmse))
+    if (!isfinite(a->held_out_noise_ratio) || !isfinite(a->noise_ratio) || beats_linear(a, nrmse))
         return;
     const bool worse = a->held_out_noise_ratio > apart * fmax(a->noise_ratio, 1.0);
     (void)snprintf(text, size,
