@@ -307,6 +307,5 @@ bool compare_is_noise(double noise_ratio)
 
 bool compare_channel_is_noise(const struct comparison_channel *channel)
 {
-    const double doubt = channel->noise.rms > 0.0 ? 2.0 * channel->noise.rms_sd / channel->noise.rms : 0.0;
-    return channel->noise_ratio <= noise_ratio_of_noise + doubt;
+    return channel->noise_ratio <= noise_ratio_of_noise + noise_doubt(&channel->noise);
 }

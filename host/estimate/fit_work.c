@@ -36,12 +36,12 @@ static enum bf_status find_noise(struct fit_work *w, const struct fit_options *o
             if (status)
                 return status;
             w->noise[c] = estimate.rms;
-            square += estimate.rms > 0.0 ? pow(estimate.rms_sd / estimate.rms, 2.0) : 0.0;
+            square += estimate.rms > 0.0 ? pow(noise_doubt(&estimate), 2.0) : 0.0;
             noise_free(&estimate);
         }
         w->sigma[c] = w->noise[c] > 0.0 ? w->noise[c] : guess * root_mean_square(channels[c].measured, channels[c].n);
     }
-    w->noise_doubt = n > 0 ? 2.0 * sqrt(square) / (double)n : 0.0;
+    w->noise_doubt = n > 0 ? sqrt(square) / (double)n : 0.0;
     return BF_OK;
 }
 

@@ -34,12 +34,6 @@ struct misfit_channel *hypothesis_channels(const struct diagnosis *d, const stru
     return channels;
 }
 
-/* Of the power of a channel's noise. */
-static double relative_doubt(const struct noise_estimate *noise)
-{
-    return noise->rms > 0.0 ? 2.0 * noise->rms_sd / noise->rms : 1.0;
-}
-
 /* Two standard errors of the noise's level taken off. */
 static double beyond_doubt(double ratio, double doubt)
 {
@@ -60,7 +54,7 @@ static void measure_fitted(const struct diagnose_state *w, struct hypothesis *h)
         const double rms = root_mean_square(fit->residual + channel->row, n),
                      size = root_mean_square(channel->measured, n);
         e->ratio[c] = rms / w->sigma[c];
-        e->doubt[c] = w->d->noise[c].rms > 0.0 ? relative_doubt(&w->d->noise[c]) : 0.0; /* of a guess: none */
+        e->doubt[c] = w->d->noise[c].rms > 0.0 ? noise_doubt(&w->d->noise[c]) : 0.0; /* a guess has none */
         e->worst_ratio = fmax(e->worst_ratio, beyond_doubt(e->ratio[c], e->doubt[c]));
         ratio += e->ratio[c] * e->ratio[c];
         nrmse += size > 0.0 ? rms * rms / (size * size) : 0.0;
@@ -102,7 +96,7 @@ void hypothesis_take_check(struct hypothesis *h, const struct fit_channel_error 
     for (size_t c = 0; c < n; c++) {
         e->ratio[c] = channels[c].noise_ratio;
         e->bins[c] = all_bins(&noise[c], channels[c].n);
-        e->doubt[c] = relative_doubt(&noise[c]);
+        e->doubt[c] = noise_doubt(&noise[c]);
         e->worst_ratio = fmax(e->worst_ratio, beyond_doubt(e->ratio[c], e->doubt[c]));
     }
 }
@@ -150,6 +144,7 @@ bool hypothesis_has_law(const struct hypothesis *h)
     return false;
 }
 
+/* Without a level of noise the units are those of the baseline, whose channels count alike. */
 double diagnose_floor(const struct diagnosis *d)
 {
     const struct hypothesis_errors *e = &d->baseline.fitted;

@@ -17,8 +17,8 @@ static const struct rank_limits {
 
 /* ---- What a hypothesis explains, and what it leaves ---- */
 
-/* Two standard errors of the level of the noise, over all channels: half of what the power's are. */
-static double noise_doubt(const struct hypothesis_errors *e)
+/* Two standard errors of noise_ratio by those of the noise's levels. */
+static double ratio_doubt(const struct hypothesis_errors *e)
 {
     double square = 0.0;
     for (size_t c = 0; c < e->n_channels; c++)
@@ -30,8 +30,7 @@ static bool at_noise(const struct hypothesis_errors *e, double more)
 {
     if (e->n_channels == 0)
         return true;
-    const double doubt = more + noise_doubt(e);
-    return e->noise_ratio <= limits.noise + doubt && e->worst_ratio <= limits.one_channel + doubt;
+    return e->noise_ratio <= limits.noise + more + ratio_doubt(e) && e->worst_ratio <= limits.one_channel + more;
 }
 
 static double share_explained(const struct hypothesis_errors *before, const struct hypothesis_errors *after)

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "facts.h"
 
-#include <complex.h>
 #include <math.h>
 #include <stdlib.h>
 
@@ -24,11 +23,6 @@ static double noise_in_band(const struct misfit_channel *c, double sigma, double
     if (c->noise->method != NOISE_NONE && c->noise->rms > 0.0 && c->noise->n_bins > 0)
         return noise_power(c->noise, from_Hz, to_Hz);
     return sigma * sigma * (to_Hz - from_Hz) * 2.0 * c->dt_s;
-}
-
-static double relative_doubt(const struct noise_estimate *noise)
-{
-    return noise->rms > 0.0 ? 2.0 * noise->rms_sd / noise->rms : 1.0;
 }
 
 void facts_of_channels(struct diagnosis *d, const struct misfit_channel channels[], const double sigma[],
@@ -54,7 +48,7 @@ void facts_of_channels(struct diagnosis *d, const struct misfit_channel channels
                                   .to_Hz = edge[b + 1],
                                   .noise = noise,
                                   .bins = noise_bins(channels[c].noise, edge[b], edge[b + 1], length_s),
-                                  .doubt = relative_doubt(channels[c].noise)};
+                                  .doubt = noise_doubt(channels[c].noise)};
         }
     }
     free(edge);
@@ -62,14 +56,14 @@ void facts_of_channels(struct diagnosis *d, const struct misfit_channel channels
 
 /* ---- What a hypothesis leaves of each ---- */
 
-static double band_power(const double complex X[], size_t n, double dt_s, const struct fact *fact)
+static double band_power(const double X[], size_t n, double dt_s, const struct fact *fact)
 {
     const double bins_a_Hz = (double)n * dt_s;
     const size_t from = (size_t)ceil(fact->from_Hz * bins_a_Hz - 1e-9);
     const size_t to = fact->to_Hz * dt_s >= 0.5 ? n / 2 + 1 : (size_t)ceil(fact->to_Hz * bins_a_Hz - 1e-9);
     double sum = 0.0;
     for (size_t k = from; k < to; k++)
-        sum += (k == 0 || 2 * k == n ? 1.0 : 2.0) * (creal(X[k]) * creal(X[k]) + cimag(X[k]) * cimag(X[k]));
+        sum += (k == 0 || 2 * k == n ? 1.0 : 2.0) * X[k];
     return sum / ((double)n * (double)n);
 }
 
@@ -77,16 +71,12 @@ static double band_power(const double complex X[], size_t n, double dt_s, const 
 static enum bf_status over_noise(const struct diagnosis *d, size_t from, size_t to, const double x[], size_t n,
                                  double dt_s, double out[], struct bf_error *err)
 {
-    const struct fft *plan;
-    const enum bf_status status = fft_get(n, &plan, err);
-    if (status)
-        return status;
-    double complex *X = bf_alloc(n / 2 + 1, sizeof *X);
-    fft_forward(plan, x, X);
-    for (size_t f = from; f < to; f++)
+    double *X = bf_alloc(n / 2 + 1, sizeof *X);
+    const enum bf_status status = spectrum_power(x, n, X, err);
+    for (size_t f = from; f < to && !status; f++)
         out[f] = band_power(X, n, dt_s, &d->facts[f]) / d->facts[f].noise;
     free(X);
-    return BF_OK;
+    return status;
 }
 
 /* A prediction that is farther from the measured signal than none at all has explained nothing: more cannot be lost. */

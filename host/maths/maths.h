@@ -208,6 +208,9 @@ void window_fill(enum window kind, size_t n, double *w);
  */
 enum bf_status spectrum_amplitude(const double *x, size_t n, enum window kind, double *amplitude, struct bf_error *err);
 
+/* power[n/2 + 1]: |X|² of x[n], no window. */
+enum bf_status spectrum_power(const double *x, size_t n, double *power, struct bf_error *err);
+
 /* Averages over half-overlapping Hann segments (Welch 1967), means removed. Free with cross_spectrum_free(). */
 struct cross_spectrum {
     size_t n_bins; /* segment/2 + 1 */

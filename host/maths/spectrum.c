@@ -133,6 +133,20 @@ static double single_sided(size_t bin, size_t n)
     return bin == 0 || 2 * bin == n ? 1.0 : 2.0;
 }
 
+enum bf_status spectrum_power(const double *x, size_t n, double *power, struct bf_error *err)
+{
+    const struct fft *plan;
+    const enum bf_status status = fft_get(n, &plan, err);
+    if (status != BF_OK)
+        return status;
+    double complex *X = bf_alloc(n / 2 + 1, sizeof *X);
+    fft_forward(plan, x, X);
+    for (size_t k = 0; k <= n / 2; k++)
+        power[k] = creal(X[k]) * creal(X[k]) + cimag(X[k]) * cimag(X[k]);
+    free(X);
+    return BF_OK;
+}
+
 enum bf_status spectrum_amplitude(const double *x, size_t n, enum window kind, double *amplitude, struct bf_error *err)
 {
     const struct fft *plan;

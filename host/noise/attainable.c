@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* attainable.c — the answer. */
+/* attainable.c — the free linear model of all records: what it is made of, and what it leaves. */
 #include "attainable_problem.h"
 
 #include <math.h>

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
+/* attainable_noise.c — the noise of all channels of the records, where the caller of attainable_find() has none. */
 #include "attainable_problem.h"
 
 enum bf_status attainable_noise(const struct model *model, const struct record records[], size_t n_records,

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* attainable_start.c — what a free linear model starts from: the poles of the model, the noise of the channels. */
+/* attainable_start.c — the poles that the search for a free linear model starts from. */
 #include "attainable_problem.h"
 
 #include <math.h>

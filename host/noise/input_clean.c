@@ -6,7 +6,7 @@
  * as it was, and a line leaks less than under the root of Hann's. A short segment holds a blow, a longer one a sweep, a very long one the lines of a multisine: that length is taken which keeps least.
  */
 #include "noise.h"
-#include "noise_input.h"
+#include "linearity_plane.h"
 
 #include <complex.h>
 #include <math.h>
@@ -23,16 +23,11 @@ static const struct input_clean_limits {
     double worthwhile; /* part of the cells: an input that keeps more stays as it is */
 } limits = {.shortest = 64, .stands_out = 4.0, .worthwhile = 0.9};
 
-struct segments {
-    size_t length, n, n_bins; /* samples of one; how many; 0 … Nyquist */
-    const struct fft *plan;
-    double *window; /* [length] */
-};
-
-static enum bf_status segments_new(size_t n_samples, size_t length, struct segments *s, struct bf_error *err)
+/* Segments of that length, half overlapping, the first of which begins before the samples; free(window). */
+static enum bf_status segments_new(size_t n_samples, size_t length, struct linearity_plane *s, struct bf_error *err)
 {
-    *s = (struct segments){
-        .length = length, .n = (n_samples + length / 2 - 1) / (length / 2) + 1, .n_bins = length / 2 + 1};
+    *s = (struct linearity_plane){.segment = length, .hop = length / 2, .n_bins = length / 2 + 1};
+    s->n_times = (n_samples + s->hop - 1) / s->hop + 1;
     const enum bf_status status = fft_get(length, &s->plan, err);
     if (status)
         return status;
@@ -42,48 +37,24 @@ static enum bf_status segments_new(size_t n_samples, size_t length, struct segme
     return BF_OK;
 }
 
-/* X[n_bins] of segment t, through a[length]. */
-static void forward(const struct segments *s, const double x[], size_t n, size_t t, double a[], double complex X[])
+/* y[n] += segment t, through a[segment]. */
+static void add_back(const struct linearity_plane *s, const double complex X[], size_t n, size_t t, double a[],
+                     double y[])
 {
-    const size_t half = s->length / 2;
-    for (size_t i = 0; i < s->length; i++) {
-        const size_t at = t * half + i; /* sample + half */
-        a[i] = at >= half && at - half < n ? s->window[i] * x[at - half] : 0.0;
-    }
-    fft_forward(s->plan, a, X);
-}
-
-static void add_back(const struct segments *s, const double complex X[], size_t n, size_t t, double a[], double y[])
-{
-    const size_t half = s->length / 2;
     fft_inverse(s->plan, X, a);
-    for (size_t i = 0; i < s->length; i++) {
-        const size_t at = t * half + i;
-        if (at >= half && at - half < n)
-            y[at - half] += s->window[i] * a[i];
+    for (size_t i = 0; i < s->segment; i++) {
+        const size_t at = t * s->hop + i; /* sample + hop */
+        if (at >= s->hop && at - s->hop < n)
+            y[at - s->hop] += s->window[i] * a[i];
     }
 }
 
 /* ---- Which cells stay ---- */
 
-/* power[n][n_bins] over what white noise of that rms has. */
-static void fill_power(const struct segments *s, const double u[], size_t n, double rms, double power[])
-{
-    double *a = bf_alloc(s->length, sizeof *a);
-    double complex *X = bf_alloc(s->n_bins, sizeof *X);
-    const double unit = rms * rms * 0.5 * (double)s->length; /* squares that add up to one: half of the samples */
-    for (size_t t = 0; t < s->n; t++) {
-        forward(s, u, n, t, a, X);
-        for (size_t k = 0; k < s->n_bins; k++)
-            power[t * s->n_bins + k] = (creal(X[k]) * creal(X[k]) + cimag(X[k]) * cimag(X[k])) / unit;
-    }
-    free(a), free(X);
-}
-
 /* Mean of the cell and of those around it; at an edge the edge stands for what is beyond. */
-static double mean_around(const struct segments *s, const double power[], size_t t, size_t k)
+static double mean_around(const struct linearity_plane *s, const double power[], size_t t, size_t k)
 {
-    const size_t from_t = t > 0 ? t - 1 : 0, to_t = t + 1 < s->n ? t + 1 : t;
+    const size_t from_t = t > 0 ? t - 1 : 0, to_t = t + 1 < s->n_times ? t + 1 : t;
     const size_t from_k = k > 0 ? k - 1 : 0, to_k = k + 1 < s->n_bins ? k + 1 : k;
     double sum = 0.0;
     for (size_t i = from_t; i <= to_t; i++)
@@ -92,19 +63,20 @@ static double mean_around(const struct segments *s, const double power[], size_t
     return sum / (double)((to_t - from_t + 1) * (to_k - from_k + 1));
 }
 
-/* kept[n][n_bins]; the part of the cells that is. */
-static double choose(const struct segments *s, const double u[], size_t n, double rms, unsigned char kept[])
+/* kept[n_times][n_bins]; the part of the cells that is. */
+static double choose(const struct linearity_plane *s, const double u[], size_t n, double rms, unsigned char kept[])
 {
-    double *power = bf_alloc(s->n * s->n_bins, sizeof *power);
+    const double white = rms * rms * 0.5 * (double)s->segment; /* squares that add up to one: half of the samples */
+    double *power = bf_alloc(s->n_times * s->n_bins, sizeof *power);
     size_t count = 0;
-    fill_power(s, u, n, rms, power);
-    for (size_t t = 0; t < s->n; t++)
+    linearity_spectrogram(s, u, n, power);
+    for (size_t t = 0; t < s->n_times; t++)
         for (size_t k = 0; k < s->n_bins; k++) {
-            kept[t * s->n_bins + k] = mean_around(s, power, t, k) > limits.stands_out;
+            kept[t * s->n_bins + k] = mean_around(s, power, t, k) > limits.stands_out * white;
             count += kept[t * s->n_bins + k];
         }
     free(power);
-    return (double)count / (double)(s->n * s->n_bins);
+    return (double)count / (double)(s->n_times * s->n_bins);
 }
 
 /* The length that keeps least; share: what that is. */
@@ -115,16 +87,16 @@ static enum bf_status find_cells(const double u[], size_t n, double rms, struct 
     *share = 1.0;
     *out = (struct column_noise){.rms = rms};
     for (size_t length = limits.shortest; length <= n && !status; length *= 2) {
-        struct segments s;
+        struct linearity_plane s;
         status = segments_new(n, length, &s, err);
         if (status)
             break;
-        unsigned char *kept = bf_alloc(s.n * s.n_bins, sizeof *kept);
+        unsigned char *kept = bf_alloc(s.n_times * s.n_bins, sizeof *kept);
         const double part = choose(&s, u, n, rms, kept);
         if (part < *share) {
             free(out->kept);
             *share = part;
-            out->segment = length, out->n_segments = s.n, out->kept = kept;
+            out->segment = length, out->n_segments = s.n_times, out->kept = kept;
         } else {
             free(kept);
         }
@@ -138,14 +110,14 @@ static enum bf_status find_cells(const double u[], size_t n, double rms, struct 
 enum bf_status input_noise_keep(const struct column_noise *noise, const double x[], size_t n, double y[],
                                 struct bf_error *err)
 {
-    struct segments s;
+    struct linearity_plane s;
     const enum bf_status status = segments_new(n, noise->segment, &s, err);
     if (status)
         return status;
-    double *a = bf_alloc(s.length, sizeof *a), *sum = bf_alloc(n, sizeof *sum);
+    double *a = bf_alloc(s.segment, sizeof *a), *sum = bf_alloc(n, sizeof *sum);
     double complex *X = bf_alloc(s.n_bins, sizeof *X);
-    for (size_t t = 0; t < s.n && t < noise->n_segments; t++) {
-        forward(&s, x, n, t, a, X);
+    for (size_t t = 0; t < s.n_times && t < noise->n_segments; t++) {
+        linearity_segment(&s, x, n, t, a, X);
         for (size_t k = 0; k < s.n_bins; k++)
             X[k] = noise->kept[t * s.n_bins + k] ? X[k] : 0.0;
         add_back(&s, X, n, t, a, sum);
@@ -199,18 +171,21 @@ static enum bf_status clean(struct record *record, struct record_column *column,
     if (!(rms > 0.0))
         return BF_OK;
     enum bf_status status = find_cells(column->x, record->n, rms, &found, &share, err);
-    if (!status && found.segment > 0 && share < limits.worthwhile) {
-        out->all = bf_grow(out->all, out->n + 1, sizeof *out->all);
-        out->all[out->n++] = (struct clean_input){
-            .record = record, .channel = column->name, .noise = rms / peak_of(column->x, record->n), .kept = share};
+    const bool gains = found.segment > 0 && share < limits.worthwhile;
+    const double peak = peak_of(column->x, record->n);
+    if (!status && gains)
         status = input_noise_keep(&found, column->x, record->n, column->x, err);
-        found.share = shares(&found);
-        column->noise = bf_alloc(1, sizeof *column->noise);
-        *column->noise = found;
-    } else {
+    if (status || !gains) {
         free(found.kept);
+        return status;
     }
-    return status;
+    out->all = bf_grow(out->all, out->n + 1, sizeof *out->all);
+    out->all[out->n++] =
+        (struct clean_input){.record = record, .channel = column->name, .noise = rms / peak, .kept = share};
+    found.share = shares(&found);
+    column->noise = bf_alloc(1, sizeof *column->noise);
+    *column->noise = found;
+    return BF_OK;
 }
 
 static bool is_input(const struct model *model, const char *name)

@@ -21,17 +21,23 @@ enum bf_status linearity_plane_new(size_t n, struct linearity_plane *out, struct
     return fft_get(segment, &out->plan, err);
 }
 
-/* power[t][k] of x[n], zero outside; segment t ends before sample (t + 1)·hop. */
+/* Zero outside; segment t ends before sample (t + 1)·hop. */
+void linearity_segment(const struct linearity_plane *p, const double *x, size_t n, size_t t, double *a,
+                       double complex *A)
+{
+    for (size_t i = 0; i < p->segment; i++) {
+        const size_t end = (t + 1) * p->hop + i; /* sample + segment */
+        a[i] = end >= p->segment && end - p->segment < n ? p->window[i] * x[end - p->segment] : 0.0;
+    }
+    fft_forward(p->plan, a, A);
+}
+
 void linearity_spectrogram(const struct linearity_plane *p, const double *x, size_t n, double *power)
 {
     double *a = bf_alloc(p->segment, sizeof *a);
     double complex *A = bf_alloc(p->n_bins, sizeof *A);
     for (size_t t = 0; t < p->n_times; t++) {
-        for (size_t i = 0; i < p->segment; i++) {
-            const size_t end = (t + 1) * p->hop + i; /* sample + segment */
-            a[i] = end >= p->segment && end - p->segment < n ? p->window[i] * x[end - p->segment] : 0.0;
-        }
-        fft_forward(p->plan, a, A);
+        linearity_segment(p, x, n, t, a, A);
         for (size_t k = 0; k < p->n_bins; k++)
             power[t * p->n_bins + k] = creal(A[k]) * creal(A[k]) + cimag(A[k]) * cimag(A[k]);
     }

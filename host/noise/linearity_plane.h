@@ -15,6 +15,9 @@ struct linearity_plane {
 };
 
 enum bf_status linearity_plane_new(size_t n, struct linearity_plane *out, struct bf_error *err); /* free(window) */
+/* A[n_bins]: transform of segment t of x[n] under the window, through a[segment]. */
+void linearity_segment(const struct linearity_plane *p, const double *x, size_t n, size_t t, double *a,
+                       double complex *A);
 /* power[n_times][n_bins] of x[n], zero outside; segment t ends before sample (t + 1)·hop. */
 void linearity_spectrogram(const struct linearity_plane *p, const double *x, size_t n, double *power);
 

@@ -4,8 +4,8 @@
  * data prefer one model's residual to another's, and whether any linear system explains records of different level.
  *
  * Order of calls:
- *   noise_of_channel()     for each channel of each record; both of the others start from it
  *   inputs_clean()         before all others, for all records; then baselines_take_off()
+ *   noise_of_channel()     for each channel of each record; the others start from it
  *   linearity_test()       once, for all records
  *   repeatability_find()   what repeated hits tell without a model
  *   whitener_from_noise()  for each channel; then misfit_measure() for each model, evidence_compare() for a poorer and a
@@ -56,7 +56,8 @@ const char *noise_method_text(enum noise_method method);
  * The noise of an output of the model in a record. The inputs that move the beam and the start of a free decay come from
  * the model's inputs and the record's metadata. A channel of fewer than 64 samples or of one value gives method NOISE_NONE
  * with rms 0. BF_BAD_FILE: the record has no such column; BF_NUMERIC: it holds numbers that are not finite. Free with
- * noise_free(). About 10 ms for 4096 samples; nothing where the same samples were asked for not long ago.
+ * noise_free(). About 10 ms for 4096 samples, and what the free linear model of the record costs (attainable_find(), from this model's poles) where an input has noise;
+ * nothing where the same samples were asked for not long ago, of whatever model.
  */
 enum bf_status noise_of_channel(const struct model *model, const struct record *record, const char *channel,
                                 struct noise_estimate *out, struct bf_error *err);
@@ -72,6 +73,8 @@ double noise_of_input(const double *u, size_t n);
  */
 double noise_of_record_input(const struct record *record, const char *input, const struct column_noise **cells);
 struct noise_estimate noise_copy(const struct noise_estimate *estimate);
+/* One standard error of the noise's power, as a part of it: two of its rms. 1 where the noise is not known. */
+double noise_doubt(const struct noise_estimate *estimate);
 /* The mean power of `sum` and of one more stretch of the same channel, by the cells of each; an empty sum ({0}) becomes a copy. NOISE_NONE adds nothing. */
 void noise_join(struct noise_estimate *sum, const struct noise_estimate *more);
 /* Power of the noise between two frequencies, unit of the channel squared. */

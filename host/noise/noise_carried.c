@@ -2,28 +2,10 @@
 /* noise_carried.c — what the noise of measured inputs makes of an output. */
 #include "noise_input.h"
 
-#include <complex.h>
 #include <math.h>
 #include <stdlib.h>
 
 #include "ground/ground.h"
-
-/* |X|²[n/2 + 1] */
-static enum bf_status powers(const double *x, size_t n, double **out, struct bf_error *err)
-{
-    const struct fft *plan;
-    const enum bf_status status = fft_get(n, &plan, err);
-    *out = NULL;
-    if (status)
-        return status;
-    double complex *X = bf_alloc(n / 2 + 1, sizeof *X);
-    *out = bf_alloc(n / 2 + 1, sizeof **out);
-    fft_forward(plan, x, X);
-    for (size_t k = 0; k <= n / 2; k++)
-        (*out)[k] = creal(X[k]) * creal(X[k]) + cimag(X[k]) * cimag(X[k]);
-    free(X);
-    return BF_OK;
-}
 
 double noise_rms_of(const struct noise_channel_input *input, size_t n)
 {
@@ -111,10 +93,10 @@ static void add_part(const struct carried *c, const struct noise_channel_input *
 static enum bf_status add_input(const struct carried *c, const struct noise_channel_input *input, struct bf_error *err)
 {
     const double rms = noise_rms_of(input, c->n);
-    double *U;
     if (!(rms > 0.0))
         return BF_OK;
-    const enum bf_status status = powers(input->u, c->n, &U, err);
+    double *U = bf_alloc(c->n / 2 + 1, sizeof *U);
+    const enum bf_status status = spectrum_power(input->u, c->n, U, err);
     for (size_t from, to = 1; !status && next_group(c, &from, &to);) {
         if (input->gain != NULL)
             add_gain(c, input, rms, from, to);
@@ -164,12 +146,14 @@ enum bf_status noise_add_inputs(const double *z, const struct noise_channel_inpu
 {
     if (n_inputs == 0 || estimate->method == NOISE_NONE)
         return BF_OK;
+    const size_t m = n / 2 + 1;
     struct carried c = {.n = n,
                         .dt_s = dt_s,
                         .estimate = estimate,
-                        .density = bf_alloc(n / 2 + 1, sizeof(double)),
-                        .square = bf_alloc(n / 2 + 1, sizeof(double))};
-    enum bf_status status = powers(z, n, &c.Y, err);
+                        .Y = bf_alloc(m, sizeof(double)),
+                        .density = bf_alloc(m, sizeof(double)),
+                        .square = bf_alloc(m, sizeof(double))};
+    enum bf_status status = spectrum_power(z, n, c.Y, err);
     for (size_t i = 0; i < n_inputs && !status; i++)
         status = add_input(&c, &inputs[i], err);
     if (!status)

@@ -114,7 +114,10 @@ static enum bf_status add_and_remember(const struct model *model, const struct r
     return status;
 }
 
-/* One free linear model tells all of them. Where there is none, P_y/P_u has to do. */
+/*
+ * One free linear model tells all outputs of the record, so that all are estimated and remembered; the one that was asked for is found in the memory. Where there is no such model, P_y/P_u
+ * has to do.
+ */
 static enum bf_status estimate_record(const struct model *model, const struct record *record, const struct question *q,
                                       struct bf_error *err)
 {

@@ -14,6 +14,11 @@ void noise_free(struct noise_estimate *estimate)
     *estimate = (struct noise_estimate){0};
 }
 
+double noise_doubt(const struct noise_estimate *estimate)
+{
+    return estimate->rms > 0.0 ? 2.0 * estimate->rms_sd / estimate->rms : 1.0;
+}
+
 static double *copy_of(const double x[], size_t n)
 {
     double *copy = x != NULL ? bf_alloc(n, sizeof *copy) : NULL;

@@ -30,7 +30,7 @@
  * CSV form: a header row of names, first column time_s; '#' lines are comments, "# key: value" is metadata.
  * Metadata that beamfit reads: "excitation: free_decay" (no input was recorded, the initial state is unknown),
  * "initial_state: free" (the input was recorded, and it began before the record did) or "rest",
- * "excitation: unknown_level" (the input column has the right shape and an unknown factor), "free_from_s: 1.17",
+ * "input_noise: keep" (nothing of an input's noise is taken off), "excitation: unknown_level" (the input column has the right shape and an unknown factor), "free_from_s: 1.17",
  * "anti-alias filter: Butterworth order 8 at 409.6 Hz, forward and backward" (of every column), "exponential window: 0.5 s".
  *
  * A file whose first column is freq_Hz holds frequency responses (columns "accel_mps2/hammer_N_re", ..., docs/records.md). It is read as

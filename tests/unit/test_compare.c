@@ -231,9 +231,21 @@ static void other_peoples_truth(void **state)
     free(csv);
 }
 
+static void a_level_that_is_known_badly_lets_more_be_noise(void **state)
+{
+    (void)state;
+    struct comparison_channel c = {.noise_ratio = 1.3, .noise = {.rms = 2.0, .rms_sd = 0.02}};
+    assert_false(compare_channel_is_noise(&c));
+    c.noise.rms_sd = 0.3;
+    assert_true(compare_channel_is_noise(&c));
+    c.noise_ratio = NAN;
+    assert_false(compare_channel_is_noise(&c));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_level_that_is_known_badly_lets_more_be_noise),
         cmocka_unit_test(a_true_model_leaves_the_noise),
         cmocka_unit_test(misfit_is_found_where_it_is),
         cmocka_unit_test(a_missing_path_follows_the_input),

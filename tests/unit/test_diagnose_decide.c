@@ -335,6 +335,35 @@ static void a_beam_at_the_attainable_error_is_complete(void **state)
     done(&d);
 }
 
+/* Six channels, each above a level that is known to 1 or to 30 %: together to 0.8 or 24 %, at two standard errors. */
+static void what_the_level_of_the_noise_leaves_open_is_not_missing(void **state)
+{
+    struct diagnosis d;
+    struct hypothesis h[] = {refit("tip_mass", NULL, 1, 1.19, 1.19)};
+    decide(&d, *state, 1.2, 1.2, h, 1);
+    assert_false(diagnose_is_complete(&d));
+    for (size_t c = 0; c < CHANNELS; c++)
+        d.baseline.fitted.doubt[c] = 0.6;
+    assert_true(diagnose_is_complete(&d));
+    d.baseline.fitted.worst_ratio = 1.4; /* one channel, its own doubt taken off */
+    assert_false(diagnose_is_complete(&d));
+    done(&d);
+}
+
+/* The floor is told by the signal then: as much of it as the baseline leaves is what the baseline leaves in units of what stands for the noise. */
+static void a_linear_model_is_the_floor_where_no_noise_is_known(void **state)
+{
+    struct diagnosis d;
+    struct hypothesis h[] = {refit("cubic_stiffness", NULL, 1, 12.0, 12.0)};
+    decide(&d, *state, 156.0, 156.0, h, 1);
+    d.baseline.fitted.nrmse = 0.156;
+    d.attainable = (struct attainable){.modes = 4, .nrmse = 0.154, .noise_ratio = NAN};
+    assert_true(fabs(diagnose_floor(&d) - 154.0) < 1e-9);
+    d.attainable.noise_ratio = 3.0;
+    assert_true(fabs(diagnose_floor(&d) - 3.0) < 1e-12);
+    done(&d);
+}
+
 static void a_computation_that_is_off_blames_no_physics(void **state)
 {
     struct diagnosis d;
@@ -407,6 +436,8 @@ int main(void)
         cmocka_unit_test(a_pair_that_one_effect_cannot_replace_is_named),
         cmocka_unit_test(a_damper_is_a_spring_without_stiffness),
         cmocka_unit_test(a_beam_at_the_attainable_error_is_complete),
+        cmocka_unit_test(what_the_level_of_the_noise_leaves_open_is_not_missing),
+        cmocka_unit_test(a_linear_model_is_the_floor_where_no_noise_is_known),
         cmocka_unit_test(a_computation_that_is_off_blames_no_physics),
         cmocka_unit_test(an_interrupted_search_names_nothing),
     };

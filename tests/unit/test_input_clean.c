@@ -145,7 +145,7 @@ static void a_sweep_is_at_one_frequency_at_a_time(void **state)
 static void a_multisine_has_lines(void **state)
 {
     (void)state;
-    check_gain(MULTISINE, 3.0, 2.5);
+    check_gain(MULTISINE, 3.0, 2.0);
 }
 
 /* Bit by bit: a random drive, a drive without noise, what the record forbids, a steady state. */
