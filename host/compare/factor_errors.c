@@ -47,7 +47,7 @@ static bool has_kept_size(const struct model *model, const struct fit_result *fi
     bool kept = n == fitted->n_parameters;
     for (size_t i = 0; i < n && kept; i++) {
         const double room = room_of(model, &refs[i]), ratio = fitted->parameters[i].value / refs[i].value;
-        kept = room < 0.0 || (ratio > 0.0 && fabs(log(ratio)) <= room);
+        kept = refs[i].info->fixed || room < 0.0 || (ratio > 0.0 && fabs(log(ratio)) <= room);
     }
     free(refs);
     return kept;

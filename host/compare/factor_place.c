@@ -158,9 +158,22 @@ static enum bf_status try_place(const struct place_work *w, bool is_input, size_
     return status;
 }
 
-static enum bf_status try_places(const struct place_work *w, struct channel_factor *best, struct bf_error *err)
+/* One line tells an amplitude and a phase, which nearly any place or exchange explains. */
+static enum bf_status any_is_wide(const struct place_work *w, bool *wide, struct bf_error *err)
 {
     enum bf_status status = BF_OK;
+    *wide = false;
+    for (size_t r = 0; r < w->n && !status && !*wide; r++)
+        status = factor_drive_wide(&w->model, &w->view[r], SIZE_MAX, wide, err);
+    return status;
+}
+
+static enum bf_status try_places(const struct place_work *w, struct channel_factor *best, struct bf_error *err)
+{
+    bool wide;
+    enum bf_status status = any_is_wide(w, &wide, err);
+    if (status != BF_OK || !wide)
+        return status;
     for (size_t o = 0; o < w->model.n_outputs && status == BF_OK; o++)
         if (w->model.outputs[o].kind != OUTPUT_PATCH_STRAIN &&
             record_column(&w->view[0], w->model.outputs[o].name) != NULL)
@@ -191,16 +204,6 @@ static bool exchange(struct record *record, const char *a, const char *b)
 static const char *name_at(const struct model *model, size_t k)
 {
     return k < model->n_outputs ? model->outputs[k].name : model->inputs[k - model->n_outputs].name;
-}
-
-/* One line tells an amplitude and a phase, which nearly any exchange explains. */
-static enum bf_status any_is_wide(const struct place_work *w, bool *wide, struct bf_error *err)
-{
-    enum bf_status status = BF_OK;
-    *wide = false;
-    for (size_t r = 0; r < w->n && !status && !*wide; r++)
-        status = factor_drive_wide(&w->model, &w->view[r], SIZE_MAX, wide, err);
-    return status;
 }
 
 /* Channels k and l, the outputs counted first. */
@@ -312,8 +315,8 @@ static enum bf_status work_new(struct place_work *w, struct bf_error *err)
 }
 
 enum bf_status factor_place_find(const struct model *model, const struct record records[], const size_t record[],
-                                 size_t n, const struct predict_options *options, struct channel_factor *out,
-                                 struct bf_error *err)
+                                 size_t n, double known, const struct predict_options *options,
+                                 struct channel_factor *out, struct bf_error *err)
 {
     struct place_work w = {.given = model, .given_records = records, .record = record, .n = n};
     *out = (struct channel_factor){.after = HUGE_VAL};
@@ -326,6 +329,7 @@ enum bf_status factor_place_find(const struct model *model, const struct record 
         status = start_from_one(&w, err);
     if (status == BF_OK)
         status = error_as_given(&w, &w.before, err);
+    w.before = fmin(w.before, known);
     if (status == BF_OK && w.before > explained)
         status = try_places(&w, out, err);
     if (status == BF_OK && w.before > explained)

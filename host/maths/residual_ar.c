@@ -45,6 +45,9 @@ static double burg_step(double *forward, double *backward, size_t n, size_t m)
     return k;
 }
 
+/* Of the variance: a line without noise has no stationary model, and what predicts it better than this is made of rounding errors. */
+static const double least_left = 1e-12;
+
 void ar_fit(const double *r, size_t n, struct ar_model *out)
 {
     *out = (struct ar_model){0};
@@ -58,10 +61,11 @@ void ar_fit(const double *r, size_t n, struct ar_model *out)
     memcpy(forward, r, n * sizeof *forward);
     memcpy(backward, r, n * sizeof *backward);
     double a[AR_MAX] = {0}, best = (double)n * log(variance);
+    const double least = least_left * variance;
     for (int m = 1; m <= highest; m++) {
         const double k = burg_step(forward, backward, n, (size_t)m);
         variance *= 1.0 - k * k;
-        if (!(variance > 0.0))
+        if (!(variance > least))
             break;
         levinson_up(a, m, k);
         const double criterion = (double)n * log(variance) + m * log((double)n);

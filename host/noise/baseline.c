@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
  * Zero shifts: an accelerometer that a blow has thrown off its zero creeps back over seconds, and each record has another shift. No beam does
- * that: from rest, the acceleration of a held beam far below its first frequency falls with the square of the frequency.
+ * that: the acceleration of a held beam far below its first frequency falls with the square of the frequency.
  */
 #include "noise.h"
 
@@ -10,8 +10,9 @@
 #include <string.h>
 
 #include "beam/beam.h"
+#include "slow_part.h"
 
-enum { MOST_TERMS = 24, LEAST_SAMPLES = 64, PARTS = 3 };
+enum { LEAST_SAMPLES = 64, PARTS = 3 };
 
 /* All that is set by hand. */
 static const struct baseline_limits {
@@ -20,18 +21,22 @@ static const struct baseline_limits {
     double
         falls; /* the slowest third of the terms has at least so many times the power of the fastest: a beam's share rises */
     double share;  /* of the channel's rms */
-    double noises; /* of the noise */
+    double noises; /* of the noise; from rest */
     double
         shared; /* of the largest mean over a record: means that scatter less are one offset, which is the sensor's */
-} limits = {.band = 0.1, .onset = 0.01, .falls = 30.0, .share = 0.02, .noises = 3.0, .shared = 0.3};
+    double of_drive; /* of the frequency of a drive in steady state: below */
+    double
+        follows; /* times its share of a drive's power: what a beam does far below its first frequency is less than one */
+} limits = {.band = 0.1,
+            .onset = 0.01,
+            .falls = 30.0,
+            .share = 0.02,
+            .noises = 3.0,
+            .shared = 0.3,
+            .of_drive = 0.25,
+            .follows = 10.0};
 
 /* ---- One channel of one record ---- */
-
-/* A half-range cosine series from the onset to the end: c[0] its mean. */
-struct slow_part {
-    size_t onset, n_terms;
-    double c[MOST_TERMS];
-};
 
 static size_t onset_of(const struct model *model, const struct record *record)
 {
@@ -49,41 +54,57 @@ static size_t onset_of(const struct model *model, const struct record *record)
     return onset;
 }
 
-static double term(const struct slow_part *slow, size_t j, size_t k, size_t n)
+static double power_of(const struct slow_part *slow)
 {
-    return j == 0 ? 1.0 : cos(M_PI * (double)j * ((double)(k - slow->onset) + 0.5) / (double)(n - slow->onset));
+    return slow_part_power(slow, 0, slow->n_terms);
 }
 
-static void find_slow_part(const struct record *record, const double z[], double below_Hz, struct slow_part *slow)
-{
-    const size_t n = record->n - slow->onset;
-    const double terms = 1.0 + 2.0 * (double)n * record->dt_s * below_Hz;
-    slow->n_terms = terms < MOST_TERMS ? (size_t)terms : MOST_TERMS;
-    for (size_t j = 0; j < slow->n_terms; j++) {
-        double sum = 0.0;
-        for (size_t k = slow->onset; k < record->n; k++)
-            sum += z[k] * term(slow, j, k, record->n);
-        slow->c[j] = sum * (j == 0 ? 1.0 : 2.0) / (double)n;
-    }
-}
-
-/* Mean square of the terms [from, to). */
-static double power(const struct slow_part *slow, size_t from, size_t to)
-{
-    double sum = 0.0;
-    for (size_t j = from; j < to; j++)
-        sum += slow->c[j] * slow->c[j] * (j == 0 ? 1.0 : 0.5);
-    return sum;
-}
-
-/* Large against the noise and a part of the signal, and falling with the frequency. Of few terms there is nothing to compare. */
-static bool is_shift(const struct slow_part *slow, double rms, double noise)
+/* Falling with the frequency. Of few terms there is nothing to compare. */
+static bool falls(const struct slow_part *slow)
 {
     const size_t third = slow->n_terms / PARTS;
-    const double all = power(slow, 0, slow->n_terms);
     return third > 0 &&
-           all > fmax(limits.share * limits.share * rms * rms, limits.noises * limits.noises * noise * noise) &&
-           power(slow, 0, third) > limits.falls * power(slow, slow->n_terms - third, slow->n_terms);
+           slow_part_power(slow, 0, third) > limits.falls * slow_part_power(slow, slow->n_terms - third, slow->n_terms);
+}
+
+/* What a drive in steady state is like. */
+struct drive {
+    double slow_share; /* of the power of the input that has the most of its own below below_Hz */
+    double below_Hz;
+};
+
+/* Times a second that x goes through its mean upwards. */
+static double rises_Hz(const double x[], size_t n, double dt_s)
+{
+    double mean = 0.0;
+    size_t rises = 0;
+    for (size_t k = 0; k < n; k++)
+        mean += x[k] / (double)n;
+    for (size_t k = 1; k < n; k++)
+        rises += x[k - 1] <= mean && x[k] > mean;
+    return (double)rises / ((double)n * dt_s);
+}
+
+static enum bf_status look_at_drive(const struct model *model, const struct record *record, double below_Hz,
+                                    struct drive *drive, struct bf_error *err)
+{
+    enum bf_status status = BF_OK;
+    *drive = (struct drive){.below_Hz = below_Hz};
+    for (size_t i = 0; i < model->n_inputs; i++) {
+        const double *u = record_column(record, model->inputs[i].name);
+        if (u != NULL)
+            drive->below_Hz = fmin(drive->below_Hz, limits.of_drive * rises_Hz(u, record->n, record->dt_s));
+    }
+    for (size_t i = 0; i < model->n_inputs && !status; i++) {
+        const double *u = record_column(record, model->inputs[i].name);
+        const double rms = u != NULL ? root_mean_square(u, record->n) : 0.0;
+        struct slow_part slow = slow_part_new(0, record->n, record->dt_s, drive->below_Hz);
+        if (!(rms > 0.0))
+            continue;
+        status = slow_part_beside_motion(u, &slow, err);
+        drive->slow_share = fmax(drive->slow_share, power_of(&slow) / (rms * rms));
+    }
+    return status;
 }
 
 /* ---- Several records ---- */
@@ -100,7 +121,8 @@ static bool may_shift(const struct model *model, const struct record *record, co
 {
     const char *stated = record_meta(record, "baseline");
     return (stated == NULL || strcmp(stated, "keep") != 0) && record->kind == RECORD_SAMPLES &&
-           !record_state_is_free(record) && !record_is_periodic(record) && record_column(record, channel) != NULL &&
+           !record_is_periodic(record) && record_column(record, channel) != NULL &&
+           (!record_state_is_free(record) || drive_goes_on(model, record)) &&
            onset_of(model, record) + LEAST_SAMPLES <= record->n;
 }
 
@@ -112,16 +134,41 @@ static double *own_column(struct record *record, const char *name)
     return record->columns[i].x;
 }
 
+/* From rest to rest a beam does nothing so slow. */
+static bool shifts_from_rest(const struct model *model, double below_Hz, double rms, double noise, struct shifted *one)
+{
+    one->slow = slow_part_new(onset_of(model, one->record), one->record->n, one->record->dt_s, below_Hz);
+    slow_part_project(one->z, &one->slow);
+    return power_of(&one->slow) > fmax(pow(limits.share * rms, 2.0), pow(limits.noises * noise, 2.0)) &&
+           falls(&one->slow);
+}
+
+/* In steady vibration it does, but less than in its share of the drive. */
+static enum bf_status shifts_in_motion(const struct model *model, double below_Hz, double rms, struct shifted *one,
+                                       struct bf_error *err)
+{
+    struct drive drive;
+    enum bf_status status = look_at_drive(model, one->record, below_Hz, &drive, err);
+    if (status)
+        return status;
+    one->slow = slow_part_new(0, one->record->n, one->record->dt_s, drive.below_Hz);
+    status = slow_part_beside_motion(one->z, &one->slow, err);
+    const double share = power_of(&one->slow) / (rms * rms);
+    one->found = !status && share > fmax(pow(limits.share, 2.0), limits.follows * drive.slow_share);
+    return status;
+}
+
 static enum bf_status look_at(const struct model *model, const char *channel, double below_Hz, struct shifted *one,
                               struct bf_error *err)
 {
+    const double rms = root_mean_square(one->z, one->record->n);
     struct noise_estimate noise;
+    if (record_state_is_free(one->record))
+        return shifts_in_motion(model, below_Hz, rms, one, err);
     const enum bf_status status = noise_of_channel(model, one->record, channel, &noise, err);
     if (status)
         return status;
-    one->slow.onset = onset_of(model, one->record);
-    find_slow_part(one->record, one->z, below_Hz, &one->slow);
-    one->found = is_shift(&one->slow, root_mean_square(one->z, one->record->n), noise.rms);
+    one->found = shifts_from_rest(model, below_Hz, rms, noise.rms, one);
     noise_free(&noise);
     return BF_OK;
 }
@@ -137,20 +184,17 @@ static bool are_one(const struct shifted all[], size_t n)
 
 static void take_off(struct shifted *one, const char *channel, struct baseline_list *out)
 {
-    const size_t n = one->record->n, terms = one->slow.n_terms;
-    const double rms = root_mean_square(one->z, n);
+    const size_t n = one->record->n;
+    const double rms = root_mean_square(one->z, n), power = power_of(&one->slow);
     out->all = bf_grow(out->all, out->n + 1, sizeof *out->all);
     struct baseline *found = &out->all[out->n++];
-    *found =
-        (struct baseline){.record = one->record, .channel = channel, .share = sqrt(power(&one->slow, 0, terms)) / rms};
-    for (size_t k = one->slow.onset; k < n; k++) {
-        double shift = 0.0;
-        for (size_t j = 0; j < terms; j++)
-            shift += one->slow.c[j] * term(&one->slow, j, k, n);
-        one->z[k] -= shift;
-        found->first = k == one->slow.onset ? shift : found->first;
-        found->last = shift;
-    }
+    *found = (struct baseline){.record = one->record,
+                               .channel = channel,
+                               .first = slow_part_at(&one->slow, one->slow.first),
+                               .last = slow_part_at(&one->slow, n - 1),
+                               .share = sqrt(power) / rms};
+    for (size_t k = one->slow.first; k < n; k++)
+        one->z[k] -= slow_part_at(&one->slow, k);
 }
 
 static enum bf_status take_off_channel(const struct model *model, const struct model_output *output, double below_Hz,

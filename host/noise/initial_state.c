@@ -46,7 +46,7 @@ static bool begins_before(const double z[], size_t n, double noise)
     return FEWEST * period <= n && first > fmax(noises * noise, steady_share * rms_about(mean, z, n));
 }
 
-static bool any_input_begins_before(const struct model *model, const struct record *record)
+bool drive_goes_on(const struct model *model, const struct record *record)
 {
     bool any = false;
     for (size_t i = 0; i < model->n_inputs; i++) {
@@ -60,7 +60,7 @@ enum bf_status initial_state_find(const struct model *model, struct record *reco
 {
     *found = false;
     if (record_meta(record, "initial_state") != NULL || record_state_is_free(record) || record_is_periodic(record) ||
-        !any_input_begins_before(model, record))
+        !drive_goes_on(model, record))
         return BF_OK;
     bool rest = false;
     for (size_t o = 0; o < model->n_outputs && !rest; o++) {

@@ -91,6 +91,8 @@ double noise_bins(const struct noise_estimate *estimate, double from_Hz, double 
  * "initial_state: free". Nothing is looked for where the record states it. Errors are those of noise_of_channel(), and so is the cost.
  */
 enum bf_status initial_state_find(const struct model *model, struct record *record, bool *found, struct bf_error *err);
+/* Some input moves in its first period as it does at large. O(n). */
+bool drive_goes_on(const struct model *model, const struct record *record);
 
 /*
  * INPUTS — the noise of a force's sensor drives the model as the force does, most of all where the beam rings, and between two blows, beside a sweep and above a
@@ -121,7 +123,8 @@ double input_noise_kept(const struct column_noise *noise, double of_nyquist);
 /*
  * BASELINES — an accelerometer that a blow has thrown off its zero and that creeps back: slow, another in each record, and no motion of a held
  * beam. Taken off the samples of records that begin at rest, from the first instant of an input on, by a cosine series below a tenth
- * of the model's first frequency. An offset that all records share stays: a model may have it (sensor_offset); so does what a single record has,
+ * of the model's first frequency; in records cut out of steady vibration by one below a quarter of the drive's frequency, too, that is fitted beside the motion,
+ * where it is more than the drive has so slow. An offset that all records share stays: a model may have it (sensor_offset); so does what a single record has,
  * which has nothing to differ from. "baseline: keep" in a record's metadata forbids it.
  */
 struct baseline {
