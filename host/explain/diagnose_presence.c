@@ -13,6 +13,8 @@
 
 /* Of the noise's power: a misfit that is smaller cannot be told from none. */
 static const double least_excess = 0.05;
+/* Nats that are half of a lead without end. */
+static const double clear_lead = 5.0;
 /* Of the misfit's power: what takes it is an answer of a real beam, which is never exact. */
 static const double an_answer = 0.97;
 
@@ -134,15 +136,9 @@ static const struct hypothesis *best_other(const struct diagnosis *d, const stru
     return any && d->hypotheses[one->without].score > d->baseline.score ? &d->hypotheses[one->without] : &d->baseline;
 }
 
-static double bounded(double x)
+static double bounded(double x, double half)
 {
-    return x / (1.0 + fabs(x));
-}
-
-/* The tenth nat tells more than the hundredth. */
-static double damped(double nats)
-{
-    return copysign(log1p(fabs(nats)), nats);
+    return x / (half + fabs(x));
 }
 
 /* A spring whose stiffness takes no more than what is not there would is judged by its special case, the damper. */
@@ -161,8 +157,8 @@ static void fill_features(const struct diagnosis *d, struct decision *one)
     double *x = one->feature;
     x[FEATURE_REMAINS] = share_left(d, least_left(d, one), best);
     x[FEATURE_SET] = best->n_effects > 1 ? 1.0 : 0.0;
-    x[FEATURE_LEAD] = damped(best->score - other->score);
-    x[FEATURE_CROWD] = bounded(log(rms_of(other, best)));
+    x[FEATURE_LEAD] = bounded(best->score - other->score, clear_lead);
+    x[FEATURE_CROWD] = bounded(log(rms_of(other, best)), 1.0);
     x[FEATURE_ATTRACTS] = attracts(d, one) ? 1.0 : 0.0;
     one->probability = probability_of(x);
 }

@@ -20,7 +20,6 @@ import records
 
 RIDGE = 1.0  # a weight of a standardised feature is near 0, with a standard deviation of 1, before anything is known
 STAYS = 30.0  # the same of what an update adds to the present weights: what 120 entries at even odds tell of one of them
-PERFECT = 0.5  # of the beams stand on rigs without errors; of the answers that are drawn more do not
 LACKING = 0.1  # of the beams that lack something, those that lack what the catalogue does not have; the drawn cases hold more of them
 CLOSE = 0.8  # a wrong name that is said with more is listed
 
@@ -45,19 +44,14 @@ def is_lacking(row):
     return row["kind"] in ("removed", "outside")
 
 
-def is_perfect(row):
-    return row["case"].startswith("c0_")  # of perfect.py
-
-
 def counts_of(rows, found):
-    """What each entry stands for: every answer counts the same, however many questions it asks; the cause of one beam in ten is outside the catalogue, and every second rig is perfect, where both kinds are there."""
-    lacking, perfect = sum(map(is_lacking, rows)), sum(map(is_perfect, rows))
-    known, rough = sum(row["kind"] != "clean" for row in rows) - lacking, len(rows) - perfect
-    outside = LACKING / (1 - LACKING) * known / lacking if lacking else 1.0
-    even = PERFECT / (1 - PERFECT) * rough / perfect if perfect and rough else 1.0
+    """What each entry stands for: every answer counts the same, however many questions it asks, and the cause of one beam in ten is outside the catalogue."""
+    lacking = sum(map(is_lacking, rows))
+    known = sum(row["kind"] != "clean" for row in rows) - lacking
+    count = LACKING / (1 - LACKING) * known / lacking if lacking else 1.0
     asked = collections.Counter((row["case"], row["kind"]) for row, _, _, _ in found)
     usual = len(found) / len(asked)
-    return [(outside if is_lacking(row) else 1.0) * (even if is_perfect(row) else 1.0) * usual / asked[row["case"], row["kind"]] for row, _, _, _ in found]
+    return [(count if is_lacking(row) else 1.0) * usual / asked[row["case"], row["kind"]] for row, _, _, _ in found]
 
 
 def table_source(model, names, count, command):
@@ -99,7 +93,7 @@ def calibrate(rows, options):
     command = "make calibrate SEED='%s'%s" % (" ".join(str(seed) for seed in options.seeds if seed), " UPDATE=1" if options.update else "")
     count = "%d cases, %d answers, %d entries, of them %d right" % (len({row["case"] for row in rows}), len(rows), len(found), sum(labels))
     text = page.head("Calibration of the probability", command) + "What is drawn and what counts as right: [calibration.md](../calibration.md).\n\n"
-    text += "Seeds %s (0: data/hidden): %s. Logistic regression, ridge penalty %g on standardised features%s; every answer counts the same, however many questions it asks; the cause of one beam in ten is taken to be outside the catalogue, and every second rig to be perfect. The figures below are cross-validated: ten folds, a case " \
+    text += "Seeds %s (0: data/hidden): %s. Logistic regression, ridge penalty %g on standardised features%s; every answer counts the same, however many questions it asks; the cause of one beam in ten is taken to be outside the catalogue. The figures below are cross-validated: ten folds, a case " \
         "in one of them with all its answers.\n\n" % (" ".join(map(str, options.seeds)), count, options.ridge, ", of what is added to the table that was there before" if options.update else "")
     text += page.brier_table(kinds, said, labels) + "\n"
     text = with_diagram(text, logistic.reliability(said, labels), "Calibration, cross-validated", options.page)
