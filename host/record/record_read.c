@@ -11,6 +11,10 @@
 
 enum { MOST_COLUMNS = 4096, QUOTED = 60 }; /* QUOTED: characters of a bad cell that a message shows */
 
+/* What the commands would take off: "keep" forbids it. */
+enum { KEPT = 2 };
+static const char *const kept[KEPT] = {"baseline", "input_noise"};
+
 struct reader {
     struct lines in;
     struct record *record;
@@ -25,6 +29,7 @@ struct reader {
     struct number_digits time_digits;
     bool has_header, over_frequency, is_list;
     long excitation_line, free_from_line, window_line, state_line; /* of that metadata */
+    long kept_line[KEPT];
 };
 
 /* A cell without the blanks and the pair of quotes around it. */
@@ -70,6 +75,9 @@ static void read_comment(struct reader *r, const char *s, const char *end)
             r->free_from_line = r->in.number;
         if (strcmp(key_text, RECORD_WINDOW) == 0)
             r->window_line = r->in.number;
+        for (size_t i = 0; i < KEPT; i++)
+            if (strcmp(key_text, kept[i]) == 0)
+                r->kept_line[i] = r->in.number;
     }
     free(key_text);
     free(value_text);
@@ -280,6 +288,17 @@ static enum bf_status read_lines(struct reader *r, struct bf_error *err)
     }
 }
 
+static enum bf_status check_kept(const struct reader *r, struct bf_error *err)
+{
+    for (size_t i = 0; i < KEPT; i++) {
+        const char *stated = record_meta(r->record, kept[i]);
+        if (stated != NULL && strcmp(stated, "keep") != 0)
+            return bf_fail_at(err, r->in.path, r->kept_line[i],
+                              "'# %s: %.*s' is not known; write keep, or take the line away", kept[i], QUOTED, stated);
+    }
+    return BF_OK;
+}
+
 /* Metadata that changes how a record is used must be understood. */
 static enum bf_status check_meta(const struct reader *r, struct bf_error *err)
 {
@@ -310,7 +329,7 @@ static enum bf_status check_meta(const struct reader *r, struct bf_error *err)
         return bf_fail_at(err, r->in.path, r->free_from_line,
                           "'# free_from_s: %.*s' must be a time in seconds before the last sample (%.9g s)", QUOTED,
                           from, last);
-    return BF_OK;
+    return check_kept(r, err);
 }
 
 /* Lines over frequency become one period of time. */

@@ -263,6 +263,8 @@ static void checks_the_metadata_it_acts_on(void **state)
     (void)state;
     struct record record;
     refuses("# excitation: free decay\ntime_s,x\n0,1\n1,2\n", ":1:", "'# excitation: free decay'", "free_decay");
+    refuses("# beam: 1\n# baseline: kept\ntime_s,x\n0,1\n1,2\n", ":2:", "'# baseline: kept'", "write keep");
+    refuses("# input_noise:\ntime_s,x\n0,1\n1,2\n", ":1:", "'# input_noise: '", "write keep");
     refuses("# a\n# free_from_s: soon\ntime_s,x\n0,1\n1,2\n", ":2:", "'# free_from_s: soon'", "seconds");
     refuses("# free_from_s: 1\ntime_s,x\n0,1\n1,2\n", "", "free_from_s", "before the last sample");
     accepts("# excitation: free_decay\n# free_from_s: 0.5\ntime_s,x\n0,1\n1,2\n", &record);
