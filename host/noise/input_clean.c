@@ -6,7 +6,7 @@
  * as it was, and a line leaks less than under the root of Hann's. A short segment holds a blow, a longer one a sweep, a very long one the lines of a multisine: that length is taken which keeps least.
  */
 #include "noise.h"
-#include "linearity_plane.h"
+#include "spectrogram.h"
 
 #include <complex.h>
 #include <math.h>
@@ -24,9 +24,9 @@ static const struct input_clean_limits {
 } limits = {.shortest = 64, .stands_out = 4.0, .worthwhile = 0.9};
 
 /* Segments of that length, half overlapping, the first of which begins before the samples; free(window). */
-static enum bf_status segments_new(size_t n_samples, size_t length, struct linearity_plane *s, struct bf_error *err)
+static enum bf_status segments_new(size_t n_samples, size_t length, struct spectrogram *s, struct bf_error *err)
 {
-    *s = (struct linearity_plane){.segment = length, .hop = length / 2, .n_bins = length / 2 + 1};
+    *s = (struct spectrogram){.segment = length, .hop = length / 2, .n_bins = length / 2 + 1};
     s->n_times = (n_samples + s->hop - 1) / s->hop + 1;
     const enum bf_status status = fft_get(length, &s->plan, err);
     if (status)
@@ -38,8 +38,7 @@ static enum bf_status segments_new(size_t n_samples, size_t length, struct linea
 }
 
 /* y[n] += segment t, through a[segment]. */
-static void add_back(const struct linearity_plane *s, const double complex X[], size_t n, size_t t, double a[],
-                     double y[])
+static void add_back(const struct spectrogram *s, const double complex X[], size_t n, size_t t, double a[], double y[])
 {
     fft_inverse(s->plan, X, a);
     for (size_t i = 0; i < s->segment; i++) {
@@ -52,7 +51,7 @@ static void add_back(const struct linearity_plane *s, const double complex X[], 
 /* ---- Which cells stay ---- */
 
 /* Mean of the cell and of those around it; at an edge the edge stands for what is beyond. */
-static double mean_around(const struct linearity_plane *s, const double power[], size_t t, size_t k)
+static double mean_around(const struct spectrogram *s, const double power[], size_t t, size_t k)
 {
     const size_t from_t = t > 0 ? t - 1 : 0, to_t = t + 1 < s->n_times ? t + 1 : t;
     const size_t from_k = k > 0 ? k - 1 : 0, to_k = k + 1 < s->n_bins ? k + 1 : k;
@@ -64,12 +63,12 @@ static double mean_around(const struct linearity_plane *s, const double power[],
 }
 
 /* kept[n_times][n_bins]; the part of the cells that is. */
-static double choose(const struct linearity_plane *s, const double u[], size_t n, double rms, unsigned char kept[])
+static double choose(const struct spectrogram *s, const double u[], size_t n, double rms, unsigned char kept[])
 {
     const double white = rms * rms * 0.5 * (double)s->segment; /* squares that add up to one: half of the samples */
     double *power = bf_alloc(s->n_times * s->n_bins, sizeof *power);
     size_t count = 0;
-    linearity_spectrogram(s, u, n, power);
+    spectrogram_power(s, u, n, power);
     for (size_t t = 0; t < s->n_times; t++)
         for (size_t k = 0; k < s->n_bins; k++) {
             kept[t * s->n_bins + k] = mean_around(s, power, t, k) > limits.stands_out * white;
@@ -87,7 +86,7 @@ static enum bf_status find_cells(const double u[], size_t n, double rms, struct 
     *share = 1.0;
     *out = (struct column_noise){.rms = rms};
     for (size_t length = limits.shortest; length <= n && !status; length *= 2) {
-        struct linearity_plane s;
+        struct spectrogram s;
         status = segments_new(n, length, &s, err);
         if (status)
             break;
@@ -110,14 +109,14 @@ static enum bf_status find_cells(const double u[], size_t n, double rms, struct 
 enum bf_status input_noise_keep(const struct column_noise *noise, const double x[], size_t n, double y[],
                                 struct bf_error *err)
 {
-    struct linearity_plane s;
+    struct spectrogram s;
     const enum bf_status status = segments_new(n, noise->segment, &s, err);
     if (status)
         return status;
     double *a = bf_alloc(s.segment, sizeof *a), *sum = bf_alloc(n, sizeof *sum);
     double complex *X = bf_alloc(s.n_bins, sizeof *X);
     for (size_t t = 0; t < s.n_times && t < noise->n_segments; t++) {
-        linearity_segment(&s, x, n, t, a, X);
+        spectrogram_segment(&s, x, n, t, a, X);
         for (size_t k = 0; k < s.n_bins; k++)
             X[k] = noise->kept[t * s.n_bins + k] ? X[k] : 0.0;
         add_back(&s, X, n, t, a, sum);

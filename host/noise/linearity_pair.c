@@ -2,7 +2,8 @@
 /* linearity_pair.c — u₂ * y₁ − u₁ * y₂ of two records against what noise leaves of it, on the time–frequency plane. */
 #include "linearity_pair.h"
 #include "linearity_added.h"
-#include "linearity_plane.h"
+#include "linearity_convolution.h"
+#include "spectrogram.h"
 #include "maths/maths.h"
 
 #include <math.h>
@@ -62,8 +63,7 @@ static void draw_noise(struct linearity_convolution *c, const struct noise_estim
  * expected[t][k] += S(k) Σ_{t' ≤ t} hop · |V(t', k)|²: noise that began with the record, filtered by the signal whose
  * spectrogram is V. variance: [n_bins] of the noise.
  */
-static void add_filtered_noise(const struct linearity_plane *p, const double *V, const double *variance,
-                               double *expected)
+static void add_filtered_noise(const struct spectrogram *p, const double *V, const double *variance, double *expected)
 {
     for (size_t k = 0; k < p->n_bins; k++) {
         double sum = 0.0;
@@ -81,7 +81,7 @@ struct pair_work {
     size_t n;
     double scale; /* k of u₂ = k u₁ */
     bool same_shape;
-    struct linearity_plane plane;
+    struct spectrogram plane;
     struct linearity_convolution convolution;
     double complex *U1, *U2;  /* NULL for the same shape */
     double *expected, *power; /* [n_times][n_bins] */
@@ -127,7 +127,7 @@ static void fill_variance(const struct pair_work *w, const struct linearity_sign
 
 static void expect_same_shape(struct pair_work *w, const double *v1, const double *v2)
 {
-    const struct linearity_plane *p = &w->plane;
+    const struct spectrogram *p = &w->plane;
     for (size_t t = 0; t < p->n_times; t++) {
         double inside = 0.0; /* of the segment, inside the record */
         for (size_t i = 0; i < p->segment; i++) {
@@ -142,12 +142,12 @@ static void expect_same_shape(struct pair_work *w, const double *v1, const doubl
 
 static void expect_commuted(struct pair_work *w, double *v1, double *v2)
 {
-    const struct linearity_plane *p = &w->plane;
+    const struct spectrogram *p = &w->plane;
     const struct linearity_signal *s[2] = {w->weak, w->strong};
     double *V = bf_alloc(p->n_times * p->n_bins, sizeof *V);
     /* the noise of one, also what its input's has made of it, through the other record's input */
     for (int i = 0; i < 2; i++) {
-        linearity_spectrogram(p, s[1 - i]->u, w->n, V);
+        spectrogram_power(p, s[1 - i]->u, w->n, V);
         add_filtered_noise(p, V, i == 0 ? v1 : v2, w->expected);
     }
     free(V);
@@ -155,7 +155,7 @@ static void expect_commuted(struct pair_work *w, double *v1, double *v2)
 
 static enum bf_status prepare(struct pair_work *w, struct bf_error *err)
 {
-    enum bf_status status = linearity_plane_new(w->n, &w->plane, err);
+    enum bf_status status = spectrogram_new(w->n, &w->plane, err);
     if (status == BF_OK)
         status = linearity_convolution_new(w->n, &w->convolution, err);
     if (status != BF_OK)
@@ -231,11 +231,11 @@ static bool near_line(const struct linearity_lines *lines, size_t k, double df_H
 /* Sums over the cells of w->e that noise reaches; the last segments reach past the end of the record and are left out. */
 static void sum_cells(struct pair_work *w, const struct linearity_lines *lines, struct cells *out)
 {
-    const struct linearity_plane *p = &w->plane;
+    const struct spectrogram *p = &w->plane;
     const double df_Hz = 1.0 / ((double)p->segment * w->weak->dt_s);
     double strongest = 0.0;
     *out = (struct cells){0};
-    linearity_spectrogram(p, w->e, w->n, w->power);
+    spectrogram_power(p, w->e, w->n, w->power);
     for (size_t i = 0; i < p->n_times * p->n_bins; i++)
         strongest = fmax(strongest, w->expected[i]);
     for (size_t t = 0; t < p->n_times && (t + 1) * p->hop <= w->n; t++) {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "noise_estimate.h"
 #include "noise_input.h"
-#include "linearity_plane.h"
+#include "spectrogram.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -49,11 +49,11 @@ static double *spectrogram_cells(const double *u, size_t n, size_t *n_cells)
 {
     struct bf_error ignored;
     double window[SEGMENT], square = 0.0;
-    struct linearity_plane plane = {.segment = SEGMENT,
-                                    .hop = SEGMENT / 2,
-                                    .n_times = 2 * n / SEGMENT,
-                                    .n_bins = SEGMENT / 2 + 1,
-                                    .window = window};
+    struct spectrogram plane = {.segment = SEGMENT,
+                                .hop = SEGMENT / 2,
+                                .n_times = 2 * n / SEGMENT,
+                                .n_bins = SEGMENT / 2 + 1,
+                                .window = window};
     if (fft_get(SEGMENT, &plane.plan, &ignored) != BF_OK)
         return NULL;
     window_fill(WINDOW_HANN, SEGMENT, window);
@@ -62,7 +62,7 @@ static double *spectrogram_cells(const double *u, size_t n, size_t *n_cells)
         square += window[i] * window[i];
     }
     double *cell = bf_alloc(plane.n_times * plane.n_bins, sizeof *cell);
-    linearity_spectrogram(&plane, u, n, cell);
+    spectrogram_power(&plane, u, n, cell);
     *n_cells = 0;
     for (size_t t = 1; t < plane.n_times; t++) /* the first one begins before the record */
         for (size_t k = SKIPPED; k < SEGMENT / 2; k++)
