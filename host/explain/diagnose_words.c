@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The verdict in words. */
 #include "diagnose_presence.h"
+#include "diagnose_relatives.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -109,6 +110,44 @@ static void remainder_of(FILE *out, const struct diagnosis *d, const struct hypo
     (void)fprintf(out, ". %s", d->remains.text);
 }
 
+/* What is named was found in a set that leaves less than it does alone. NULL: it was not. */
+static const struct hypothesis *company(const struct diagnosis *d)
+{
+    const struct hypothesis *best = &d->hypotheses[0];
+    for (size_t k = 0; k < d->n_decisions; k++) {
+        const struct decision *one = &d->decisions[k];
+        const struct hypothesis *h = &d->hypotheses[one->with];
+        if (one->n == 1 && hypothesis_has(best, one->among[0]) && h->n_effects > best->n_effects &&
+            h->fitted.noise_ratio < best->fitted.noise_ratio)
+            return h;
+    }
+    return NULL;
+}
+
+static double probability_alone(const struct diagnosis *d, const struct beam_effect *effect)
+{
+    for (size_t k = 0; k < d->n_decisions; k++)
+        if (d->decisions[k].n == 1 && d->decisions[k].among[0] == effect)
+            return d->decisions[k].probability;
+    return (double)NAN;
+}
+
+static void tell_company(FILE *out, const struct diagnosis *d, const struct hypothesis *h)
+{
+    (void)fprintf(out, " It was found in the best explanation, ");
+    hypothesis_name(out, h);
+    (void)fprintf(out, ", which takes ");
+    shares(out, d, h);
+    (void)fprintf(out, " and leaves ");
+    ratios(out, d, h);
+    for (size_t e = 0; e < h->n_effects; e++) {
+        const double probability = probability_alone(d, h->effects[e]);
+        if (!hypothesis_has(&d->hypotheses[0], h->effects[e]) && isfinite(probability))
+            (void)fprintf(out, "; that %s is there, too, has the probability %.2f", h->effects[e]->id, probability);
+    }
+    (void)fprintf(out, ".");
+}
+
 static void missing(FILE *out, const struct diagnosis *d)
 {
     const struct hypothesis *best = &d->hypotheses[0], *second = runner_up(d);
@@ -125,6 +164,8 @@ static void missing(FILE *out, const struct diagnosis *d)
     (void)fprintf(out, ".");
     if (best->has_other_place)
         (void)fprintf(out, " Its place is open: at %.3g m it explains the records as well.", best->other_at_m);
+    if (company(d) != NULL)
+        tell_company(out, d, company(d));
     remainder_of(out, d, best);
     if (second != NULL) {
         (void)fprintf(out, " The next best, ");

@@ -307,6 +307,29 @@ static void a_pair_that_one_effect_cannot_replace_is_named(void **state)
     done(&d);
 }
 
+/* What is named leaves much, and the explanation that it was found in leaves nothing: a reader has to be told. */
+static void one_of_a_pair_is_named_with_its_company(void **state)
+{
+    struct diagnosis d;
+    struct hypothesis h[] = {refit("tip_mass", "sensor_lag", 2, 1.0, 1.0),
+                             refit("tip_mass", "sensor_delay", 2, 1.002, 1.002), refit("tip_mass", NULL, 1, 16.0, 17.0),
+                             refit("sensor_lag", NULL, 1, 25.0, 26.0)};
+    static struct model_effect of_the_model[2]; /* words name their channels */
+    for (size_t i = 0; i < 4; i++)
+        h[i].model.effects = of_the_model;
+    decide(&d, *state, 30.0, 30.0, h, 4);
+    assert_int_equal(d.verdict, VERDICT_MISSING);
+    assert_int_equal(d.n_named, 1);
+    assert_string_equal(d.named[0], "tip_mass");
+    char *text = diagnose_words(&d);
+    if (strstr(text, "It was found in the best explanation, tip_mass + sensor_lag, which takes ") == NULL ||
+        strstr(text, "leaves 1 times the noise (held out: 1); that sensor_lag is there, too, has the probability 0.") ==
+            NULL)
+        fail_msg("%s", text);
+    free(text);
+    done(&d);
+}
+
 static void a_damper_is_a_spring_without_stiffness(void **state)
 {
     struct diagnosis d;
@@ -434,6 +457,7 @@ int main(void)
         cmocka_unit_test(what_fits_and_predicts_worse_is_not_named),
         cmocka_unit_test(a_second_effect_that_adds_nothing_is_not_named),
         cmocka_unit_test(a_pair_that_one_effect_cannot_replace_is_named),
+        cmocka_unit_test(one_of_a_pair_is_named_with_its_company),
         cmocka_unit_test(a_damper_is_a_spring_without_stiffness),
         cmocka_unit_test(a_beam_at_the_attainable_error_is_complete),
         cmocka_unit_test(what_the_level_of_the_noise_leaves_open_is_not_missing),
