@@ -308,7 +308,7 @@ static void add_time(const struct search *s, struct channel_factors *out)
 static bool is_settled(const struct search *s, const struct factor_pair *pair)
 {
     static const double explained = 0.3, near_one = 0.35; /* error; |ln| of the factor that was found */
-    return pair->told && pair->found > 0.0 && pair->after < explained &&
+    return pair->told && pair->found > 0.0 && (pair->after < explained || same(pair->found, 1.0)) &&
            (fabs(log(pair->found)) < near_one || !factor_size_is_stated(s->model, pair));
 }
 
@@ -330,13 +330,22 @@ static enum bf_status find_place(const struct search *s, struct channel_factors 
 
 /* ---- All of it ---- */
 
+static bool all_fit(const struct search *s)
+{
+    for (size_t p = 0; p < s->n_pairs; p++)
+        if (!(given_error(s, &s->pairs[p]) < fits_already))
+            return false;
+    return true;
+}
+
 static enum bf_status find(struct search *s, struct channel_factors *out, struct bf_error *err)
 {
     bool any = false;
     s->given = bf_alloc(s->n_records * s->model->n_outputs + 1, sizeof *s->given);
     enum bf_status status = factor_errors(s->model, s->records, s->n_records, s->options, s->fitted, s->given, err);
-    if (!status)
-        status = suspected_time(s, &s->time_factor, err);
+    if (status || all_fit(s))
+        return status;
+    status = suspected_time(s, &s->time_factor, err);
     if (!status)
         status = judge_pairs(s, &any, err);
     if (!status)
