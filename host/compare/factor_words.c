@@ -6,7 +6,9 @@
 #include <stdio.h>
 #include <string.h>
 
-static const double g = 9.80665; /* m/s² */
+static const double g = 9.80665;        /* m/s² */
+static const double place_about = 0.01; /* of the length */
+static const double gain_about = 0.05;
 
 /* ---- The gain that says it ---- */
 
@@ -29,11 +31,37 @@ static double gain_factor(const struct model *model, const struct channel_factor
     return sign * (ten ? 10.0 : tenth ? 0.1 : size);
 }
 
+static struct channel_parameters *own_of(struct model *model, bool is_input, size_t channel)
+{
+    return is_input ? &model->inputs[channel].own : &model->outputs[channel].own;
+}
+
+/* What was found by a short fit, or is only known to be about ten: a fit finds it. */
+static void open_about(struct parameter *p, double deviation)
+{
+    p->fixed = false, p->prior = deviation, p->prior_value = p->value;
+}
+
 static void set_place(struct model *model, const struct channel_factor *f)
 {
-    struct channel_parameters *own = f->is_input ? &model->inputs[f->channel].own : &model->outputs[f->channel].own;
+    struct channel_parameters *own = own_of(model, f->is_input, f->channel);
     *(f->is_input ? &model->inputs[f->channel].at_m : &model->outputs[f->channel].at_m) = f->found;
     own->at.value = own->at.prior_value = f->found, own->at.sd = 0.0;
+    if (own->at.fixed || !own->lists_at) {
+        own->lists_at = true, own->at.min = 0.0, own->at.max = model->length_m;
+        open_about(&own->at, place_about * model->length_m / f->found);
+    }
+}
+
+/* A decade is a gain that is about ten, or standard gravity; a sign and a thousand are exact. */
+static void open_decade(struct model *model, const struct channel_factor *f, struct parameter *gain)
+{
+    struct channel_parameters *own = own_of(model, f->is_input, f->channel);
+    const double size = fabs(log10(fabs(f->factor)));
+    if (gain != &own->gain || (!gain->fixed && own->lists_gain) || size < 0.5 || size > 1.5)
+        return;
+    own->lists_gain = true;
+    open_about(gain, gain_about);
 }
 
 void channel_factors_apply(const struct channel_factors *factors, struct model *model)
@@ -50,6 +78,7 @@ void channel_factors_apply(const struct channel_factors *factors, struct model *
         gain->logarithmic = gain->logarithmic && gain->value > 0.0;
         if (isfinite(low) || isfinite(high))
             gain->min = factor > 0.0 ? low * factor : -HUGE_VAL, gain->max = factor > 0.0 ? high * factor : HUGE_VAL;
+        open_decade(model, f, gain);
     }
 }
 
