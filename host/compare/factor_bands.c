@@ -13,9 +13,9 @@ static const double part = 0.01,
                     part_of_peak = 0.001; /* shares of the signal's power with which a band, a peak counts */
 /* Correlations of measured and fitted in a band; the last in one without a part, which says as much when it is as good. */
 static const double opposed = -0.5, agreed = 0.7, agreed_well = 0.9;
-enum { LEAST_BINS = 8 };                     /* of a band without a part */
-static const double evenness = 1.25;         /* largest over smallest factor of bands that agree */
-static const double edge = 0.05;             /* of the window of a drive: a blow on the first sample still counts */
+enum { LEAST_BINS = 8 };              /* of a band without a part */
+static const double evenness = 1.25;  /* largest over smallest factor of bands that agree */
+static const double line_width = 6.0; /* bins; a single line has four under the window, and bands round that up */
 static const double least_half_period = 6.0; /* samples: a shorter one is within reach of a delay */
 
 /* One band, from the Nyquist frequency downwards. */
@@ -83,7 +83,7 @@ static enum bf_status is_wide(const double u[], size_t n, bool *wide, struct bf_
     double complex *U = bf_alloc(bins, sizeof *U);
     window_fill(WINDOW_HANN, n, x); /* a line that does not end with the record would reach octaves without one */
     for (size_t k = 0; k < n; k++)
-        x[k] = (edge + (1.0 - edge) * x[k]) * u[k];
+        x[k] *= u[k];
     fft_forward(plan, x, U);
     const size_t count = sum_bands(U, U, bins, band);
     for (size_t b = 0; b < count; b++)
@@ -91,7 +91,7 @@ static enum bf_status is_wide(const double u[], size_t n, bool *wide, struct bf_
     for (size_t b = 0; b < count; b++)
         if (band[b].zz >= part * all)
             low = fmin(low, band[b].centre), high = fmax(high, band[b].centre);
-    *wide = high >= 2.0 * low;
+    *wide = high >= 2.0 * low && high - low > line_width / (double)n;
     free(x), free(U);
     return BF_OK;
 }

@@ -6,9 +6,9 @@
 #include <stdio.h>
 #include <string.h>
 
-static const double g = 9.80665;        /* m/s² */
-static const double place_about = 0.01; /* of the length */
-static const double gain_about = 0.05;
+static const double g = 9.80665; /* m/s² */
+/* Standard deviations of what is only about right, and what a fit finds better: a place that a short fit has found, of the length; a decade. */
+static const double place_sd = 0.01, decade_sd = 0.05;
 
 /* ---- The gain that says it ---- */
 
@@ -19,16 +19,25 @@ static struct parameter *gain_of(struct model *model, bool is_input, size_t chan
     return model->outputs[channel].kind == OUTPUT_PATCH_STRAIN ? &model->Ks : &model->outputs[channel].own.gain;
 }
 
+static bool is_ten(double size)
+{
+    return size > 5.0 && size < 50.0;
+}
+
+static bool is_tenth(double size)
+{
+    return size > 0.02 && size < 0.2;
+}
+
 /* Standard gravity stands for itself only where an acceleration or a force may be counted in it. */
 static double gain_factor(const struct model *model, const struct channel_factor *f)
 {
     const double size = fabs(f->factor), sign = f->factor < 0.0 ? -1.0 : 1.0;
-    const bool ten = size > 5.0 && size<50.0, tenth = size> 0.02 && size < 0.2;
-    const bool gravity = f->is_input ? ten && model->inputs[f->channel].kind == INPUT_POINT_FORCE
-                                     : tenth && model->outputs[f->channel].kind == OUTPUT_ACCELERATION;
+    const bool gravity = f->is_input ? is_ten(size) && model->inputs[f->channel].kind == INPUT_POINT_FORCE
+                                     : is_tenth(size) && model->outputs[f->channel].kind == OUTPUT_ACCELERATION;
     if (gravity)
-        return sign * (ten ? g : 1.0 / g);
-    return sign * (ten ? 10.0 : tenth ? 0.1 : size);
+        return sign * (is_ten(size) ? g : 1.0 / g);
+    return sign * (is_ten(size) ? 10.0 : is_tenth(size) ? 0.1 : size);
 }
 
 static struct channel_parameters *own_of(struct model *model, bool is_input, size_t channel)
@@ -36,32 +45,22 @@ static struct channel_parameters *own_of(struct model *model, bool is_input, siz
     return is_input ? &model->inputs[channel].own : &model->outputs[channel].own;
 }
 
-/* What was found by a short fit, or is only known to be about ten: a fit finds it. */
-static void open_about(struct parameter *p, double deviation)
-{
-    p->fixed = false, p->prior = deviation, p->prior_value = p->value;
-}
-
 static void set_place(struct model *model, const struct channel_factor *f)
 {
     struct channel_parameters *own = own_of(model, f->is_input, f->channel);
     *(f->is_input ? &model->inputs[f->channel].at_m : &model->outputs[f->channel].at_m) = f->found;
     own->at.value = own->at.prior_value = f->found, own->at.sd = 0.0;
-    if (own->at.fixed || !own->lists_at) {
-        own->lists_at = true, own->at.min = 0.0, own->at.max = model->length_m;
-        open_about(&own->at, place_about * model->length_m / f->found);
-    }
+    if (own->at.fixed)
+        model_channel_open_place(own, f->found, place_sd * model->length_m);
 }
 
-/* A decade is a gain that is about ten, or standard gravity; a sign and a thousand are exact. */
-static void open_decade(struct model *model, const struct channel_factor *f, struct parameter *gain)
+/* A sensor of 10.2 mV/(m/s²) is off by a decade; a sign and a thousand are exact. The gain of a patch is K_s or K_B, which has its own prior. */
+static void open_decade(struct model *model, const struct channel_factor *f)
 {
     struct channel_parameters *own = own_of(model, f->is_input, f->channel);
-    const double size = fabs(log10(fabs(f->factor)));
-    if (gain != &own->gain || (!gain->fixed && own->lists_gain) || size < 0.5 || size > 1.5)
-        return;
-    own->lists_gain = true;
-    open_about(gain, gain_about);
+    const double size = fabs(f->factor);
+    if (own->gain.name[0] && own->gain.fixed && (is_ten(size) || is_tenth(size)))
+        model_channel_open_gain(own, decade_sd);
 }
 
 void channel_factors_apply(const struct channel_factors *factors, struct model *model)
@@ -78,7 +77,7 @@ void channel_factors_apply(const struct channel_factors *factors, struct model *
         gain->logarithmic = gain->logarithmic && gain->value > 0.0;
         if (isfinite(low) || isfinite(high))
             gain->min = factor > 0.0 ? low * factor : -HUGE_VAL, gain->max = factor > 0.0 ? high * factor : HUGE_VAL;
-        open_decade(model, f, gain);
+        open_decade(model, f);
     }
 }
 

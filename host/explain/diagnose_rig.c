@@ -22,15 +22,11 @@ static size_t free_one(struct channel_parameters *own, double at_m)
 {
     size_t n = 0;
     if (own->at.name[0] && !own->lists_at && at_m > diagnose_rig_limits.place_m) {
-        own->lists_at = true, own->at.fixed = false;
-        own->at.value = own->at.prior_value = at_m;
-        own->at.prior = diagnose_rig_limits.place_m / at_m;
+        model_channel_open_place(own, at_m, diagnose_rig_limits.place_m);
         n++;
     }
     if (own->gain.name[0] && !own->lists_gain && own->gain.value > 0.0) {
-        own->lists_gain = true, own->gain.fixed = false, own->gain.logarithmic = true;
-        own->gain.prior_value = own->gain.value;
-        own->gain.prior = diagnose_rig_limits.gain;
+        model_channel_open_gain(own, diagnose_rig_limits.gain);
         n++;
     }
     return n;

@@ -150,7 +150,7 @@ static void tell_company(FILE *out, const struct diagnosis *d, const struct hypo
 
 static void missing(FILE *out, const struct diagnosis *d)
 {
-    const struct hypothesis *best = &d->hypotheses[0], *second = runner_up(d);
+    const struct hypothesis *best = &d->hypotheses[0], *second = runner_up(d), *set = company(d);
     (void)fprintf(out, "Missing: ");
     hypothesis_name(out, best);
     (void)fprintf(out, " (%s), with probability %.2f. It explains ", best->effects[0]->title, d->probability);
@@ -164,8 +164,8 @@ static void missing(FILE *out, const struct diagnosis *d)
     (void)fprintf(out, ".");
     if (best->has_other_place)
         (void)fprintf(out, " Its place is open: at %.3g m it explains the records as well.", best->other_at_m);
-    if (company(d) != NULL)
-        tell_company(out, d, company(d));
+    if (set != NULL)
+        tell_company(out, d, set);
     remainder_of(out, d, best);
     if (second != NULL) {
         (void)fprintf(out, " The next best, ");

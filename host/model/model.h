@@ -278,6 +278,9 @@ enum bf_status model_append_effect(struct model *model, const char *id, const ch
 
 /* Adds a copy of another model's effect, with its values. The result is not checked; the last fit is forgotten. */
 void model_take_effect(struct model *model, const struct model_effect *effect);
+/* Where a channel is, or what its numbers are worth, becomes a free parameter with a prior of sd_m (m) or relative_sd (of its value) around at_m > 0 or the present gain. */
+void model_channel_open_place(struct channel_parameters *own, double at_m, double sd_m);
+void model_channel_open_gain(struct channel_parameters *own, double relative_sd);
 
 /* Every use of it. BF_USAGE: the model has none. */
 enum bf_status model_drop_effect(struct model *model, const char *id, struct bf_error *err);

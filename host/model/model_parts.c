@@ -43,6 +43,20 @@ void model_channel_init(struct channel_parameters *out, double length_m)
     out->gain.value = 1.0;
 }
 
+void model_channel_open_place(struct channel_parameters *own, double at_m, double sd_m)
+{
+    own->lists_at = true, own->at.fixed = false;
+    own->at.value = own->at.prior_value = at_m;
+    own->at.prior = sd_m / at_m;
+}
+
+void model_channel_open_gain(struct channel_parameters *own, double relative_sd)
+{
+    own->lists_gain = true, own->gain.fixed = false, own->gain.logarithmic = own->gain.value > 0.0;
+    own->gain.prior_value = own->gain.value;
+    own->gain.prior = relative_sd;
+}
+
 static void free_fit(struct fit_info *fit)
 {
     for (size_t i = 0; i < fit->n_records; i++) {

@@ -11,6 +11,7 @@
 
 #include "beam/beam.h"
 #include "slow_part.h"
+#include "steady_drive.h"
 
 enum { LEAST_SAMPLES = 64, PARTS = 3 };
 
@@ -73,18 +74,6 @@ struct drive {
     double below_Hz;
 };
 
-/* Times a second that x goes through its mean upwards. */
-static double rises_Hz(const double x[], size_t n, double dt_s)
-{
-    double mean = 0.0;
-    size_t rises = 0;
-    for (size_t k = 0; k < n; k++)
-        mean += x[k] / (double)n;
-    for (size_t k = 1; k < n; k++)
-        rises += x[k - 1] <= mean && x[k] > mean;
-    return (double)rises / ((double)n * dt_s);
-}
-
 static enum bf_status look_at_drive(const struct model *model, const struct record *record, double below_Hz,
                                     struct drive *drive, struct bf_error *err)
 {
@@ -92,8 +81,9 @@ static enum bf_status look_at_drive(const struct model *model, const struct reco
     *drive = (struct drive){.below_Hz = below_Hz};
     for (size_t i = 0; i < model->n_inputs; i++) {
         const double *u = record_column(record, model->inputs[i].name);
+        const double periods = u != NULL ? 0.5 * (double)mean_crossings(u, record->n) : 0.0;
         if (u != NULL)
-            drive->below_Hz = fmin(drive->below_Hz, limits.of_drive * rises_Hz(u, record->n, record->dt_s));
+            drive->below_Hz = fmin(drive->below_Hz, limits.of_drive * periods / ((double)record->n * record->dt_s));
     }
     for (size_t i = 0; i < model->n_inputs && !status; i++) {
         const double *u = record_column(record, model->inputs[i].name);
@@ -143,7 +133,7 @@ static bool shifts_from_rest(const struct model *model, double below_Hz, double 
            falls(&one->slow);
 }
 
-/* In steady vibration it does, but less than in its share of the drive. */
+/* In steady vibration a beam does move so slowly, but by a smaller share of its motion than the drive of its own. */
 static enum bf_status shifts_in_motion(const struct model *model, double below_Hz, double rms, struct shifted *one,
                                        struct bf_error *err)
 {

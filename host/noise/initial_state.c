@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Does a record with an input begin in motion? */
 #include "noise.h"
+#include "steady_drive.h"
 
 #include <math.h>
 
@@ -27,13 +28,19 @@ static double rms_about(double mean, const double x[], size_t n)
     return sqrt(square / (double)n);
 }
 
-/* Samples of a mean period, from the crossings of the mean. */
-static size_t period_of(const double z[], size_t n, double mean)
+size_t mean_crossings(const double x[], size_t n)
 {
+    const double mean = mean_of(x, n);
     size_t crossings = 0;
     for (size_t k = 1; k < n; k++)
-        crossings += (z[k] > mean) != (z[k - 1] > mean);
-    const size_t period = crossings > 0 ? 2 * n / crossings : n;
+        crossings += (x[k] > mean) != (x[k - 1] > mean);
+    return crossings;
+}
+
+/* Samples of a mean period. */
+static size_t period_of(const double z[], size_t n)
+{
+    const size_t crossings = mean_crossings(z, n), period = crossings > 0 ? 2 * n / crossings : n;
     return period < FIRST ? FIRST : period;
 }
 
@@ -41,7 +48,7 @@ static size_t period_of(const double z[], size_t n, double mean)
 static bool begins_before(const double z[], size_t n, double noise)
 {
     const double mean = mean_of(z, n);
-    const size_t period = period_of(z, n, mean);
+    const size_t period = period_of(z, n);
     const double first = rms_about(mean, z, period < n ? period : n);
     return FEWEST * period <= n && first > fmax(noises * noise, steady_share * rms_about(mean, z, n));
 }

@@ -91,8 +91,6 @@ double noise_bins(const struct noise_estimate *estimate, double from_Hz, double 
  * "initial_state: free". Nothing is looked for where the record states it. Errors are those of noise_of_channel(), and so is the cost.
  */
 enum bf_status initial_state_find(const struct model *model, struct record *record, bool *found, struct bf_error *err);
-/* Some input moves in its first period as it does at large. O(n). */
-bool drive_goes_on(const struct model *model, const struct record *record);
 
 /*
  * INPUTS — the noise of a force's sensor drives the model as the force does, most of all where the beam rings, and between two blows, beside a sweep and above a

@@ -31,11 +31,12 @@ static double creeping(size_t k, double shift)
     return k < HIT ? 0.0 : shift * exp(-((double)k - HIT) / RATE_HZ / 5.0);
 }
 
-static struct record hit_with(double shift, unsigned seed)
+static struct record hit_with(double shift, double slow_drive, unsigned seed)
 {
     static double u[SAMPLES], y[SAMPLES];
     struct record record = {.n = SAMPLES, .dt_s = 1.0 / RATE_HZ, .path = strdup("case.csv")};
     uint64_t dice = signal_seed(seed);
+    (void)slow_drive; /* a hit has none */
     for (size_t k = 0; k < SAMPLES; k++) {
         u[k] = k == HIT || k == HIT + 1 ? 20.0 : 0.0;
         y[k] =
@@ -47,8 +48,8 @@ static struct record hit_with(double shift, unsigned seed)
 }
 
 /*
- * Cut out of steady vibration: a drive of 11.3 Hz that does not end with the record, beside it a mode that dies away. Of such a motion terms that only project
- * would have fifteen times the noise. The zero creeps, and the drive has a share of its own as slow as that.
+ * Cut out of steady vibration: a drive of 11.3 Hz that does not end with the record, beside it a mode that dies away. The zero creeps, and the drive may have a
+ * share of its own as slow as that.
  */
 static struct record driven_with(double shift, double slow_drive, unsigned seed)
 {
@@ -67,24 +68,33 @@ static struct record driven_with(double shift, double slow_drive, unsigned seed)
     return record;
 }
 
-/* How many shifts of driven records are found; what is left goes to left[i], over the noise. */
-static size_t found_in_motion(const double shift[], double slow_drive, double left[])
+/* A record with a zero shift, and what else is asked of it. */
+struct rig {
+    struct record (*make)(double shift, double slow_drive, unsigned seed);
+    double slow_drive;
+    const char *key, *mark; /* metadata; NULL: none */
+};
+
+/* How many shifts are found; what is left of record i against the same without its shift goes to left[i], over the noise. */
+static size_t found_by(const struct rig *rig, const double shift[], size_t n, double left[])
 {
     struct model model;
     struct record records[RECORDS], *all[RECORDS];
     struct baseline_list list;
     struct bf_error err;
     fixture_model(&model, "");
-    for (size_t i = 0; i < RECORDS; i++) {
-        records[i] = driven_with(shift[i], slow_drive, (unsigned)i + 1);
+    for (size_t i = 0; i < n; i++) {
+        records[i] = rig->make(shift[i], rig->slow_drive, (unsigned)i + 1);
+        if (rig->mark != NULL)
+            record_add_meta(&records[i], rig->key, rig->mark);
         all[i] = &records[i];
     }
-    if (baselines_take_off(&model, all, RECORDS, &list, &err) != BF_OK)
+    if (baselines_take_off(&model, all, n, &list, &err) != BF_OK)
         fail_msg("%s", err.text);
     const size_t found = list.n;
     baselines_free(&list);
-    for (size_t i = 0; i < RECORDS; i++) {
-        struct record bare = driven_with(0.0, slow_drive, (unsigned)i + 1);
+    for (size_t i = 0; i < n; i++) {
+        struct record bare = rig->make(0.0, rig->slow_drive, (unsigned)i + 1);
         double away[SAMPLES];
         for (size_t k = 0; k < SAMPLES; k++)
             away[k] = record_column(&records[i], "accel_mps2")[k] - record_column(&bare, "accel_mps2")[k];
@@ -96,35 +106,14 @@ static size_t found_in_motion(const double shift[], double slow_drive, double le
     return found;
 }
 
-/* How many shifts are found; what is left of record i against the same without its shift goes to left[i], over the noise. */
 static size_t found_in(const double shift[], size_t n, double left[], const char *key, const char *mark)
 {
-    struct model model;
-    struct record records[RECORDS], *all[RECORDS];
-    struct baseline_list list;
-    struct bf_error err;
-    fixture_model(&model, "");
-    for (size_t i = 0; i < n; i++) {
-        records[i] = hit_with(shift[i], (unsigned)i + 1);
-        if (mark != NULL)
-            record_add_meta(&records[i], key, mark);
-        all[i] = &records[i];
-    }
-    if (baselines_take_off(&model, all, n, &list, &err) != BF_OK)
-        fail_msg("%s", err.text);
-    const size_t found = list.n;
-    baselines_free(&list);
-    for (size_t i = 0; i < n; i++) {
-        struct record bare = hit_with(0.0, (unsigned)i + 1);
-        double away[SAMPLES];
-        for (size_t k = 0; k < SAMPLES; k++)
-            away[k] = record_column(&records[i], "accel_mps2")[k] - record_column(&bare, "accel_mps2")[k];
-        left[i] = root_mean_square(away, SAMPLES) / noise;
-        record_free(&bare);
-        record_free(&records[i]);
-    }
-    model_free(&model);
-    return found;
+    return found_by(&(struct rig){.make = hit_with, .key = key, .mark = mark}, shift, n, left);
+}
+
+static size_t found_in_motion(const double shift[], double slow_drive, double left[])
+{
+    return found_by(&(struct rig){.make = driven_with, .slow_drive = slow_drive}, shift, RECORDS, left);
 }
 
 static void a_shift_of_one_record_is_taken_off(void **state)
