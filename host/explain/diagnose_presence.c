@@ -151,6 +151,30 @@ static bool attracts(const struct diagnosis *d, const struct decision *one)
     return false;
 }
 
+/* Of the misfit's power, the share that an explanation takes, of the fitted or the held-out records, whichever is less: 0 ... 1. */
+static double share_taken(const struct hypothesis *h)
+{
+    const double both = isfinite(h->held_out_explained) ? fmin(h->explained, h->held_out_explained) : h->explained;
+    return isfinite(both) ? fmin(fmax(both, 0.0), 1.0) : 0.0;
+}
+
+/* The most that an explanation takes, of any number of effects, that has none of them and none of their kin. */
+static double most_taken_without(const struct diagnosis *d, const struct decision *one)
+{
+    double most = 0.0;
+    for (size_t i = 0; i < d->n_hypotheses; i++)
+        if (!has_kin(d, &d->hypotheses[i], one))
+            most = fmax(most, share_taken(&d->hypotheses[i]));
+    return most;
+}
+
+/* Real beams are never exact: what takes nearly all of the misfit, of which nothing else takes much, may leave more than a rival might. */
+static double stands_alone(const struct diagnosis *d, const struct decision *one, const struct hypothesis *best)
+{
+    const double alone = share_taken(best) * (1.0 - most_taken_without(d, one));
+    return alone * alone;
+}
+
 static void fill_features(const struct diagnosis *d, struct decision *one)
 {
     const struct hypothesis *best = &d->hypotheses[one->with], *other = best_other(d, one);
@@ -160,6 +184,7 @@ static void fill_features(const struct diagnosis *d, struct decision *one)
     x[FEATURE_LEAD] = bounded(best->score - other->score, clear_lead);
     x[FEATURE_CROWD] = bounded(log(rms_of(other, best)), 1.0);
     x[FEATURE_ATTRACTS] = attracts(d, one) ? 1.0 : 0.0;
+    x[FEATURE_ALONE] = x[FEATURE_REMAINS] * stands_alone(d, one, best);
     one->probability = probability_of(x);
 }
 
