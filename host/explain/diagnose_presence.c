@@ -184,7 +184,7 @@ static void fill_features(const struct diagnosis *d, struct decision *one)
     x[FEATURE_LEAD] = bounded(best->score - other->score, clear_lead);
     x[FEATURE_CROWD] = bounded(log(rms_of(other, best)), 1.0);
     x[FEATURE_ATTRACTS] = attracts(d, one) ? 1.0 : 0.0;
-    x[FEATURE_ALONE] = x[FEATURE_REMAINS] * stands_alone(d, one, best);
+    x[FEATURE_ALONE] = (1.0 - x[FEATURE_ATTRACTS]) * x[FEATURE_REMAINS] * stands_alone(d, one, best);
     one->probability = probability_of(x);
 }
 

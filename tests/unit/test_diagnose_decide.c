@@ -171,6 +171,7 @@ static void a_spring_that_attracts_is_less_sure(void **state)
                                        : "  - {kind: point_spring, stiffness_Npm: -20, damping_Nspm: 0, at_m: 0.3}\n");
         decide(&d, *state, 37.0, 28.0, h, 2);
         assert_int_equal(d.verdict, i == 0 ? VERDICT_MISSING : VERDICT_UNKNOWN);
+        assert_true((d.decisions[0].feature[FEATURE_ALONE] > 0.01) == (i == 0));
         probability[i] = d.decisions[0].probability;
         model_free(&d.hypotheses[0].model);
         done(&d);
@@ -212,6 +213,25 @@ static void what_stands_out_is_named_though_it_leaves_much(void **state)
     assert_false(d.hypotheses[0].explains);
     assert_true(fabs(d.hypotheses[0].explained - (1.0 - 24.0 / 9999.0)) < 1e-9);
     done(&d);
+}
+
+/* Where nothing else takes much of a large misfit, what takes nearly all of it may leave more than a free linear model; not where something else does, too. */
+static void what_nothing_else_explains_may_leave_more(void **state)
+{
+    for (int i = 0; i < 2; i++) {
+        const double other[2] = {95.0, 30.0};
+        struct diagnosis d;
+        struct hypothesis h[] = {refit("tip_mass", NULL, 1, 15.0, 16.0),
+                                 refit("axial_load", NULL, 1, other[i], other[i])};
+        decide(&d, *state, 100.0, 100.0, h, 2);
+        d.attainable = (struct attainable){.modes = 4, .nrmse = 0.1, .noise_ratio = 5.0, .held_out_noise_ratio = 5.0};
+        diagnose_decide(&d);
+        const double *x = d.decisions[0].feature;
+        const double taken = 1.0 - (16.0 * 16.0 - 1.0) / 9999.0, by_other = 1.0 - (other[i] * other[i] - 1.0) / 9999.0;
+        assert_true(fabs(x[FEATURE_ALONE] - x[FEATURE_REMAINS] * pow(taken * (1.0 - by_other), 2)) < 1e-9);
+        assert_true((d.verdict == VERDICT_MISSING) == (i == 0));
+        done(&d);
+    }
 }
 
 /* Stand-ins: each takes a little, none more than the others. */
@@ -449,6 +469,7 @@ int main(void)
         cmocka_unit_test(what_stands_out_is_named_though_it_leaves_much),
         cmocka_unit_test(a_spring_that_attracts_is_less_sure),
         cmocka_unit_test(a_damper_is_not_judged_by_a_stiffness_that_it_does_not_need),
+        cmocka_unit_test(what_nothing_else_explains_may_leave_more),
         cmocka_unit_test(none_of_a_crowd_is_named),
         cmocka_unit_test(two_that_explain_alike_are_ambiguous),
         cmocka_unit_test(held_out_records_break_a_tie),
