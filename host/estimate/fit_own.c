@@ -6,7 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { STARTS = 3 }; /* turns of a phase: with one sinusoid at most one of them stands on the maximum */
+/* Turns of a phase: with one sinusoid at most one of them stands on the maximum. Records whose values a strength begins at. */
+enum { TURNS = 3, OTHERS = 6 };
 
 void own_values_free(struct own_values *own)
 {
@@ -36,9 +37,15 @@ static struct parameter *parameter_of(struct model *model, const struct paramete
     return &model->effects[ref->owner].parameters[ref->slot];
 }
 
-/* Holds all parameters but the missing ones, which begin at the model's value plus `turn` where they are phases. */
+/* What the missing parameters begin at: phases at the model's value plus a turn, others at the model's or at that of another record. */
+struct own_start {
+    double turn;
+    const char *other; /* NULL: the model's */
+};
+
+/* Holds all parameters but the missing ones. */
 static void prepare(const struct model *model, const struct parameter_ref refs[], size_t n, const char *name,
-                    double turn, struct model *trial)
+                    const struct own_start *start, struct model *trial)
 {
     for (size_t i = 0; i < trial->n_materials; i++)
         trial->materials[i].EI.fixed = trial->materials[i].rho.fixed = trial->materials[i].cDI.fixed = true;
@@ -55,9 +62,52 @@ static void prepare(const struct model *model, const struct parameter_ref refs[]
             continue;
         struct parameter *p = parameter_of(trial, &refs[i]);
         p->fixed = !is_missing(model, &refs[i], name);
-        if (!p->fixed && is_phase(model, &refs[i]))
-            p->value += turn;
+        if (p->fixed)
+            continue;
+        const struct per_record_value *known =
+            start->other ? effect_record_value(&model->effects[refs[i].owner], refs[i].slot, start->other) : NULL;
+        if (is_phase(model, &refs[i]))
+            p->value += start->turn;
+        else if (known)
+            p->value = known->value;
     }
+}
+
+/* Records that have a value of this parameter, OTHERS at most, spread over all of them. */
+static size_t others_of(const struct model *model, const struct parameter_ref *ref, struct own_start starts[])
+{
+    const struct model_effect *effect = &model->effects[ref->owner];
+    size_t n = 0, seen = 0, found = 0;
+    for (size_t k = 0; k < effect->n_per_record; k++)
+        n += effect->per_record[k].parameter == ref->slot;
+    for (size_t k = 0; k < effect->n_per_record; k++) {
+        if (effect->per_record[k].parameter != ref->slot)
+            continue;
+        if (found < OTHERS && seen * OTHERS >= found * n)
+            starts[found++] = (struct own_start){.other = effect->per_record[k].record};
+        seen++;
+    }
+    return found;
+}
+
+/* starts: [TURNS + OTHERS]; the model's own values first. */
+static size_t starts_of(const struct model *model, const struct parameter_ref refs[], size_t n, const char *name,
+                        struct own_start starts[])
+{
+    size_t turns = 1, others = 0;
+    struct own_start other[OTHERS] = {0};
+    for (size_t i = 0; i < n; i++) {
+        if (!is_missing(model, &refs[i], name))
+            continue;
+        if (is_phase(model, &refs[i]))
+            turns = TURNS;
+        else if (others == 0)
+            others = others_of(model, &refs[i], other);
+    }
+    for (size_t k = 0; k < turns; k++)
+        starts[k] = (struct own_start){.turn = 2.0 * M_PI * (double)k / TURNS};
+    memcpy(&starts[turns], other, others * sizeof *other);
+    return turns + others;
 }
 
 /* The best of the starts; *out is empty when no start has a value. */
@@ -67,8 +117,10 @@ static enum bf_status fit_one(const struct model *model, const struct record *re
     const char *name = record_base_name(record);
     double lowest = HUGE_VAL;
     enum bf_status status = BF_OK;
+    struct own_start starts[TURNS + OTHERS];
+    const size_t n_starts = starts_of(model, refs, n, name, starts);
     *out = (struct fit_result){0};
-    for (int k = 0; k < STARTS && !status; k++) {
+    for (size_t k = 0; k < n_starts && !status; k++) {
         struct model trial;
         struct fit_result result;
         const struct fit_options own_options = {
@@ -76,7 +128,7 @@ static enum bf_status fit_one(const struct model *model, const struct record *re
         status = model_copy(model, &trial, err);
         if (status)
             return status;
-        prepare(model, refs, n, name, 2.0 * M_PI * k / STARTS, &trial);
+        prepare(model, refs, n, name, &starts[k], &trial);
         status = fit_run(&trial, record, 1, &own_options, &result, err);
         model_free(&trial);
         if (!status && result.nrmse < lowest) {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* Per-record values of records that were not fitted: hum of another phase in every record. */
+/* Per-record values of records that were not fitted: hum of another phase, a tip mass of another weight in every record. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -118,12 +118,43 @@ static void compare_allows_for_it_and_says_so(void **state)
     record_free(&record);
 }
 
+/* From the mass of the heavy record, where the model's own value stands too, no descent comes down to a record of a bare beam. */
+static void a_mass_of_a_held_out_record_begins_at_those_of_the_others(void **state)
+{
+    (void)state;
+    struct record record;
+    struct model model;
+    struct own_values own;
+    struct bf_error err = {0};
+    double sigma[2];
+    const struct fit_options options = {.quiet = true, .sigma = sigma};
+    struct fit_channel_error *errors;
+    size_t n;
+    seed = 70;
+    make_record("held.csv", 0.02, 1.0, &record, sigma);
+    make_model_with(&truth,
+                    "\n  - {kind: tip_mass, mass_kg: {value: 0.05, per_record: {heavy.csv: {value: 0.05}, "
+                    "light.csv: {value: 0.001}}}}",
+                    &model);
+    assert_int_equal(own_values_find(&model, &record, 1, &options, &own, &err), BF_OK);
+    assert_int_equal(own.n_notes, 1);
+    assert_int_equal(own.model->effects[0].n_per_record, 3);
+    assert_near(own.model->effects[0].per_record[2].value, 0.0, 1e-5);
+    assert_int_equal(fit_errors(own.model, &record, 1, &options, &errors, &n, &err), BF_OK);
+    assert_near(errors[0].noise_ratio, 1.0, 0.08);
+    free(errors);
+    own_values_free(&own);
+    model_free(&model);
+    record_free(&record);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_phase_of_a_held_out_record_comes_from_the_record),
         cmocka_unit_test(a_value_that_the_model_has_is_kept),
         cmocka_unit_test(compare_allows_for_it_and_says_so),
+        cmocka_unit_test(a_mass_of_a_held_out_record_begins_at_those_of_the_others),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
