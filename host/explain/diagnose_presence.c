@@ -151,8 +151,7 @@ static bool attracts(const struct diagnosis *d, const struct decision *one)
     return false;
 }
 
-/* Of the misfit's power, the share that an explanation takes, of the fitted or the held-out records, whichever is less: 0 ... 1. */
-static double share_taken(const struct hypothesis *h)
+double diagnose_share_taken(const struct hypothesis *h)
 {
     const double both = isfinite(h->held_out_explained) ? fmin(h->explained, h->held_out_explained) : h->explained;
     return isfinite(both) ? fmin(fmax(both, 0.0), 1.0) : 0.0;
@@ -164,14 +163,14 @@ static double most_taken_without(const struct diagnosis *d, const struct decisio
     double most = 0.0;
     for (size_t i = 0; i < d->n_hypotheses; i++)
         if (!has_kin(d, &d->hypotheses[i], one))
-            most = fmax(most, share_taken(&d->hypotheses[i]));
+            most = fmax(most, diagnose_share_taken(&d->hypotheses[i]));
     return most;
 }
 
 /* Real beams are never exact: what takes nearly all of the misfit, of which nothing else takes much, may leave more than a rival might. */
 static double stands_alone(const struct diagnosis *d, const struct decision *one, const struct hypothesis *best)
 {
-    const double alone = share_taken(best) * (1.0 - most_taken_without(d, one));
+    const double alone = diagnose_share_taken(best) * (1.0 - most_taken_without(d, one));
     return alone * alone;
 }
 

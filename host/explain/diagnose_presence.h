@@ -10,6 +10,8 @@
  * strongest rival is, and so on; and the probability of each hypothesis: that all its effects are there. After diagnose_rank().
  */
 void diagnose_weigh_presence(struct diagnosis *d);
+/* Of the misfit's power, the share that an explanation takes, of the fitted or the held-out records, whichever is less: 0 ... 1. */
+double diagnose_share_taken(const struct hypothesis *h);
 /* The best explanation without these effects is as good as the best with one of them: the records do not tell. */
 bool diagnose_is_open(const struct diagnosis *d, const struct decision *one);
 

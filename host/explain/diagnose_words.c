@@ -26,6 +26,7 @@ static void ratios(FILE *out, const struct diagnosis *d, const struct hypothesis
 }
 
 static const double next_to_nothing = 0.005; /* share of a misfit's power that is not worth a word */
+static const double clearly_more = 0.1;      /* the same, that makes one explanation worth a word of its own */
 
 /* "97 %", "none"; beyond what there was before: "worse than without it" */
 static void share(FILE *out, double explained)
@@ -275,20 +276,47 @@ static bool any_lowers_it(const struct diagnosis *d)
     return false;
 }
 
+/* What takes clearly more of the misfit's power than all that is listed, which has more evidence. NULL: none. */
+static const struct hypothesis *takes_most(const struct diagnosis *d, const struct hypothesis *const listed[], size_t n)
+{
+    const struct hypothesis *most = NULL;
+    double least = clearly_more;
+    for (size_t i = 0; i < n; i++)
+        least = fmax(least, diagnose_share_taken(listed[i]) + clearly_more);
+    for (size_t i = 0; i < d->n_hypotheses; i++) {
+        const struct hypothesis *h = &d->hypotheses[i];
+        if (diagnose_share_taken(h) >= (most ? diagnose_share_taken(most) : least))
+            most = h;
+    }
+    return most;
+}
+
 /* The best three of those that lower the misfit: that none stands out of the others is why none is named. */
 static void crowd(FILE *out, const struct diagnosis *d)
 {
     enum { MOST = 3 };
-    for (size_t i = 0, n = 0; i < d->n_hypotheses && n < MOST; i++) {
+    const struct hypothesis *listed[MOST];
+    size_t n = 0;
+    for (size_t i = 0; i < d->n_hypotheses && n < MOST; i++) {
         if (!lowers_it(&d->hypotheses[i]))
             continue;
-        (void)fprintf(out, "%s", n++ > 0 ? ", " : "");
+        (void)fprintf(out, "%s", n > 0 ? ", " : "");
         hypothesis_name(out, &d->hypotheses[i]);
         (void)fprintf(out, " ");
         shares(out, d, &d->hypotheses[i]);
         if (!d->hypotheses[i].fit.converged)
             (void)fprintf(out, " (its search did not converge)");
+        listed[n++] = &d->hypotheses[i];
     }
+    const struct hypothesis *most = takes_most(d, listed, n);
+    if (most == NULL)
+        return;
+    (void)fprintf(out, ". Most is taken by ");
+    hypothesis_name(out, most);
+    (void)fprintf(out, ", ");
+    shares(out, d, most);
+    (void)fprintf(out, ": it has many parameters, or takes it in few of the modes and records, so that its evidence is "
+                       "less; look there, too");
 }
 
 /* The effect that is there with the highest probability, though not a high one. */
