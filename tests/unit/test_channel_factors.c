@@ -174,6 +174,23 @@ static void a_wrong_place_is_named_and_is_no_wrong_sign(void **state)
     record_free(&record);
 }
 
+/* A fit of the whole model that comes as near as another place explains the records without it. */
+static void a_place_must_beat_the_fit_that_was_made(void **state)
+{
+    (void)state;
+    const size_t first = 0;
+    struct model model = model_at("0.2");
+    struct record record = hit(NULL);
+    struct channel_factor without, with;
+    struct bf_error err;
+    assert_int_equal(factor_place_find(&model, &record, &first, 1, HUGE_VAL, NULL, &without, &err), BF_OK);
+    assert_true(without.kind == FACTOR_PLACE && isfinite(without.after));
+    assert_int_equal(factor_place_find(&model, &record, &first, 1, without.after, NULL, &with, &err), BF_OK);
+    assert_true(!isfinite(with.after));
+    record_free(&record);
+    model_free(&model);
+}
+
 static void the_place_of_a_hit_is_named(void **state)
 {
     (void)state;
@@ -475,6 +492,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_right_beam_gets_no_word),
         cmocka_unit_test(a_wrong_place_is_named_and_is_no_wrong_sign),
+        cmocka_unit_test(a_place_must_beat_the_fit_that_was_made),
         cmocka_unit_test(the_place_of_a_hit_is_named),
         cmocka_unit_test(exchanged_columns_are_named_and_put_back),
         cmocka_unit_test(frequencies_are_no_times),
