@@ -6,6 +6,7 @@
  */
 #include "diagnose_presence.h"
 #include "diagnose_relatives.h"
+#include "effect_kind.h"
 #include "plausible.h"
 #include "probability.h"
 
@@ -167,9 +168,21 @@ static double most_taken_without(const struct diagnosis *d, const struct decisio
     return most;
 }
 
-/* Real beams are never exact: what takes nearly all of the misfit, of which nothing else takes much, may leave more than a rival might. */
-static double stands_alone(const struct diagnosis *d, const struct decision *one, const struct hypothesis *best)
+/* Laws, drives and sensors that bend: what is left may be what a wrong form of them leaves. */
+static bool has_a_form(const struct hypothesis *h)
 {
+    for (size_t e = 0; e < h->n_effects; e++)
+        if (effect_kind(h->effects[e]) != KIND_LINEAR)
+            return true;
+    return false;
+}
+
+/* Real beams are never exact: what takes nearly all of the misfit, of which nothing else takes much, may leave more than a rival might. */
+static double stands_alone(const struct diagnosis *d, const struct decision *one)
+{
+    const struct hypothesis *best = &d->hypotheses[one->with];
+    if (attracts(d, one) || has_a_form(best))
+        return 0.0;
     const double alone = diagnose_share_taken(best) * (1.0 - most_taken_without(d, one));
     return alone * alone;
 }
@@ -183,7 +196,7 @@ static void fill_features(const struct diagnosis *d, struct decision *one)
     x[FEATURE_LEAD] = bounded(best->score - other->score, clear_lead);
     x[FEATURE_CROWD] = bounded(log(rms_of(other, best)), 1.0);
     x[FEATURE_ATTRACTS] = attracts(d, one) ? 1.0 : 0.0;
-    x[FEATURE_ALONE] = (1.0 - x[FEATURE_ATTRACTS]) * x[FEATURE_REMAINS] * stands_alone(d, one, best);
+    x[FEATURE_ALONE] = x[FEATURE_REMAINS] * stands_alone(d, one);
     one->probability = probability_of(x);
 }
 

@@ -111,7 +111,7 @@ enum feature {
     FEATURE_LEAD,    /* -1 ... 1: x/(c + |x|) of the nats x by which it leads what has none of the effects */
     FEATURE_CROWD, /* -1 ... 1: x/(1 + |x|), e^x: times the rms that it leaves, of both kinds of records, is left without any of the effects */
     FEATURE_ATTRACTS, /* 1: one of the effects is a spring that attracts (stiffness below 0) in the best explanation with it */
-    /* 0 ... 1: remains · (s (1 − t))², s the share of the misfit that it takes, t the most that what has none of them takes; 0 with `attracts` */
+    /* 0 ... 1: remains · (s (1 − t))², s the share of the misfit that it takes, t the most that what has none of them takes; 0 with `attracts`, and with an effect that is not linear */
     FEATURE_ALONE,
     FEATURES
 };

@@ -13,5 +13,5 @@ const struct probability_table probability_table = {
                [FEATURE_LEAD] = 3.78054,
                [FEATURE_CROWD] = 1.49203,
                [FEATURE_ATTRACTS] = -2.41166,
-               [FEATURE_ALONE] = 2.37941},
+               [FEATURE_ALONE] = 1.98608},
 };
