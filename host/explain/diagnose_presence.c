@@ -152,6 +152,19 @@ static bool attracts(const struct diagnosis *d, const struct decision *one)
     return false;
 }
 
+/* All that is asked for, where no special case of it does as well, is a mass or a spring at a free place. */
+static bool follows_much(const struct diagnosis *d, const struct decision *one)
+{
+    const struct hypothesis *simplest = &d->hypotheses[diagnose_simplest(d, one->with)];
+    for (size_t i = 0; i < one->n; i++) {
+        const bool replaced =
+            hypothesis_has(&d->hypotheses[one->with], one->among[i]) && !hypothesis_has(simplest, one->among[i]);
+        if (replaced || !diagnose_follows_much(one->among[i], d->model))
+            return false;
+    }
+    return true;
+}
+
 double diagnose_share_taken(const struct hypothesis *h)
 {
     const double both = isfinite(h->held_out_explained) ? fmin(h->explained, h->held_out_explained) : h->explained;
@@ -197,6 +210,7 @@ static void fill_features(const struct diagnosis *d, struct decision *one)
     x[FEATURE_CROWD] = bounded(log(rms_of(other, best)), 1.0);
     x[FEATURE_ATTRACTS] = attracts(d, one) ? 1.0 : 0.0;
     x[FEATURE_ALONE] = x[FEATURE_REMAINS] * stands_alone(d, one);
+    x[FEATURE_FOLLOWS] = follows_much(d, one) ? 1.0 : 0.0;
     one->probability = probability_of(x);
 }
 

@@ -38,3 +38,20 @@ bool diagnose_special_case(const struct beam_effect *small, const struct beam_ef
     }
     return true;
 }
+
+bool diagnose_follows_much(const struct beam_effect *effect, const struct model *model)
+{
+    double p[BEAM_EFFECT_PARAMETERS];
+    struct beam_term terms[BEAM_EFFECT_TERMS] = {0};
+    const struct beam_place place = model_place(model);
+    bool has_place = false;
+    if (effect->terms == NULL || effect->n_terms != 1)
+        return false;
+    for (int j = 0; j < effect->n_parameters; j++) {
+        const bool is_place = effect->parameters[j].role == BEAM_ROLE_PLACE;
+        p[j] = is_place ? model->length_m : effect->parameters[j].start;
+        has_place = has_place || is_place;
+    }
+    return has_place && effect->terms(p, &place, terms) == 0 && terms[0].place.kind == BEAM_AT_POINT &&
+           (terms[0].value.mass != 0.0 || terms[0].value.stiffness != 0.0);
+}

@@ -9,5 +9,10 @@
 bool hypothesis_has(const struct hypothesis *h, const struct beam_effect *effect);
 /* The terms of `small` are those of `large` with some parameters neutral or a place at the free end. */
 bool diagnose_special_case(const struct beam_effect *small, const struct beam_effect *large, const struct model *model);
+/*
+ * A mass or a spring at one point whose place is free: with place and strength it follows much of what an uneven beam, or another linear cause,
+ * does to a few modes.
+ */
+bool diagnose_follows_much(const struct beam_effect *effect, const struct model *model);
 
 #endif

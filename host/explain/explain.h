@@ -113,6 +113,7 @@ enum feature {
     FEATURE_ATTRACTS, /* 1: one of the effects is a spring that attracts (stiffness below 0) in the best explanation with it */
     /* 0 ... 1: remains · (s (1 − t))², s the share of the misfit that it takes, t the most that what has none of them takes; 0 with `attracts`, and with an effect that is not linear */
     FEATURE_ALONE,
+    FEATURE_FOLLOWS, /* 1: all of the effects are a mass or a spring at a free place, which follow much of what an uneven beam does */
     FEATURES
 };
 const char *feature_name(enum feature feature);

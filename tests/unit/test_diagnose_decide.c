@@ -109,7 +109,7 @@ static void a_special_case_is_named_where_its_general_form_takes_no_more_than_lu
 static void a_general_form_that_takes_much_more_is_named(void **state)
 {
     struct diagnosis d;
-    struct hypothesis h[] = {refit("point_spring", NULL, 3, 1.1, 1.1), refit("point_damper", NULL, 2, 4.0, 4.1),
+    struct hypothesis h[] = {refit("point_spring", NULL, 3, 1.01, 1.01), refit("point_damper", NULL, 2, 4.0, 4.1),
                              refit("axial_load", NULL, 1, 15.0, 15.5)};
     decide(&d, *state, 22.0, 23.0, h, 3);
     assert_int_equal(d.verdict, VERDICT_MISSING);
@@ -176,7 +176,38 @@ static void a_spring_that_attracts_is_less_sure(void **state)
         model_free(&d.hypotheses[0].model);
         done(&d);
     }
-    assert_true(probability[0] > 0.9 && probability[1] < 0.8);
+    assert_true(probability[0] > 0.8 && probability[1] < 0.5);
+}
+
+/* With its place a mass or a spring follows much of what another cause does: the same errors make it less sure than what has no place. */
+static void what_follows_much_is_less_sure(void **state)
+{
+    static const char *const ids[] = {"axial_load", "point_damper", "tip_mass", "point_mass", "point_spring"};
+    enum { N = sizeof ids / sizeof *ids, FREE = 3 };
+    double probability[N];
+    for (int i = 0; i < N; i++) {
+        struct diagnosis d;
+        struct hypothesis h[] = {refit(ids[i], NULL, 2, 1.01, 1.02), refit("root_compliance", NULL, 2, 31.0, 33.0)};
+        decide(&d, *state, 37.0, 28.0, h, 2);
+        assert_true((d.decisions[0].feature[FEATURE_FOLLOWS] > 0.5) == (i >= FREE));
+        probability[i] = d.decisions[0].probability;
+        done(&d);
+    }
+    for (int i = 0; i < FREE; i++)
+        for (int k = FREE; k < N; k++)
+            assert_true(probability[i] > probability[k] + 0.05 && probability[k] > 0.8);
+}
+
+/* A mass at the free end, of which the special case without a place does as well, is judged as that. */
+static void a_place_that_is_not_needed_makes_nothing_less_sure(void **state)
+{
+    struct diagnosis d;
+    struct hypothesis h[] = {refit("point_mass", NULL, 2, 1.01, 1.01), refit("tip_mass", NULL, 1, 1.0101, 1.0101),
+                             refit("root_compliance", NULL, 2, 31.0, 25.0)};
+    decide(&d, *state, 37.0, 28.0, h, 3);
+    assert_string_equal(d.named[0], "tip_mass");
+    assert_true(d.decisions[0].feature[FEATURE_FOLLOWS] < 0.5 && d.probability > 0.9);
+    done(&d);
 }
 
 /* Where the damper alone does as well, up to what an effect takes that is not there, the sign of the stiffness says nothing against it. */
@@ -498,6 +529,8 @@ int main(void)
         cmocka_unit_test(one_clear_explanation_is_named),
         cmocka_unit_test(what_stands_out_is_named_though_it_leaves_much),
         cmocka_unit_test(a_spring_that_attracts_is_less_sure),
+        cmocka_unit_test(what_follows_much_is_less_sure),
+        cmocka_unit_test(a_place_that_is_not_needed_makes_nothing_less_sure),
         cmocka_unit_test(a_damper_is_not_judged_by_a_stiffness_that_it_does_not_need),
         cmocka_unit_test(what_nothing_else_explains_may_leave_more),
         cmocka_unit_test(none_of_a_crowd_is_named),
