@@ -61,11 +61,18 @@ static const char *damping_words(const struct reconstruction *out)
                      : "dry friction: the force is an odd function of velocity and hardly grows with it";
 }
 
+/* The force follows a line where the model has no mode; that the beam has one there, too, cannot be told from it. */
+static void line_words(const struct reconstruction *out, char *text, size_t room)
+{
+    (void)snprintf(text, room,
+                   "a force at one frequency, %.4g Hz, where the model has no mode: hum, a shaking support, a small "
+                   "resonator, or a mode of the beam that the model has elsewhere",
+                   out->frequency_Hz);
+}
+
 static const char *shape_words(const struct reconstruction *out)
 {
     double elastic = out->elastic_odd + out->elastic_even, explained = 1.0 - out->memory;
-    if (out->resonant)
-        return "a force at one frequency that is not one of the beam's: hum, a shaking support, or a small resonator";
     if (!out->is_law)
         return out->dissipated > 0.3
                    ? "friction with memory: no function of displacement and velocity there, and it takes energy out"
@@ -96,7 +103,7 @@ static void place_words(const struct reconstruction *out, char *text, size_t roo
 
 void reconstruct_text(struct reconstruction *out)
 {
-    char place[64];
+    char place[64], line[256];
     const char *doubt = "";
     if (out->sensor_like) {
         (void)snprintf(out->text, sizeof out->text,
@@ -111,5 +118,7 @@ void reconstruct_text(struct reconstruction *out)
             " Its place cannot be told from one channel a record; a second sensor in the same record would tell it.";
     else if (!out->located)
         doubt = " Its place is uncertain: other places explain nearly as much.";
-    (void)snprintf(out->text, sizeof out->text, "A force %s looks like %s.%s", place, shape_words(out), doubt);
+    line_words(out, line, sizeof line);
+    (void)snprintf(out->text, sizeof out->text, "A force %s looks like %s.%s", place,
+                   out->resonant ? line : shape_words(out), doubt);
 }

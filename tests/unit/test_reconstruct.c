@@ -77,6 +77,19 @@ static void a_curve_in_one_sensor_is_no_force(void **state)
 }
 
 /* Curves and spectrum are there to be drawn. */
+/* A clamp that shakes between two modes: the frequency is told, and that the model may have a mode elsewhere. */
+static void a_line_where_no_mode_is_is_told_with_its_frequency(void **state)
+{
+    (void)state;
+    struct reconstruction out;
+    reconstruct("effect base_motion amplitude_mps2=20 frequency_Hz=61.5 phase_rad=0.7", 0.0, &out);
+    assert_true(out.resonant);
+    rig_near(out.frequency_Hz, 61.5, 0.02);
+    says(&out, "a force at one frequency, 61.");
+    says(&out, "or a mode of the beam that the model has elsewhere");
+    reconstruct_free(&out);
+}
+
 static void curves_are_filled(void **state)
 {
     (void)state;
@@ -104,6 +117,7 @@ int main(void)
         cmocka_unit_test(a_softening_patch_is_found_at_the_patch),
         cmocka_unit_test(friction_is_dissipative),
         cmocka_unit_test(a_curve_in_one_sensor_is_no_force),
+        cmocka_unit_test(a_line_where_no_mode_is_is_told_with_its_frequency),
         cmocka_unit_test(curves_are_filled),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
