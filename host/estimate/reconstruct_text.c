@@ -103,7 +103,7 @@ static void place_words(const struct reconstruction *out, char *text, size_t roo
 
 void reconstruct_text(struct reconstruction *out)
 {
-    char place[64], line[256];
+    char place[64], shape[256];
     const char *doubt = "";
     if (out->sensor_like) {
         (void)snprintf(out->text, sizeof out->text,
@@ -118,7 +118,9 @@ void reconstruct_text(struct reconstruction *out)
             " Its place cannot be told from one channel a record; a second sensor in the same record would tell it.";
     else if (!out->located)
         doubt = " Its place is uncertain: other places explain nearly as much.";
-    line_words(out, line, sizeof line);
-    (void)snprintf(out->text, sizeof out->text, "A force %s looks like %s.%s", place,
-                   out->resonant ? line : shape_words(out), doubt);
+    if (out->resonant)
+        line_words(out, shape, sizeof shape);
+    else
+        (void)snprintf(shape, sizeof shape, "%s", shape_words(out));
+    (void)snprintf(out->text, sizeof out->text, "A force %s looks like %s.%s", place, shape, doubt);
 }

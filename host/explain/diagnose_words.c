@@ -315,8 +315,8 @@ static void crowd(FILE *out, const struct diagnosis *d)
     hypothesis_name(out, most);
     (void)fprintf(out, ", ");
     shares(out, d, most);
-    (void)fprintf(out, ": it has many parameters, or takes it in few of the modes and records, so that its evidence is "
-                       "less; look there, too");
+    (void)fprintf(out, "; its evidence is less (many parameters, few of the modes and records, or a value that is hard "
+                       "to believe), but look there, too");
 }
 
 /* The effect that is there with the highest probability, though not a high one. */
