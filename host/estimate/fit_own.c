@@ -94,20 +94,19 @@ static size_t others_of(const struct model *model, const struct parameter_ref *r
 static size_t starts_of(const struct model *model, const struct parameter_ref refs[], size_t n, const char *name,
                         struct own_start starts[])
 {
-    size_t turns = 1, others = 0;
-    struct own_start other[OTHERS] = {0};
+    const struct parameter_ref *strength = NULL; /* the first that is no phase */
+    size_t turns = 1;
     for (size_t i = 0; i < n; i++) {
         if (!is_missing(model, &refs[i], name))
             continue;
         if (is_phase(model, &refs[i]))
             turns = TURNS;
-        else if (others == 0)
-            others = others_of(model, &refs[i], other);
+        else if (strength == NULL)
+            strength = &refs[i];
     }
     for (size_t k = 0; k < turns; k++)
         starts[k] = (struct own_start){.turn = 2.0 * M_PI * (double)k / TURNS};
-    memcpy(&starts[turns], other, others * sizeof *other);
-    return turns + others;
+    return turns + (strength ? others_of(model, strength, starts + turns) : 0);
 }
 
 /* The best of the starts; *out is empty when no start has a value. */

@@ -61,7 +61,7 @@ static const char *damping_words(const struct reconstruction *out)
                      : "dry friction: the force is an odd function of velocity and hardly grows with it";
 }
 
-/* The force follows a line where the model has no mode; that the beam has one there, too, cannot be told from it. */
+/* At a frequency where the model has no mode the beam may have one: the force alone does not tell it from one that comes from outside. */
 static void line_words(const struct reconstruction *out, char *text, size_t room)
 {
     (void)snprintf(text, room,

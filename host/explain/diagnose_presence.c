@@ -181,8 +181,11 @@ static double most_taken_without(const struct diagnosis *d, const struct decisio
     return most;
 }
 
-/* Laws, drives and sensors that bend: what is left may be what a wrong form of them leaves. */
-static bool has_a_form(const struct hypothesis *h)
+/*
+ * A law, a drive or a sensor that bends has a form that can be the wrong one, and what is left may be what that leaves. Hum and a shaking clamp have none,
+ * although no transfer function describes them (is_linear()).
+ */
+static bool has_nonlinear_form(const struct hypothesis *h)
 {
     for (size_t e = 0; e < h->n_effects; e++)
         if (effect_kind(h->effects[e]) != KIND_LINEAR)
@@ -190,11 +193,11 @@ static bool has_a_form(const struct hypothesis *h)
     return false;
 }
 
-/* Real beams are never exact: what takes nearly all of the misfit, of which nothing else takes much, may leave more than a rival might. */
+/* Real beams are never exact: what remains says little against the only explanation that takes nearly all of the misfit. 0 ... 1. */
 static double stands_alone(const struct diagnosis *d, const struct decision *one)
 {
     const struct hypothesis *best = &d->hypotheses[one->with];
-    if (attracts(d, one) || has_a_form(best))
+    if (attracts(d, one) || has_nonlinear_form(best))
         return 0.0;
     const double alone = diagnose_share_taken(best) * (1.0 - most_taken_without(d, one));
     return alone * alone;

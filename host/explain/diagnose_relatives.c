@@ -11,6 +11,13 @@ bool hypothesis_has(const struct hypothesis *h, const struct beam_effect *effect
     return false;
 }
 
+/* The catalogue's starts; places are at the free end. */
+static void start_values(const struct beam_effect *effect, const struct model *model, double p[BEAM_EFFECT_PARAMETERS])
+{
+    for (int j = 0; j < effect->n_parameters; j++)
+        p[j] = effect->parameters[j].role == BEAM_ROLE_PLACE ? model->length_m : effect->parameters[j].start;
+}
+
 bool diagnose_special_case(const struct beam_effect *small, const struct beam_effect *large, const struct model *model)
 {
     double ps[BEAM_EFFECT_PARAMETERS], pl[BEAM_EFFECT_PARAMETERS];
@@ -19,8 +26,7 @@ bool diagnose_special_case(const struct beam_effect *small, const struct beam_ef
     if (small == large || small->terms == NULL || large->terms == NULL || small->n_terms != large->n_terms ||
         small->n_parameters >= large->n_parameters)
         return false;
-    for (int j = 0; j < small->n_parameters; j++)
-        ps[j] = small->parameters[j].role == BEAM_ROLE_PLACE ? model->length_m : small->parameters[j].start;
+    start_values(small, model, ps);
     for (int i = 0; i < large->n_parameters; i++) {
         const struct beam_parameter_info *info = &large->parameters[i];
         pl[i] = info->role == BEAM_ROLE_PLACE ? model->length_m : info->neutral;
@@ -47,11 +53,9 @@ bool diagnose_follows_much(const struct beam_effect *effect, const struct model 
     bool has_place = false;
     if (effect->terms == NULL || effect->n_terms != 1)
         return false;
-    for (int j = 0; j < effect->n_parameters; j++) {
-        const bool is_place = effect->parameters[j].role == BEAM_ROLE_PLACE;
-        p[j] = is_place ? model->length_m : effect->parameters[j].start;
-        has_place = has_place || is_place;
-    }
+    for (int j = 0; j < effect->n_parameters; j++)
+        has_place = has_place || effect->parameters[j].role == BEAM_ROLE_PLACE;
+    start_values(effect, model, p);
     return has_place && effect->terms(p, &place, terms) == 0 && terms[0].place.kind == BEAM_AT_POINT &&
            (terms[0].value.mass != 0.0 || terms[0].value.stiffness != 0.0);
 }

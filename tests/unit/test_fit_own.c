@@ -38,6 +38,18 @@ static void make_hum_model(double sigma, struct model *model)
     }
 }
 
+/* The model leaves the noise of the record's first channel. */
+static void leaves_the_noise(const struct model *model, const struct record *record, const double sigma[])
+{
+    const struct fit_options options = {.quiet = true, .sigma = sigma};
+    struct fit_channel_error *errors;
+    struct bf_error err;
+    size_t n;
+    assert_int_equal(fit_errors(model, record, 1, &options, &errors, &n, &err), BF_OK);
+    assert_near(errors[0].noise_ratio, 1.0, 0.08);
+    free(errors);
+}
+
 /* Phases all round, π among them: from 0 that is the maximum of the misfit. */
 static void the_phase_of_a_held_out_record_comes_from_the_record(void **state)
 {
@@ -50,8 +62,6 @@ static void the_phase_of_a_held_out_record_comes_from_the_record(void **state)
         struct bf_error err = {0};
         double sigma[2], value = 0.0;
         const struct fit_options options = {.quiet = true, .sigma = sigma};
-        struct fit_channel_error *errors;
-        size_t n;
         seed = 40 + i;
         make_record("some/where/held.csv", 0.02, 1.0, &record, sigma);
         add_hum(&record, sigma[0], phase[i]);
@@ -63,9 +73,7 @@ static void the_phase_of_a_held_out_record_comes_from_the_record(void **state)
         assert_int_equal(own.model->effects[0].n_per_record, 2);
         value = own.model->effects[0].per_record[1].value;
         assert_near(remainder(value - phase[i], 2.0 * M_PI), 0.0, 0.02);
-        assert_int_equal(fit_errors(own.model, &record, 1, &options, &errors, &n, &err), BF_OK);
-        assert_near(errors[0].noise_ratio, 1.0, 0.08);
-        free(errors);
+        leaves_the_noise(own.model, &record, sigma);
         own_values_free(&own);
         model_free(&model);
         record_free(&record);
@@ -128,8 +136,6 @@ static void a_mass_of_a_held_out_record_begins_at_those_of_the_others(void **sta
     struct bf_error err = {0};
     double sigma[2];
     const struct fit_options options = {.quiet = true, .sigma = sigma};
-    struct fit_channel_error *errors;
-    size_t n;
     seed = 70;
     make_record("held.csv", 0.02, 1.0, &record, sigma);
     make_model_with(&truth,
@@ -140,9 +146,7 @@ static void a_mass_of_a_held_out_record_begins_at_those_of_the_others(void **sta
     assert_int_equal(own.n_notes, 1);
     assert_int_equal(own.model->effects[0].n_per_record, 3);
     assert_near(own.model->effects[0].per_record[2].value, 0.0, 1e-5);
-    assert_int_equal(fit_errors(own.model, &record, 1, &options, &errors, &n, &err), BF_OK);
-    assert_near(errors[0].noise_ratio, 1.0, 0.08);
-    free(errors);
+    leaves_the_noise(own.model, &record, sigma);
     own_values_free(&own);
     model_free(&model);
     record_free(&record);
