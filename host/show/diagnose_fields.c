@@ -54,7 +54,7 @@ static const struct answer_field decision_fields[] = {
     ANSWER_ROW(TEXTS, "with", "the best explanation with one"),
     ANSWER_ROW(TEXTS, "without", "and without"),
     ANSWER_ROW(NUMBER, "probability", "that one is there"),
-    ANSWER_ROW(NUMBER_MAP, "features", "from which the probability is computed (docs/calibration.md)"),
+    ANSWER_ROW(NUMBER_MAP, "features", "from which the probability is computed (docs/diagnose.md, How sure)"),
     {0},
 };
 
