@@ -648,7 +648,7 @@ struct reconstruction {
     bool hardening, drag;             /* the odd part grows faster than w; the part of v faster than v */
     double dissipated;                /* mean f v/(rms f · rms v), −1 … 1: > 0 takes energy out */
     double amplitude_power;           /* rms f grows as rms w to this power between records; NaN: one level only */
-    double frequency_Hz;              /* of the largest line of |F| */
+    double frequency_Hz;              /* of the largest line of |F| with at least four periods in the record */
     double band_share;                /* part of its square within 5 % of that, least of all records */
     bool resonant;                    /* every record has its force there, and no mode of the baseline does */
     bool sensor_like;                 /* one output carries the misfit in every record and no other shows any */

@@ -119,21 +119,26 @@ static void fill_amplitude(const struct site_force *force, struct reconstruction
 
 /* ---- Frequency ---- */
 
+/* What has fewer periods in a record is no line: where an accelerometer creeps, a large force stands there and falls with frequency. */
+enum { LEAST_PERIODS = 4 };
+
+/* The largest maximum of |F|, and the share of the square that is at it; 0: there is none. */
 static enum bf_status line_of(const struct reconstruct_record *record, double *frequency_Hz, double *share,
                               struct bf_error *err)
 {
-    size_t n_lines = record->n / 2 + 1, top = 1;
+    size_t n_lines = record->n / 2 + 1, top = 0;
     double *a = bf_alloc(n_lines, sizeof *a), df = 1.0 / (record->dt_s * (double)record->n), sum = 0.0, around = 0.0;
     enum bf_status status = spectrum_amplitude(record->f, record->n, WINDOW_HANN, a, err);
-    for (size_t k = 1; k < n_lines; k++)
-        top = a[k] > a[top] ? k : top;
-    for (size_t k = 1; k < n_lines; k++) {
+    for (size_t k = LEAST_PERIODS; k + 1 < n_lines; k++)
+        if (a[k] > a[k - 1] && a[k] >= a[k + 1] && (top == 0 || a[k] > a[top]))
+            top = k;
+    for (size_t k = LEAST_PERIODS; k < n_lines; k++) {
         sum += a[k] * a[k];
         if (fabs((double)k - (double)top) <= fmax(2.0, line_width * (double)top))
             around += a[k] * a[k];
     }
     *frequency_Hz = df * (double)top;
-    *share = sum > 0.0 ? around / sum : 0.0;
+    *share = top > 0 && sum > 0.0 ? around / sum : 0.0;
     free(a);
     return status;
 }

@@ -88,6 +88,10 @@ static void a_line_where_no_mode_is_is_told_with_its_frequency(void **state)
     says(&out, "a force at one frequency, 61.");
     says(&out, "or a mode of the beam that the model has elsewhere");
     reconstruct_free(&out);
+    /* what creeps through the record of 1.5 s is larger, and no line */
+    reconstruct("effect base_motion amplitude_mps2=20 frequency_Hz=23.7 phase_rad=0.7", 0.0, &out);
+    assert_true(out.frequency_Hz > 4.0 / 1.5);
+    reconstruct_free(&out);
 }
 
 static void curves_are_filled(void **state)
