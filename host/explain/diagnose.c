@@ -256,6 +256,8 @@ static enum bf_status search(struct diagnose_state *w, struct bf_error *err)
         status = diagnose_exchange(w, err);
     if (!status && !progress_interrupted() && !is_answered(w->d))
         status = diagnose_resonator(w, err);
+    if (!status && !progress_interrupted())
+        diagnose_special_sets(w);
     diagnose_drop_repeats(w->d);
     return status ? status : diagnose_hold_rig(w, err);
 }

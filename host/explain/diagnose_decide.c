@@ -64,7 +64,8 @@ static void move_to_front(struct diagnosis *d, size_t first)
 struct found {
     size_t n;
     const struct beam_effect *effects[DIAGNOSE_EFFECTS];
-    double probability; /* of the least sure */
+    const struct hypothesis *with[DIAGNOSE_EFFECTS]; /* the best explanations that have them */
+    double probability;                              /* of the least sure */
 };
 
 static struct found sure_effects(const struct diagnosis *d, size_t most_effects)
@@ -74,19 +75,22 @@ static struct found sure_effects(const struct diagnosis *d, size_t most_effects)
         const struct decision *one = &d->decisions[k];
         if (one->n > 1 || one->most_effects != most_effects || !is_sure(d, one))
             continue;
+        found.with[found.n] = &d->hypotheses[one->with];
         found.effects[found.n++] = one->among[0];
         found.probability = fmin(found.probability, one->probability);
     }
     return found;
 }
 
-/* The best hypothesis of just these effects; n_hypotheses: none. */
+/* The best hypothesis of just these effects, a support that rocks being no clamp that gives; n_hypotheses: none. */
 static size_t made_of(const struct diagnosis *d, const struct found *found)
 {
     for (size_t i = 0; i < d->n_hypotheses; i++) {
-        bool all = d->hypotheses[i].n_effects == found->n;
+        const struct hypothesis *h = &d->hypotheses[i];
+        bool all = h->n_effects == found->n;
         for (size_t e = 0; e < found->n; e++)
-            all = all && hypothesis_has(&d->hypotheses[i], found->effects[e]);
+            all = all && hypothesis_has(h, found->effects[e]) &&
+                  hypothesis_swings(h, found->effects[e]) == hypothesis_swings(found->with[e], found->effects[e]);
         if (all)
             return i;
     }

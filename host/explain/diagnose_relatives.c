@@ -11,6 +11,28 @@ bool hypothesis_has(const struct hypothesis *h, const struct beam_effect *effect
     return false;
 }
 
+int effect_slot(const struct beam_effect *effect, enum beam_role role)
+{
+    for (int i = 0; i < effect->n_parameters; i++)
+        if (effect->parameters[i].role == role)
+            return i;
+    return -1;
+}
+
+bool effect_swings(const struct model_effect *own)
+{
+    const int slot = effect_slot(own->effect, BEAM_ROLE_RESONANCE);
+    return slot >= 0 && !own->parameters[slot].fixed;
+}
+
+bool hypothesis_swings(const struct hypothesis *h, const struct beam_effect *effect)
+{
+    for (size_t i = 0; i < h->n_effects && h->n_base + i < h->model.n_effects; i++)
+        if (h->effects[i] == effect && effect_swings(&h->model.effects[h->n_base + i]))
+            return true;
+    return false;
+}
+
 /* The catalogue's starts; places are at the free end. */
 static void start_values(const struct beam_effect *effect, const struct model *model, double p[BEAM_EFFECT_PARAMETERS])
 {

@@ -7,6 +7,12 @@
 
 /* This effect is one of those that it adds to the baseline. */
 bool hypothesis_has(const struct hypothesis *h, const struct beam_effect *effect);
+/* The first parameter of this role; -1: the effect has none. */
+int effect_slot(const struct beam_effect *effect, enum beam_role role);
+/* Its own frequency is free, so that it is one mode more (a support that rocks; something on the beam that swings). */
+bool effect_swings(const struct model_effect *own);
+/* The effect is among those that the hypothesis adds, and swings there. */
+bool hypothesis_swings(const struct hypothesis *h, const struct beam_effect *effect);
 /* The terms of `small` are those of `large` with some parameters neutral or a place at the free end. */
 bool diagnose_special_case(const struct beam_effect *small, const struct beam_effect *large, const struct model *model);
 /*

@@ -1,10 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
- * A mode that no bending beam has. Something that swings by itself has a mass, a frequency, a damping and a place: enough to take a part of
- * almost any misfit, near or far from a mode. So it is tried last, where nothing else is sure, and it stays only when it
+ * A mode that no bending beam has: something on the beam that swings by itself, or a support that rocks. It has a strength, a frequency, a damping and
+ * perhaps a place: enough to take a part of almost any misfit, near or far from a mode. So it is tried last, where nothing else is sure, alone and
+ * beside the best single effect, and it stays only when it
  * is a mode: within the band, lightly damped, and leaving nothing where no other pair of effects does, or clearly less than every other explanation.
  * What does not decay within the longest record is no mode: something drives it (a support that moves, hum).
  */
+#include "diagnose_relatives.h"
 #include "diagnose_state.h"
 
 #include <math.h>
@@ -20,24 +22,41 @@ static const struct resonator_limits {
     double damping;     /* ratio: above, it is a damper and no mode */
     double decay;       /* logarithm of the amplitude over the longest record: less, and it is a steady tone */
     double below_first; /* of the first mode: below, it stands still */
-    double part;        /* of the beam's mass: where a search begins */
-} limits = {.lead = 0.7, .damping = 0.3, .decay = 0.1, .below_first = 0.3, .part = 0.01};
+    double part;        /* of the beam's mass, or of its flexibility ℓ/EI: where a search begins */
+    double begin;       /* ratio: the damping there */
+    double takes;       /* of the misfit's power: a single effect that takes it may have a mode beside it */
+} limits = {.lead = 0.7, .damping = 0.3, .decay = 0.1, .below_first = 0.3, .part = 0.01, .begin = 0.02, .takes = 0.5};
 enum { FREQUENCIES = 8, PLACES = 2 };
 static const double places[PLACES] = {1.0, 0.6}; /* of the length */
 
-/* The model's own resonators take what another one would. */
-static bool is_worth_trying(const struct diagnosis *d)
+static bool can_act(const struct model *model, const struct beam_effect *effect)
 {
-    return d->n_modes > 0 && own_index(d->model, d->model->n_effects) == 0 && !diagnose_is_complete(d) &&
-           d->linearity.verdict != LINEARITY_NONLINEAR;
+    for (size_t e = 0; e < model->n_effects; e++)
+        if (model->effects[e].effect == effect)
+            return false;
+    return !effect->releases_root || model->support == SUPPORT_CLAMPED_FREE ||
+           model->support == SUPPORT_CLAMPED_CLAMPED;
 }
 
-static bool has_resonator(const struct hypothesis *h)
+/* What swings by itself in a model, from this effect on. NULL: nothing does. */
+static const struct model_effect *own_mode(const struct model *model, size_t first)
 {
-    for (size_t e = 0; e < h->n_effects; e++)
-        if (effect_has_own(h->effects[e]))
-            return true;
-    return false;
+    for (size_t e = first; e < model->n_effects; e++)
+        if (effect_swings(&model->effects[e]))
+            return &model->effects[e];
+    return NULL;
+}
+
+static const struct model_effect *mode_of(const struct hypothesis *h)
+{
+    return own_mode(&h->model, h->n_base);
+}
+
+/* What swings in the model already takes what another one would. */
+static bool is_worth_trying(const struct diagnosis *d)
+{
+    return d->n_modes > 0 && own_mode(d->model, 0) == NULL && !diagnose_is_complete(d) &&
+           d->linearity.verdict != LINEARITY_NONLINEAR;
 }
 
 /* The modes in the band and the middles between them, the lowest first. Returns how many. */
@@ -64,56 +83,96 @@ static double beam_mass_kg(const struct model *model)
     return mass;
 }
 
-static bool job_at(const struct diagnose_state *w, const struct beam_effect *effect, double frequency_Hz, double at_m,
-                   struct refit_job *job)
+static double flexibility_radpNm(const struct model *model)
+{
+    double EI = 0.0;
+    for (size_t m = 0; m < model->n_materials; m++)
+        EI = fmax(EI, model->materials[m].EI.value);
+    return model->length_m / EI;
+}
+
+/* Of a clamp the loss is a time, and τ = ζ/(π f). */
+static double loss_of(const struct beam_effect *effect, double damping_ratio, double frequency_Hz)
+{
+    return effect->releases_root ? damping_ratio / (M_PI * frequency_Hz) : damping_ratio;
+}
+
+static double damping_ratio_of(const struct beam_effect *effect, double loss, double frequency_Hz)
+{
+    return effect->releases_root ? loss * M_PI * frequency_Hz : loss;
+}
+
+/* Where a search of something that swings begins. */
+static void begin_at(const struct model *model, double frequency_Hz, double at_m, struct model_effect *own)
+{
+    for (int i = 0; i < own->effect->n_parameters; i++) {
+        struct parameter *p = &own->parameters[i];
+        p->fixed = false;
+        switch (own->effect->parameters[i].role) {
+        case BEAM_ROLE_STRENGTH:
+            p->value = limits.part * (own->effect->releases_root ? flexibility_radpNm(model) : beam_mass_kg(model));
+            break;
+        case BEAM_ROLE_RESONANCE:
+            p->value = frequency_Hz;
+            break;
+        case BEAM_ROLE_LOSS:
+            p->value = loss_of(own->effect, limits.begin, frequency_Hz);
+            break;
+        case BEAM_ROLE_PLACE:
+            p->value = at_m;
+            break;
+        default:
+            break;
+        }
+    }
+}
+
+/* The effect beside those of `from`; a clamp that is among them already begins to rock. */
+static bool job_at(const struct diagnose_state *w, const struct hypothesis *from, const struct beam_effect *effect,
+                   double frequency_Hz, double at_m, struct refit_job *job)
 {
     struct bf_error ignored;
-    const struct model *from = &w->d->baseline.model;
-    *job = (struct refit_job){.n_effects = 1, .n_tried = w->n_tried, .places_tried = true};
-    if (model_copy(from, &job->model, &ignored) != BF_OK)
+    *job = (struct refit_job){.n_effects = from->n_effects, .n_tried = w->n_tried, .places_tried = true};
+    if (model_copy(&from->model, &job->model, &ignored) != BF_OK)
         return false;
-    if (model_append_effect(&job->model, effect->id, "", &ignored) != BF_OK) {
-        model_free(&job->model);
-        return false;
+    size_t own = w->d->baseline.n_base;
+    while (own < job->model.n_effects && job->model.effects[own].effect != effect)
+        own++;
+    if (own == job->model.n_effects) {
+        job->n_effects++;
+        if (model_append_effect(&job->model, effect->id, "", &ignored) != BF_OK) {
+            model_free(&job->model);
+            return false;
+        }
     }
-    struct parameter *p = job->model.effects[job->model.n_effects - 1].parameters;
-    for (int i = 0; i < effect->n_parameters; i++) {
-        p[i].fixed = false;
-        if (effect->parameters[i].role == BEAM_ROLE_STRENGTH)
-            p[i].value = limits.part * beam_mass_kg(from);
-        else if (effect->parameters[i].role == BEAM_ROLE_RESONANCE)
-            p[i].value = frequency_Hz;
-        else if (effect->parameters[i].role == BEAM_ROLE_PLACE)
-            p[i].value = at_m;
-    }
+    begin_at(&from->model, frequency_Hz, at_m, &job->model.effects[own]);
     job->first_new = job->model.n_effects;
     return true;
 }
 
-static enum bf_status try_all(struct diagnose_state *w, const struct beam_effect *effect)
+static void try_all(struct diagnose_state *w, const struct hypothesis *from, const struct beam_effect *effect)
 {
     struct refit_job jobs[FREQUENCIES * PLACES];
     double frequency_Hz[FREQUENCIES];
     const size_t n_frequencies = start_frequencies(w->d, frequency_Hz);
+    const size_t n_places = effect_slot(effect, BEAM_ROLE_PLACE) >= 0 ? PLACES : 1;
     const double last_m = model_last_place_m(w->d->model);
     size_t n = 0;
-    w->n_tried += n_frequencies * PLACES;
+    w->n_tried += n_frequencies * n_places;
     for (size_t f = 0; f < n_frequencies; f++)
-        for (size_t a = 0; a < PLACES; a++)
-            n += job_at(w, effect, frequency_Hz[f], places[a] * last_m, &jobs[n]);
-    return diagnose_try(w, jobs, n, BF_OK, 0.0);
+        for (size_t a = 0; a < n_places; a++)
+            n += job_at(w, from, effect, frequency_Hz[f], places[a] * last_m, &jobs[n]);
+    diagnose_refits(w, jobs, n, 0.0);
+    diagnose_rank(w->d, w->n_tried);
 }
 
-static double value_of(const struct hypothesis *h, enum beam_role role)
+static double value_of(const struct model_effect *own, enum beam_role role)
 {
-    const struct model_effect *own = &h->model.effects[h->n_base];
-    for (int i = 0; i < own->effect->n_parameters; i++)
-        if (own->effect->parameters[i].role == role)
-            return own->parameters[i].value;
-    return (double)NAN;
+    const int slot = effect_slot(own->effect, role);
+    return slot >= 0 ? own->parameters[slot].value : (double)NAN;
 }
 
-/* Explanations without a resonator. */
+/* Explanations in which nothing swings. */
 struct others {
     double least;  /* that one of them leaves, in units of the noise */
     bool explains; /* one with so few parameters as a pair leaves nothing that matters */
@@ -124,7 +183,7 @@ static struct others others_leave(const struct diagnosis *d)
     struct others others = {.least = d->baseline.fitted.noise_ratio};
     for (size_t i = 0; i < d->n_hypotheses; i++) {
         const struct hypothesis *h = &d->hypotheses[i];
-        if (has_resonator(h))
+        if (mode_of(h) != NULL)
             continue;
         others.least = fmin(others.least, h->fitted.noise_ratio);
         others.explains = others.explains || (h->explains && h->n_effects <= 2);
@@ -139,7 +198,9 @@ static bool stands_out(const struct hypothesis *h, const struct others *others)
 
 static bool is_mode(const struct diagnosis *d, const struct hypothesis *h, const struct others *others)
 {
-    const double f_Hz = value_of(h, BEAM_ROLE_RESONANCE), damping = value_of(h, BEAM_ROLE_LOSS);
+    const struct model_effect *own = mode_of(h);
+    const double f_Hz = value_of(own, BEAM_ROLE_RESONANCE);
+    const double damping = damping_ratio_of(own->effect, value_of(own, BEAM_ROLE_LOSS), f_Hz);
     double band_Hz = 0.0, longest_s = 0.0;
     for (size_t r = 0; r < d->n_records; r++) {
         band_Hz = fmax(band_Hz, 0.5 / d->records[r].dt_s);
@@ -157,7 +218,7 @@ static void drop_others(struct diagnosis *d)
     size_t kept = 0;
     for (size_t i = 0; i < d->n_hypotheses; i++) {
         struct hypothesis *h = &d->hypotheses[i];
-        if (has_resonator(h) && !is_mode(d, h, &others))
+        if (mode_of(h) != NULL && !is_mode(d, h, &others))
             hypothesis_free(h);
         else
             d->hypotheses[kept++] = *h;
@@ -169,29 +230,69 @@ static void drop_others(struct diagnosis *d)
 static enum bf_status to_the_end(struct diagnose_state *w, struct bf_error *err)
 {
     const struct diagnosis *d = w->d;
-    for (size_t i = 0; i < d->n_hypotheses; i++) {
-        if (!has_resonator(&d->hypotheses[i]))
-            continue;
-        struct refit_job job = {
-            .n_effects = 1, .n_tried = w->n_tried, .places_tried = true, .to_the_end = true, .near = true};
-        const enum bf_status status = model_copy(&d->hypotheses[i].model, &job.model, err);
-        job.first_new = job.model.n_effects;
-        return diagnose_try(w, &job, status == BF_OK ? 1 : 0, status, 0.0);
-    }
+    size_t best = 0;
+    while (best < d->n_hypotheses && mode_of(&d->hypotheses[best]) == NULL)
+        best++;
+    if (best == d->n_hypotheses)
+        return BF_OK;
+    struct refit_job job = {.n_effects = d->hypotheses[best].n_effects,
+                            .n_tried = w->n_tried,
+                            .places_tried = true,
+                            .to_the_end = true,
+                            .near = true};
+    const enum bf_status status = model_copy(&d->hypotheses[best].model, &job.model, err);
+    if (status)
+        return status;
+    job.first_new = job.model.n_effects;
+    diagnose_refits(w, &job, 1, 0.0);
+    diagnose_rank(w->d, w->n_tried);
     return BF_OK;
+}
+
+/* Beside the effects of `from`, which must not lie in d->hypotheses. */
+static enum bf_status try_beside(struct diagnose_state *w, const struct hypothesis *from, struct bf_error *err)
+{
+    for (int i = 0; i < beam_effects_count && !progress_interrupted(); i++)
+        if (effect_slot(beam_effects[i], BEAM_ROLE_RESONANCE) >= 0 && can_act(w->d->model, beam_effects[i]) &&
+            !diagnose_leaves_out(w, beam_effects[i]))
+            try_all(w, from, beam_effects[i]);
+    return progress_interrupted() ? BF_OK : to_the_end(w, err);
+}
+
+/* The best linear effect alone, where it takes much and leaves much. */
+static const struct hypothesis *best_single(const struct diagnosis *d)
+{
+    for (size_t i = 0; i < d->n_hypotheses; i++) {
+        const struct hypothesis *h = &d->hypotheses[i];
+        if (h->n_effects == 1 && mode_of(h) == NULL)
+            return effect_is_linear(h->effects[0]) && h->explained >= limits.takes && diagnose_is_far(h) ? h : NULL;
+    }
+    return NULL;
+}
+
+static enum bf_status try_beside_single(struct diagnose_state *w, struct bf_error *err)
+{
+    const struct hypothesis *single = best_single(w->d);
+    struct hypothesis from = {0};
+    if (single == NULL || progress_interrupted())
+        return BF_OK;
+    from.n_effects = single->n_effects;
+    enum bf_status status = model_copy(&single->model, &from.model, err);
+    if (!status)
+        status = try_beside(w, &from, err);
+    model_free(&from.model);
+    return status;
 }
 
 enum bf_status diagnose_resonator(struct diagnose_state *w, struct bf_error *err)
 {
-    enum bf_status status = BF_OK;
     if (!is_worth_trying(w->d))
         return BF_OK;
-    for (int i = 0; i < beam_effects_count && status == BF_OK; i++)
-        if (effect_has_own(beam_effects[i]) && !diagnose_leaves_out(w, beam_effects[i]))
-            status = try_all(w, beam_effects[i]);
-    if (status == BF_OK)
-        status = to_the_end(w, err);
+    enum bf_status status = try_beside(w, &w->d->baseline, err);
+    if (!status)
+        status = try_beside_single(w, err);
     drop_others(w->d);
     diagnose_rank(w->d, w->n_tried);
+    diagnose_drop_repeats(w->d);
     return status;
 }

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
  * What explains the records best may be more general than its cause: a point mass at the free end is a tip mass, a spring without stiffness a damper. The
- * special case is refitted from the values of the general one, which are its own if it is the cause, wherever its own search has ended.
+ * special case is refitted from the values of the general one, which are its own if it is the cause, wherever its own search has ended: alone, and in the
+ * best set.
  */
 #include "diagnose_relatives.h"
 #include "diagnose_state.h"
@@ -10,22 +11,33 @@
 
 enum { MOST_SPECIAL = 4 };
 
-static const struct hypothesis *best_single(const struct diagnosis *d)
+/* The best explanation of at least so many effects, and of no more than that; NULL: there is none. */
+static const struct hypothesis *best_of(const struct diagnosis *d, size_t least, size_t most)
 {
     for (size_t i = 0; i < d->n_hypotheses; i++)
-        if (d->hypotheses[i].n_effects == 1)
+        if (d->hypotheses[i].n_effects >= least && d->hypotheses[i].n_effects <= most)
             return &d->hypotheses[i];
     return NULL;
 }
 
+/* The general one's effects, but the special case in the place of one of them. */
+static bool is_that(const struct hypothesis *h, const struct hypothesis *general, size_t e,
+                    const struct beam_effect *special)
+{
+    bool same = h->n_effects == general->n_effects;
+    for (size_t i = 0; i < general->n_effects && same; i++)
+        same = hypothesis_has(h, i == e ? special : general->effects[i]);
+    return same;
+}
+
 /* Its refit has come down as far already. */
-static bool does_as_well(const struct diagnosis *d, const struct beam_effect *effect, const struct hypothesis *general)
+static bool does_as_well(const struct diagnosis *d, const struct hypothesis *general, size_t e,
+                         const struct beam_effect *special)
 {
     static const double as_well = 1.005; /* class mates are told from each other above this (docs/hidden.md) */
     for (size_t i = 0; i < d->n_hypotheses; i++) {
         const struct hypothesis *h = &d->hypotheses[i];
-        if (h->n_effects == 1 && h->effects[0] == effect &&
-            h->fitted.noise_ratio <= as_well * general->fitted.noise_ratio)
+        if (is_that(h, general, e, special) && h->fitted.noise_ratio <= as_well * general->fitted.noise_ratio)
             return true;
     }
     return false;
@@ -48,17 +60,17 @@ static void take_values(const struct model_effect *from, struct model_effect *to
                 to->parameters[i].value = from->parameters[j].value;
 }
 
-static enum bf_status special_model(const struct hypothesis *general, const struct beam_effect *special,
+static enum bf_status special_model(const struct hypothesis *general, size_t e, const struct beam_effect *special,
                                     struct model *model, struct bf_error *err)
 {
     enum bf_status status = model_copy(&general->model, model, err);
     if (status)
         return status;
-    status = model_drop_effect(model, general->effects[0]->id, err);
+    status = model_drop_effect(model, general->effects[e]->id, err);
     if (!status)
         status = model_append_effect(model, special->id, "", err);
     if (!status) {
-        take_values(&general->model.effects[general->n_base], &model->effects[model->n_effects - 1]);
+        take_values(&general->model.effects[general->n_base + e], &model->effects[model->n_effects - 1]);
         status = model_check(model, err);
     }
     if (status)
@@ -66,23 +78,40 @@ static enum bf_status special_model(const struct hypothesis *general, const stru
     return status;
 }
 
-void diagnose_special_cases(struct diagnose_state *w)
+static bool is_worth_trying(const struct diagnose_state *w, const struct hypothesis *general, size_t e,
+                            const struct beam_effect *special)
 {
-    const struct diagnosis *d = w->d;
-    const struct hypothesis *general = best_single(d);
+    return diagnose_special_case(special, general->effects[e], w->d->model) && !diagnose_leaves_out(w, special) &&
+           !is_in_base(general, special) && !hypothesis_has(general, special) &&
+           !does_as_well(w->d, general, e, special);
+}
+
+static void try_special_cases(struct diagnose_state *w, const struct hypothesis *general)
+{
     struct refit_job jobs[MOST_SPECIAL];
     size_t n = 0;
-    for (int i = 0; general != NULL && i < beam_effects_count && n < MOST_SPECIAL; i++) {
-        const struct beam_effect *special = beam_effects[i];
-        struct bf_error ignored;
-        if (!diagnose_special_case(special, general->effects[0], d->model) || diagnose_leaves_out(w, special) ||
-            is_in_base(general, special) || does_as_well(d, special, general))
-            continue;
-        jobs[n] = (struct refit_job){.n_effects = 1, .n_tried = w->n_tried, .near = true};
-        if (special_model(general, special, &jobs[n].model, &ignored) == BF_OK) {
-            jobs[n].first_new = jobs[n].model.n_effects;
-            n++;
+    for (size_t e = 0; general != NULL && e < general->n_effects; e++)
+        for (int i = 0; i < beam_effects_count && n < MOST_SPECIAL; i++) {
+            struct bf_error ignored;
+            if (!is_worth_trying(w, general, e, beam_effects[i]))
+                continue;
+            jobs[n] = (struct refit_job){.n_effects = general->n_effects, .n_tried = w->n_tried, .near = true};
+            if (special_model(general, e, beam_effects[i], &jobs[n].model, &ignored) == BF_OK) {
+                jobs[n].first_new = jobs[n].model.n_effects;
+                n++;
+            }
         }
-    }
     (void)diagnose_try(w, jobs, n, BF_OK, 0.0);
+}
+
+void diagnose_special_cases(struct diagnose_state *w)
+{
+    try_special_cases(w, best_of(w->d, 1, 1));
+}
+
+void diagnose_special_sets(struct diagnose_state *w)
+{
+    const struct hypothesis *best = best_of(w->d, 1, DIAGNOSE_EFFECTS);
+    if (best != NULL && best->n_effects > 1)
+        try_special_cases(w, best);
 }

@@ -101,9 +101,11 @@ extern const struct rig_limits diagnose_rig_limits;
 enum bf_status diagnose_members_from_given(struct diagnose_state *w, struct bf_error *err);
 
 /*
- * diagnose_special.c: the special cases of the best single effect, refitted from its values unless they do as well already. Ranks. A refit from nearby each.
+ * diagnose_special.c: the special cases of the best single effect, refitted from its values unless they do as well already; and those of the members of the
+ * best explanation, where that is a set. Ranks. A refit from nearby each.
  */
 void diagnose_special_cases(struct diagnose_state *w);
+void diagnose_special_sets(struct diagnose_state *w);
 
 /* diagnose_exchange.c: linear effects that alone are as good as one of the best set, in its place. Ranks. A refit each, four at most. */
 enum bf_status diagnose_exchange(struct diagnose_state *w, struct bf_error *err);

@@ -518,6 +518,27 @@ static int teardown(void **state)
     return 0;
 }
 
+/* A support that rocks beside a mass, and a clamp that gives, which alone takes a part: the second is not named in the place of the first. */
+static void a_soft_clamp_is_no_support_that_rocks(void **state)
+{
+    for (int rocks = 0; rocks < 2; rocks++) {
+        struct diagnosis d;
+        struct model_effect clamp = {.effect = effect_by_id("root_compliance")};
+        struct hypothesis h[] = {refit("root_compliance", "point_mass", 3, 1.0, 1.0),
+                                 refit("root_compliance", NULL, 2, 70.0, 75.0), refit("axial_load", NULL, 1, 80.0, 85.0),
+                                 refit("root_compliance", "point_spring", 4, 1.001, 1.001)};
+        struct model_effect support = {.effect = clamp.effect};
+        clamp.parameters[2].fixed = true;
+        support.parameters[2].fixed = rocks == 0;
+        h[0].model = h[3].model = (struct model){.n_effects = 1, .effects = &support};
+        h[1].model = (struct model){.n_effects = 1, .effects = &clamp};
+        decide(&d, *state, 100.0, 100.0, h, 4);
+        assert_true(d.decisions[0].probability >= 0.8); /* that it is there, in whatever form */
+        assert_true((d.verdict == VERDICT_MISSING) == (rocks == 0));
+        done(&d);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -543,6 +564,7 @@ int main(void)
         cmocka_unit_test(a_second_effect_that_adds_nothing_is_not_named),
         cmocka_unit_test(a_pair_that_one_effect_cannot_replace_is_named),
         cmocka_unit_test(one_of_a_pair_is_named_with_its_company),
+        cmocka_unit_test(a_soft_clamp_is_no_support_that_rocks),
         cmocka_unit_test(a_damper_is_a_spring_without_stiffness),
         cmocka_unit_test(a_beam_at_the_attainable_error_is_complete),
         cmocka_unit_test(what_the_level_of_the_noise_leaves_open_is_not_missing),

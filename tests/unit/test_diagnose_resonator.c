@@ -34,6 +34,47 @@ static void an_absorber_is_found_with_its_values(void **state)
     bench_free(b);
 }
 
+/* A clamp on a support with a mode of its own, and beside it a mass that the model lacks, too. */
+static void a_support_that_rocks_is_found(const char *effects, size_t n_effects, const char *beside)
+{
+    static const char *const ids[] = {"point_mass", "tip_mass", "root_compliance", "attached_resonator", NULL};
+    struct bench *b = bench_new(effects, 2, LONG, 0.004, ids);
+    diagnose(b, 2, 0);
+    const struct hypothesis *best = &b->d.hypotheses[0];
+    assert_true(b->d.baseline.fitted.noise_ratio > 20.0);
+    assert_int_equal(best->n_effects, n_effects);
+    assert_true(best->explained > 0.995);
+    size_t rocks = 0;
+    for (size_t e = 0; e < n_effects; e++) {
+        const struct model_effect *own = &best->model.effects[e];
+        if (strcmp(own->effect->id, "root_compliance") != 0) {
+            assert_string_equal(own->effect->id, beside);
+            continue;
+        }
+        rocks++;
+        assert_false(own->parameters[2].fixed);
+        assert_true(fabs(own->parameters[0].value - 0.02) < 1e-3);
+        assert_true(fabs(own->parameters[2].value - 22.0) < 0.2);
+    }
+    assert_int_equal(rocks, 1);
+    bench_free(b);
+}
+
+static void a_rocking_support_is_found_with_its_frequency(void **state)
+{
+    (void)state;
+    a_support_that_rocks_is_found("{kind: root_compliance, compliance_radpNm: 0.02, loss_s: 5e-4, frequency_Hz: 22}", 1,
+                                  "");
+}
+
+static void a_rocking_support_is_found_beside_a_mass(void **state)
+{
+    (void)state;
+    a_support_that_rocks_is_found("{kind: tip_mass, mass_kg: 0.02}, "
+                                  "{kind: root_compliance, compliance_radpNm: 0.02, loss_s: 5e-4, frequency_Hz: 22}",
+                                  2, "tip_mass");
+}
+
 static void a_mass_needs_no_mode_of_its_own(void **state)
 {
     (void)state;
@@ -90,6 +131,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(an_absorber_is_found_with_its_values),
+        cmocka_unit_test(a_rocking_support_is_found_with_its_frequency),
+        cmocka_unit_test(a_rocking_support_is_found_beside_a_mass),
         cmocka_unit_test(a_mass_needs_no_mode_of_its_own),
         cmocka_unit_test(what_is_no_mode_is_not_named),
         cmocka_unit_test(a_steady_tone_is_no_resonator),
