@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "diagnose_relatives.h"
 #include "diagnose_shortlist.h"
 
 #include <math.h>
@@ -12,7 +13,8 @@
 static const size_t most_singles[] = {[KIND_LINEAR] = 6, [KIND_NONLINEAR_CHAIN] = 3, [KIND_LAW] = 4};
 static const size_t most_pairs[] = {[KIND_LINEAR] = 4, [KIND_NONLINEAR_CHAIN] = 2, [KIND_LAW] = 3};
 static const size_t most_on_law[] = {[KIND_LINEAR] = 2, [KIND_NONLINEAR_CHAIN] = 0, [KIND_LAW] = 0}; /* seconds each */
-enum { PAIR_ROOTS = 1 };
+/* Hypotheses that one more effect is added to: a pair may hide behind a single effect that takes more than either of its own. */
+enum { PAIR_ROOTS = 2, SET_ROOTS = 1 };
 /*
  * One more effect is sought when the last one has left at most this part of the excess over the noise (in power). Of effects of equal
  * strength and unlike shape the first of three leaves 2/3, the first of two (or second of three) 1/2.
@@ -61,6 +63,16 @@ static bool is_root(const struct diagnosis *d, const struct hypothesis *h, size_
            h->fitted.noise_ratio <= most * diagnose_best_left(d, n_effects);
 }
 
+/* A root and the special case of one lead to the same pairs. */
+static bool has_kin(const struct diagnosis *d, const struct hypothesis roots[], size_t n, const struct hypothesis *h)
+{
+    for (size_t k = 0; k < n; k++)
+        if (diagnose_special_case(h->effects[0], roots[k].effects[0], d->model) ||
+            diagnose_special_case(roots[k].effects[0], h->effects[0], d->model))
+            return true;
+    return false;
+}
+
 /* One more effect on the best hypotheses with n_effects of them, those that step through time or those that do not. */
 static enum bf_status extend_roots(struct diagnose_state *w, size_t n_effects, bool stepping, size_t most_roots,
                                    const size_t most[], double span, struct bf_error *err)
@@ -70,10 +82,11 @@ static enum bf_status extend_roots(struct diagnose_state *w, size_t n_effects, b
     size_t n = 0;
     enum bf_status status = BF_OK;
     for (size_t i = 0; i < d->n_hypotheses && n < most_roots && !status; i++)
-        if (is_root(d, &d->hypotheses[i], n_effects, stepping))
+        if (is_root(d, &d->hypotheses[i], n_effects, stepping) && !has_kin(d, roots, n, &d->hypotheses[i]))
             status = copy_root(&d->hypotheses[i], &roots[n++], err);
     for (size_t i = 0; i < n; i++) {
-        if (!status && !progress_interrupted())
+        const bool wanted = i == 0 || (diagnose_is_far(&d->baseline) && !diagnose_explained(d, n_effects + 1));
+        if (!status && wanted && !progress_interrupted())
             status = diagnose_extend(w, &roots[i], most, span / (double)n, err);
         free_root(&roots[i]);
     }
@@ -86,7 +99,8 @@ static enum bf_status extend_roots(struct diagnose_state *w, size_t n_effects, b
  */
 static enum bf_status one_more(struct diagnose_state *w, size_t n_effects, struct bf_error *err)
 {
-    enum bf_status status = extend_roots(w, n_effects, false, PAIR_ROOTS, most_pairs, 0.5 * part_pairs, err);
+    const size_t most_roots = n_effects == 1 ? PAIR_ROOTS : SET_ROOTS;
+    enum bf_status status = extend_roots(w, n_effects, false, most_roots, most_pairs, 0.5 * part_pairs, err);
     const bool far = diagnose_is_far(&w->d->baseline); /* a weak misfit does not show two effects */
     if (!status && far && !progress_interrupted() && diagnose_more_wanted(w->d))
         status = extend_roots(w, n_effects, true, 1, most_on_law, 0.5 * part_pairs, err);

@@ -25,7 +25,7 @@ static const struct resonator_limits {
     double part;        /* of the beam's mass, or of its flexibility ℓ/EI: where a search begins */
     double begin;       /* ratio: the damping there */
     double takes;       /* of the misfit's power: a single effect that takes it may have a mode beside it */
-} limits = {.lead = 0.7, .damping = 0.3, .decay = 0.1, .below_first = 0.3, .part = 0.01, .begin = 0.02, .takes = 0.5};
+} limits = {.lead = 0.7, .damping = 0.3, .decay = 0.1, .below_first = 0.3, .part = 0.01, .begin = 0.02, .takes = 0.25};
 enum { FREQUENCIES = 8, PLACES = 2 };
 static const double places[PLACES] = {1.0, 0.6}; /* of the length */
 

@@ -11,13 +11,14 @@
 
 enum { MOST_SPECIAL = 4 };
 
-/* The best explanation of at least so many effects, and of no more than that; NULL: there is none. */
-static const struct hypothesis *best_of(const struct diagnosis *d, size_t least, size_t most)
+/* The best explanation of so many effects at most, wherever it stands; NULL: there is none. */
+static const struct hypothesis *best_of(const struct diagnosis *d, size_t most)
 {
+    const struct hypothesis *best = NULL;
     for (size_t i = 0; i < d->n_hypotheses; i++)
-        if (d->hypotheses[i].n_effects >= least && d->hypotheses[i].n_effects <= most)
-            return &d->hypotheses[i];
-    return NULL;
+        if (d->hypotheses[i].n_effects <= most && (best == NULL || d->hypotheses[i].score > best->score))
+            best = &d->hypotheses[i];
+    return best;
 }
 
 /* The general one's effects, but the special case in the place of one of them. */
@@ -106,12 +107,12 @@ static void try_special_cases(struct diagnose_state *w, const struct hypothesis 
 
 void diagnose_special_cases(struct diagnose_state *w)
 {
-    try_special_cases(w, best_of(w->d, 1, 1));
+    try_special_cases(w, best_of(w->d, 1));
 }
 
 void diagnose_special_sets(struct diagnose_state *w)
 {
-    const struct hypothesis *best = best_of(w->d, 1, DIAGNOSE_EFFECTS);
+    const struct hypothesis *best = best_of(w->d, DIAGNOSE_EFFECTS);
     if (best != NULL && best->n_effects > 1)
         try_special_cases(w, best);
 }

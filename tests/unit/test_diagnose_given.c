@@ -127,9 +127,30 @@ static void an_ancestor_says_what_was_believed(void **state)
     model_free(&given), model_free(&read), model_free(&model);
 }
 
+/* A spring takes more alone than a mass or a soft clamp, and no pair with the spring explains the records. */
+static void a_pair_is_found_behind_a_stronger_single_effect(void **state)
+{
+    (void)state;
+    static const char *const ids[] = {"tip_mass", "point_mass", "point_spring", "axial_load", "root_compliance", NULL};
+    struct bench *b = bench_new(
+        "{kind: tip_mass, mass_kg: 0.002}, {kind: root_compliance, compliance_radpNm: 0.03, loss_s: 1e-3}", 2, LONG,
+        0.004, ids);
+    diagnose(b, 2, 0);
+    const struct hypothesis *best = &b->d.hypotheses[0];
+    assert_non_null(single(&b->d, "point_spring"));
+    assert_true(single(&b->d, "point_spring")->fitted.noise_ratio > 10.0);
+    assert_true(single(&b->d, "root_compliance")->score < single(&b->d, "point_spring")->score);
+    assert_int_equal(best->n_effects, 2);
+    assert_string_equal(best->effects[0]->id, "root_compliance");
+    assert_string_equal(best->effects[1]->id, "tip_mass");
+    assert_true(fabs(best->model.effects[1].parameters[0].value - 0.002) < 1e-4);
+    bench_free(b);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_pair_is_found_behind_a_stronger_single_effect),
         cmocka_unit_test(what_ruins_the_baseline_is_found),
         cmocka_unit_test(near_the_noise_what_scores_hide_is_tried),
         cmocka_unit_test(a_rigid_support_is_found_at_its_place),

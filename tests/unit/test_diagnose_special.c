@@ -52,11 +52,46 @@ static void a_spring_without_stiffness_is_a_damper(void **state)
     assert_found("{kind: point_damper, damping_Nspm: 0.1, at_m: 0.25}", "point_spring", "point_damper");
 }
 
+/* The best explanation of these two effects; NULL: there is none. */
+static const struct hypothesis *pair(const struct diagnosis *d, const char *one, const char *other)
+{
+    for (size_t i = 0; i < d->n_hypotheses; i++) {
+        const struct hypothesis *h = &d->hypotheses[i];
+        const bool first = h->n_effects == 2 && strcmp(h->effects[0]->id, one) == 0;
+        if (first ? strcmp(h->effects[1]->id, other) == 0
+                  : h->n_effects == 2 && strcmp(h->effects[1]->id, one) == 0 && strcmp(h->effects[0]->id, other) == 0)
+            return h;
+    }
+    return NULL;
+}
+
+static void a_member_of_a_set_has_a_special_case(void **state)
+{
+    (void)state;
+    static const char *const ids[] = {"point_mass", "sensor_lag", NULL};
+    struct bench *b = bench_new("{kind: tip_mass, mass_kg: 0.002}, {kind: sensor_lag, tau_s: 4e-3, channel: tip_mps}",
+                                2, LONG, 0.003, ids);
+    struct diagnose_options options = {.quiet = true, .predict = {.quiet = true}};
+    diagnose(b, 2, 0);
+    const struct hypothesis *general = pair(&b->d, "point_mass", "sensor_lag");
+    assert_non_null(general);
+    const double least = general->fitted.noise_ratio, score = general->score;
+    struct diagnose_state w = state_of(b, &options);
+    diagnose_special_sets(&w);
+    const struct hypothesis *special = pair(&b->d, "tip_mass", "sensor_lag");
+    assert_non_null(special);
+    assert_true(fabs(special->fitted.noise_ratio - least) < 2e-3 * least);
+    assert_true(special->score > score);
+    free(w.sigma), free(w.whiteners);
+    bench_free(b);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_mass_at_the_free_end_is_a_tip_mass),
         cmocka_unit_test(a_spring_without_stiffness_is_a_damper),
+        cmocka_unit_test(a_member_of_a_set_has_a_special_case),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
