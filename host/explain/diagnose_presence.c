@@ -14,8 +14,6 @@
 
 /* Of the noise's power: a misfit that is smaller cannot be told from none. */
 static const double least_excess = 0.05;
-/* Nats that are half of a lead without end. */
-static const double clear_lead = 5.0;
 /* Of the misfit's power: what takes it is an answer of a real beam, which is never exact. */
 static const double an_answer = 0.97;
 
@@ -137,6 +135,12 @@ static const struct hypothesis *best_other(const struct diagnosis *d, const stru
     return any && d->hypotheses[one->without].score > d->baseline.score ? &d->hypotheses[one->without] : &d->baseline;
 }
 
+/* Ten nats say much more than one; a hundred not much more than ten. */
+static double logarithm_of(double nats)
+{
+    return copysign(log1p(fabs(nats)), nats);
+}
+
 static double bounded(double x, double half)
 {
     return x / (half + fabs(x));
@@ -171,48 +175,15 @@ double diagnose_share_taken(const struct hypothesis *h)
     return isfinite(both) ? fmin(fmax(both, 0.0), 1.0) : 0.0;
 }
 
-/* The most that an explanation takes, of any number of effects, that has none of them and none of their kin. */
-static double most_taken_without(const struct diagnosis *d, const struct decision *one)
-{
-    double most = 0.0;
-    for (size_t i = 0; i < d->n_hypotheses; i++)
-        if (!has_kin(d, &d->hypotheses[i], one))
-            most = fmax(most, diagnose_share_taken(&d->hypotheses[i]));
-    return most;
-}
-
-/*
- * A law, a drive or a sensor that bends has a form that can be the wrong one, and what is left may be what that leaves. Hum and a shaking clamp have none,
- * although no transfer function describes them (is_linear()).
- */
-static bool has_nonlinear_form(const struct hypothesis *h)
-{
-    for (size_t e = 0; e < h->n_effects; e++)
-        if (effect_kind(h->effects[e]) != KIND_LINEAR)
-            return true;
-    return false;
-}
-
-/* Real beams are never exact: what remains says little against the only explanation that takes nearly all of the misfit. 0 ... 1. */
-static double stands_alone(const struct diagnosis *d, const struct decision *one)
-{
-    const struct hypothesis *best = &d->hypotheses[one->with];
-    if (attracts(d, one) || has_nonlinear_form(best))
-        return 0.0;
-    const double alone = diagnose_share_taken(best) * (1.0 - most_taken_without(d, one));
-    return alone * alone;
-}
-
 static void fill_features(const struct diagnosis *d, struct decision *one)
 {
     const struct hypothesis *best = &d->hypotheses[one->with], *other = best_other(d, one);
     double *x = one->feature;
     x[FEATURE_REMAINS] = share_left(d, least_left(d, one), best);
     x[FEATURE_SET] = best->n_effects > 1 ? 1.0 : 0.0;
-    x[FEATURE_LEAD] = bounded(best->score - other->score, clear_lead);
+    x[FEATURE_LEAD] = logarithm_of(best->score - other->score);
     x[FEATURE_CROWD] = bounded(log(rms_of(other, best)), 1.0);
     x[FEATURE_ATTRACTS] = attracts(d, one) ? 1.0 : 0.0;
-    x[FEATURE_ALONE] = x[FEATURE_REMAINS] * stands_alone(d, one);
     x[FEATURE_FOLLOWS] = follows_much(d, one) ? 1.0 : 0.0;
     one->probability = probability_of(x);
 }

@@ -108,11 +108,9 @@ const char *check_kind_name(enum check_kind kind);
 enum feature {
     FEATURE_REMAINS, /* 0 ... 1: share of the rms it leaves that neither the noise nor a free linear model would leave */
     FEATURE_SET,     /* 1: it has more than one effect */
-    FEATURE_LEAD,    /* -1 ... 1: x/(c + |x|) of the nats x by which it leads what has none of the effects */
+    FEATURE_LEAD,    /* ln(1 + x) of the nats x by which it leads what has none of the effects; -ln(1 - x) below 0 */
     FEATURE_CROWD, /* -1 ... 1: x/(1 + |x|), e^x: times the rms that it leaves, of both kinds of records, is left without any of the effects */
     FEATURE_ATTRACTS, /* 1: one of the effects is a spring that attracts (stiffness below 0) in the best explanation with it */
-    /* 0 ... 1: remains · (s (1 − t))², s the share of the misfit that it takes, t the most that what has none of them takes; 0 with `attracts`, and with an effect that is not linear */
-    FEATURE_ALONE,
     FEATURE_FOLLOWS, /* 1: all of the effects are a mass or a spring at a free place, which follow much of what an uneven beam does */
     FEATURES
 };

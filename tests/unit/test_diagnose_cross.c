@@ -98,9 +98,9 @@ static void an_overfitting_effect_is_less_sure(void **state)
     const struct decision *one = &b->d.decisions[0];
     double fitted_only[FEATURES];
     memcpy(fitted_only, one->feature, sizeof fitted_only);
-    fitted_only[FEATURE_REMAINS] = fitted_only[FEATURE_ALONE] = 0.0; /* they are at the noise */
+    fitted_only[FEATURE_REMAINS] = 0.0; /* they are at the noise */
     assert_true(one->feature[FEATURE_REMAINS] > 0.5);
-    assert_true(one->probability < 0.9 && probability_of(fitted_only) > 0.92);
+    assert_true(one->probability < 0.85 && probability_of(fitted_only) > one->probability + 0.05);
     bench_free(b);
 }
 
