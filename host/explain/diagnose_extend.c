@@ -3,6 +3,7 @@
  * One more effect on a hypothesis, in two stages. When records of different level show a nonlinear beam, nonlinear effects are
  * tried first and linear ones only when none of those explains it; otherwise linear effects come first.
  */
+#include "diagnose_relatives.h"
 #include "diagnose_shortlist.h"
 
 #include <math.h>
@@ -46,12 +47,19 @@ static bool given_is_wanted(const struct shortlist *s)
     return s->from->n_effects == 0 && !s->w->options->everything && diagnose_is_far(&d->baseline);
 }
 
+/* The best is a mass or a spring at a free place, which may do what another effect that was not tried would do. */
+static bool best_follows_much(const struct diagnosis *d)
+{
+    return d->n_hypotheses > 0 && diagnose_follows_much(d->hypotheses[0].effects[0], d->model);
+}
+
 /* Near the noise scores of the first order decide what is refitted; that a baseline has bent they do not see. */
 static bool untried_are_wanted(const struct shortlist *s)
 {
     const struct diagnosis *d = s->w->d;
-    return s->from->n_effects == 0 && !s->w->options->everything && !diagnose_is_far(&d->baseline) &&
-           !diagnose_is_complete(d) && d->linearity.verdict != LINEARITY_NONLINEAR && !progress_interrupted();
+    return s->from->n_effects == 0 && !s->w->options->everything &&
+           (!diagnose_is_far(&d->baseline) || best_follows_much(d)) && !diagnose_is_complete(d) &&
+           d->linearity.verdict != LINEARITY_NONLINEAR && !progress_interrupted();
 }
 
 /* Scores, trials and refits of the kinds. */

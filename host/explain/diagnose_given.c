@@ -274,12 +274,16 @@ static void refit_roads(struct shortlist *s, const struct model *from, struct ro
         taken[i]->done = !jobs[i].unfinished;
 }
 
-/* The best leaves no more than a free linear model does: no other linear effect outdoes it, and one that does as well is its like. */
+/*
+ * The best leaves the noise, or what a free linear model does: no other linear effect outdoes it, and one that does as well is its like. A free linear model
+ * that leaves more has not found what there is to find, and is no floor.
+ */
 static bool is_at_floor(const struct diagnosis *d)
 {
     static const double as_well = 1.005; /* class mates are told from each other above this (docs/hidden.md) */
-    return d->attainable.modes > 0 && d->n_hypotheses > 0 &&
-           d->hypotheses[0].fitted.nrmse <= as_well * d->attainable.nrmse;
+    const struct hypothesis_errors *best = d->n_hypotheses > 0 ? &d->hypotheses[0].fitted : NULL;
+    return best != NULL && d->attainable.modes > 0 && best->nrmse <= as_well * d->attainable.nrmse &&
+           (best->noise_ratio <= as_well || d->attainable.nrmse <= as_well * best->nrmse);
 }
 
 /* Quickly; where one explains the records, and could be outdone, the others are refitted to their ends, which come early for what leaves much more. */

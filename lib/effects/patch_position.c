@@ -33,7 +33,7 @@ const struct beam_effect BEAM_NAME(effect_patch_position) = {
                     .neutral = 0.0,
                     .minimum = -0.2,
                     .maximum = 0.2,
-                    .start = 1e-3,
+                    .start = 3e-4,
                     .flags = 0}},
     .geometry = geometry,
 };
