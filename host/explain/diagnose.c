@@ -56,19 +56,43 @@ static void free_root(struct hypothesis *root)
     model_free(&root->model);
 }
 
+/* Rms in units of the noise that is left of all records: what overfits the fitted ones must not keep the others from having a pair. */
+static double left_of_all(const struct hypothesis *h)
+{
+    const double held_out = h->check.n_channels > 0 ? h->check.noise_ratio : h->fitted.noise_ratio;
+    return hypot(h->fitted.noise_ratio, held_out);
+}
+
+static double least_left_of_all(const struct diagnosis *d, size_t n_effects)
+{
+    double least = left_of_all(&d->baseline);
+    for (size_t i = 0; i < d->n_hypotheses; i++)
+        if (d->hypotheses[i].n_effects == n_effects)
+            least = fmin(least, left_of_all(&d->hypotheses[i]));
+    return least;
+}
+
 static bool is_root(const struct diagnosis *d, const struct hypothesis *h, size_t n_effects, bool stepping)
 {
     const double most = stepping ? law_root : diagnose_worth;
     return h->n_effects == n_effects && hypothesis_has_law(h) == stepping &&
-           h->fitted.noise_ratio <= most * diagnose_best_left(d, n_effects);
+           left_of_all(h) <= most * least_left_of_all(d, n_effects);
 }
 
-/* A root and the special case of one lead to the same pairs. */
+/* A root and its special case lead to the same pairs, unless the general one has taken what the other effect of the pair does. */
+static bool is_kin(const struct diagnosis *d, const struct hypothesis *one, const struct hypothesis *other)
+{
+    static const double alike = 1.05; /* of the rms that they leave */
+    const double a = one->fitted.noise_ratio, b = other->fitted.noise_ratio;
+    return (diagnose_special_case(one->effects[0], other->effects[0], d->model) ||
+            diagnose_special_case(other->effects[0], one->effects[0], d->model)) &&
+           fmax(a, b) <= alike * fmin(a, b);
+}
+
 static bool has_kin(const struct diagnosis *d, const struct hypothesis roots[], size_t n, const struct hypothesis *h)
 {
     for (size_t k = 0; k < n; k++)
-        if (diagnose_special_case(h->effects[0], roots[k].effects[0], d->model) ||
-            diagnose_special_case(roots[k].effects[0], h->effects[0], d->model))
+        if (is_kin(d, h, &roots[k]))
             return true;
     return false;
 }
@@ -197,8 +221,7 @@ static enum bf_status free_rig(struct diagnose_state *w, bool at_noise_only, boo
 /* Far from the noise; and no linear model takes records of a nonlinear beam there, nor a rig that is free. */
 static bool linear_may_do(const struct diagnosis *d)
 {
-    const bool shown = d->linearity.verdict == LINEARITY_NONLINEAR && d->attainable.modes > 0;
-    return diagnose_is_far(&d->baseline) && !(shown && diagnose_floor(d) > diagnose_far_misfit);
+    return diagnose_is_far(&d->baseline) && !diagnose_linear_is_out(d);
 }
 
 /* Far from the noise the likeliest effects come first: what one of them explains asks for little more. */

@@ -48,6 +48,18 @@ static bool has_kin(const struct diagnosis *d, const struct hypothesis *h, const
     return false;
 }
 
+/*
+ * A spring that attracts is a magnet or, nearly always, a stand-in for something else: it speaks against other explanations and is none. What the damper, its
+ * special case, explains is asked for without it.
+ */
+static bool explains_nothing(const struct hypothesis *h)
+{
+    for (size_t e = 0; e < h->n_effects; e++)
+        if (is_attracting(h, h->effects[e]))
+            return true;
+    return false;
+}
+
 static void take_best(const struct diagnosis *d, size_t i, size_t *best)
 {
     if (*best == d->n_hypotheses || d->hypotheses[i].score > d->hypotheses[*best].score)
@@ -62,9 +74,9 @@ static void find_best(const struct diagnosis *d, struct decision *one)
         const struct hypothesis *h = &d->hypotheses[i];
         if (h->n_effects > one->most_effects)
             continue;
-        if (has_one(h, one))
+        if (has_one(h, one) && !explains_nothing(h))
             take_best(d, i, &one->with);
-        else if (!has_kin(d, h, one))
+        else if (!has_one(h, one) && !has_kin(d, h, one))
             take_best(d, i, &one->without);
     }
 }
@@ -122,7 +134,8 @@ static const struct hypothesis *least_left(const struct diagnosis *d, const stru
     const struct hypothesis *least = &d->hypotheses[one->with];
     for (size_t i = 0; i < d->n_hypotheses; i++) {
         const struct hypothesis *h = &d->hypotheses[i];
-        if (h->n_effects <= one->most_effects && has_one(h, one) && h->fitted.noise_ratio < least->fitted.noise_ratio)
+        if (h->n_effects <= one->most_effects && has_one(h, one) && !explains_nothing(h) &&
+            h->fitted.noise_ratio < least->fitted.noise_ratio)
             least = h;
     }
     return least;
@@ -144,16 +157,6 @@ static double logarithm_of(double nats)
 static double bounded(double x, double half)
 {
     return x / (half + fabs(x));
-}
-
-/* A spring whose stiffness takes no more than what is not there would is judged by its special case, the damper. */
-static bool attracts(const struct diagnosis *d, const struct decision *one)
-{
-    const struct hypothesis *simplest = &d->hypotheses[diagnose_simplest(d, one->with)];
-    for (size_t i = 0; i < one->n; i++)
-        if (is_attracting(simplest, one->among[i]))
-            return true;
-    return false;
 }
 
 /* All that is asked for, where no special case of it does as well, is a mass or a spring at a free place. */
@@ -183,7 +186,6 @@ static void fill_features(const struct diagnosis *d, struct decision *one)
     x[FEATURE_SET] = best->n_effects > 1 ? 1.0 : 0.0;
     x[FEATURE_LEAD] = logarithm_of(best->score - other->score);
     x[FEATURE_CROWD] = bounded(log(rms_of(other, best)), 1.0);
-    x[FEATURE_ATTRACTS] = attracts(d, one) ? 1.0 : 0.0;
     x[FEATURE_FOLLOWS] = follows_much(d, one) ? 1.0 : 0.0;
     one->probability = probability_of(x);
 }
@@ -236,7 +238,7 @@ static void weigh_best(struct diagnosis *d, size_t most_effects)
 {
     size_t best = d->n_hypotheses;
     for (size_t i = 0; i < d->n_hypotheses; i++)
-        if (d->hypotheses[i].n_effects <= most_effects)
+        if (d->hypotheses[i].n_effects <= most_effects && !explains_nothing(&d->hypotheses[i]))
             take_best(d, i, &best);
     if (best == d->n_hypotheses)
         return;

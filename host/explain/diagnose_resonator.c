@@ -55,8 +55,7 @@ static const struct model_effect *mode_of(const struct hypothesis *h)
 /* What swings in the model already takes what another one would. */
 static bool is_worth_trying(const struct diagnosis *d)
 {
-    return d->n_modes > 0 && own_mode(d->model, 0) == NULL && !diagnose_is_complete(d) &&
-           d->linearity.verdict != LINEARITY_NONLINEAR;
+    return d->n_modes > 0 && own_mode(d->model, 0) == NULL && !diagnose_is_complete(d) && !diagnose_linear_is_out(d);
 }
 
 /* The modes in the band and the middles between them, the lowest first. Returns how many. */

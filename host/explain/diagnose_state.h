@@ -141,6 +141,8 @@ bool hypothesis_has_law(const struct hypothesis *h);
 double diagnose_best_left(const struct diagnosis *d, size_t n_effects);
 /* What a free linear model leaves of the fitted records, in units of the noise, or of what stands for it where that is not known. */
 double diagnose_floor(const struct diagnosis *d);
+/* The records show a nonlinear beam, and a free linear model leaves much of them: no linear effect explains them. */
+bool diagnose_linear_is_out(const struct diagnosis *d);
 /* A hypothesis with so many added effects leaves nothing that matters, nor clearly more than a free linear model. After diagnose_rank(). */
 bool diagnose_explained(const struct diagnosis *d, size_t n_effects);
 

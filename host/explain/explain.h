@@ -110,7 +110,6 @@ enum feature {
     FEATURE_SET,     /* 1: it has more than one effect */
     FEATURE_LEAD,    /* ln(1 + x) of the nats x by which it leads what has none of the effects; -ln(1 - x) below 0 */
     FEATURE_CROWD, /* -1 ... 1: x/(1 + |x|), e^x: times the rms that it leaves, of both kinds of records, is left without any of the effects */
-    FEATURE_ATTRACTS, /* 1: one of the effects is a spring that attracts (stiffness below 0) in the best explanation with it */
     FEATURE_FOLLOWS, /* 1: all of the effects are a mass or a spring at a free place, which follow much of what an uneven beam does */
     FEATURES
 };

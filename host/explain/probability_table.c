@@ -11,6 +11,5 @@ const struct probability_table probability_table = {
                [FEATURE_SET] = -1.00,
                [FEATURE_LEAD] = 0.44,
                [FEATURE_CROWD] = 0.64,
-               [FEATURE_ATTRACTS] = -2.72,
                [FEATURE_FOLLOWS] = -1.81},
 };
