@@ -153,12 +153,6 @@ double diagnose_floor(const struct diagnosis *d)
     return e->nrmse > 0.0 ? d->attainable.nrmse / e->nrmse * e->noise_ratio : nan("");
 }
 
-bool diagnose_linear_is_out(const struct diagnosis *d)
-{
-    return d->linearity.verdict == LINEARITY_NONLINEAR && d->attainable.modes > 0 &&
-           diagnose_floor(d) > diagnose_far_misfit;
-}
-
 /* The noise may be less than its estimate: where a free linear model leaves clearly less, something else may explain more. */
 static bool is_near_floor(const struct diagnosis *d, const struct hypothesis *h)
 {

@@ -33,6 +33,12 @@ bool diagnose_is_far(const struct hypothesis *h)
     return h->fitted.noise_ratio > diagnose_far_misfit;
 }
 
+bool diagnose_linear_is_out(const struct diagnosis *d)
+{
+    return d->linearity.verdict == LINEARITY_NONLINEAR && d->attainable.modes > 0 &&
+           diagnose_floor(d) > diagnose_far_misfit;
+}
+
 double shortlist_left(const struct shortlist *s, size_t i)
 {
     const struct score *score = &s->scores[i];

@@ -141,8 +141,6 @@ bool hypothesis_has_law(const struct hypothesis *h);
 double diagnose_best_left(const struct diagnosis *d, size_t n_effects);
 /* What a free linear model leaves of the fitted records, in units of the noise, or of what stands for it where that is not known. */
 double diagnose_floor(const struct diagnosis *d);
-/* The records show a nonlinear beam, and a free linear model leaves much of them: no linear effect explains them. */
-bool diagnose_linear_is_out(const struct diagnosis *d);
 /* A hypothesis with so many added effects leaves nothing that matters, nor clearly more than a free linear model. After diagnose_rank(). */
 bool diagnose_explained(const struct diagnosis *d, size_t n_effects);
 
@@ -163,6 +161,8 @@ extern const double
 extern const double diagnose_worth; /* a candidate that will leave more than this times the best is given up */
 /* The misfit is many times the noise; only the true kind of effect then comes down to the noise. Otherwise the misfit is weak. */
 bool diagnose_is_far(const struct hypothesis *h);
+/* The records show a nonlinear beam, and a free linear model leaves much of them: no linear effect explains them. */
+bool diagnose_linear_is_out(const struct diagnosis *d);
 /* The effect is left out on request (--without). */
 bool diagnose_leaves_out(const struct diagnose_state *w, const struct beam_effect *effect);
 extern const double diagnose_at_noise; /* fitted noise ratio that passes it; the floor's own error is about 1 % */

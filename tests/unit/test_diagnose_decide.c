@@ -498,9 +498,9 @@ static void a_soft_clamp_is_no_support_that_rocks(void **state)
     for (int rocks = 0; rocks < 2; rocks++) {
         struct diagnosis d;
         struct model_effect clamp = {.effect = effect_by_id("root_compliance")};
-        struct hypothesis h[] = {refit("root_compliance", "point_mass", 3, 1.0, 1.0),
-                                 refit("root_compliance", NULL, 2, 70.0, 75.0), refit("axial_load", NULL, 1, 80.0, 85.0),
-                                 refit("root_compliance", "point_spring", 4, 1.001, 1.001)};
+        struct hypothesis h[] = {
+            refit("root_compliance", "point_mass", 3, 1.0, 1.0), refit("root_compliance", NULL, 2, 70.0, 75.0),
+            refit("axial_load", NULL, 1, 80.0, 85.0), refit("root_compliance", "point_spring", 4, 1.001, 1.001)};
         struct model_effect support = {.effect = clamp.effect};
         clamp.parameters[2].fixed = true;
         support.parameters[2].fixed = rocks == 0;

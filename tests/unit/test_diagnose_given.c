@@ -132,9 +132,9 @@ static void a_pair_is_found_behind_a_stronger_single_effect(void **state)
 {
     (void)state;
     static const char *const ids[] = {"tip_mass", "point_mass", "point_spring", "axial_load", "root_compliance", NULL};
-    struct bench *b = bench_new(
-        "{kind: tip_mass, mass_kg: 0.002}, {kind: root_compliance, compliance_radpNm: 0.03, loss_s: 1e-3}", 2, LONG,
-        0.004, ids);
+    struct bench *b =
+        bench_new("{kind: tip_mass, mass_kg: 0.002}, {kind: root_compliance, compliance_radpNm: 0.03, loss_s: 1e-3}", 2,
+                  LONG, 0.004, ids);
     diagnose(b, 2, 0);
     const struct hypothesis *best = &b->d.hypotheses[0];
     assert_non_null(single(&b->d, "point_spring"));
