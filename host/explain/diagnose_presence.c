@@ -49,8 +49,8 @@ static bool has_kin(const struct diagnosis *d, const struct hypothesis *h, const
 }
 
 /*
- * A spring that attracts is a magnet or, nearly always, a stand-in for something else: it speaks against other explanations and is none. What the damper, its
- * special case, explains is asked for without it.
+ * A spring that attracts is a magnet or, nearly always, a stand-in for something else: it is no explanation, and speaks against another one only where it is
+ * better than that. What the damper, its special case, explains is asked for without it.
  */
 static bool explains_nothing(const struct hypothesis *h)
 {
@@ -66,19 +66,29 @@ static void take_best(const struct diagnosis *d, size_t i, size_t *best)
         *best = i;
 }
 
+static bool is_asked(const struct hypothesis *h, const struct decision *one)
+{
+    return h->n_effects <= one->most_effects && has_one(h, one) && !explains_nothing(h);
+}
+
+/* What explains nothing speaks against the best one where it is better than that. */
+static bool speaks_against(const struct diagnosis *d, const struct hypothesis *h, const struct decision *one)
+{
+    const bool better = one->with == d->n_hypotheses || h->score > d->hypotheses[one->with].score;
+    return h->n_effects <= one->most_effects && !has_one(h, one) && !has_kin(d, h, one) &&
+           (better || !explains_nothing(h));
+}
+
 /* The best by the facts. */
 static void find_best(const struct diagnosis *d, struct decision *one)
 {
     one->with = one->without = d->n_hypotheses;
-    for (size_t i = 0; i < d->n_hypotheses; i++) {
-        const struct hypothesis *h = &d->hypotheses[i];
-        if (h->n_effects > one->most_effects)
-            continue;
-        if (has_one(h, one) && !explains_nothing(h))
+    for (size_t i = 0; i < d->n_hypotheses; i++)
+        if (is_asked(&d->hypotheses[i], one))
             take_best(d, i, &one->with);
-        else if (!has_one(h, one) && !has_kin(d, h, one))
+    for (size_t i = 0; i < d->n_hypotheses; i++)
+        if (speaks_against(d, &d->hypotheses[i], one))
             take_best(d, i, &one->without);
-    }
 }
 
 /* ---- Features ---- */
@@ -134,8 +144,7 @@ static const struct hypothesis *least_left(const struct diagnosis *d, const stru
     const struct hypothesis *least = &d->hypotheses[one->with];
     for (size_t i = 0; i < d->n_hypotheses; i++) {
         const struct hypothesis *h = &d->hypotheses[i];
-        if (h->n_effects <= one->most_effects && has_one(h, one) && !explains_nothing(h) &&
-            h->fitted.noise_ratio < least->fitted.noise_ratio)
+        if (is_asked(h, one) && h->fitted.noise_ratio < least->fitted.noise_ratio)
             least = h;
     }
     return least;
