@@ -72,18 +72,26 @@ static double least_left_of_all(const struct diagnosis *d, size_t n_effects)
     return least;
 }
 
+/* What takes next to nothing is no part of a pair, whatever its evidence. */
+static bool helps(const struct diagnosis *d, const struct hypothesis *h)
+{
+    return hypothesis_excess(&h->fitted) <= least_progress * hypothesis_excess(&d->baseline.fitted);
+}
+
 static bool is_root(const struct diagnosis *d, const struct hypothesis *h, size_t n_effects, bool stepping)
 {
     const double most = stepping ? law_root : diagnose_worth;
-    return h->n_effects == n_effects && hypothesis_has_law(h) == stepping &&
+    return h->n_effects == n_effects && hypothesis_has_law(h) == stepping && helps(d, h) &&
            left_of_all(h) <= most * least_left_of_all(d, n_effects);
 }
 
-/* A root and its special case lead to the same pairs, unless the general one has taken what the other effect of the pair does. */
+/* The same root, and a root and its special case lead to the same pairs, unless the general one has taken what the other effect of the pair does. */
 static bool is_kin(const struct diagnosis *d, const struct hypothesis *one, const struct hypothesis *other)
 {
     static const double alike = 1.05; /* of the rms that they leave */
     const double a = one->fitted.noise_ratio, b = other->fitted.noise_ratio;
+    if (one->effects[0] == other->effects[0])
+        return true;
     return (diagnose_special_case(one->effects[0], other->effects[0], d->model) ||
             diagnose_special_case(other->effects[0], one->effects[0], d->model)) &&
            fmax(a, b) <= alike * fmin(a, b);
@@ -97,17 +105,31 @@ static bool has_kin(const struct diagnosis *d, const struct hypothesis roots[], 
     return false;
 }
 
+/* The one with the most evidence, then those that leave the least: evidence counts modes and records alike, whatever is left in each. NULL: no more. */
+static const struct hypothesis *next_root(const struct diagnosis *d, const struct hypothesis roots[], size_t n,
+                                          size_t n_effects, bool stepping)
+{
+    const struct hypothesis *next = NULL;
+    for (size_t i = 0; i < d->n_hypotheses; i++) {
+        const struct hypothesis *h = &d->hypotheses[i];
+        const bool fits = is_root(d, h, n_effects, stepping) && !has_kin(d, roots, n, h);
+        if (fits && (next == NULL || (n > 0 && left_of_all(h) < left_of_all(next))))
+            next = h;
+    }
+    return next;
+}
+
 /* One more effect on the best hypotheses with n_effects of them, those that step through time or those that do not. */
 static enum bf_status extend_roots(struct diagnose_state *w, size_t n_effects, bool stepping, size_t most_roots,
                                    const size_t most[], double span, struct bf_error *err)
 {
     struct diagnosis *d = w->d;
     struct hypothesis roots[PAIR_ROOTS];
+    const struct hypothesis *next;
     size_t n = 0;
     enum bf_status status = BF_OK;
-    for (size_t i = 0; i < d->n_hypotheses && n < most_roots && !status; i++)
-        if (is_root(d, &d->hypotheses[i], n_effects, stepping) && !has_kin(d, roots, n, &d->hypotheses[i]))
-            status = copy_root(&d->hypotheses[i], &roots[n++], err);
+    while (n < most_roots && !status && (next = next_root(d, roots, n, n_effects, stepping)) != NULL)
+        status = copy_root(next, &roots[n++], err);
     for (size_t i = 0; i < n; i++) {
         const bool wanted = i == 0 || (diagnose_is_far(&d->baseline) && !diagnose_explained(d, n_effects + 1));
         if (!status && wanted && !progress_interrupted())
