@@ -41,24 +41,12 @@ static double interval_s(const struct run *run, const struct predict_channel *ch
     return run->p->grids[run->p->plans[channel->record].grid].dt_s; /* of the true clock */
 }
 
-/* 2 shape e^(p t), sample after sample. */
 static void fill_columns(const struct predict_channel *channel, double dt_s, const struct decay *d)
 {
-    enum { ANEW = 64 }; /* products of e^(p dt) are begun anew often enough to stay exact */
-    const double complex step = cexp(d->p * dt_s);
-    const double turn_re = creal(step), turn_im = cimag(step);
-    double re = 0.0, im = 0.0;
     for (size_t k = 0; k < channel->n; k++) {
-        if (k % ANEW == 0) {
-            const double complex x = 2.0 * d->shape * cexp(d->p * (double)k * dt_s);
-            re = creal(x), im = cimag(x);
-        } else {
-            const double before = re;
-            re = before * turn_re - im * turn_im;
-            im = before * turn_im + im * turn_re;
-        }
-        d->column_re[k] = re;
-        d->column_im[k] = -im;
+        double complex x = 2.0 * d->shape * cexp(d->p * (double)k * dt_s);
+        d->column_re[k] = creal(x);
+        d->column_im[k] = -cimag(x);
     }
 }
 
@@ -98,13 +86,11 @@ static void add_derivatives(const struct run *run, const struct predict_channel 
             continue;
         double complex dp, change = relative_change(run, channel, pole, j, &dp);
         dp += d->p * run->p->geometry.clock_by[j] / run->p->geometry.clock; /* d(p t) by the clock */
-        /* Re a x (change + dp t), x = 2 shape e^(pt) as in the columns */
-        const double complex still = d->amplitude * change, grows = d->amplitude * dp * interval_s(run, channel);
-        const double still_re = creal(still), still_im = cimag(still), grows_re = creal(grows), grows_im = cimag(grows);
         double *column = run_column(run, j, channel);
-        for (size_t k = 0; k < channel->n; k++)
-            column[k] += (still_re + (double)k * grows_re) * d->column_re[k] +
-                         (still_im + (double)k * grows_im) * d->column_im[k];
+        for (size_t k = 0; k < channel->n; k++) {
+            double complex x = CMPLX(d->column_re[k], -d->column_im[k]); /* 2 shape e^(pt) */
+            column[k] += creal(d->amplitude * x * (change + dp * (double)k * interval_s(run, channel)));
+        }
     }
 }
 
