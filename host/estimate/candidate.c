@@ -193,14 +193,6 @@ static bool needs_patch(const struct candidate *c, const struct model *model)
     return effect->geometry && effect->geometry(c->start, &shift) == 0 && fabs(shift.patch_shift_m) > 0.0;
 }
 
-static bool in_model(const struct model *model, const char *id)
-{
-    for (size_t e = 0; e < model->n_effects; e++)
-        if (strcmp(model->effects[e].effect->id, id) == 0)
-            return true;
-    return false;
-}
-
 /* "" when the effect can act. */
 static void why_not(const struct scan *s, const struct candidate *c, char reason[CANDIDATE_REASON])
 {
@@ -220,8 +212,7 @@ static void why_not(const struct scan *s, const struct candidate *c, char reason
         (void)snprintf(reason, CANDIDATE_REASON, "the records have none of the channels it acts on");
     } else if (needs_patch(c, model) && !model_patch(model, &from_m, &to_m)) {
         (void)snprintf(reason, CANDIDATE_REASON, "the model has no patch");
-    } else if (c->effect->releases_root && model->support != SUPPORT_CLAMPED_FREE &&
-               model->support != SUPPORT_CLAMPED_CLAMPED) {
+    } else if (c->effect->releases_root && !model_is_clamped(model)) {
         (void)snprintf(reason, CANDIDATE_REASON, "the beam is not clamped at x = 0");
     } else if (candidate_model(model, c, c->start, &trial, &err) != BF_OK) {
         (void)snprintf(reason, CANDIDATE_REASON, "%.*s", CANDIDATE_REASON - 1, err.text);
@@ -283,7 +274,7 @@ static void consider(const struct scan *s, const struct beam_effect *effect, str
             return;
         }
     }
-    if (in_model(s->model, effect->id)) {
+    if (model_has_effect(s->model, effect)) {
         refuse(list, effect, "the model has it");
         return;
     }

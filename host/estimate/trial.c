@@ -209,14 +209,6 @@ enum bf_status trial_run(const struct motion *motion, const struct beam_effect *
     return status;
 }
 
-static bool in_model(const struct model *model, const struct beam_effect *effect)
-{
-    for (size_t e = 0; e < model->n_effects; e++)
-        if (model->effects[e].effect == effect)
-            return true;
-    return false;
-}
-
 enum bf_status trial_all(const struct motion *motion, const struct trial_options *options, struct trial **out,
                          size_t *n, struct bf_error *err)
 {
@@ -224,7 +216,7 @@ enum bf_status trial_all(const struct motion *motion, const struct trial_options
     struct trial *list = bf_alloc(2 * (size_t)beam_effects_count, sizeof *list);
     size_t count = 0;
     for (int e = 0; e < beam_effects_count; e++)
-        if (trial_possible(beam_effects[e]) && !in_model(transfer_model(motion->predictor), beam_effects[e]))
+        if (trial_possible(beam_effects[e]) && !model_has_effect(transfer_model(motion->predictor), beam_effects[e]))
             effects[count++] = beam_effects[e];
     enum bf_status status = try_effects(motion, effects, count, options, list, n, err);
     free(effects);

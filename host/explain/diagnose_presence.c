@@ -48,35 +48,26 @@ static bool has_kin(const struct diagnosis *d, const struct hypothesis *h, const
     return false;
 }
 
-/*
- * A spring that attracts is a magnet or, nearly always, a stand-in for something else: it is no explanation, and speaks against another one only where it is
- * better than that. What the damper, its special case, explains is asked for without it.
- */
-static bool explains_nothing(const struct hypothesis *h)
-{
-    for (size_t e = 0; e < h->n_effects; e++)
-        if (is_attracting(h, h->effects[e]))
-            return true;
-    return false;
-}
-
 static void take_best(const struct diagnosis *d, size_t i, size_t *best)
 {
     if (*best == d->n_hypotheses || d->hypotheses[i].score > d->hypotheses[*best].score)
         *best = i;
 }
 
+/*
+ * A spring that attracts is a magnet or, nearly always, a stand-in for something else: it is no explanation, and speaks against another one only where it is
+ * better than that. What the damper, its special case, explains is asked for without it.
+ */
 static bool is_asked(const struct hypothesis *h, const struct decision *one)
 {
-    return h->n_effects <= one->most_effects && has_one(h, one) && !explains_nothing(h);
+    return h->n_effects <= one->most_effects && has_one(h, one) && !is_attracting(h);
 }
 
-/* What explains nothing speaks against the best one where it is better than that. */
 static bool speaks_against(const struct diagnosis *d, const struct hypothesis *h, const struct decision *one)
 {
     const bool better = one->with == d->n_hypotheses || h->score > d->hypotheses[one->with].score;
     return h->n_effects <= one->most_effects && !has_one(h, one) && !has_kin(d, h, one) &&
-           (better || !explains_nothing(h));
+           (better || !is_attracting(h));
 }
 
 /* The best by the facts. */
@@ -247,7 +238,7 @@ static void weigh_best(struct diagnosis *d, size_t most_effects)
 {
     size_t best = d->n_hypotheses;
     for (size_t i = 0; i < d->n_hypotheses; i++)
-        if (d->hypotheses[i].n_effects <= most_effects && !explains_nothing(&d->hypotheses[i]))
+        if (d->hypotheses[i].n_effects <= most_effects && !is_attracting(&d->hypotheses[i]))
             take_best(d, i, &best);
     if (best == d->n_hypotheses)
         return;

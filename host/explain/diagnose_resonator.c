@@ -31,11 +31,7 @@ static const double places[PLACES] = {1.0, 0.6}; /* of the length */
 
 static bool can_act(const struct model *model, const struct beam_effect *effect)
 {
-    for (size_t e = 0; e < model->n_effects; e++)
-        if (model->effects[e].effect == effect)
-            return false;
-    return !effect->releases_root || model->support == SUPPORT_CLAMPED_FREE ||
-           model->support == SUPPORT_CLAMPED_CLAMPED;
+    return !model_has_effect(model, effect) && (!effect->releases_root || model_is_clamped(model));
 }
 
 /* What swings by itself in a model, from this effect on. NULL: nothing does. */
@@ -84,10 +80,7 @@ static double beam_mass_kg(const struct model *model)
 
 static double flexibility_radpNm(const struct model *model)
 {
-    double EI = 0.0;
-    for (size_t m = 0; m < model->n_materials; m++)
-        EI = fmax(EI, model->materials[m].EI.value);
-    return model->length_m / EI;
+    return model->length_m / model->materials[model_plain_material(model)].EI.value;
 }
 
 /* Of a clamp the loss is a time, and τ = ζ/(π f). */

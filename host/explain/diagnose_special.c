@@ -44,14 +44,6 @@ static bool does_as_well(const struct diagnosis *d, const struct hypothesis *gen
     return false;
 }
 
-static bool is_in_base(const struct hypothesis *h, const struct beam_effect *effect)
-{
-    for (size_t e = 0; e < h->n_base; e++)
-        if (h->model.effects[e].effect == effect)
-            return true;
-    return false;
-}
-
 /* Parameters of the same name keep their values. */
 static void take_values(const struct model_effect *from, struct model_effect *to)
 {
@@ -83,8 +75,7 @@ static bool is_worth_trying(const struct diagnose_state *w, const struct hypothe
                             const struct beam_effect *special)
 {
     return diagnose_special_case(special, general->effects[e], w->d->model) && !diagnose_leaves_out(w, special) &&
-           !is_in_base(general, special) && !hypothesis_has(general, special) &&
-           !does_as_well(w->d, general, e, special);
+           !model_has_effect(&general->model, special) && !does_as_well(w->d, general, e, special);
 }
 
 static void try_special_cases(struct diagnose_state *w, const struct hypothesis *general)

@@ -99,11 +99,11 @@ double implausible_nats(const struct diagnosis *d, const struct hypothesis *h)
     return nats;
 }
 
-bool is_attracting(const struct hypothesis *h, const struct beam_effect *effect)
+bool is_attracting(const struct hypothesis *h)
 {
     for (size_t i = 0; i < h->n_effects && h->n_base + i < h->model.n_effects; i++) {
         struct beam_term terms[BEAM_EFFECT_TERMS] = {0};
-        const int n = h->effects[i] == effect ? terms_of(&h->model, &h->model.effects[h->n_base + i], terms) : 0;
+        const int n = terms_of(&h->model, &h->model.effects[h->n_base + i], terms);
         for (int t = 0; t < n; t++)
             if (terms[t].place.kind == BEAM_AT_POINT && (double)terms[t].value.stiffness < 0.0)
                 return true;

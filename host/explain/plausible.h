@@ -11,7 +11,7 @@
  */
 double implausible_nats(const struct diagnosis *d, const struct hypothesis *h);
 
-/* This effect of a hypothesis is, at its fitted values, a spring at a point that attracts: a magnet, or, nearly always, a stand-in for something else. */
-bool is_attracting(const struct hypothesis *h, const struct beam_effect *effect);
+/* One of its effects is, at its fitted values, a spring at a point that attracts: a magnet, or, nearly always, a stand-in for something else. */
+bool is_attracting(const struct hypothesis *h);
 
 #endif

@@ -285,6 +285,12 @@ void model_channel_open_gain(struct channel_parameters *own, double relative_sd)
 /* Every use of it. BF_USAGE: the model has none. */
 enum bf_status model_drop_effect(struct model *model, const char *id, struct bf_error *err);
 
+/* A parameter of an added effect is held in fits until it is freed. */
+bool effect_parameter_is_held(const struct beam_parameter_info *info);
+/* The model has this effect, whatever it acts on. */
+bool model_has_effect(const struct model *model, const struct beam_effect *effect);
+/* The beam is clamped at x = 0. */
+bool model_is_clamped(const struct model *model);
 /* Some effect of the model is a law, so that its prediction steps through time. */
 bool model_has_law(const struct model *model);
 

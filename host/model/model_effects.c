@@ -32,6 +32,11 @@ const struct beam_effect *effect_find(const char *id, struct bf_error *err)
     return NULL;
 }
 
+bool effect_parameter_is_held(const struct beam_parameter_info *info)
+{
+    return info->role == BEAM_ROLE_PLACE || (info->flags & BEAM_PARAMETER_HELD) != 0;
+}
+
 void model_effect_parameter(const struct model *model, const struct beam_effect *effect, int slot,
                             struct parameter *out)
 {
@@ -43,7 +48,7 @@ void model_effect_parameter(const struct model *model, const struct beam_effect 
     out->max = info->maximum * scale;
     if (info->role == BEAM_ROLE_PLACE)
         out->value = fmin(out->value, model_last_place_m(model));
-    out->fixed = info->role == BEAM_ROLE_PLACE || (info->flags & BEAM_PARAMETER_HELD) != 0;
+    out->fixed = effect_parameter_is_held(info);
     out->logarithmic = (info->flags & BEAM_PARAMETER_LOG) != 0 && out->value > 0.0;
 }
 
@@ -92,6 +97,19 @@ enum bf_status model_drop_effect(struct model *model, const char *id, struct bf_
     model->n_effects = kept;
     model_forget_fit(model);
     return BF_OK;
+}
+
+bool model_has_effect(const struct model *model, const struct beam_effect *effect)
+{
+    for (size_t e = 0; e < model->n_effects; e++)
+        if (model->effects[e].effect == effect)
+            return true;
+    return false;
+}
+
+bool model_is_clamped(const struct model *model)
+{
+    return model->support == SUPPORT_CLAMPED_FREE || model->support == SUPPORT_CLAMPED_CLAMPED;
 }
 
 bool model_has_law(const struct model *model)

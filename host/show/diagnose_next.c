@@ -60,8 +60,7 @@ static void add_effect(struct diagnose_next *next, const struct hypothesis *h, s
     for (int j = 0; j < own->effect->n_parameters; j++) {
         const struct beam_parameter_info *info = &own->effect->parameters[j];
         (void)fprintf(out, " %s=%.7g", info->name, own->parameters[j].value);
-        const bool held = info->role == BEAM_ROLE_PLACE || (info->flags & BEAM_PARAMETER_HELD) != 0;
-        if (held && !own->parameters[j].fixed)
+        if (effect_parameter_is_held(info) && !own->parameters[j].fixed)
             (void)fprintf(out, " --free %s", info->name);
     }
     (void)fprintf(out, " -o added%zu.yaml", i + 1);

@@ -177,6 +177,41 @@ static void a_spring_that_attracts_is_no_explanation(void **state)
     }
 }
 
+/* Where it leaves more than another explanation it is no rival of that either. */
+static void a_spring_that_attracts_is_no_rival_of_what_leaves_less(void **state)
+{
+    double lead[2];
+    for (int i = 0; i < 2; i++) {
+        struct diagnosis d;
+        struct hypothesis h[] = {refit("axial_load", NULL, 1, 1.01, 1.02),
+                                 refit("root_compliance", NULL, 2, 31.0, 33.0),
+                                 refit("point_spring", NULL, 3, 1.3, 1.3)};
+        fixture_model(&h[2].model, "  - {kind: point_spring, stiffness_Npm: -20, damping_Nspm: 0, at_m: 0.3}\n");
+        decide(&d, *state, 37.0, 28.0, h, 2 + (size_t)i);
+        assert_string_equal(d.named[0], "axial_load");
+        lead[i] = d.decisions[0].feature[FEATURE_LEAD];
+        for (size_t k = 0; k < 3; k++)
+            if (h[k].model.n_effects > 0)
+                model_free(&h[k].model);
+        done(&d);
+        if (i == 0)
+            forget(&h[2]);
+    }
+    assert_true(fabs(lead[1] - lead[0]) < 0.1 && lead[0] > 4.0);
+}
+
+static void records_that_pass_for_nonlinear_may_be_linear(void **state)
+{
+    (void)state;
+    struct diagnosis d = {.linearity.verdict = LINEARITY_NONLINEAR,
+                          .attainable = {.modes = 4, .nrmse = 0.1, .noise_ratio = 1.3}};
+    assert_false(diagnose_linear_is_out(&d));
+    d.attainable.noise_ratio = 5.0;
+    assert_true(diagnose_linear_is_out(&d));
+    d.linearity.verdict = LINEARITY_LINEAR;
+    assert_false(diagnose_linear_is_out(&d));
+}
+
 /* With its place a mass or a spring follows much of what another cause does: the same errors make it less sure than what has no place. */
 static void what_follows_much_is_less_sure(void **state)
 {
@@ -524,6 +559,8 @@ int main(void)
         cmocka_unit_test(one_clear_explanation_is_named),
         cmocka_unit_test(what_stands_out_is_named_though_it_leaves_much),
         cmocka_unit_test(a_spring_that_attracts_is_no_explanation),
+        cmocka_unit_test(a_spring_that_attracts_is_no_rival_of_what_leaves_less),
+        cmocka_unit_test(records_that_pass_for_nonlinear_may_be_linear),
         cmocka_unit_test(what_follows_much_is_less_sure),
         cmocka_unit_test(a_place_that_is_not_needed_makes_nothing_less_sure),
         cmocka_unit_test(a_damper_is_not_judged_by_a_spring_that_attracts),

@@ -147,9 +147,32 @@ static void a_pair_is_found_behind_a_stronger_single_effect(void **state)
     bench_free(b);
 }
 
+/* A sensor's offset on a beam that hardens: it takes the most alone, and other single effects have more evidence, which counts channels and modes alike. */
+static void a_pair_begins_at_what_takes_the_most(void **state)
+{
+    (void)state;
+    static const char *const ids[] = {"cubic_stiffness", "point_spring",  "axial_load",
+                                      "point_mass",      "sensor_offset", NULL};
+    struct bench *b = bench_new("{kind: cubic_stiffness, coefficient_Npm3: 5.5e6, at_m: 0.3}, "
+                                "{kind: sensor_offset, offset: 0.05, channel: tip_mps}",
+                                2, LONG, 0.004, ids);
+    diagnose(b, 2, 0);
+    const struct hypothesis *best = &b->d.hypotheses[0], *offset = single(&b->d, "sensor_offset");
+    for (size_t i = 1; i < b->d.n_hypotheses; i++)
+        best = b->d.hypotheses[i].score > best->score ? &b->d.hypotheses[i] : best;
+    assert_non_null(offset);
+    assert_true(offset->score < single(&b->d, "axial_load")->score);
+    assert_true(offset->fitted.noise_ratio > 20.0 && best->fitted.noise_ratio < 1.3);
+    assert_int_equal(best->n_effects, 2);
+    assert_string_equal(best->effects[0]->id, "sensor_offset");
+    assert_string_equal(best->effects[1]->id, "cubic_stiffness");
+    bench_free(b);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_pair_begins_at_what_takes_the_most),
         cmocka_unit_test(a_pair_is_found_behind_a_stronger_single_effect),
         cmocka_unit_test(what_ruins_the_baseline_is_found),
         cmocka_unit_test(near_the_noise_what_scores_hide_is_tried),

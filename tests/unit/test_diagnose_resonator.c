@@ -2,6 +2,7 @@
 /* A mode that no bending beam has: found where nothing simpler explains the records, and not even tried where something does. */
 #include "diagnose_rig.h"
 #include "beam/beam.h"
+#include "show/diagnose_next.h"
 
 static bool was_tried(const struct diagnosis *d)
 {
@@ -34,6 +35,19 @@ static void an_absorber_is_found_with_its_values(void **state)
     bench_free(b);
 }
 
+/* Typed as it is printed, the command makes the model that was found. */
+static void assert_next_frees_the_frequency(const struct diagnosis *d)
+{
+    static const struct channel_factors none;
+    struct diagnose_next next;
+    size_t frees = 0;
+    diagnose_next(d, NULL, &none, &next);
+    for (size_t i = 0; i < next.n; i++)
+        frees += strstr(next.command[i], " --free frequency_Hz -o ") != NULL;
+    assert_int_equal(frees, 1);
+    diagnose_next_free(&next);
+}
+
 /* A clamp on a support with a mode of its own, and beside it a mass that the model lacks, too. */
 static void a_support_that_rocks_is_found(const char *effects, double compliance, double f_Hz, size_t n_effects)
 {
@@ -57,6 +71,7 @@ static void a_support_that_rocks_is_found(const char *effects, double compliance
         assert_true(fabs(own->parameters[2].value - f_Hz) < 0.2);
     }
     assert_int_equal(rocks, 1);
+    assert_next_frees_the_frequency(&b->d);
     bench_free(b);
 }
 
