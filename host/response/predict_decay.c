@@ -11,6 +11,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "maths/maths.h"
+
 struct decay {
     double complex p, shape; /* shape = c p^ν F(p) gain */
     double complex amplitude;
@@ -41,13 +43,35 @@ static double interval_s(const struct run *run, const struct predict_channel *ch
     return run->p->grids[run->p->plans[channel->record].grid].dt_s; /* of the true clock */
 }
 
+/* out[k] = a b[k], k < n. Real arithmetic: the products of C's complex type look after infinities that cannot occur here, at many times the cost. */
+VECTOR_CLONES static void scale(size_t n, double a_re, double a_im, const double b_re[], const double b_im[],
+                                double out_re[], double out_im[])
+{
+    for (size_t k = 0; k < n; k++) {
+        out_re[k] = a_re * b_re[k] - a_im * b_im[k];
+        out_im[k] = a_re * b_im[k] + a_im * b_re[k];
+    }
+}
+
+/* re[k] + i im[k] = E e^(p k dt), k < n: two rounding errors a value, one exponential in `BLOCK`. */
+static void fill_exponential(double complex E, double complex p, double dt_s, size_t n, double re[], double im[])
+{
+    enum { BLOCK = 64 };
+    double turn_re[BLOCK], turn_im[BLOCK];
+    for (size_t i = 0; i < BLOCK; i++) {
+        const double complex turn = cexp(p * (double)i * dt_s);
+        turn_re[i] = creal(turn), turn_im[i] = cimag(turn);
+    }
+    for (size_t k = 0; k < n; k += BLOCK) {
+        const double complex first = E * cexp(p * (double)k * dt_s);
+        scale(n - k < BLOCK ? n - k : BLOCK, creal(first), cimag(first), turn_re, turn_im, re + k, im + k);
+    }
+}
+
 static void fill_columns(const struct predict_channel *channel, double dt_s, const struct decay *d)
 {
-    for (size_t k = 0; k < channel->n; k++) {
-        double complex x = 2.0 * d->shape * cexp(d->p * (double)k * dt_s);
-        d->column_re[k] = creal(x);
-        d->column_im[k] = -cimag(x);
-    }
+    /* the derivative by the imaginary part is the imaginary part of the conjugate */
+    fill_exponential(2.0 * conj(d->shape), conj(d->p), dt_s, channel->n, d->column_re, d->column_im);
 }
 
 /* δ(shape)/shape and δp of one parameter. */
@@ -78,6 +102,18 @@ static double complex relative_change(const struct run *run, const struct predic
     return change;
 }
 
+/* column[k] += Re(a x[k]* (change + slope k)), with the conjugates x of what the motion is made of. */
+VECTOR_CLONES static void add_change(size_t n, double complex a, double complex change, double complex slope,
+                                     const double x_re[], const double x_im[], double column[])
+{
+    const double a_re = creal(a), a_im = cimag(a), c_re = creal(change), c_im = cimag(change);
+    const double s_re = creal(slope), s_im = cimag(slope);
+    for (size_t k = 0; k < n; k++) {
+        const double re = a_re * x_re[k] + a_im * x_im[k], im = a_im * x_re[k] - a_re * x_im[k];
+        column[k] += re * (c_re + s_re * (double)k) - im * (c_im + s_im * (double)k);
+    }
+}
+
 static void add_derivatives(const struct run *run, const struct predict_channel *channel, const struct decay *d,
                             size_t pole)
 {
@@ -86,11 +122,8 @@ static void add_derivatives(const struct run *run, const struct predict_channel 
             continue;
         double complex dp, change = relative_change(run, channel, pole, j, &dp);
         dp += d->p * run->p->geometry.clock_by[j] / run->p->geometry.clock; /* d(p t) by the clock */
-        double *column = run_column(run, j, channel);
-        for (size_t k = 0; k < channel->n; k++) {
-            double complex x = CMPLX(d->column_re[k], -d->column_im[k]); /* 2 shape e^(pt) */
-            column[k] += creal(d->amplitude * x * (change + dp * (double)k * interval_s(run, channel)));
-        }
+        add_change(channel->n, d->amplitude, change, dp * interval_s(run, channel), d->column_re, d->column_im,
+                   run_column(run, j, channel));
     }
 }
 
