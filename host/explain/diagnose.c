@@ -313,7 +313,7 @@ static enum bf_status search(struct diagnose_state *w, struct bf_error *err)
         status = without_one(w, err);
     if (!status && !progress_interrupted())
         status = diagnose_exchange(w, err);
-    if (!status && !progress_interrupted() && !is_answered(w->d))
+    if (!status && !progress_interrupted() && !is_answered(w->d) && !rig_leaves_little(w->d))
         status = diagnose_resonator(w, err);
     if (!status && !progress_interrupted())
         diagnose_special_sets(w);

@@ -41,6 +41,8 @@ enum bf_status diagnose_exchange(struct diagnose_state *w, struct bf_error *err)
     if (d->n_hypotheses == 0 || d->hypotheses[0].n_effects < 2)
         return BF_OK;
     const struct hypothesis *set = &d->hypotheses[0];
+    if (set->n_effects > 2 && hypothesis_has_law(set)) /* each a step through time */
+        return BF_OK;
     for (size_t e = 0; e < set->n_effects; e++) {
         const struct hypothesis *alone = best_alone(d, set->effects[e]);
         for (size_t i = 0; alone != NULL && i < d->n_hypotheses && n < MOST_EXCHANGED; i++) {

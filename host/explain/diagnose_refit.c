@@ -9,6 +9,9 @@
 
 #include "ground/ground.h"
 
+/* A law that is there is found in 40 to 130 evaluations; another takes up to two thousand, each a step through time, to end far off. */
+enum { LAW_RUNS = 150 };
+
 struct refit_queue {
     struct diagnose_state *w;
     struct refit_job *jobs;
@@ -83,6 +86,15 @@ static bool is_promising(const struct diagnosis *d, const struct hypothesis *h)
     return hypothesis_excess(&h->fitted) <= hundredth * hypothesis_excess(&d->baseline.fitted);
 }
 
+/* What it has come to by then is a hypothesis: of laws the best one tells something, even if none explains the records. */
+static void bound_law(const struct diagnose_state *w, struct refit_job *job)
+{
+    if (job->most_runs > 0 || w->options->everything || !model_has_law(&job->model))
+        return;
+    job->most_runs = LAW_RUNS;
+    job->kept = true;
+}
+
 /*
  * A quick look that had come down to nearly nothing when its evaluations ran out has found what was looked for: it goes on from there, and
  * is done in a few.
@@ -99,6 +111,7 @@ static bool run_job(struct refit_queue *queue, struct refit_job *job, int thread
     rest.most_runs = 0;
     rest.near = true;
     rest.first_new = rest.model.n_effects;
+    bound_law(queue->w, &rest);
     const size_t evaluations = h->fit.evaluations;
     hypothesis_free(h);
     const bool found = fit_job(queue, &rest, threads, abandon_above, h);
@@ -131,9 +144,12 @@ static void *work(void *argument)
             w->options->everything || job->to_the_end ? 0.0 : abandon_limit(w->d, job->n_effects);
         (void)pthread_mutex_unlock(&queue->lock);
         struct hypothesis h;
+        bound_law(w, job);
         const bool usable = run_job(queue, job, threads, abandon_above, &h);
-        const bool superseded = h.fit.interrupted && !progress_interrupted();
-        job->unfinished = superseded;
+        job->unfinished = h.fit.interrupted && !progress_interrupted();
+        const bool out_of_runs = job->most_runs > 0 && h.fit.evaluations >= job->most_runs;
+        const bool superseded = job->unfinished && !(job->kept && out_of_runs);
+        job->left = usable ? h.fitted.noise_ratio : HUGE_VAL;
         (void)pthread_mutex_lock(&queue->lock);
         struct diagnosis *d = w->d;
         d->evaluations += h.fit.evaluations;

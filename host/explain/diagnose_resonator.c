@@ -3,7 +3,8 @@
  * A mode that no bending beam has: something on the beam that swings by itself, or a support that rocks. It has a strength, a frequency, a damping and
  * perhaps a place: enough to take a part of almost any misfit, near or far from a mode. So it is tried last, where nothing else is sure, alone and
  * beside the best single effect, and it stays only when it
- * is a mode: within the band, lightly damped, and leaving nothing where no other pair of effects does, or clearly less than every other explanation.
+ * is a mode: within the band, lightly damped, and leaving nothing where no other pair of effects does, or clearly less than every other explanation: the more
+ * clearly, the more parameters it has.
  * What does not decay within the longest record is no mode: something drives it (a support that moves, hum).
  */
 #include "diagnose_relatives.h"
@@ -18,14 +19,14 @@
 
 /* All that is set by hand. */
 static const struct resonator_limits {
-    double lead;        /* rms: it leaves less than this part of what any other explanation leaves */
+    double lead;        /* rms: for each parameter but the strength it leaves this part of what others leave, at most */
     double damping;     /* ratio: above, it is a damper and no mode */
     double decay;       /* logarithm of the amplitude over the longest record: less, and it is a steady tone */
     double below_first; /* of the first mode: below, it stands still */
     double part;        /* of the beam's mass, or of its flexibility ℓ/EI: where a search begins */
     double begin;       /* ratio: the damping there */
     double takes;       /* of the misfit's power: a single effect that takes it may have a mode beside it */
-} limits = {.lead = 0.7, .damping = 0.3, .decay = 0.1, .below_first = 0.3, .part = 0.01, .begin = 0.02, .takes = 0.25};
+} limits = {.lead = 0.89, .damping = 0.3, .decay = 0.1, .below_first = 0.3, .part = 0.01, .begin = 0.02, .takes = 0.25};
 enum { FREQUENCIES = 8, PLACES = 2 };
 static const double places[PLACES] = {1.0, 0.6}; /* of the length */
 
@@ -185,7 +186,8 @@ static struct others others_leave(const struct diagnosis *d)
 
 static bool stands_out(const struct hypothesis *h, const struct others *others)
 {
-    return (h->explains && !others->explains) || h->fitted.noise_ratio <= limits.lead * others->least;
+    const double lead = pow(limits.lead, mode_of(h)->effect->n_parameters - 1);
+    return (h->explains && !others->explains) || h->fitted.noise_ratio <= lead * others->least;
 }
 
 static bool is_mode(const struct diagnosis *d, const struct hypothesis *h, const struct others *others)

@@ -48,8 +48,10 @@ struct refit_job {
     bool to_the_end;   /* not given up, however much it leaves: a pair may grow from it */
     bool places_tried; /* the hypothesis is not refitted from other places again */
     bool near;         /* the values are near the optimum */
-    size_t most_runs;  /* evaluations, after which it is left unfinished and is no hypothesis; 0: as many as it takes */
+    size_t most_runs;  /* evaluations, after which it is left unfinished; 0: as many as it takes */
+    bool kept;         /* and then is a hypothesis that has not converged; else it is none */
     bool unfinished;   /* out: so it was, or another one has explained the records */
+    double left;       /* out: rms over the noise that it had come to; infinite: no value */
 };
 
 /* diagnose_baseline.c: noise of all channels; the model given, fitted; its predictor. */
@@ -204,6 +206,8 @@ bool diagnose_significant(const struct diagnosis *d, const struct hypothesis *h)
 bool diagnose_as_good(const struct hypothesis *h, const struct hypothesis *best);
 /* The best hypothesis leaves more than what is known of the noise, so that one more effect is worth a search. */
 bool diagnose_more_wanted(const struct diagnosis *d);
+/* The records are far from the model and not from a linear one: a free linear model leaves the noise of all, the held-out ones too. */
+bool diagnose_linear_does(const struct diagnosis *d);
 /* The baseline is within what is known of the noise. */
 bool diagnose_is_complete(const struct diagnosis *d);
 
