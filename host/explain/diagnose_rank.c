@@ -52,9 +52,9 @@ bool diagnose_is_complete(const struct diagnosis *d)
     return at_noise(&d->baseline.fitted, 0.0) && at_noise(&d->baseline.check, limits.held_out);
 }
 
-bool diagnose_linear_does(const struct diagnosis *d)
+bool diagnose_passes_for_linear(const struct diagnosis *d)
 {
-    return diagnose_is_far(&d->baseline) && d->linearity.verdict != LINEARITY_NONLINEAR && d->attainable.modes > 0 &&
+    return d->linearity.verdict != LINEARITY_NONLINEAR && d->attainable.modes > 0 &&
            diagnose_floor(d) <= limits.noise && d->attainable.held_out_noise_ratio <= limits.noise + limits.held_out;
 }
 

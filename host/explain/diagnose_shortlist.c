@@ -444,7 +444,7 @@ enum bf_status shortlist_new(struct diagnose_state *w, const struct hypothesis *
     *s = (struct shortlist){.w = w, .from = from, .n_effects = from->n_effects + 1};
     const enum linearity_verdict verdict = w->d->linearity.verdict;
     s->linear = diagnose_is_far(from) &&
-                (verdict == LINEARITY_LINEAR || verdict == LINEARITY_ADDITIVE || diagnose_linear_does(w->d));
+                (verdict == LINEARITY_LINEAR || verdict == LINEARITY_ADDITIVE || diagnose_passes_for_linear(w->d));
     return candidate_list_new(&from->model, w->d->records, w->d->n_records, &options, &s->list, err);
 }
 
