@@ -183,7 +183,6 @@ struct road {
     const struct candidate *candidate;
     double start[BEAM_EFFECT_PARAMETERS];
     bool done;
-    double left; /* rms over the noise that it had come to; 0: not tried */
 };
 
 /* Parameter that is the stiffness of a spring at a point, and the parameter of its place; false: the effect is none. */
@@ -252,16 +251,7 @@ static size_t lay_roads(const struct shortlist *s, const struct model *from, con
     return n_roads;
 }
 
-/* One effect alone has taken nearly all of the misfit, and what the road had come to leaves many times as much. */
-static bool is_outdone(const struct shortlist *s, const struct road *road)
-{
-    static const double hundredth = 0.01; /* of the power above the noise */
-    const double best = diagnose_best_left(s->w->d, s->n_effects);
-    return best * best - 1.0 <= hundredth * hypothesis_excess(&s->w->d->baseline.fitted) &&
-           road->left > diagnose_worth * best;
-}
-
-/* Those of roads[n ≤ MOST_AT_ONCE] that are neither done (as a candidate is that the model refuses) nor outdone. most_runs 0: as many as it takes. */
+/* Those of roads[n ≤ MOST_AT_ONCE] that are not done; a candidate that the model refuses is. most_runs 0: as many as it takes. */
 static void refit_roads(struct shortlist *s, const struct model *from, struct road roads[], size_t n, size_t most_runs,
                         double span)
 {
@@ -271,7 +261,7 @@ static void refit_roads(struct shortlist *s, const struct model *from, struct ro
     size_t n_jobs = 0;
     for (size_t k = 0; k < n; k++) {
         struct refit_job *job = &jobs[n_jobs];
-        if (roads[k].done || is_outdone(s, &roads[k]))
+        if (roads[k].done)
             continue;
         *job = (struct refit_job){
             .n_effects = s->n_effects, .n_tried = s->w->n_tried, .first_new = from->n_effects, .most_runs = most_runs};
@@ -280,10 +270,8 @@ static void refit_roads(struct shortlist *s, const struct model *from, struct ro
             taken[n_jobs++] = &roads[k];
     }
     (void)diagnose_try(s->w, jobs, n_jobs, BF_OK, span);
-    for (size_t i = 0; i < n_jobs; i++) {
+    for (size_t i = 0; i < n_jobs; i++)
         taken[i]->done = !jobs[i].unfinished;
-        taken[i]->left = jobs[i].left;
-    }
 }
 
 /*

@@ -51,7 +51,6 @@ struct refit_job {
     size_t most_runs;  /* evaluations, after which it is left unfinished; 0: as many as it takes */
     bool kept;         /* and then is a hypothesis that has not converged; else it is none */
     bool unfinished;   /* out: so it was, or another one has explained the records */
-    double left;       /* out: rms over the noise that it had come to; infinite: no value */
 };
 
 /* diagnose_baseline.c: noise of all channels; the model given, fitted; its predictor. */
