@@ -162,4 +162,22 @@ static inline void diagnose(struct bench *b, size_t n_records, size_t n_checks)
         fail_msg("%s", err.text);
 }
 
+/* The diagnosis of all records before any effect is refitted: noise and baseline. Free with state_free() before bench_free(). */
+static inline struct diagnose_state begun(struct bench *b)
+{
+    struct bf_error err;
+    b->d = (struct diagnosis){.model = &b->given, .records = b->records, .n_records = b->n};
+    struct diagnose_state w = {.d = &b->d, .options = &b->options, .threads = 2};
+    assert_int_equal(diagnose_noise(&w, &err), BF_OK);
+    assert_int_equal(diagnose_baseline(&w, &err), BF_OK);
+    return w;
+}
+
+static inline void state_free(struct diagnose_state *w)
+{
+    for (size_t c = 0; c < w->n_check_channels; c++)
+        noise_free(&w->check_noise[c]);
+    free(w->sigma), free(w->check_sigma), free(w->whiteners), free(w->check_noise);
+}
+
 #endif

@@ -41,7 +41,8 @@ enum bf_status diagnose_exchange(struct diagnose_state *w, struct bf_error *err)
     if (d->n_hypotheses == 0 || d->hypotheses[0].n_effects < 2)
         return BF_OK;
     const struct hypothesis *set = &d->hypotheses[0];
-    if (set->n_effects > 2 && hypothesis_has_law(set)) /* each a step through time */
+    /* up to four such refits step through time for minutes, and what the other effects do in pairs with the law is known */
+    if (set->n_effects > 2 && hypothesis_has_law(set))
         return BF_OK;
     for (size_t e = 0; e < set->n_effects; e++) {
         const struct hypothesis *alone = best_alone(d, set->effects[e]);

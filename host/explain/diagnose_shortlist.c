@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnose_shortlist.h"
 
-#include "diagnose_relatives.h"
-
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -358,21 +356,6 @@ static void choose_all(struct shortlist *s, enum effect_kind kind, struct refit_
             push(jobs, n, &job);
 }
 
-/* The same set has been refitted from another of its effects. */
-static bool was_refitted(const struct shortlist *s, const struct candidate *candidate)
-{
-    const struct diagnosis *d = s->w->d;
-    for (size_t i = 0; i < d->n_hypotheses; i++) {
-        const struct hypothesis *h = &d->hypotheses[i];
-        bool same = h->n_effects == s->n_effects && hypothesis_has(h, candidate->effect);
-        for (size_t e = 0; e < s->from->n_effects; e++)
-            same = same && hypothesis_has(h, s->from->effects[e]);
-        if (same)
-            return true;
-    }
-    return false;
-}
-
 void shortlist_choose(struct shortlist *s, enum effect_kind kind, size_t most, double best, struct refit_job **jobs,
                       size_t *n)
 {
@@ -390,9 +373,6 @@ void shortlist_choose(struct shortlist *s, enum effect_kind kind, size_t most, d
         const size_t i = s->order[kind][s->looked[kind]];
         const bool root = s->n_effects == 1 && s->looked[kind] == 0; /* of a pair, should no effect do alone */
         if (!root && !worth_refit(s, shortlist_left(s, i), best))
-            continue;
-        /* with a law each is a step through time */
-        if (s->has_law && s->list.candidates[i].channel[0] == '\0' && was_refitted(s, &s->list.candidates[i]))
             continue;
         if ((s->has_law ? job_on_law(s, i, &job, &err) : job_of_score(s, i, &job, &err)) != BF_OK)
             continue;

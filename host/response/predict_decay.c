@@ -53,7 +53,7 @@ VECTOR_CLONES static void scale(size_t n, double a_re, double a_im, const double
     }
 }
 
-/* re[k] + i im[k] = E e^(p k dt), k < n: two rounding errors a value, one exponential in `BLOCK`. */
+/* re[k] + i im[k] = E e^(p k dt), k < n: one exponential in `BLOCK`; each value is the product of two of them, so that errors do not grow with k. */
 static void fill_exponential(double complex E, double complex p, double dt_s, size_t n, double re[], double im[])
 {
     enum { BLOCK = 64 };
@@ -70,7 +70,7 @@ static void fill_exponential(double complex E, double complex p, double dt_s, si
 
 static void fill_columns(const struct predict_channel *channel, double dt_s, const struct decay *d)
 {
-    /* the derivative by the imaginary part is the imaginary part of the conjugate */
+    /* 2 Re(a shape e^(p t)) changes by Re(2 shape e^(p t)) with Re(a), and by Im of its conjugate with Im(a) */
     fill_exponential(2.0 * conj(d->shape), conj(d->p), dt_s, channel->n, d->column_re, d->column_im);
 }
 
@@ -102,7 +102,7 @@ static double complex relative_change(const struct run *run, const struct predic
     return change;
 }
 
-/* column[k] += Re(a x[k]* (change + slope k)), with the conjugates x of what the motion is made of. */
+/* column[k] += Re(a conj(x[k]) (change + slope k)); x is what fill_columns() has left, the conjugate of 2 shape e^(p t). */
 VECTOR_CLONES static void add_change(size_t n, double complex a, double complex change, double complex slope,
                                      const double x_re[], const double x_im[], double column[])
 {

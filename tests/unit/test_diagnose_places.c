@@ -12,11 +12,7 @@ static double place(const struct hypothesis *h)
 /* The diagnosis so far: the baseline, and a damper refitted from 0.36 m alone. */
 static struct diagnose_state trapped(struct bench *b)
 {
-    struct bf_error err;
-    b->d = (struct diagnosis){.model = &b->given, .records = b->records, .n_records = b->n};
-    struct diagnose_state w = {.d = &b->d, .options = &b->options, .threads = 2};
-    assert_int_equal(diagnose_noise(&w, &err), BF_OK);
-    assert_int_equal(diagnose_baseline(&w, &err), BF_OK);
+    struct diagnose_state w = begun(b);
     struct refit_job job = {.model = make("{kind: point_damper, damping_Nspm: 0.001, at_m: 0.36}"),
                             .first_new = 1,
                             .n_effects = 1,
@@ -26,13 +22,6 @@ static struct diagnose_state trapped(struct bench *b)
     diagnose_rank(&b->d, 1);
     assert_int_equal(b->d.n_hypotheses, 1);
     return w;
-}
-
-static void work_free(struct diagnose_state *w)
-{
-    for (size_t c = 0; c < w->n_check_channels; c++)
-        noise_free(&w->check_noise[c]);
-    free(w->sigma), free(w->check_sigma), free(w->whiteners), free(w->check_noise);
 }
 
 static struct bench *with_damper(void)
@@ -54,7 +43,7 @@ static void another_place_is_found(void **state)
     assert_int_equal(b->d.n_hypotheses, 1); /* repeats of the same effects are gone */
     assert_true(fabs(place(&b->d.hypotheses[0]) - damper_at_m) < 0.02);
     assert_true(b->d.hypotheses[0].fitted.noise_ratio < 1.02);
-    work_free(&w);
+    state_free(&w);
     bench_free(b);
 }
 
@@ -73,7 +62,7 @@ static void what_leaves_something_is_tried_elsewhere(void **state)
     const size_t evaluations = b->d.evaluations;
     assert_int_equal(diagnose_other_places(&w, 0.0, &err), BF_OK); /* not twice */
     assert_int_equal(b->d.evaluations, evaluations);
-    work_free(&w);
+    state_free(&w);
     bench_free(b);
 }
 
@@ -94,7 +83,7 @@ static void another_place_that_does_as_well_is_told(void **state)
     assert_int_equal(b->d.n_hypotheses, 1);
     assert_true(b->d.hypotheses[0].has_other_place);
     assert_float_equal(b->d.hypotheses[0].other_at_m, 0.1, 0.0);
-    work_free(&w);
+    state_free(&w);
     bench_free(b);
 }
 
@@ -109,7 +98,7 @@ static void a_single_effect_is_looked_for_elsewhere(void **state)
     assert_int_equal(diagnose_single_places(&w, 0.0, &err), BF_OK);
     assert_int_equal(b->d.n_hypotheses, 1);
     assert_true(fabs(place(&b->d.hypotheses[0]) - damper_at_m) < 0.02);
-    work_free(&w);
+    state_free(&w);
     bench_free(b);
 }
 
@@ -123,7 +112,7 @@ static void what_is_at_the_noise_stays(void **state)
     b->d.hypotheses[0].fit.converged = b->d.hypotheses[0].explains = true;
     assert_int_equal(diagnose_other_places(&w, 0.0, &err), BF_OK);
     assert_int_equal(b->d.evaluations, evaluations);
-    work_free(&w);
+    state_free(&w);
     bench_free(b);
 }
 

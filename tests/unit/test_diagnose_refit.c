@@ -2,24 +2,6 @@
 /* Refits that are bounded, what becomes of one whose evaluations have run out, and what passes for linear. */
 #include "diagnose_rig.h"
 
-/* What is known before any effect is refitted. */
-static struct diagnose_state begun(struct bench *b)
-{
-    struct bf_error err;
-    b->d = (struct diagnosis){.model = &b->given, .records = b->records, .n_records = b->n};
-    struct diagnose_state w = {.d = &b->d, .options = &b->options, .threads = 2};
-    assert_int_equal(diagnose_noise(&w, &err), BF_OK);
-    assert_int_equal(diagnose_baseline(&w, &err), BF_OK);
-    return w;
-}
-
-static void state_free(struct diagnose_state *w)
-{
-    for (size_t c = 0; c < w->n_check_channels; c++)
-        noise_free(&w->check_noise[c]);
-    free(w->sigma), free(w->check_sigma), free(w->whiteners), free(w->check_noise);
-}
-
 static struct bench *with_mass(void)
 {
     static const char *const masses[] = {"tip_mass", NULL};
