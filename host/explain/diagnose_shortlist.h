@@ -23,8 +23,7 @@ struct shortlist {
     size_t *order[2], n_order[2],
         looked[2];   /* of KIND_LINEAR and KIND_NONLINEAR_CHAIN, best first; how many were refitted */
     bool refined[2]; /* the best of them have taken a few steps */
-    bool
-        linear; /* two levels agree, or a free linear model leaves the noise; the misfit is large, or explained by a linear effect: laws of degree one only */
+    bool linear; /* passes for linear, the misfit being large or explained by a linear effect: laws of degree one only */
     bool tried; /* trials are there */
     struct trial *trials; /* best first */
     size_t n_trials, refitted_laws;
