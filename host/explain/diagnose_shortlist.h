@@ -21,10 +21,10 @@ struct shortlist {
     struct score_base *base; /* NULL: not needed yet */
     struct score *scores;    /* [list.n] */
     size_t *order[2], n_order[2],
-        looked[2];   /* of KIND_LINEAR and KIND_NONLINEAR_CHAIN, best first; how many were refitted */
-    bool refined[2]; /* the best of them have taken a few steps */
-    bool linear; /* passes for linear, the misfit being large or explained by a linear effect: laws of degree one only */
-    bool tried; /* trials are there */
+        looked[2];        /* of KIND_LINEAR and KIND_NONLINEAR_CHAIN, best first; how many were refitted */
+    bool refined[2];      /* the best of them have taken a few steps */
+    bool linear;          /* the records pass for linear, and are far off or explained: laws of degree one only */
+    bool tried;           /* trials are there */
     struct trial *trials; /* best first */
     size_t n_trials, refitted_laws;
 };
