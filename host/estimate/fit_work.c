@@ -17,32 +17,43 @@ void fit_work_free(struct fit_work *w)
     free(w->names), free(w->refs), free(w->sigma), free(w->noise), free(w->x);
 }
 
+/* w->noise[c]; *doubt: of its power. */
+static enum bf_status find_channel_noise(struct fit_work *w, const struct predict_channel *channel, size_t c,
+                                         const struct fit_options *options, double *doubt, struct bf_error *err)
+{
+    struct noise_estimate estimate;
+    if (options->sigma) {
+        w->noise[c] = options->sigma[c];
+        return BF_OK;
+    }
+    const enum bf_status status = noise_of_channel(w->model, &w->records[channel->record],
+                                                   w->model->outputs[channel->output].name, &estimate, err);
+    if (status)
+        return status;
+    w->noise[c] = estimate.rms;
+    *doubt = estimate.rms > 0.0 ? noise_doubt(&estimate) : 0.0;
+    noise_free(&estimate);
+    return BF_OK;
+}
+
 static enum bf_status find_noise(struct fit_work *w, const struct fit_options *options, struct bf_error *err)
 {
     const struct predict_channel *channels;
     if (w->predictor == NULL)
         return BF_OK;
     const size_t n = predictor_channels(w->predictor, &channels);
-    double square = 0.0;
+    double *doubt = bf_alloc(n, sizeof *doubt);
+    size_t *record = bf_alloc(n, sizeof *record);
+    enum bf_status status = BF_OK;
     w->sigma = bf_alloc(n, sizeof *w->sigma), w->noise = bf_alloc(n, sizeof *w->noise);
-    for (size_t c = 0; c < n; c++) {
-        if (options->sigma) {
-            w->noise[c] = options->sigma[c];
-        } else {
-            struct noise_estimate estimate;
-            const char *name = w->model->outputs[channels[c].output].name;
-            const enum bf_status status =
-                noise_of_channel(w->model, &w->records[channels[c].record], name, &estimate, err);
-            if (status)
-                return status;
-            w->noise[c] = estimate.rms;
-            square += estimate.rms > 0.0 ? pow(noise_doubt(&estimate), 2.0) : 0.0;
-            noise_free(&estimate);
-        }
+    for (size_t c = 0; c < n && !status; c++) {
+        record[c] = channels[c].record;
+        status = find_channel_noise(w, &channels[c], c, options, &doubt[c], err);
         w->sigma[c] = w->noise[c] > 0.0 ? w->noise[c] : guess * root_mean_square(channels[c].measured, channels[c].n);
     }
-    w->noise_doubt = n > 0 ? sqrt(square) / (double)n : 0.0;
-    return BF_OK;
+    w->noise_doubt = noise_ratio_doubt(doubt, record, n);
+    free(doubt), free(record);
+    return status;
 }
 
 /* Refs, and the problem of records that are here. */

@@ -36,6 +36,13 @@ bool diagnose_no_linear_misses(const struct diagnosis *d)
            d->baseline.fitted.nrmse <= limits.attainable * a->nrmse;
 }
 
+/* With poles to spare a free linear model fits the noise of its own records; held-out ones tell. */
+bool diagnose_no_linear_predicts(const struct diagnosis *d)
+{
+    return d->attainable.modes > 0 && d->linearity.verdict != LINEARITY_NONLINEAR && d->baseline.check.n_channels > 0 &&
+           d->baseline.check.noise_ratio <= limits.attainable * d->attainable.held_out_noise_ratio;
+}
+
 static bool is_sure(const struct diagnosis *d, const struct decision *one)
 {
     return one->probability >= limits.enough && !diagnose_is_open(d, one);

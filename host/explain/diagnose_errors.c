@@ -46,7 +46,8 @@ static void measure_fitted(const struct diagnose_state *w, struct hypothesis *h)
     struct hypothesis_errors *e = &h->fitted;
     *e = (struct hypothesis_errors){.n_channels = fit->n_channels,
                                     .ratio = bf_alloc(fit->n_channels, sizeof(double)),
-                                    .doubt = bf_alloc(fit->n_channels, sizeof(double))};
+                                    .doubt = bf_alloc(fit->n_channels, sizeof(double)),
+                                    .record = bf_alloc(fit->n_channels, sizeof(size_t))};
     double nrmse = 0.0, ratio = 0.0;
     for (size_t c = 0; c < fit->n_channels; c++) {
         const struct predict_channel *channel = &fit->channels[c];
@@ -54,6 +55,7 @@ static void measure_fitted(const struct diagnose_state *w, struct hypothesis *h)
         const double rms = root_mean_square(fit->residual + channel->row, n),
                      size = root_mean_square(channel->measured, n);
         e->ratio[c] = rms / w->sigma[c];
+        e->record[c] = channel->record;
         e->doubt[c] = w->d->noise[c].rms > 0.0 ? noise_doubt(&w->d->noise[c]) : 0.0; /* a guess has none */
         e->worst_ratio = fmax(e->worst_ratio, beyond_doubt(e->ratio[c], e->doubt[c]));
         ratio += e->ratio[c] * e->ratio[c];
@@ -73,7 +75,7 @@ static void measure_fitted(const struct diagnose_state *w, struct hypothesis *h)
 
 static void errors_free(struct hypothesis_errors *e)
 {
-    free(e->ratio), free(e->bins), free(e->doubt);
+    free(e->ratio), free(e->bins), free(e->doubt), free(e->record);
 }
 
 /* Of a whole channel of n samples. */
@@ -91,12 +93,14 @@ void hypothesis_take_check(struct hypothesis *h, const struct fit_channel_error 
     e->n_channels = n;
     e->ratio = bf_alloc(n, sizeof *e->ratio);
     e->bins = bf_alloc(n, sizeof *e->bins), e->doubt = bf_alloc(n, sizeof *e->doubt);
+    e->record = bf_alloc(n, sizeof *e->record);
     e->worst_ratio = 0.0;
     fit_totals(channels, n, &e->nrmse, &e->noise_ratio);
     for (size_t c = 0; c < n; c++) {
         e->ratio[c] = channels[c].noise_ratio;
+        e->record[c] = channels[c].record;
         e->bins[c] = all_bins(&noise[c], channels[c].n);
-        e->doubt[c] = noise_doubt(&noise[c]);
+        e->doubt[c] = isfinite(e->ratio[c]) ? noise_doubt(&noise[c]) : 0.0;
         e->worst_ratio = fmax(e->worst_ratio, beyond_doubt(e->ratio[c], e->doubt[c]));
     }
 }

@@ -17,20 +17,12 @@ static const struct rank_limits {
 
 /* ---- What a hypothesis explains, and what it leaves ---- */
 
-/* Two standard errors of noise_ratio by those of the noise's levels. */
-static double ratio_doubt(const struct hypothesis_errors *e)
-{
-    double square = 0.0;
-    for (size_t c = 0; c < e->n_channels; c++)
-        square += isfinite(e->ratio[c]) ? e->doubt[c] * e->doubt[c] : 0.0;
-    return sqrt(square) / (double)e->n_channels;
-}
-
 static bool at_noise(const struct hypothesis_errors *e, double more)
 {
     if (e->n_channels == 0)
         return true;
-    return e->noise_ratio <= limits.noise + more + ratio_doubt(e) && e->worst_ratio <= limits.one_channel + more;
+    return e->noise_ratio <= limits.noise + more + noise_ratio_doubt(e->doubt, e->record, e->n_channels) &&
+           e->worst_ratio <= limits.one_channel + more;
 }
 
 static double share_explained(const struct hypothesis_errors *before, const struct hypothesis_errors *after)

@@ -215,6 +215,8 @@ bool diagnose_is_complete(const struct diagnosis *d);
 void diagnose_decide(struct diagnosis *d);
 /* A free linear model with as many modes leaves as much as the baseline, and the records do not show a nonlinearity. */
 bool diagnose_no_linear_misses(const struct diagnosis *d);
+/* The same of held-out records: what it was fitted to predicts them no better than the baseline does. */
+bool diagnose_no_linear_predicts(const struct diagnosis *d);
 
 /* diagnose_words.c */
 char *diagnose_words(const struct diagnosis *d);

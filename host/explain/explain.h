@@ -45,9 +45,10 @@ struct hypothesis_errors {
     double worst_ratio;        /* of a single channel, two standard errors of its noise's level taken off */
     struct misfit misfit;      /* whitened; empty for held-out records */
     size_t n_channels;
-    double *ratio; /* [n_channels] */
-    double *doubt; /* [n_channels] relative standard error of the noise's power */
-    double *bins;  /* [n_channels] of held-out records: independent bins */
+    double *ratio;  /* [n_channels] */
+    double *doubt;  /* [n_channels] relative standard error of the noise's power */
+    size_t *record; /* [n_channels] which the channel is of */
+    double *bins;   /* [n_channels] of held-out records: independent bins */
 };
 
 /* One mode's band of one channel of one fitted record: what it tells of a model is one fact (explain/facts.h). */

@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "maths/maths.h"
 #include "plausible.h"
@@ -56,26 +57,55 @@ void facts_of_channels(struct diagnosis *d, const struct misfit_channel channels
 
 /* ---- What a hypothesis leaves of each ---- */
 
-static double band_power(const double X[], size_t n, double dt_s, const struct fact *fact)
+/* |1 - exp(-iω)|^(2 order) of bin k of n: what differences make of power. */
+static double power_of_differences(size_t k, size_t n, int order)
+{
+    const double one = 2.0 * sin(M_PI * (double)k / (double)n);
+    return pow(one * one, (double)order);
+}
+
+/* Of x[n] from the power X of its differences; infinite: they have lost it. */
+static double band_power(const double X[], size_t n, int order, double dt_s, const struct fact *fact)
 {
     const double bins_a_Hz = (double)n * dt_s;
     const size_t from = (size_t)ceil(fact->from_Hz * bins_a_Hz - 1e-9);
     const size_t to = fact->to_Hz * dt_s >= 0.5 ? n / 2 + 1 : (size_t)ceil(fact->to_Hz * bins_a_Hz - 1e-9);
     double sum = 0.0;
+    if (from == 0 && order > 0)
+        return INFINITY;
     for (size_t k = from; k < to; k++)
-        sum += (k == 0 || 2 * k == n ? 1.0 : 2.0) * X[k];
+        sum += (k == 0 || 2 * k == n ? 1.0 : 2.0) * X[k] / power_of_differences(k, n, order);
     return sum / ((double)n * (double)n);
 }
 
-/* Power of x[n] in the bands of one channel, over the noise's; facts [from, to) are the channel's. */
+static void difference(double x[], size_t n)
+{
+    for (size_t i = 0; i + 1 < n; i++)
+        x[i] = x[i + 1] - x[i];
+}
+
+/*
+ * Power of x[n] in the bands of one channel, over the noise's; facts [from, to) are the channel's. A large misfit at low frequency leaks into all
+ * bands above it, as a record does not end where it began, and would decide there. Its first and second differences leak less: the least is taken.
+ */
 static enum bf_status over_noise(const struct diagnosis *d, size_t from, size_t to, const double x[], size_t n,
                                  double dt_s, double out[], struct bf_error *err)
 {
-    double *X = bf_alloc(n / 2 + 1, sizeof *X);
-    const enum bf_status status = spectrum_power(x, n, X, err);
-    for (size_t f = from; f < to && !status; f++)
-        out[f] = band_power(X, n, dt_s, &d->facts[f]) / d->facts[f].noise;
+    enum { ORDERS = 3 };
+    double *X = bf_alloc(n / 2 + 1, sizeof *X), *y = bf_alloc(n, sizeof *y);
+    enum bf_status status = BF_OK;
+    memcpy(y, x, n * sizeof *y);
+    for (size_t f = from; f < to; f++)
+        out[f] = INFINITY;
+    for (int order = 0; order < ORDERS && (size_t)order + 1 < n && !status; order++) {
+        const size_t left = n - (size_t)order;
+        status = spectrum_power(y, left, X, err);
+        for (size_t f = from; f < to && !status; f++)
+            out[f] = fmin(out[f], band_power(X, left, order, dt_s, &d->facts[f]) / d->facts[f].noise);
+        difference(y, left);
+    }
     free(X);
+    free(y);
     return status;
 }
 

@@ -75,6 +75,11 @@ double noise_of_record_input(const struct record *record, const char *input, con
 struct noise_estimate noise_copy(const struct noise_estimate *estimate);
 /* One standard error of the noise's power, as a part of it: two of its rms. 1 where the noise is not known. */
 double noise_doubt(const struct noise_estimate *estimate);
+/*
+ * Two standard errors of a root mean square over n channels of residual over noise, by those of the noise's levels. What the noise of an input makes of the
+ * channels of one record is one thing: within a record the errors add up, over records their squares. record[n]: which record the channel is of.
+ */
+double noise_ratio_doubt(const double doubt[], const size_t record[], size_t n);
 /* The mean power of `sum` and of one more stretch of the same channel, by the cells of each; an empty sum ({0}) becomes a copy. NOISE_NONE adds nothing. */
 void noise_join(struct noise_estimate *sum, const struct noise_estimate *more);
 /* Power of the noise between two frequencies, unit of the channel squared. */

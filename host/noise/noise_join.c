@@ -19,6 +19,15 @@ double noise_doubt(const struct noise_estimate *estimate)
     return estimate->rms > 0.0 ? 2.0 * estimate->rms_sd / estimate->rms : 1.0;
 }
 
+double noise_ratio_doubt(const double doubt[], const size_t record[], size_t n)
+{
+    double square = 0.0;
+    for (size_t c = 0; c < n; c++)
+        for (size_t other = 0; other < n; other++)
+            square += record[other] == record[c] ? doubt[c] * doubt[other] : 0.0;
+    return n > 0 ? sqrt(square) / (double)n : 0.0;
+}
+
 static double *copy_of(const double x[], size_t n)
 {
     double *copy = x != NULL ? bf_alloc(n, sizeof *copy) : NULL;
