@@ -286,6 +286,16 @@ static bool is_at_floor(const struct diagnosis *d)
            (best->noise_ratio <= as_well || d->attainable.nrmse <= as_well * best->nrmse);
 }
 
+/* The same where something (hum, say) remains that no linear effect takes; of the held-out records, too. */
+static bool no_linear_does_better(const struct diagnosis *d)
+{
+    static const double as_well = 1.01, held_out = 1.05; /* times what a free linear model leaves */
+    const struct hypothesis *best = d->n_hypotheses > 0 ? &d->hypotheses[0] : NULL;
+    return best != NULL && d->attainable.modes > 0 && d->linearity.verdict != LINEARITY_NONLINEAR &&
+           effect_is_linear(best->effects[0]) && best->fitted.noise_ratio <= as_well * diagnose_floor(d) &&
+           !(best->check.noise_ratio > held_out * d->attainable.held_out_noise_ratio);
+}
+
 /* Quickly; where one explains the records, and could be outdone, the others are refitted to their ends, which come early for what leaves much more. */
 static bool refit_briefly_first(struct shortlist *s, const struct model *from, struct road roads[], size_t n,
                                 double span)
@@ -297,12 +307,12 @@ static bool refit_briefly_first(struct shortlist *s, const struct model *from, s
     return explained;
 }
 
-/* All of them quickly, then those that were left unfinished, in both rounds until one explains the records. */
+/* All of them quickly, then those that were left unfinished, in both rounds until one explains the records, or no other could outdo it. */
 static void refit_in_turn(struct shortlist *s, const struct model *from, struct road roads[], size_t n, double span)
 {
     const double part = 0.5 * span * MOST_AT_ONCE / (double)(n + 1);
     bool explained = false;
-    for (int round = 0; round < 2; round++)
+    for (int round = 0; round < 2 && !(round > 0 && no_linear_does_better(s->w->d)); round++)
         for (size_t k = 0; k < n && !explained && !progress_interrupted(); k += MOST_AT_ONCE) {
             const size_t some = n - k < MOST_AT_ONCE ? n - k : MOST_AT_ONCE;
             if (round == 0)
