@@ -52,6 +52,7 @@ struct fit_channel_error {
     double noise;       /* rms of the noise, unit of the channel; 0: unknown */
     double nrmse;       /* ‖z − ŷ‖/‖z‖ */
     double noise_ratio; /* rms(z − ŷ)/noise; NaN when the noise is unknown */
+    double hum_ratio;   /* the same of what mains_power() finds in z − ŷ; 0: nothing, or it was not looked for */
 };
 
 struct fit_parameter {

@@ -7,6 +7,7 @@
 #include "fit_result.h"
 #include "fit_shares.h"
 #include "maths/maths.h"
+#include "noise/noise.h"
 
 struct fit_channel_error *fit_channel_errors(const struct fit_problem *p, const double noise[], size_t *n_errors)
 {
@@ -18,11 +19,13 @@ struct fit_channel_error *fit_channel_errors(const struct fit_problem *p, const 
     for (size_t c = 0; c < p->n_channels; c++) {
         const struct predict_channel *channel = &p->channels[c];
         struct fit_channel_error *e = &errors[c];
-        double square = 0.0;
+        double *left = bf_alloc(channel->n + 1, sizeof *left);
         size_t n = 0;
         for (; n < channel->n && p->weight[channel->row + n] > 0.0; n++)
-            square += pow(p->fitted[channel->row + n] - channel->measured[n], 2.0);
-        const double rms = n ? sqrt(square / (double)n) : 0.0, size = n ? root_mean_square(channel->measured, n) : 0.0;
+            left[n] = p->fitted[channel->row + n] - channel->measured[n];
+        const double rms = n ? root_mean_square(left, n) : 0.0, size = n ? root_mean_square(channel->measured, n) : 0.0;
+        const double hum = sqrt(mains_power(p->model, &p->records[channel->record], left, n));
+        free(left);
         e->record = channel->record;
         memcpy(e->name, p->model->outputs[channel->output].name, sizeof e->name);
         e->n = n;
@@ -30,6 +33,7 @@ struct fit_channel_error *fit_channel_errors(const struct fit_problem *p, const 
         e->noise = noise[c];
         e->nrmse = size > 0.0 ? rms / size : rms > 0.0 ? HUGE_VAL : 0.0;
         e->noise_ratio = noise[c] > 0.0 ? rms / noise[c] : nan("");
+        e->hum_ratio = noise[c] > 0.0 ? hum / noise[c] : 0.0;
     }
     if (p->lines != NULL)
         lines_errors(p->lines, errors + p->n_channels);

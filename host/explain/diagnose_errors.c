@@ -34,10 +34,15 @@ struct misfit_channel *hypothesis_channels(const struct diagnosis *d, const stru
     return channels;
 }
 
-/* Two standard errors of the noise's level taken off. */
-static double beyond_doubt(double ratio, double doubt)
+/* One more channel; hum: rms of the mains in its residual over the noise's. Totals stay sums of squares until all are there. */
+static void add_channel(struct hypothesis_errors *e, size_t c, double ratio, double hum, double doubt)
 {
-    return ratio / (1.0 + doubt);
+    const double humless = sqrt(fmax(ratio * ratio - hum * hum, 0.0));
+    e->ratio[c] = ratio, e->doubt[c] = doubt;
+    e->worst_ratio =
+        fmax(e->worst_ratio, ratio / (1.0 + doubt)); /* two standard errors of the noise's level taken off */
+    e->humless_worst = fmax(e->humless_worst, humless / (1.0 + doubt));
+    e->humless_ratio += humless * humless;
 }
 
 static void measure_fitted(const struct diagnose_state *w, struct hypothesis *h)
@@ -54,15 +59,16 @@ static void measure_fitted(const struct diagnose_state *w, struct hypothesis *h)
         const size_t n = rows_in_use(fit, channel);
         const double rms = root_mean_square(fit->residual + channel->row, n),
                      size = root_mean_square(channel->measured, n);
-        e->ratio[c] = rms / w->sigma[c];
+        const double hum = mains_power(w->d->model, &w->d->records[channel->record], fit->residual + channel->row, n);
         e->record[c] = channel->record;
-        e->doubt[c] = w->d->noise[c].rms > 0.0 ? noise_doubt(&w->d->noise[c]) : 0.0; /* a guess has none */
-        e->worst_ratio = fmax(e->worst_ratio, beyond_doubt(e->ratio[c], e->doubt[c]));
+        add_channel(e, c, rms / w->sigma[c], sqrt(hum) / w->sigma[c],
+                    w->d->noise[c].rms > 0.0 ? noise_doubt(&w->d->noise[c]) : 0.0); /* a guess has none */
         ratio += e->ratio[c] * e->ratio[c];
         nrmse += size > 0.0 ? rms * rms / (size * size) : 0.0;
     }
     e->nrmse = sqrt(nrmse / (double)fit->n_channels);
     e->noise_ratio = sqrt(ratio / (double)fit->n_channels);
+    e->humless_ratio = sqrt(e->humless_ratio / (double)fit->n_channels);
     struct misfit_channel *channels = hypothesis_channels(w->d, h);
     misfit_measure(channels, w->whiteners, fit->n_channels, &e->misfit);
     free(channels);
@@ -94,22 +100,23 @@ void hypothesis_take_check(struct hypothesis *h, const struct fit_channel_error 
     e->ratio = bf_alloc(n, sizeof *e->ratio);
     e->bins = bf_alloc(n, sizeof *e->bins), e->doubt = bf_alloc(n, sizeof *e->doubt);
     e->record = bf_alloc(n, sizeof *e->record);
-    e->worst_ratio = 0.0;
+    e->worst_ratio = e->humless_ratio = e->humless_worst = 0.0;
     fit_totals(channels, n, &e->nrmse, &e->noise_ratio);
     for (size_t c = 0; c < n; c++) {
-        e->ratio[c] = channels[c].noise_ratio;
+        const double ratio = channels[c].noise_ratio;
         e->record[c] = channels[c].record;
         e->bins[c] = all_bins(&noise[c], channels[c].n);
-        e->doubt[c] = isfinite(e->ratio[c]) ? noise_doubt(&noise[c]) : 0.0;
-        e->worst_ratio = fmax(e->worst_ratio, beyond_doubt(e->ratio[c], e->doubt[c]));
+        add_channel(e, c, ratio, channels[c].hum_ratio, isfinite(ratio) ? noise_doubt(&noise[c]) : 0.0);
     }
+    e->humless_ratio = sqrt(e->humless_ratio / (double)n);
 }
 
 static enum bf_status measure_check(const struct diagnose_state *w, struct hypothesis *h, struct bf_error *err)
 {
     const struct diagnosis *d = w->d;
     errors_free(&h->check);
-    h->check = (struct hypothesis_errors){.nrmse = NAN, .noise_ratio = NAN, .worst_ratio = NAN};
+    h->check = (struct hypothesis_errors){
+        .nrmse = NAN, .noise_ratio = NAN, .worst_ratio = NAN, .humless_ratio = NAN, .humless_worst = NAN};
     if (d->n_checks == 0)
         return BF_OK;
     const struct fit_options options = {.quiet = true, .sigma = w->check_sigma, .predict = w->options->predict};

@@ -206,8 +206,9 @@ static enum bf_status others(struct shortlist *s, const enum effect_kind kinds[]
     /* a law is found as the first or the second of three, and beside another effect only where something is not linear */
     const bool passes_for_linear =
         s->from->n_effects == 1 && diagnose_is_far(&d->baseline) && diagnose_passes_for_linear(d);
-    const bool enough = (diagnose_is_far(s->from) && (explained || takes_nearly_all(d, s->from, s->n_effects))) ||
-                        s->from->n_effects >= 2 || passes_for_linear;
+    const bool little_left =
+        explained || takes_nearly_all(d, s->from, s->n_effects) || (s->n_effects == 1 && diagnose_no_linear_outdoes(d));
+    const bool enough = (diagnose_is_far(s->from) && little_left) || s->from->n_effects >= 2 || passes_for_linear;
     if (!enough || everything)
         status = stage(s, kinds + 2, 1, most, span, err);
     if (!status && nonlinear && !everything && !progress_interrupted() && !diagnose_explained(d, s->n_effects))

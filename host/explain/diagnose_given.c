@@ -286,8 +286,7 @@ static bool is_at_floor(const struct diagnosis *d)
            (best->noise_ratio <= as_well || d->attainable.nrmse <= as_well * best->nrmse);
 }
 
-/* The same where something (hum, say) remains that no linear effect takes; of the held-out records, too. */
-static bool no_linear_does_better(const struct diagnosis *d)
+bool diagnose_no_linear_outdoes(const struct diagnosis *d)
 {
     static const double as_well = 1.01, held_out = 1.05; /* times what a free linear model leaves */
     const struct hypothesis *best = d->n_hypotheses > 0 ? &d->hypotheses[0] : NULL;
@@ -312,7 +311,7 @@ static void refit_in_turn(struct shortlist *s, const struct model *from, struct 
 {
     const double part = 0.5 * span * MOST_AT_ONCE / (double)(n + 1);
     bool explained = false;
-    for (int round = 0; round < 2 && !(round > 0 && no_linear_does_better(s->w->d)); round++)
+    for (int round = 0; round < 2 && !(round > 0 && diagnose_no_linear_outdoes(s->w->d)); round++)
         for (size_t k = 0; k < n && !explained && !progress_interrupted(); k += MOST_AT_ONCE) {
             const size_t some = n - k < MOST_AT_ONCE ? n - k : MOST_AT_ONCE;
             if (round == 0)

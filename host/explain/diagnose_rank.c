@@ -17,12 +17,25 @@ static const struct rank_limits {
 
 /* ---- What a hypothesis explains, and what it leaves ---- */
 
-static bool at_noise(const struct hypothesis_errors *e, double more)
+/* ratio, worst: of what is looked at, with the mains or without. */
+static bool is_noise(const struct hypothesis_errors *e, double ratio, double worst, double more)
 {
     if (e->n_channels == 0)
         return true;
-    return e->noise_ratio <= limits.noise + more + noise_ratio_doubt(e->doubt, e->record, e->n_channels) &&
-           e->worst_ratio <= limits.one_channel + more;
+    return ratio <= limits.noise + more + noise_ratio_doubt(e->doubt, e->record, e->n_channels) &&
+           worst <= limits.one_channel + more;
+}
+
+static bool at_noise(const struct hypothesis *h)
+{
+    return is_noise(&h->fitted, h->fitted.noise_ratio, h->fitted.worst_ratio, 0.0) &&
+           is_noise(&h->check, h->check.noise_ratio, h->check.worst_ratio, limits.held_out);
+}
+
+static bool at_noise_but_for_hum(const struct hypothesis *h)
+{
+    return is_noise(&h->fitted, h->fitted.humless_ratio, h->fitted.humless_worst, 0.0) &&
+           is_noise(&h->check, h->check.humless_ratio, h->check.humless_worst, limits.held_out);
 }
 
 static double share_explained(const struct hypothesis_errors *before, const struct hypothesis_errors *after)
@@ -36,12 +49,13 @@ static void measure_explained(struct diagnosis *d, struct hypothesis *h)
 {
     h->explained = share_explained(&d->baseline.fitted, &h->fitted);
     h->held_out_explained = share_explained(&d->baseline.check, &h->check);
-    h->explains = at_noise(&h->fitted, 0.0) && at_noise(&h->check, limits.held_out);
+    /* hum is an effect of its own, and asked for after what else is missing, unless nothing else is */
+    h->explains = at_noise(h) || (at_noise_but_for_hum(h) && !at_noise_but_for_hum(&d->baseline));
 }
 
 bool diagnose_is_complete(const struct diagnosis *d)
 {
-    return at_noise(&d->baseline.fitted, 0.0) && at_noise(&d->baseline.check, limits.held_out);
+    return at_noise(&d->baseline);
 }
 
 bool diagnose_passes_for_linear(const struct diagnosis *d)
@@ -52,7 +66,7 @@ bool diagnose_passes_for_linear(const struct diagnosis *d)
 
 bool diagnose_more_wanted(const struct diagnosis *d)
 {
-    return d->n_hypotheses > 0 && !d->hypotheses[0].explains;
+    return d->n_hypotheses > 0 && !at_noise(&d->hypotheses[0]);
 }
 
 /* ---- Ranks ---- */

@@ -82,11 +82,14 @@ static bool is_lost(const struct diagnosis *d, const struct hypothesis *h)
     return !(h->fitted.noise_ratio <= diagnose_worth * d->baseline.fitted.noise_ratio);
 }
 
-/* It takes all but a hundredth of the misfit. */
+/* It takes all but a hundredth of the misfit, or most of it and leaves little more than a free linear model. */
 static bool is_promising(const struct diagnosis *d, const struct hypothesis *h)
 {
-    static const double hundredth = 0.01; /* of the power above the noise */
-    return hypothesis_excess(&h->fitted) <= hundredth * hypothesis_excess(&d->baseline.fitted);
+    static const double hundredth = 0.01, half = 0.5; /* of the power above the noise */
+    static const double little_more = 1.1;            /* times the rms that a free linear model leaves */
+    const double left = hypothesis_excess(&h->fitted), before = hypothesis_excess(&d->baseline.fitted);
+    const bool at_floor = d->attainable.modes > 0 && h->fitted.noise_ratio <= little_more * diagnose_floor(d);
+    return left <= hundredth * before || (at_floor && left <= half * before);
 }
 
 /* What it has come to by then is a hypothesis: of laws the best one tells something, even if none explains the records. */

@@ -53,6 +53,11 @@ void shortlist_choose_last(const struct shortlist *s, double best, struct refit_
  */
 enum bf_status shortlist_from_given(struct shortlist *s, double span, struct bf_error *err);
 /*
+ * The best explanation is a linear effect, and leaves as much as a free linear model of records that do not show a nonlinearity, of the held-out ones, too: what
+ * remains (hum, say) no other effect that is linear takes. After diagnose_rank().
+ */
+bool diagnose_no_linear_outdoes(const struct diagnosis *d);
+/*
  * Near the noise: the beam's own linear effects that no refit has tried, each from the model as given, for a few evaluations. A baseline that has
  * bent to stand in for one of them may make its score small.
  */

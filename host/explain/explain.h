@@ -41,9 +41,10 @@ struct diagnose_options {
 
 /* Residual and errors of one model on one set of records. */
 struct hypothesis_errors {
-    double nrmse, noise_ratio; /* root mean square over channels; NaN without records */
-    double worst_ratio;        /* of a single channel, two standard errors of its noise's level taken off */
-    struct misfit misfit;      /* whitened; empty for held-out records */
+    double nrmse, noise_ratio;           /* root mean square over channels; NaN without records */
+    double worst_ratio;                  /* of a single channel, two standard errors of its noise's level taken off */
+    double humless_ratio, humless_worst; /* the same of what is no steady line of the mains (mains_power()) */
+    struct misfit misfit;                /* whitened; empty for held-out records */
     size_t n_channels;
     double *ratio;  /* [n_channels] */
     double *doubt;  /* [n_channels] relative standard error of the noise's power */

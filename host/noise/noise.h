@@ -124,6 +124,12 @@ enum bf_status input_noise_keep(const struct column_noise *noise, const double x
 double input_noise_kept(const struct column_noise *noise, double of_nyquist);
 
 /*
+ * MAINS — mean square of the steady lines between 45 and 65 Hz that a residual[n] of the record's first n samples has and none of its inputs, in the unit of the
+ * residual; 0: there are none. O(n log n).
+ */
+double mains_power(const struct model *model, const struct record *record, const double residual[], size_t n);
+
+/*
  * BASELINES — an accelerometer that a blow has thrown off its zero and that creeps back: slow, another in each record, and no motion of a held
  * beam. Taken off the samples of records that begin at rest, from the first instant of an input on, by a cosine series below a tenth
  * of the model's first frequency; in records cut out of steady vibration by one below a quarter of the drive's frequency, too, that is fitted beside the motion,
