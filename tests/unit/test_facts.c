@@ -13,6 +13,7 @@
 #include "explain/facts.h"
 #include "explain/plausible.h"
 #include "model_fixture.h"
+#include "signals.h"
 
 enum { FACTS = 12 };
 
@@ -77,6 +78,35 @@ static void a_doubted_noise_is_no_error_of_form(void **state)
     facts_scores(&doubtful.d, doubted);
     assert_true(score[0] - score[1] < 0.6 * FACTS);
     assert_true(doubted[0] - doubted[1] > 5.0 * FACTS);
+}
+
+/*
+ * A misfit in one band, a thousand times the noise, that does not end where it began, so that it leaks into the bands above it; there the residual is the
+ * noise.
+ */
+static void what_leaks_into_a_band_is_no_misfit_there(void **state)
+{
+    enum { N = 4096, BANDS = 4 };
+    static double residual[N];
+    static const double edge_Hz[BANDS + 1] = {0.0, 40.0, 120.0, 250.0, 500.0}, dt = 1e-3;
+    (void)state;
+    struct fact facts[BANDS];
+    struct diagnosis d = {.facts = facts, .n_facts = BANDS, .n_channels = 1};
+    struct hypothesis h = {0};
+    struct bf_error err;
+    uint64_t seed = signal_seed(7);
+    for (size_t b = 0; b < BANDS; b++)
+        facts[b] = (struct fact){
+            .from_Hz = edge_Hz[b], .to_Hz = edge_Hz[b + 1], .noise = (edge_Hz[b + 1] - edge_Hz[b]) * 2.0 * dt};
+    for (size_t i = 0; i < N; i++)
+        residual[i] = signal_normal(&seed) + 1000.0 * exp(-(double)i / N) * cos(2.0 * M_PI * 7.3 * (double)i * dt);
+    struct misfit_channel channel = {.n = N, .dt_s = dt, .measured = residual, .residual = residual};
+    assert_int_equal(facts_measure(&d, &channel, &h, &err), BF_OK);
+    print_message("of the noise: %.3g, %.3g, %.3g, %.3g\n", h.left[0], h.left[1], h.left[2], h.left[3]);
+    assert_true(h.left[0] > 1e6);
+    for (size_t b = 1; b < BANDS; b++)
+        assert_true(h.left[b] > 0.85 && h.left[b] < 1.3);
+    free(h.left);
 }
 
 /* Two a parameter that the catalogue counts: a tip mass has one, a point mass a place as well. */
@@ -172,6 +202,7 @@ int main(void)
         cmocka_unit_test(at_the_noise_it_is_half_the_difference_of_chi_square),
         cmocka_unit_test(far_from_the_noise_a_band_counts_once),
         cmocka_unit_test(a_doubted_noise_is_no_error_of_form),
+        cmocka_unit_test(what_leaks_into_a_band_is_no_misfit_there),
         cmocka_unit_test(parameters_have_their_price),
         cmocka_unit_test(a_value_for_each_record_is_paid_for_in_each),
         cmocka_unit_test(an_unbelievable_strength_costs),

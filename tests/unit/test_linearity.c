@@ -258,6 +258,34 @@ static void what_is_no_added_signal(void **state)
     assert_int_equal(linearity_find_added(x, N, dt, NULL, 0, found, 8), 0);
 }
 
+/* Hum in what a model leaves: its power, and nothing of a mode that decays, of a line elsewhere, or of one that an input has. */
+static void hum_is_told_from_what_a_beam_does(void **state)
+{
+    (void)state;
+    enum { HUM, DECAY, ELSEWHERE, DRIVEN, KINDS };
+    static double x[N], u[N];
+    struct model model;
+    fixture_model(&model, "");
+    for (int kind = 0; kind < KINDS; kind++) {
+        uint64_t seed = signal_seed(61);
+        for (size_t i = 0; i < N; i++) {
+            const double t = (double)i * dt, hum = sin(2.0 * M_PI * 50.02 * t + 1.0);
+            u[i] = kind == DRIVEN ? hum : 0.0;
+            x[i] = signal_normal(&seed);
+            x[i] += kind == ELSEWHERE ? sin(2.0 * M_PI * 81.0 * t) : kind == DECAY ? 3.0 * exp(-2.0 * t) * hum : hum;
+        }
+        struct record record = {.path = strdup("test.csv"), .n = N, .dt_s = dt};
+        record_add_column(&record, model.inputs[0].name, u);
+        const double power = mains_power(&model, &record, x, N);
+        if (kind == HUM)
+            assert_true(fabs(power - 0.5) < 0.05);
+        else
+            assert_true(power == 0.0);
+        record_free(&record);
+    }
+    model_free(&model);
+}
+
 static void check_case(const char *name, enum linearity_verdict expected)
 {
     struct model model;
@@ -309,6 +337,7 @@ int main(void)
         cmocka_unit_test(offset_and_drift_are_told_apart),
         cmocka_unit_test(one_level_cannot_tell),
         cmocka_unit_test(what_is_no_added_signal),
+        cmocka_unit_test(hum_is_told_from_what_a_beam_does),
         cmocka_unit_test(open_cases),
     };
     return cmocka_run_group_tests_name("linearity", tests, NULL, NULL);

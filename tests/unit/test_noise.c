@@ -492,6 +492,18 @@ static void open_cases(void **state)
     assert_true(far <= 1);
 }
 
+/* Errors of one record's channels are one error; those of records are independent. */
+static void doubts_of_one_record_add_up(void **state)
+{
+    (void)state;
+    static const double doubt[4] = {0.3, 0.3, 0.3, 0.3};
+    static const size_t one[4] = {2, 2, 2, 2}, two[4] = {0, 1, 0, 1}, four[4] = {0, 1, 2, 3};
+    assert_true(fabs(noise_ratio_doubt(doubt, one, 4) - 0.3) < 1e-12);
+    assert_true(fabs(noise_ratio_doubt(doubt, two, 4) - 0.3 / sqrt(2.0)) < 1e-12);
+    assert_true(fabs(noise_ratio_doubt(doubt, four, 4) - 0.15) < 1e-12);
+    assert_true(noise_ratio_doubt(NULL, NULL, 0) == 0.0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -514,6 +526,7 @@ int main(void)
         cmocka_unit_test(noise_of_a_long_record),
         cmocka_unit_test(a_channel_of_a_model),
         cmocka_unit_test(open_cases),
+        cmocka_unit_test(doubts_of_one_record_add_up),
     };
     return cmocka_run_group_tests_name("noise", tests, NULL, NULL);
 }
