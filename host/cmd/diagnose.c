@@ -205,20 +205,71 @@ static enum bf_status say_silent_records(const struct model *model, const struct
     return BF_OK;
 }
 
-static enum bf_status answer(const struct arguments *a, const struct model *model, struct diagnosis *diagnosis,
-                             const struct channel_factors *factors, struct bf_error *err)
+static enum bf_status run_with(const struct arguments *a, const struct model *model, struct diagnosis *out,
+                               struct bf_error *err)
 {
     const struct record_list *fitted = &a->sets.fitted, *held_out = &a->sets.held_out;
-    enum bf_status status = say_silent_records(model, fitted, err);
+    return diagnose_run(model, fitted->records, fitted->n, held_out->records, held_out->n, &a->options, out, err);
+}
+
+/*
+ * A clamp that gives, or a mass, may turn what leads into what lags, so that another sign or size of a channel is the better of two wrong models: much remains
+ * with it, and no effect explains that.
+ */
+static bool factors_are_doubtful(const struct channel_factors *factors, const struct diagnosis *diagnosis)
+{
+    static const double much = 0.1; /* of the signal */
+    for (size_t i = 0; i < factors->n; i++)
+        if (factors->all[i].kind != FACTOR_CHANNEL)
+            return false;
+    return factors->n > 0 && diagnosis->verdict == VERDICT_UNKNOWN && !diagnosis->interrupted &&
+           diagnosis->baseline.fitted.nrmse > much;
+}
+
+static double left_at_best(const struct diagnosis *diagnosis)
+{
+    return diagnosis->n_hypotheses > 0 ? diagnosis->hypotheses[0].fitted.nrmse : diagnosis->baseline.fitted.nrmse;
+}
+
+/* The diagnosis of the model as it was given, where that explains more; then the factors were not what was wrong. */
+static enum bf_status reconsider_factors(const struct arguments *a, const struct model *given,
+                                         struct diagnosis *diagnosis, struct channel_factors *factors,
+                                         struct bf_error *err)
+{
+    static const double clearly = 0.8; /* times what is left with them */
+    struct diagnosis as_given;
+    const enum bf_status status = run_with(a, given, &as_given, err);
+    const double with = left_at_best(diagnosis), without = left_at_best(&as_given);
+    if (status || as_given.interrupted || !(without < clearly * with)) {
+        diagnose_free(&as_given);
+        return status;
+    }
+    bf_warn("another sign or size of the channels brings the model as given nearer to the records, but with an effect "
+            "that it "
+            "lacks the channels as they are leave %.3g %% of the signal, with that sign or size %.3g %%: they stay as "
+            "they are",
+            100.0 * without, 100.0 * with);
+    channel_factors_free(factors);
+    diagnose_free(diagnosis);
+    *diagnosis = as_given;
+    return BF_OK;
+}
+
+/* model: given with the factors put right. */
+static enum bf_status answer(const struct arguments *a, const struct model *given, const struct model *model,
+                             struct diagnosis *diagnosis, struct channel_factors *factors, struct bf_error *err)
+{
+    enum bf_status status = say_silent_records(model, &a->sets.fitted, err);
     if (!status)
-        status = diagnose_run(model, fitted->records, fitted->n, held_out->records, held_out->n, &a->options, diagnosis,
-                              err);
+        status = run_with(a, model, diagnosis, err);
+    if (!status && factors_are_doubtful(factors, diagnosis))
+        status = reconsider_factors(a, given, diagnosis, factors, err);
     if (status)
         return status;
     if (a->output && !diagnosis->interrupted)
         status = write_found(a, diagnosis, err);
     if (!status)
-        status = print(a, model, diagnosis, factors, err);
+        status = print(a, diagnosis->model, diagnosis, factors, err);
     if (!status && a->plot)
         status = diagnose_plot(diagnosis, &a->options.predict, a->plot, err);
     return status;
@@ -256,13 +307,15 @@ static enum bf_status check_factors(struct arguments *a, struct model *model, st
 static enum bf_status run(int argc, char **argv, struct bf_error *err)
 {
     struct arguments a = {0};
-    struct model model = {0};
+    struct model given = {0}, model = {0};
     struct diagnosis diagnosis = {0};
     struct channel_factors factors = {0};
     struct fit_result fit = {0};
     enum bf_status status = parse(argc, argv, &a, err);
     if (!status)
         status = model_read(a.sets.model, &model, err);
+    if (!status)
+        status = model_copy(&model, &given, err);
     if (!status)
         status = record_sets_read(&a.sets, &model, err);
     if (!status)
@@ -273,11 +326,11 @@ static enum bf_status run(int argc, char **argv, struct bf_error *err)
     if (!status)
         status = check_factors(&a, &model, &fit, &factors, err);
     if (!status)
-        status = answer(&a, &model, &diagnosis, &factors, err);
+        status = answer(&a, &given, &model, &diagnosis, &factors, err);
     diagnose_free(&diagnosis);
     fit_free(&fit);
     channel_factors_free(&factors);
-    model_free(&model);
+    model_free(&model), model_free(&given);
     record_sets_free(&a.sets);
     free(a.without), free(a.without_text);
     return status;

@@ -61,7 +61,7 @@ bool diagnose_is_complete(const struct diagnosis *d)
 bool diagnose_passes_for_linear(const struct diagnosis *d)
 {
     return d->linearity.verdict != LINEARITY_NONLINEAR && d->attainable.modes > 0 &&
-           diagnose_floor(d) <= limits.noise && d->attainable.held_out_noise_ratio <= limits.noise + limits.held_out;
+           diagnose_floor(d) <= limits.noise && !(d->attainable.held_out_noise_ratio > limits.noise + limits.held_out);
 }
 
 bool diagnose_more_wanted(const struct diagnosis *d)

@@ -205,7 +205,7 @@ bool diagnose_significant(const struct diagnosis *d, const struct hypothesis *h)
 bool diagnose_as_good(const struct hypothesis *h, const struct hypothesis *best);
 /* The best hypothesis leaves more than what is known of the noise, so that one more effect is worth a search. */
 bool diagnose_more_wanted(const struct diagnosis *d);
-/* Nothing in the records is seen to be nonlinear: a free linear model leaves the noise of all, the held-out ones too. */
+/* Nothing in the records is seen to be nonlinear: a free linear model leaves the noise of all, of held-out ones too where there are any. */
 bool diagnose_passes_for_linear(const struct diagnosis *d);
 /* The baseline is within what is known of the noise. */
 bool diagnose_is_complete(const struct diagnosis *d);

@@ -240,7 +240,7 @@ class Rig:
             if at is not None:
                 self.believed_at[name] = round(min(max(at + self.care * bounded_normal(dice, PLACE_SD_M), 0.001), self.length_m), 5)
         for begin, end, _, _ in self.patches:
-            self.believed_patches.append([round(edge + self.care * bounded_normal(dice, EDGE_SD_M), 5) for edge in (begin, end)])
+            self.believed_patches.append([round(edge + self.care * bounded_normal(dice, EDGE_SD_M), 5 if self.care else 9) for edge in (begin, end)])
         self.start = {}
         for k, (_, _, EI, rho) in enumerate(self.patches):
             self.start["EI_%s_Nm2" % self.region(k)] = EI * math.exp(bounded_normal(dice, 0.25))
@@ -316,10 +316,11 @@ class Rig:
                  "  length_m: %g" % self.length_m, "  support: %s" % self.support]
         if self.patches:
             lines.append("  regions:")
-        lines += ["    - {name: %s, from_m: %g, to_m: %g}" % (self.region(k), a, b) for k, (a, b) in enumerate(self.believed_patches)]
+        lines += ["    - {name: %s, from_m: %.9g, to_m: %.9g}" % (self.region(k), a, b) for k, (a, b) in enumerate(self.believed_patches)]
         known = ("fixed: true", "fixed: true") if self.weighed else ("prior: %g" % self.prior_EI, "prior: %g" % self.prior_rho)
-        lines += ["parameters:", "  EI_beam_Nm2: {value: %.4g, %s}" % (self.handbook_EI, known[0]),
-                  "  rho_beam_kgpm: {value: %.4g, %s}" % (self.handbook_rho, known[1])]
+        digits = 9 if self.care == 0 else 4  # a frequency that is off by a ten-thousandth is seen where a mode rings for long
+        lines += ["parameters:", "  EI_beam_Nm2: {value: %.*g, %s}" % (digits, self.handbook_EI, known[0]),
+                  "  rho_beam_kgpm: {value: %.*g, %s}" % (digits, self.handbook_rho, known[1])]
         used = {kind for kind, *_ in list(self.inputs.values()) + list(self.outputs.values())}
         for name, value in self.start.items():
             if (name == "Ks_V" and "patch_strain" not in used) or (name == "KB_NmpV" and "patch_moment" not in used):

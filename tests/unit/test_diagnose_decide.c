@@ -19,13 +19,14 @@ enum { ROWS = 24000, CHANNELS = 6, FACTS = 24, TRIED = 400 };
 static void set_errors(struct hypothesis_errors *e, double ratio)
 {
     static double bins[CHANNELS], doubt[CHANNELS];
+    static size_t record[CHANNELS];
     e->n_channels = CHANNELS;
-    e->noise_ratio = e->worst_ratio = ratio;
+    e->noise_ratio = e->worst_ratio = e->humless_ratio = e->humless_worst = ratio;
     e->misfit = (struct misfit){.chi_square = ratio * ratio * ROWS, .n = ROWS, .n_eff = ROWS};
     e->ratio = test_malloc(CHANNELS * sizeof(double));
-    e->bins = bins, e->doubt = doubt;
+    e->bins = bins, e->doubt = doubt, e->record = record;
     for (size_t c = 0; c < CHANNELS; c++)
-        e->ratio[c] = ratio, bins[c] = 0.5 * ROWS / CHANNELS, doubt[c] = 0.02;
+        e->ratio[c] = ratio, bins[c] = 0.5 * ROWS / CHANNELS, doubt[c] = 0.02, record[c] = c;
 }
 
 static double *left_by(double ratio)
@@ -463,6 +464,28 @@ static void what_the_level_of_the_noise_leaves_open_is_not_missing(void **state)
     done(&d);
 }
 
+static void without_hum(struct hypothesis_errors *e, double ratio)
+{
+    e->humless_ratio = e->humless_worst = ratio;
+}
+
+/* What leaves hum besides the noise explains, and one more effect is asked for; but hum alone is no misfit that something else explains. */
+static void hum_is_asked_for_after_what_else_is_missing(void **state)
+{
+    static const double baselines[] = {3.0, 1.0};
+    for (int k = 0; k < 2; k++) {
+        struct diagnosis d;
+        struct hypothesis h[] = {refit("tip_mass", NULL, 1, 1.3, 1.3)};
+        decide(&d, *state, 3.2, 3.2, h, 1);
+        without_hum(&d.hypotheses[0].fitted, 1.0), without_hum(&d.hypotheses[0].check, 1.0);
+        without_hum(&d.baseline.fitted, baselines[k]), without_hum(&d.baseline.check, baselines[k]);
+        diagnose_rank(&d, TRIED);
+        assert_true(d.hypotheses[0].explains == (k == 0));
+        assert_true(diagnose_more_wanted(&d));
+        done(&d);
+    }
+}
+
 /* The floor is told by the signal then: as much of it as the baseline leaves is what the baseline leaves in units of what stands for the noise. */
 static void a_linear_model_is_the_floor_where_no_noise_is_known(void **state)
 {
@@ -577,6 +600,7 @@ int main(void)
         cmocka_unit_test(a_soft_clamp_is_no_support_that_rocks),
         cmocka_unit_test(a_damper_is_a_spring_without_stiffness),
         cmocka_unit_test(a_beam_at_the_attainable_error_is_complete),
+        cmocka_unit_test(hum_is_asked_for_after_what_else_is_missing),
         cmocka_unit_test(what_the_level_of_the_noise_leaves_open_is_not_missing),
         cmocka_unit_test(a_linear_model_is_the_floor_where_no_noise_is_known),
         cmocka_unit_test(a_computation_that_is_off_blames_no_physics),
