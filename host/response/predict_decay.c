@@ -2,7 +2,8 @@
 /*
  * Unknown initial states: y(t) = Σ_k 2 Re(a_k c_k p_k^ν F(p_k) e^(p_k t)) with unknown complex amplitudes a_k, one for each
  * vibrating mode in the band; two columns (real and imaginary part of a_k) for each. A sensor's filter was at work before the
- * record began, too: one more column e^(p t) for its pole p on that channel. Where laws or maps act on this motion, the
+ * record began, too: one more column e^(p t) for its pole p on that channel. A blow has set a free beam moving as a whole, too, which the air slows down and
+ * what it hangs on turns back, far below its first mode: three columns on each channel, polynomials of time. Where laws or maps act on this motion, the
  * amplitudes' part is added to y here, and predict_law.c adds what laws do about it.
  */
 #include "predictor.h"
@@ -173,6 +174,21 @@ static enum bf_status filter_columns(const struct run *run, size_t record, size_
     return status;
 }
 
+/* Legendre's polynomials over the record. */
+static void whole_columns(const struct predictor *p, size_t record, size_t first)
+{
+    const struct record_plan *plan = &p->plans[record];
+    const size_t n_channels = whole_unknowns(p, record) / WHOLE_TERMS;
+    for (size_t c = 0; c < n_channels; c++) {
+        const struct predict_channel *channel = &p->channels[plan->first_channel + c];
+        double *column = p->nuisance + (first + WHOLE_TERMS * c) * p->n_rows + channel->row;
+        for (size_t k = 0; k < channel->n; k++) {
+            const double at = 2.0 * ((double)k + 0.5) / (double)channel->n - 1.0;
+            column[k] = 1.0, column[p->n_rows + k] = at, column[2 * p->n_rows + k] = 1.5 * at * at - 0.5;
+        }
+    }
+}
+
 static enum bf_status channel_decays(const struct run *run, const struct predict_channel *channel, size_t modes,
                                      struct bf_error *err)
 {
@@ -209,6 +225,8 @@ enum bf_status predict_decay(const struct run *run, size_t record, struct bf_err
         status = channel_decays(run, &p->channels[plan->first_channel + c], n, err);
     if (status == BF_OK)
         status = filter_columns(run, record, plan->first_nuisance + 2 * modes, err);
+    if (status == BF_OK && plan->free_state)
+        whole_columns(p, record, plan->first_nuisance + state_unknowns(p, record) - whole_unknowns(p, record));
     for (size_t c = 0; status == BF_OK && states_bend(p) && c < plan->n_channels; c++)
         add_states(run, &p->channels[plan->first_channel + c]);
     return status;

@@ -54,6 +54,11 @@ static size_t filter_unknowns(const struct predictor *p, size_t record)
     return n;
 }
 
+size_t whole_unknowns(const struct predictor *p, size_t record)
+{
+    return p->model.support == SUPPORT_FREE_FREE ? WHOLE_TERMS * p->plans[record].n_channels : 0;
+}
+
 static size_t modes_in_band(const struct predictor *p, size_t record)
 {
     size_t *poles = bf_alloc(p->system->n_poles, sizeof *poles);
@@ -76,7 +81,7 @@ void states_count(struct predictor *p)
             continue;
         size_t modes = modes_in_band(p, r);
         states->most = modes > states->most ? modes : states->most;
-        p->n_nuisance += 2 * modes + filter_unknowns(p, r);
+        p->n_nuisance += 2 * modes + filter_unknowns(p, r) + whole_unknowns(p, r);
     }
     p->amplitude = bf_alloc(p->n_nuisance, sizeof(double));
     states->pole = bf_alloc(states->most, sizeof *states->pole);
@@ -118,7 +123,8 @@ size_t state_unknowns(const struct predictor *p, size_t record)
 
 size_t state_modes_of(const struct predictor *p, size_t record)
 {
-    return p->plans[record].free_state ? (state_unknowns(p, record) - filter_unknowns(p, record)) / 2 : 0;
+    const size_t others = filter_unknowns(p, record) + whole_unknowns(p, record);
+    return p->plans[record].free_state ? (state_unknowns(p, record) - others) / 2 : 0;
 }
 
 bool states_bend(const struct predictor *p)

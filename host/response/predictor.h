@@ -275,9 +275,12 @@ enum bf_status predict_linear(const struct run *run, struct bf_error *err);
 void states_count(struct predictor *p);
 void states_free(struct predictor *p);
 void states_find(struct predictor *p);
-/* The unknowns of a record: the modes' come first, two for each, then those of the channels' filters. */
+/* The unknowns of a record: the modes' come first, two for each, then those of the channels' filters, then those of the motion as a whole. */
 size_t state_unknowns(const struct predictor *p, size_t record);
 size_t state_modes_of(const struct predictor *p, size_t record);
+/* Terms of a free beam's motion as a whole, in each channel. */
+enum { WHOLE_TERMS = 3 };
+size_t whole_unknowns(const struct predictor *p, size_t record);
 /* The prediction is not linear in initial states: what the laws and maps do depends on them. */
 bool states_bend(const struct predictor *p);
 /* A free decay whose state is not known yet: no law can be stepped from it. */
