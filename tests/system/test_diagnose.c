@@ -185,6 +185,52 @@ static void a_coarse_computation_is_said_first(void **state)
     json_decref(root);
 }
 
+/*
+ * A drive near a clamp that gives turns what a sensor close by sees: with the other sign the model as given is nearer to the records, and
+ * explains nothing.
+ */
+static void a_sign_that_a_soft_clamp_makes_wrong_is_taken_back(void **state)
+{
+    static const char model[] = "format: beamfit-model/1\n"
+                                "beam: {length_m: 0.42, patch_m: [0.0146, 0.0698]}\n"
+                                "parameters:\n"
+                                "  EI_beam_Nm2: {value: 5.03, fixed: true}\n"
+                                "  rho_beam_kgpm: {value: 0.237, fixed: true}\n"
+                                "  EI_patch_Nm2: {value: 10}\n"
+                                "  rho_patch_kgpm: {value: 0.35}\n"
+                                "  cDI_beam_sNm2: {value: 1.5e-5}\n"
+                                "  cDI_patch_sNm2: {value: 1.5e-5}\n"
+                                "  gamma_sNpm2: {value: 0.4}\n"
+                                "  KB_NmpV: {value: 0.0005}\n"
+                                "inputs: {drive_V: {kind: patch_moment}}\n"
+                                "outputs: {laser_mps: {kind: velocity, at_m: 0.091}}\n"
+                                "effects: []\n";
+    static const char spec[] = "length_m 0.42\npatch_m 0.0146 0.0698\nEI_beam_Nm2 5.03\nEI_patch_Nm2 8.7\n"
+                               "rho_beam_kgpm 0.237\nrho_patch_kgpm 0.396\ncDI_beam_sNm2 1.84e-5\n"
+                               "cDI_patch_sNm2 3.2e-5\ngamma_sNpm2 0.29\nKB_NmpV 0.00055\n"
+                               "input drive_V patch_moment\noutput laser_mps velocity at_m=0.091\n"
+                               "sample_rate_Hz 800\nduration_s 2.3\nnoise 0.003\ninput_noise 0\nadc_bits 16\nseed 3\n"
+                               "signal drive_V chirp start_s=0 width_s=2.1 level=60 from_Hz=8.6 to_Hz=248 taper_s=0.1\n"
+                               "effect root_compliance compliance_radpNm=0.034 loss_s=5e-5\n";
+    struct rig *rig = *state;
+    write_text(rig->dir, "model.yaml", model);
+    write_text(rig->dir, "sweep.txt", spec);
+    must(rig, "\"$(dirname \"$BEAMFIT\")/beam_truth\" sweep.txt");
+    must(rig, "\"$BEAMFIT\" compare model.yaml sweep.csv | grep -q 'opposite ways'");
+    json_t *root = ANSWER(
+        rig, "diagnose", "model.yaml", "sweep.csv", "--effects", "1", "--json", "--without",
+        "point_mass,tip_mass,axial_load,point_spring,point_damper,attached_resonator,viscoelastic,rotary_inertia,"
+        "base_motion,mains_hum,drive_hysteresis,sensor_saturation,drive_saturation,sensor_offset,feedthrough,"
+        "electrical_coupling,cubic_stiffness,microslip,stop_contact,bilinear_stiffness,large_rotation,quadratic_drag,"
+        "coulomb_friction,thermal_drift,patch_softening,hysteretic_damping,square_root_damping,clock_error");
+    const json_t *effects = json_object_get(root, "effects");
+    assert_string_equal(json_string_value(json_object_get(root, "verdict")), "missing");
+    assert_string_equal(json_string_value(json_array_get(effects, 0)), "root_compliance");
+    assert_int_equal(json_array_size(json_object_get(root, "channel_factors")), 0);
+    says(json_string_value(json_array_get(json_object_get(root, "warnings"), 0)), "they stay as they are");
+    json_decref(root);
+}
+
 static double number_of(const json_t *root, const char *key)
 {
     const json_t *value = json_object_get(root, key);
@@ -244,6 +290,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(an_interrupted_answer_is_still_json, rig_setup, rig_teardown),
         cmocka_unit_test_setup_teardown(ctrl_c_while_drawing_leaves_whole_pictures, rig_setup, rig_teardown),
         cmocka_unit_test_setup_teardown(a_coarse_computation_is_said_first, rig_setup, rig_teardown),
+        cmocka_unit_test_setup_teardown(a_sign_that_a_soft_clamp_makes_wrong_is_taken_back, rig_setup, rig_teardown),
         cmocka_unit_test_setup_teardown(the_next_commands_end_at_the_stated_error, rig_setup, rig_teardown),
         cmocka_unit_test_setup_teardown(the_found_model_is_written, rig_setup, rig_teardown),
     };
