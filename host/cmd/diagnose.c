@@ -231,28 +231,26 @@ static double left_at_best(const struct diagnosis *diagnosis)
     return diagnosis->n_hypotheses > 0 ? diagnosis->hypotheses[0].fitted.nrmse : diagnosis->baseline.fitted.nrmse;
 }
 
-/* The diagnosis of the model as it was given, where that explains more; then the factors were not what was wrong. */
-static enum bf_status reconsider_factors(const struct arguments *a, const struct model *given,
-                                         struct diagnosis *diagnosis, struct channel_factors *factors,
-                                         struct bf_error *err)
+/* The diagnosis of the model as it was given, where that explains more; then the factors were not what was wrong. One that fails changes nothing. */
+static void reconsider_factors(const struct arguments *a, const struct model *given, struct diagnosis *diagnosis,
+                               struct channel_factors *factors)
 {
     static const double clearly = 0.8; /* times what is left with them */
     struct diagnosis as_given;
-    const enum bf_status status = run_with(a, given, &as_given, err);
+    struct bf_error ignored;
+    const bool known = run_with(a, given, &as_given, &ignored) == BF_OK && !as_given.interrupted;
     const double with = left_at_best(diagnosis), without = left_at_best(&as_given);
-    if (status || as_given.interrupted || !(without < clearly * with)) {
+    if (!known || !(without < clearly * with)) {
         diagnose_free(&as_given);
-        return status;
+        return;
     }
-    bf_warn("another sign or size of the channels brings the model as given nearer to the records, but with an effect "
-            "that it "
-            "lacks the channels as they are leave %.3g %% of the signal, with that sign or size %.3g %%: they stay as "
-            "they are",
-            100.0 * without, 100.0 * with);
+    bf_warn(
+        "with another sign or size of a channel the model as given is nearer to the records; but with an effect that "
+        "it lacks, the channels as they are leave %.3g %% of the signal, those %.3g %%: they stay as they are",
+        100.0 * without, 100.0 * with);
     channel_factors_free(factors);
     diagnose_free(diagnosis);
     *diagnosis = as_given;
-    return BF_OK;
 }
 
 /* model: given with the factors put right. */
@@ -263,7 +261,7 @@ static enum bf_status answer(const struct arguments *a, const struct model *give
     if (!status)
         status = run_with(a, model, diagnosis, err);
     if (!status && factors_are_doubtful(factors, diagnosis))
-        status = reconsider_factors(a, given, diagnosis, factors, err);
+        reconsider_factors(a, given, diagnosis, factors);
     if (status)
         return status;
     if (a->output && !diagnosis->interrupted)

@@ -57,11 +57,14 @@ void facts_of_channels(struct diagnosis *d, const struct misfit_channel channels
 
 /* ---- What a hypothesis leaves of each ---- */
 
-/* |1 - exp(-iω)|^(2 order) of bin k of n: what differences make of power. */
+/* |1 − e^(−iω)|^(2 order) of bin k of n: what so many differences make of power. */
 static double power_of_differences(size_t k, size_t n, int order)
 {
-    const double one = 2.0 * sin(M_PI * (double)k / (double)n);
-    return pow(one * one, (double)order);
+    const double of_one = 2.0 - 2.0 * cos(2.0 * M_PI * (double)k / (double)n);
+    double power = 1.0;
+    for (int i = 0; i < order; i++)
+        power *= of_one;
+    return power;
 }
 
 /* Of x[n] from the power X of its differences; infinite: they have lost it. */
