@@ -64,6 +64,13 @@ bool diagnose_passes_for_linear(const struct diagnosis *d)
            diagnose_floor(d) <= limits.noise && !(d->attainable.held_out_noise_ratio > limits.noise + limits.held_out);
 }
 
+bool diagnose_floor_is_doubtful(const struct diagnosis *d)
+{
+    const struct hypothesis_errors *e = &d->baseline.fitted;
+    return d->attainable.modes > 0 && d->linearity.verdict != LINEARITY_NONLINEAR && e->noise_ratio <= 1.0 &&
+           e->noise_ratio <= d->attainable.noise_ratio + noise_ratio_doubt(e->doubt, e->record, e->n_channels);
+}
+
 bool diagnose_more_wanted(const struct diagnosis *d)
 {
     return d->n_hypotheses > 0 && !at_noise(&d->hypotheses[0]);

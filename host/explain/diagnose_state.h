@@ -207,6 +207,8 @@ bool diagnose_as_good(const struct hypothesis *h, const struct hypothesis *best)
 bool diagnose_more_wanted(const struct diagnosis *d);
 /* Nothing in the records is seen to be nonlinear: a free linear model leaves the noise of all, of held-out ones too where there are any. */
 bool diagnose_passes_for_linear(const struct diagnosis *d);
+/* The baseline leaves no more than the noise, and a free linear model less by what is not known of the noise: it takes what the noise of an input has made of the modes. */
+bool diagnose_floor_is_doubtful(const struct diagnosis *d);
 /* The baseline is within what is known of the noise. */
 bool diagnose_is_complete(const struct diagnosis *d);
 

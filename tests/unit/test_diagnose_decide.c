@@ -464,6 +464,22 @@ static void what_the_level_of_the_noise_leaves_open_is_not_missing(void **state)
     done(&d);
 }
 
+/* Six channels at the noise, of which a free linear model takes a part: more than is doubted of its level, or less. */
+static void a_floor_within_what_is_doubted_of_the_noise_is_doubtful(void **state)
+{
+    struct diagnosis d;
+    struct hypothesis h[] = {refit("tip_mass", NULL, 1, 0.96, 0.96)};
+    decide(&d, *state, 0.97, 0.97, h, 1);
+    d.attainable = (struct attainable){.modes = 6, .noise_ratio = 0.84};
+    assert_false(diagnose_floor_is_doubtful(&d));
+    for (size_t c = 0; c < CHANNELS; c++)
+        d.baseline.fitted.doubt[c] = 0.5;
+    assert_true(diagnose_floor_is_doubtful(&d));
+    d.baseline.fitted.noise_ratio = 1.03;
+    assert_false(diagnose_floor_is_doubtful(&d));
+    done(&d);
+}
+
 static void without_hum(struct hypothesis_errors *e, double ratio)
 {
     e->humless_ratio = e->humless_worst = ratio;
@@ -600,6 +616,7 @@ int main(void)
         cmocka_unit_test(a_soft_clamp_is_no_support_that_rocks),
         cmocka_unit_test(a_damper_is_a_spring_without_stiffness),
         cmocka_unit_test(a_beam_at_the_attainable_error_is_complete),
+        cmocka_unit_test(a_floor_within_what_is_doubted_of_the_noise_is_doubtful),
         cmocka_unit_test(hum_is_asked_for_after_what_else_is_missing),
         cmocka_unit_test(what_the_level_of_the_noise_leaves_open_is_not_missing),
         cmocka_unit_test(a_linear_model_is_the_floor_where_no_noise_is_known),
