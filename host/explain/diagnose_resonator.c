@@ -9,6 +9,7 @@
  */
 #include "diagnose_relatives.h"
 #include "diagnose_state.h"
+#include "plausible.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -21,12 +22,11 @@
 static const struct resonator_limits {
     double lead;        /* rms: for each parameter but the strength it leaves this part of what others leave, at most */
     double damping;     /* ratio: above, it is a damper and no mode */
-    double decay;       /* logarithm of the amplitude over the longest record: less, and it is a steady tone */
     double below_first; /* of the first mode: below, it stands still */
     double part;        /* of the beam's mass, or of its flexibility ℓ/EI: where a search begins */
     double begin;       /* ratio: the damping there */
     double takes;       /* of the misfit's power: a single effect that takes it may have a mode beside it */
-} limits = {.lead = 0.89, .damping = 0.3, .decay = 0.1, .below_first = 0.3, .part = 0.01, .begin = 0.02, .takes = 0.25};
+} limits = {.lead = 0.89, .damping = 0.3, .below_first = 0.3, .part = 0.01, .begin = 0.02, .takes = 0.25};
 enum { FREQUENCIES = 8, PLACES = 2 };
 static const double places[PLACES] = {1.0, 0.6}; /* of the length */
 
@@ -195,14 +195,11 @@ static bool is_mode(const struct diagnosis *d, const struct hypothesis *h, const
     const struct model_effect *own = mode_of(h);
     const double f_Hz = value_of(own, BEAM_ROLE_RESONANCE);
     const double damping = damping_ratio_of(own->effect, value_of(own, BEAM_ROLE_LOSS), f_Hz);
-    double band_Hz = 0.0, longest_s = 0.0;
-    for (size_t r = 0; r < d->n_records; r++) {
+    double band_Hz = 0.0;
+    for (size_t r = 0; r < d->n_records; r++)
         band_Hz = fmax(band_Hz, 0.5 / d->records[r].dt_s);
-        longest_s = fmax(longest_s, (double)d->records[r].n * d->records[r].dt_s);
-    }
-    return stands_out(h, others) && damping < limits.damping &&
-           damping * 2.0 * M_PI * f_Hz * longest_s > limits.decay && f_Hz > limits.below_first * d->mode_Hz[0] &&
-           f_Hz < band_Hz;
+    return stands_out(h, others) && damping < limits.damping && diagnose_decays(d, f_Hz, damping) &&
+           f_Hz > limits.below_first * d->mode_Hz[0] && f_Hz < band_Hz;
 }
 
 /* What is no mode is no explanation either. */

@@ -68,24 +68,38 @@ static double nats_of_terms(const struct model *model, const struct model_effect
     return nats;
 }
 
-/* The poles are those of the free linear model: what the records have, whatever the beam's model makes of it. */
-static double nats_of_tone(const struct attainable *attainable, double frequency_Hz)
+bool diagnose_decays(const struct diagnosis *d, double frequency_Hz, double damping_ratio)
+{
+    static const double decay = 0.1; /* of the amplitude's logarithm */
+    double longest_s = 0.0;
+    for (size_t r = 0; r < d->n_records; r++)
+        longest_s = fmax(longest_s, (double)d->records[r].n * d->records[r].dt_s);
+    return damping_ratio * 2.0 * M_PI * frequency_Hz * longest_s > decay;
+}
+
+/*
+ * The poles are those of the free linear model: what the records have, whatever the beam's model makes of it. One that does not decay is no mode: in free
+ * decays it is the tone itself.
+ */
+static double nats_of_tone(const struct diagnosis *d, double frequency_Hz)
 {
     double nats = 0.0;
-    for (size_t k = 0; k < attainable->modes; k++) {
-        const struct attainable_pole *pole = &attainable->poles[k];
+    for (size_t k = 0; k < d->attainable.modes; k++) {
+        const struct attainable_pole *pole = &d->attainable.poles[k];
+        if (!diagnose_decays(d, pole->frequency_Hz, pole->damping_ratio))
+            continue;
         const double away = fabs(frequency_Hz - pole->frequency_Hz) + fabs(pole->damping_ratio) * pole->frequency_Hz;
         nats = fmax(nats, log(neighbourhood * frequency_Hz / fmax(away, 1e-9 * frequency_Hz)));
     }
     return nats;
 }
 
-static double nats_of_tones(const struct attainable *attainable, const struct model_effect *own)
+static double nats_of_tones(const struct diagnosis *d, const struct model_effect *own)
 {
     double nats = 0.0;
     for (int slot = 0; slot < own->effect->n_parameters; slot++)
         if (own->effect->parameters[slot].role == BEAM_ROLE_FREQUENCY)
-            nats += nats_of_tone(attainable, own->parameters[slot].value);
+            nats += nats_of_tone(d, own->parameters[slot].value);
     return nats;
 }
 
@@ -94,7 +108,7 @@ double implausible_nats(const struct diagnosis *d, const struct hypothesis *h)
     double nats = 0.0;
     for (size_t i = 0; i < h->n_effects && h->n_base + i < h->model.n_effects; i++) {
         const struct model_effect *own = &h->model.effects[h->n_base + i];
-        nats += nats_of_terms(&h->model, own) + nats_of_tones(&d->attainable, own);
+        nats += nats_of_terms(&h->model, own) + nats_of_tones(d, own);
     }
     return nats;
 }
