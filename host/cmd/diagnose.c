@@ -231,14 +231,14 @@ static double left_at_best(const struct diagnosis *diagnosis)
     return diagnosis->n_hypotheses > 0 ? diagnosis->hypotheses[0].fitted.nrmse : diagnosis->baseline.fitted.nrmse;
 }
 
-/* The diagnosis of the model as it was given, where that explains more; then the factors were not what was wrong. One that fails changes nothing. */
+/* The diagnosis of the model as it was given, where that finds a cause and explains more; then the factors were not what was wrong. One that fails changes nothing. */
 static void reconsider_factors(const struct arguments *a, const struct model *given, struct diagnosis *diagnosis,
                                struct channel_factors *factors)
 {
     static const double clearly = 0.8; /* times what is left with them */
     struct diagnosis as_given;
     struct bf_error ignored;
-    const bool known = run_with(a, given, &as_given, &ignored) == BF_OK && !as_given.interrupted;
+    const bool known = run_with(a, given, &as_given, &ignored) == BF_OK && as_given.verdict != VERDICT_UNKNOWN;
     const double with = left_at_best(diagnosis), without = left_at_best(&as_given);
     if (!known || !(without < clearly * with)) {
         diagnose_free(&as_given);

@@ -288,8 +288,10 @@ static void gather(const struct diagnose_state *w, const struct fold_job jobs[],
         struct record_set out = set_new(w, fold, true);
         h->cross_failed = h->cross_failed || job->failed;
         done += job->done && job->n_channels == out.n_channels;
-        for (size_t c = 0; job->done && c < out.n_channels && c < job->n_channels; c++, found++)
-            all[out.channel[c]] = job->channels[c], all[out.channel[c]].record += fold * d->n_records;
+        for (size_t c = 0; job->done && c < out.n_channels && c < job->n_channels; c++, found++) {
+            all[out.channel[c]] = job->channels[c];
+            all[out.channel[c]].record += fold * d->n_records; /* it counts the fold's own records */
+        }
         set_free(&out);
     }
     if (done == n_folds && found == d->n_channels) {

@@ -37,7 +37,8 @@ struct misfit_channel *hypothesis_channels(const struct diagnosis *d, const stru
 /* One more channel; hum: rms of the mains in its residual over the noise's. Totals stay sums of squares until all are there. */
 static void add_channel(struct hypothesis_errors *e, size_t c, double ratio, double hum, double doubt)
 {
-    const double humless = sqrt(fmax(ratio * ratio - hum * hum, 0.0));
+    const double humless =
+        hum > 0.0 ? sqrt(fmax(ratio * ratio - hum * hum, 0.0)) : ratio; /* NaN where no noise is known */
     e->ratio[c] = ratio, e->doubt[c] = doubt;
     e->worst_ratio =
         fmax(e->worst_ratio, ratio / (1.0 + doubt)); /* two standard errors of the noise's level taken off */

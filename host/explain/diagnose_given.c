@@ -289,9 +289,11 @@ static bool is_at_floor(const struct diagnosis *d)
 bool diagnose_no_linear_outdoes(const struct diagnosis *d)
 {
     static const double as_well = 1.01, held_out = 1.05; /* times what a free linear model leaves */
+    static const double most = 0.5;                      /* of the misfit's power */
     const struct hypothesis *best = d->n_hypotheses > 0 ? &d->hypotheses[0] : NULL;
     return best != NULL && d->attainable.modes > 0 && d->linearity.verdict != LINEARITY_NONLINEAR &&
-           effect_is_linear(best->effects[0]) && best->fitted.noise_ratio <= as_well * diagnose_floor(d) &&
+           effect_is_linear(best->effects[0]) && best->explained >= most &&
+           best->fitted.noise_ratio <= as_well * diagnose_floor(d) &&
            !(best->check.noise_ratio > held_out * d->attainable.held_out_noise_ratio);
 }
 

@@ -53,6 +53,11 @@ static void measure_explained(struct diagnosis *d, struct hypothesis *h)
     h->explains = at_noise(h) || (at_noise_but_for_hum(h) && !at_noise_but_for_hum(&d->baseline));
 }
 
+bool diagnose_leaves_hum(const struct hypothesis *h)
+{
+    return h->explains && !at_noise(h);
+}
+
 bool diagnose_is_complete(const struct diagnosis *d)
 {
     return at_noise(&d->baseline);

@@ -53,7 +53,7 @@ void shortlist_choose_last(const struct shortlist *s, double best, struct refit_
  */
 enum bf_status shortlist_from_given(struct shortlist *s, double span, struct bf_error *err);
 /*
- * The best explanation is a linear effect, and leaves as much as a free linear model of records that do not show a nonlinearity, of the held-out ones, too: what
+ * The best explanation is a linear effect that takes most of the misfit, and leaves as much as a free linear model of records that do not show a nonlinearity, of the held-out ones, too: what
  * remains (hum, say) no other effect that is linear takes. After diagnose_rank().
  */
 bool diagnose_no_linear_outdoes(const struct diagnosis *d);

@@ -203,6 +203,8 @@ void diagnose_rank(struct diagnosis *d, size_t n_tried);
 bool diagnose_significant(const struct diagnosis *d, const struct hypothesis *h);
 /* The records cannot tell `h` from `best`: by what the facts say. */
 bool diagnose_as_good(const struct hypothesis *h, const struct hypothesis *best);
+/* It explains the records, but for hum: mains_hum is asked for beside it. After diagnose_rank(). */
+bool diagnose_leaves_hum(const struct hypothesis *h);
 /* The best hypothesis leaves more than what is known of the noise, so that one more effect is worth a search. */
 bool diagnose_more_wanted(const struct diagnosis *d);
 /* Nothing in the records is seen to be nonlinear: a free linear model leaves the noise of all, of held-out ones too where there are any. */

@@ -102,7 +102,8 @@ static void values(FILE *out, const struct hypothesis *h)
 static void remainder_of(FILE *out, const struct diagnosis *d, const struct hypothesis *h)
 {
     if (h->explains) {
-        (void)fprintf(out, " Nothing that matters remains.");
+        (void)fprintf(out, diagnose_leaves_hum(h) ? " Hum remains besides the noise, a steady line of the mains."
+                                                  : " Nothing that matters remains.");
         return;
     }
     (void)fprintf(out, " %.2g %% of the signal remains", 100.0 * h->fitted.nrmse);

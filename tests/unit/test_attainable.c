@@ -358,6 +358,16 @@ static double answered(int channel, const struct column_noise *cells)
     return sum;
 }
 
+/* What gain[N/2 + 1] makes of such noise, of the power that answers it. */
+static double answered_by(const double gain[], int channel, const struct column_noise *cells)
+{
+    double power = 0.0;
+    assert_non_null(gain);
+    for (size_t k = 1; k <= N / 2; k++)
+        power += 2.0 / N * gain[k];
+    return power / answered(channel, cells);
+}
+
 /* What a force's noise makes of a resonance is known from the records of a drive that has no line there: a hit, a sweep, a multisine. */
 static void noise_is_answered_between_the_lines_of_a_drive(void **state)
 {
@@ -373,11 +383,7 @@ static void noise_is_answered_between_the_lines_of_a_drive(void **state)
                                noise_share * signal_rms(record_column(&record, "middle_m"), N)};
         assert_int_equal(attainable_gains(&model, &record, own, inputs, 1, &err), BF_OK);
         for (int c = 0; c < 2; c++) {
-            double power = 0.0;
-            assert_non_null(inputs[c].gain);
-            for (size_t k = 1; k <= N / 2; k++)
-                power += 2.0 / N * inputs[c].gain[k];
-            const double part = power / answered(c, NULL);
+            const double part = answered_by(inputs[c].gain, c, NULL);
             print_message("drive %d, channel %d: %.3f of the answer's power\n", kinds[i], c, part);
             assert_true(fabs(log(part)) < log(1.1));
             free(inputs[c].gain);
@@ -407,11 +413,7 @@ static void kept_noise_is_answered_from_when_it_came(void **state)
                            noise_share * signal_rms(record_column(&record, "middle_m"), N)};
     assert_int_equal(attainable_gains(&model, &record, own, inputs, 1, &err), BF_OK);
     for (int c = 0; c < 2; c++) {
-        double power = 0.0;
-        assert_non_null(inputs[c].gain);
-        for (size_t k = 1; k <= N / 2; k++)
-            power += 2.0 / N * inputs[c].gain[k];
-        const double part = power / answered(c, cells);
+        const double part = answered_by(inputs[c].gain, c, cells);
         print_message("channel %d: %.3f of the answer's power, of noise of which %.2f is kept\n", c, part,
                       cleaned.all[0].kept);
         assert_true(fabs(log(part)) < log(1.15));

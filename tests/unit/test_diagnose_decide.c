@@ -497,6 +497,7 @@ static void hum_is_asked_for_after_what_else_is_missing(void **state)
         without_hum(&d.baseline.fitted, baselines[k]), without_hum(&d.baseline.check, baselines[k]);
         diagnose_rank(&d, TRIED);
         assert_true(d.hypotheses[0].explains == (k == 0));
+        assert_true(diagnose_leaves_hum(&d.hypotheses[0]) == (k == 0));
         assert_true(diagnose_more_wanted(&d));
         done(&d);
     }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Refits that are bounded, what becomes of one whose evaluations have run out, and what passes for linear. */
 #include "diagnose_rig.h"
+#include "explain/diagnose_shortlist.h"
 
 static struct bench *with_mass(void)
 {
@@ -96,6 +97,38 @@ static void what_a_linear_model_leaves_at_the_noise_passes_for_linear(void **sta
     assert_false(diagnose_passes_for_linear(&d));
 }
 
+/* A free linear model leaves what the baseline does where a nonlinearity is missing: no linear effect outdoes another one there, and laws are still wanted. */
+static void what_takes_nothing_is_outdone(void **state)
+{
+    (void)state;
+    struct hypothesis h = {.n_effects = 1, .effects = {effect_by_id("tip_mass")}, .fitted.noise_ratio = 7.21};
+    struct diagnosis d = {.attainable = {.modes = 4, .noise_ratio = 7.2, .held_out_noise_ratio = NAN},
+                          .n_hypotheses = 1,
+                          .hypotheses = &h};
+    h.check.noise_ratio = NAN;
+    h.explained = 0.02;
+    assert_false(diagnose_no_linear_outdoes(&d));
+    h.explained = 0.9;
+    assert_true(diagnose_no_linear_outdoes(&d));
+    h.fitted.noise_ratio = 7.4;
+    assert_false(diagnose_no_linear_outdoes(&d));
+    h.fitted.noise_ratio = 7.21;
+    h.effects[0] = effect_by_id("cubic_stiffness");
+    assert_false(diagnose_no_linear_outdoes(&d));
+}
+
+/* Held-out records without a known noise are at no noise, with hum or without. */
+static void an_unknown_noise_explains_nothing(void **state)
+{
+    (void)state;
+    static const struct noise_estimate none;
+    const struct fit_channel_error channel = {.n = 100, .noise_ratio = NAN, .nrmse = 0.1};
+    struct hypothesis h = {0};
+    hypothesis_take_check(&h, &channel, &none, 1);
+    assert_true(isnan(h.check.noise_ratio) && isnan(h.check.humless_ratio));
+    hypothesis_free(&h);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -103,6 +136,8 @@ int main(void)
         cmocka_unit_test(what_ends_in_time_is_as_without_a_bound),
         cmocka_unit_test(only_laws_are_bounded),
         cmocka_unit_test(what_a_linear_model_leaves_at_the_noise_passes_for_linear),
+        cmocka_unit_test(what_takes_nothing_is_outdone),
+        cmocka_unit_test(an_unknown_noise_explains_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
