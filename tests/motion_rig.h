@@ -18,9 +18,10 @@
 enum { RIG_RECORDS = 3, RIG_CHANNELS = 5 };
 
 static const double rig_noise = 0.004; /* rms over rms of every channel */
+static const char *rig_support = "clamped-free";
 
 static const char rig_beam[] = "format: beamfit-model/1\n"
-                               "beam: {length_m: 0.4573, patch_m: [0.02535, 0.08905]}\n"
+                               "beam: {length_m: 0.4573, support: %s, patch_m: [0.02535, 0.08905]}\n"
                                "parameters:\n"
                                "  EI_beam_Nm2: {value: %.9g, prior: 0.03}\n"
                                "  EI_patch_Nm2: {value: %.9g}\n"
@@ -70,7 +71,10 @@ static inline void rig_spec(struct truth_spec *spec, int record, const char *eff
                                        "gamma_sNpm2 = 0.0127",    "Ks_V = 41",
                                        "KB_NmpV = 0.0174",        "noise = 0.004",
                                        "sample_rate_Hz = 1024"};
+    char support[40];
     truth_spec_default(spec);
+    (void)snprintf(support, sizeof support, "support = %s", rig_support);
+    rig_say(spec, support);
     spec->duration_s = 1.5;
     spec->modes = 16;
     for (size_t i = 0; i < sizeof beam / sizeof *beam; i++)
@@ -117,8 +121,8 @@ static inline void rig_model(struct motion_rig *rig, double wrong)
 {
     char text[2048];
     struct bf_error err;
-    int n = snprintf(text, sizeof text, rig_beam, rig_EI_beam * (1.0 - 0.1 * wrong), rig_EI_patch * (1.0 + wrong),
-                     rig_gamma * (1.0 + 2.0 * wrong));
+    int n = snprintf(text, sizeof text, rig_beam, rig_support, rig_EI_beam * (1.0 - 0.1 * wrong),
+                     rig_EI_patch * (1.0 + wrong), rig_gamma * (1.0 + 2.0 * wrong));
     if (model_read_text("rig", text, (size_t)n, &rig->model, &err) != BF_OK)
         fail_msg("%s", err.text);
 }

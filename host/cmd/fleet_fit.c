@@ -68,8 +68,10 @@ static void clean(const struct model *model, struct record_list *list)
     const size_t n = record_list_sampled(list);
     struct record **records = bf_alloc(n + 1, sizeof *records);
     struct clean_input_list found;
-    for (size_t r = 0; r < n; r++)
+    for (size_t r = 0; r < n; r++) {
         records[r] = &list->records[r];
+        (void)record_assume_filter(records[r]);
+    }
     (void)inputs_clean(model, records, n, &found, &ignored);
     inputs_clean_free(&found);
     free(records);

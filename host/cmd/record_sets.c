@@ -121,6 +121,21 @@ static void take_baselines(const struct model *model, struct record *const recor
     baselines_free(&found);
 }
 
+/* Said where the model bends: all else does not feel the recorder's filter. */
+static void assume_filters(const struct model *model, struct record *const records[], size_t n)
+{
+    size_t assumed = 0, last = 0;
+    for (size_t i = 0; i < n; i++)
+        if (record_assume_filter(records[i]))
+            last = i, assumed++;
+    if (assumed > 0 && model_bends(model))
+        bf_warn(
+            "%s%s no anti-alias filter of the recorder, and what is not linear in the model feels one: %s is taken. "
+            "'# anti-alias filter: Butterworth order N at F Hz' in a record says which, 'none' that there is none",
+            records[last]->path, assumed > 1 ? " and others state" : " states",
+            record_meta(records[last], RECORD_FILTER));
+}
+
 void record_lists_clean(const struct model *model, struct record_list *fitted, struct record_list *held_out)
 {
     struct record_list *const lists[2] = {fitted, held_out};
@@ -131,6 +146,7 @@ void record_lists_clean(const struct model *model, struct record_list *fitted, s
             records[n++] = &lists[i]->records[r];
     clean_inputs(model, records, n);
     take_baselines(model, records, n);
+    assume_filters(model, records, n);
     free(records);
 }
 

@@ -30,7 +30,8 @@ enum bf_status record_list_read_by(struct record_list *list, const struct model 
                                    const struct record_reader *reader, struct bf_error *err);
 /*
  * Takes the noise of measured inputs off where nothing stands out of it (inputs_clean()), and zero shifts of accelerometers (baselines_take_off()), of the records of
- * both lists, each with a warning; when they cannot be looked for, a warning says so. held_out may be NULL.
+ * both lists, each with a warning; when they cannot be looked for, a warning says so. Records over time that do not state the recorder's filter get a usual one
+ * (record_assume_filter()), with a warning where the model has something that feels it. held_out may be NULL.
  */
 void record_lists_clean(const struct model *model, struct record_list *fitted, struct record_list *held_out);
 void record_list_free(struct record_list *list);

@@ -41,10 +41,12 @@ static void add_inputs(const struct model *model, const struct record *from, str
 
 void simulation_head(const struct simulation *s, const struct record *from, struct record *head)
 {
+    const char *filter = record_meta(from, RECORD_FILTER);
     *head = (struct record){.path = bf_strdup(s->output), .n = from->n, .t0_s = from->t0_s, .dt_s = from->dt_s};
     record_add_meta(head, "simulated_by", "beamfit simulate");
     record_add_meta(head, "model", s->model_path);
     record_add_meta(head, "input", s->input);
+    record_add_meta(head, RECORD_FILTER, filter != NULL ? filter : "none"); /* what was simulated has no other */
     add_inputs(s->model, from, head);
     for (size_t o = 0; o < s->model->n_outputs; o++)
         add_name(head, s->model->outputs[o].name);

@@ -576,8 +576,9 @@ void motion_free(struct motion *motion);
  */
 
 struct trial_options {
-    int rounds;          /* renewals of θ and the motion after the scan, at most; 0: none (a score), 3: start values */
-    bool keep_positions; /* positions stay at the catalogue's start */
+    int rounds; /* renewals of θ and the motion after the scan, at most; 0: none (a score), 3: start values */
+    bool
+        keep_positions; /* positions stay at the catalogue's start or, where that is a support that does not move, where the beam moves most */
 };
 
 struct trial {

@@ -176,9 +176,40 @@ static void refine_all(struct trial_search *search, const struct trial_options *
         refine(search, search->roles.inner[i], true, scale * first_step, last_step);
 }
 
+/* The largest motion of the coordinate with the effect at this place, m or rad; 0: the effect cannot be there. */
+static double motion_at(struct trial_search *search, double at_m, struct bf_error *err)
+{
+    double p[BEAM_EFFECT_PARAMETERS], w, v;
+    memcpy(p, search->best.p, sizeof p);
+    p[search->roles.position] = clipped(&search->info[search->roles.position], at_m);
+    if (trial_force_place(&search->force, p, err) != BF_OK)
+        return 0.0;
+    trial_force_scales(&search->force, &w, &v);
+    return w;
+}
+
+/* At the catalogue's place; where that is a support, which does not move, where the beam moves most. */
+static void begin(struct trial_search *search, struct bf_error *err)
+{
+    static const double moves = 1e-2; /* times the largest motion */
+    const int at = search->roles.position;
+    if (at < 0)
+        return;
+    const double here = motion_at(search, search->best.p[at], err);
+    double most = here, best = search->best.p[at];
+    for (size_t k = 0; k < sizeof places / sizeof *places; k++) {
+        const double at_m = places[k] * search->force.model.length_m, there = motion_at(search, at_m, err);
+        if (there > most)
+            most = there, best = clipped(&search->info[at], at_m);
+    }
+    if (here < moves * most)
+        search->best.p[at] = best;
+}
+
 void trial_search_scan(struct trial_search *search, const struct trial_options *options, struct bf_error *err)
 {
     double p[BEAM_EFFECT_PARAMETERS];
+    begin(search, err);
     base_point(search, p);
     if (trial_force_place(&search->force, p, err) != BF_OK)
         return;

@@ -293,6 +293,8 @@ bool model_has_effect(const struct model *model, const struct beam_effect *effec
 bool model_is_clamped(const struct model *model);
 /* Some effect of the model is a law, so that its prediction steps through time. */
 bool model_has_law(const struct model *model);
+/* Some effect is a law, or bends a drive or a sensor's line: what comes of it felt the input before the recorder's filter. */
+bool model_bends(const struct model *model);
 
 /*
  * PARAMETERS — as one vector: materials (EI, rho, cDI of each, in order), gamma, Ks, KB, residuals, channels', the beam's geometry, each effect's.

@@ -119,3 +119,13 @@ bool model_has_law(const struct model *model)
             return true;
     return false;
 }
+
+bool model_bends(const struct model *model)
+{
+    for (size_t e = 0; e < model->n_effects; e++) {
+        const struct beam_effect *effect = model->effects[e].effect;
+        if (effect->law != NULL || effect->map != NULL || effect->drive != NULL)
+            return true;
+    }
+    return false;
+}

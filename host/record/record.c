@@ -54,6 +54,23 @@ void record_add_meta(struct record *record, const char *key, const char *value)
     record->meta[record->n_meta++].value = bf_strdup(value);
 }
 
+bool record_assume_filter(struct record *record)
+{
+    static const struct {
+        int order;
+        double corner; /* of the sample rate */
+    } usual = {.order = 4, .corner = 0.36};
+    const char *excitation = record_meta(record, "excitation");
+    char text[80];
+    if (record->kind != RECORD_SAMPLES || record_meta(record, RECORD_FILTER) != NULL ||
+        (excitation != NULL && strcmp(excitation, RECORD_RESPONSE) == 0))
+        return false;
+    (void)snprintf(text, sizeof text, "Butterworth order %d at %.6g Hz, forward and backward", usual.order,
+                   usual.corner / record->dt_s);
+    record_add_meta(record, RECORD_FILTER, text);
+    return true;
+}
+
 bool record_is_periodic(const struct record *record)
 {
     const char *excitation = record_meta(record, "excitation");

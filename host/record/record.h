@@ -31,7 +31,7 @@
  * Metadata that beamfit reads: "excitation: free_decay" (no input was recorded, the initial state is unknown),
  * "initial_state: free" (the input was recorded, and it began before the record did) or "rest",
  * "input_noise: keep" (nothing of an input's noise is taken off), "excitation: unknown_level" (the input column has the right shape and an unknown factor), "free_from_s: 1.17",
- * "anti-alias filter: Butterworth order 8 at 409.6 Hz, forward and backward" (of every column), "exponential window: 0.5 s".
+ * "anti-alias filter: Butterworth order 8 at 409.6 Hz, forward and backward" or "none" (of every column), "exponential window: 0.5 s".
  *
  * A file whose first column is freq_Hz holds frequency responses (columns "accel_mps2/hammer_N_re", ..., docs/records.md). It is read as
  * one period of the steady answer to a periodic pulse: excitation "frequency_response".
@@ -148,6 +148,12 @@ bool record_state_is_free(const struct record *record);
 /* Append a column (x is copied; [n]) or a metadata line. */
 void record_add_column(struct record *record, const char *name, const double *x);
 void record_add_meta(struct record *record, const char *key, const char *value);
+/*
+ * A record over time that does not say what anti-alias filter its recorder had gets RECORD_FILTER as of a usual one, and true is returned: recorders have one, and
+ * what bends (a law, a drive or a sensor that saturates) makes harmonics that it takes away. Without delay, because a wrong delay costs more than none. "none" is a
+ * statement, too.
+ */
+bool record_assume_filter(struct record *record);
 
 /* The file's name without its directories, under which per-record values are kept; "" for a record in memory. */
 const char *record_base_name(const struct record *record);

@@ -340,6 +340,23 @@ static void does_not_write_what_it_would_not_read(void **state)
     free(path);
 }
 
+/* Recorders have a filter; what states one, or that there is none, keeps its own, and a frequency response is not bent by one. */
+static void a_filter_that_is_not_stated_is_assumed_once(void **state)
+{
+    (void)state;
+    struct record bare = {.n = 10, .dt_s = 1e-3}, none = bare, steady = bare;
+    record_add_meta(&none, RECORD_FILTER, "none");
+    record_add_meta(&steady, "excitation", RECORD_RESPONSE);
+    assert_true(record_assume_filter(&bare));
+    assert_string_equal(record_meta(&bare, RECORD_FILTER), "Butterworth order 4 at 360 Hz, forward and backward");
+    assert_false(record_assume_filter(&bare));
+    assert_false(record_assume_filter(&none));
+    assert_string_equal(record_meta(&none, RECORD_FILTER), "none");
+    assert_false(record_assume_filter(&steady));
+    assert_null(record_meta(&steady, RECORD_FILTER));
+    record_free(&bare), record_free(&none), record_free(&steady);
+}
+
 static void reads_the_recordings_beside_the_project(void **state)
 {
     (void)state;
@@ -387,6 +404,7 @@ int main(void)
         cmocka_unit_test(checks_the_metadata_it_acts_on),
         cmocka_unit_test(writing_and_reading_is_the_identity),
         cmocka_unit_test(does_not_write_what_it_would_not_read),
+        cmocka_unit_test(a_filter_that_is_not_stated_is_assumed_once),
         cmocka_unit_test(reads_the_recordings_beside_the_project),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

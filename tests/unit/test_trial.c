@@ -81,6 +81,21 @@ static void a_spring_in_the_middle_of_the_span(void **state)
     end_all(&rig, list, n);
 }
 
+/* The catalogue puts the stop at the far end, which is a support here and does not move. */
+static void a_stop_in_the_middle_of_a_beam_on_two_pins(void **state)
+{
+    (void)state;
+    struct motion_rig rig;
+    struct trial *list;
+    size_t n;
+    rig_support = "pinned-pinned";
+    try_all(&rig, "effect stop_contact stiffness_Npm=500 gap_m=3e-4 at_m=0.25", 0.0, &list, &n);
+    rig_support = "clamped-free";
+    assert_string_equal(list[0].effect->id, "stop_contact");
+    assert_true(list[0].share > 0.5);
+    end_all(&rig, list, n);
+}
+
 /* Nothing to find: no effect explains more than a hair of what is left. */
 static void a_linear_beam_leaves_nothing_to_explain(void **state)
 {
@@ -115,6 +130,7 @@ int main(void)
         cmocka_unit_test(an_element_with_internal_state),
         cmocka_unit_test(friction_with_a_threshold_far_below_the_motion),
         cmocka_unit_test(a_spring_in_the_middle_of_the_span),
+        cmocka_unit_test(a_stop_in_the_middle_of_a_beam_on_two_pins),
         cmocka_unit_test(a_linear_beam_leaves_nothing_to_explain),
         cmocka_unit_test(an_effect_without_a_law_is_refused),
     };
