@@ -402,6 +402,21 @@ static void rig(FILE *out, const struct diagnosis *d)
     (void)fprintf(out, ". Measure them, or state how good they are ({value: ..., prior_m: ...}).");
 }
 
+/* What was taken for the recorder's filter, where what was found feels it and no record says. */
+static void recorder(FILE *out, const struct diagnosis *d)
+{
+    if (d->n_named == 0 || d->n_hypotheses == 0 || !model_bends(&d->hypotheses[0].model))
+        return;
+    for (size_t r = 0; r < d->n_records; r++)
+        if (record_filter_is_assumed(&d->records[r])) {
+            (void)fprintf(out,
+                          " What bends feels the recorder's anti-alias filter, and %s does not state it: %s. State "
+                          "it in the records where it is known.",
+                          d->records[r].path, record_meta(&d->records[r], RECORD_FILTER));
+            return;
+        }
+}
+
 char *diagnose_words(const struct diagnosis *d)
 {
     static void (*const tell[])(FILE *, const struct diagnosis *) = {complete, missing, ambiguous, unknown};
@@ -416,6 +431,7 @@ char *diagnose_words(const struct diagnosis *d)
         computation_first(out, d);
         tell[d->verdict](out, d);
         rig(out, d);
+        recorder(out, d);
         not_crossed(out, d);
         cannot_be_crossed(out, d);
     }

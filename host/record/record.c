@@ -58,17 +58,23 @@ bool record_assume_filter(struct record *record)
 {
     static const struct {
         int order;
-        double corner; /* of the sample rate */
-    } usual = {.order = 4, .corner = 0.36};
+        double corner;                      /* of the sample rate */
+    } usual = {.order = 6, .corner = 0.39}; /* 2.56 samples in a period of the corner: the usual ratio of analysers */
     const char *excitation = record_meta(record, "excitation");
     char text[80];
     if (record->kind != RECORD_SAMPLES || record_meta(record, RECORD_FILTER) != NULL ||
         (excitation != NULL && strcmp(excitation, RECORD_RESPONSE) == 0))
         return false;
-    (void)snprintf(text, sizeof text, "Butterworth order %d at %.6g Hz, forward and backward", usual.order,
+    (void)snprintf(text, sizeof text, "Butterworth order %d at %.6g Hz, forward and backward (assumed)", usual.order,
                    usual.corner / record->dt_s);
     record_add_meta(record, RECORD_FILTER, text);
     return true;
+}
+
+bool record_filter_is_assumed(const struct record *record)
+{
+    const char *text = record_meta(record, RECORD_FILTER);
+    return text != NULL && strstr(text, "(assumed)") != NULL;
 }
 
 bool record_is_periodic(const struct record *record)

@@ -154,6 +154,7 @@ void record_add_meta(struct record *record, const char *key, const char *value);
  * statement, too.
  */
 bool record_assume_filter(struct record *record);
+bool record_filter_is_assumed(const struct record *record);
 
 /* The file's name without its directories, under which per-record values are kept; "" for a record in memory. */
 const char *record_base_name(const struct record *record);

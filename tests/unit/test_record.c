@@ -348,10 +348,13 @@ static void a_filter_that_is_not_stated_is_assumed_once(void **state)
     record_add_meta(&none, RECORD_FILTER, "none");
     record_add_meta(&steady, "excitation", RECORD_RESPONSE);
     assert_true(record_assume_filter(&bare));
-    assert_string_equal(record_meta(&bare, RECORD_FILTER), "Butterworth order 4 at 360 Hz, forward and backward");
+    assert_string_equal(record_meta(&bare, RECORD_FILTER),
+                        "Butterworth order 6 at 390 Hz, forward and backward (assumed)");
+    assert_true(record_filter_is_assumed(&bare));
     assert_false(record_assume_filter(&bare));
     assert_false(record_assume_filter(&none));
     assert_string_equal(record_meta(&none, RECORD_FILTER), "none");
+    assert_false(record_filter_is_assumed(&none));
     assert_false(record_assume_filter(&steady));
     assert_null(record_meta(&steady, RECORD_FILTER));
     record_free(&bare), record_free(&none), record_free(&steady);
