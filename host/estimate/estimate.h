@@ -576,9 +576,8 @@ void motion_free(struct motion *motion);
  */
 
 struct trial_options {
-    int rounds; /* renewals of θ and the motion after the scan, at most; 0: none (a score), 3: start values */
-    bool
-        keep_positions; /* positions stay at the catalogue's start or, where that is a support that does not move, where the beam moves most */
+    int rounds;          /* renewals of θ and the motion after the scan, at most; 0: none (a score), 3: start values */
+    bool keep_positions; /* positions stay where the search begins: at the catalogue's start, if the beam moves there */
 };
 
 struct trial {

@@ -402,17 +402,18 @@ static void rig(FILE *out, const struct diagnosis *d)
     (void)fprintf(out, ". Measure them, or state how good they are ({value: ..., prior_m: ...}).");
 }
 
-/* What was taken for the recorder's filter, where what was found feels it and no record says. */
+/* Which filter was taken for the recorder's, where the explanation is not linear and a record states none. */
 static void recorder(FILE *out, const struct diagnosis *d)
 {
     if (d->n_named == 0 || d->n_hypotheses == 0 || !model_bends(&d->hypotheses[0].model))
         return;
     for (size_t r = 0; r < d->n_records; r++)
         if (record_filter_is_assumed(&d->records[r])) {
-            (void)fprintf(out,
-                          " What bends feels the recorder's anti-alias filter, and %s does not state it: %s. State "
-                          "it in the records where it is known.",
-                          d->records[r].path, record_meta(&d->records[r], RECORD_FILTER));
+            (void)fprintf(
+                out,
+                " The recorder's anti-alias filter acts on what is not linear, and %s does not state it; what "
+                "was taken is %s. State it in the records where it is known.",
+                d->records[r].path, record_meta(&d->records[r], RECORD_FILTER));
             return;
         }
 }

@@ -92,6 +92,30 @@ static void respond(struct rig *rig, const char *model, double sums[2])
     sums[1] = strtod(rest, NULL);
 }
 
+/* A simulated record says which filter it went through; one that does not say gets a usual one, and a model that bends a warning. */
+static void a_filter_is_stated_or_said_to_be_assumed(void **state)
+{
+    struct rig *rig = *state;
+    char drive[4096] = "time_s,drive_V\n";
+    for (int k = 0; k < 128; k++)
+        (void)snprintf(drive + strlen(drive), sizeof drive - strlen(drive), "%.9g,%d\n", k / 2048.0, k == 5 || k == 6);
+    write_text(rig->dir, "drive.csv", drive);
+    RAN(rig, 0, "init", "--length", "0.3", "--patch", "0.02", "0.06", "--input", "drive_V=patch_moment", "--output",
+        "tip_m=displacement@0.3", "-o", "plain.yaml", "--force");
+    RAN(rig, 0, "add", "plain.yaml", "drive_saturation", "level_V=0.5", "-o", "bent.yaml", "--force");
+    RAN(rig, 0, "simulate", "bent.yaml", "--input", "drive.csv", "-o", "out.csv", "--force");
+    run_program(rig->dir, (const char *[]){"grep", "-c", "^# anti-alias filter: none$", "out.csv", NULL},
+                &rig->outcome);
+    assert_string_equal(rig->outcome.out, "1\n");
+    RAN(rig, 0, "compare", "bent.yaml", "out.csv");
+    assert_null(strstr(rig->outcome.err, "anti-alias"));
+    run_program(rig->dir, (const char *[]){"sed", "-i", "/^# anti-alias/d", "out.csv", NULL}, &rig->outcome);
+    RAN(rig, 0, "compare", "bent.yaml", "out.csv");
+    says(rig->outcome.err, "states no anti-alias filter of the recorder");
+    RAN(rig, 0, "compare", "plain.yaml", "out.csv");
+    assert_null(strstr(rig->outcome.err, "anti-alias"));
+}
+
 #define TWO_PATCHES                                                                                                    \
     "init", "--length", "0.3", "--support", "clamped-clamped", "--patch", "0.02", "0.06", "--patch", "0.2", "0.26"
 
@@ -170,6 +194,7 @@ int main(void)
         CASE(what_add_refuses),
         CASE(init_never_overwrites_unasked),
         CASE(init_knows_the_handbook),
+        CASE(a_filter_is_stated_or_said_to_be_assumed),
         CASE(two_patches_are_reciprocal),
         CASE(patches_that_cannot_be),
         CASE(effects_are_explained),

@@ -421,6 +421,36 @@ static void one_of_a_pair_is_named_with_its_company(void **state)
     done(&d);
 }
 
+/* What is not linear feels the recorder's filter: which one was taken is told where no record says. */
+static void the_filter_that_was_taken_is_told(void **state)
+{
+    for (int stated = 0; stated < 2; stated++) {
+        struct diagnosis d;
+        struct record record = {.path = "r.csv", .n = 10, .dt_s = 1e-3};
+        struct model_effect law = {.effect = effect_by_id("cubic_stiffness")};
+        struct hypothesis h[] = {refit("cubic_stiffness", NULL, 1, 1.0, 1.0), refit("sensor_lag", NULL, 1, 25.0, 26.0)};
+        for (size_t i = 0; i < 2; i++)
+            h[i].model.effects = &law;
+        h[0].model.n_effects = 1;
+        record_add_meta(&record, "excitation", "recorded");
+        if (stated)
+            record_add_meta(&record, RECORD_FILTER, "none");
+        (void)record_assume_filter(&record);
+        decide(&d, *state, 30.0, 30.0, h, 2);
+        d.records = &record;
+        d.n_records = 1;
+        char *text = diagnose_words(&d);
+        assert_true(d.n_named == 1);
+        if ((strstr(text, "r.csv does not state it; what was taken is Butterworth order 6 at 390 Hz") != NULL) ==
+            stated)
+            fail_msg("%s", text);
+        free(text);
+        record.path = NULL;
+        record_free(&record);
+        done(&d);
+    }
+}
+
 static void a_damper_is_a_spring_without_stiffness(void **state)
 {
     struct diagnosis d;
@@ -615,6 +645,7 @@ int main(void)
         cmocka_unit_test(a_pair_that_one_effect_cannot_replace_is_named),
         cmocka_unit_test(one_of_a_pair_is_named_with_its_company),
         cmocka_unit_test(a_soft_clamp_is_no_support_that_rocks),
+        cmocka_unit_test(the_filter_that_was_taken_is_told),
         cmocka_unit_test(a_damper_is_a_spring_without_stiffness),
         cmocka_unit_test(a_beam_at_the_attainable_error_is_complete),
         cmocka_unit_test(a_floor_within_what_is_doubted_of_the_noise_is_doubtful),
