@@ -200,6 +200,7 @@ void diagnose_decide(struct diagnosis *d)
     diagnose_weigh_presence(d);
     if (take_missing(d) || take_ambiguous(d))
         return;
-    if (diagnose_is_complete(d) || (diagnose_no_linear_misses(d) && !much_is_explained(d)))
+    if (diagnose_is_complete(d) || diagnose_only_hum_is_left(d) ||
+        (diagnose_no_linear_misses(d) && !much_is_explained(d)))
         d->verdict = VERDICT_COMPLETE;
 }

@@ -53,13 +53,16 @@ static bool best_follows_much(const struct diagnosis *d)
     return d->n_hypotheses > 0 && diagnose_follows_much(d->hypotheses[0].effects[0], d->model);
 }
 
-/* Near the noise scores of the first order decide what is refitted; that a baseline has bent they do not see. */
+/*
+ * Scores of the first order decide what is refitted; that a baseline has bent they do not see. Near the noise they are all there is; far from it one of
+ * the likeliest effects may have explained the records, and another may do better where that leaves more than a free linear model does.
+ */
 static bool untried_are_wanted(const struct shortlist *s)
 {
     const struct diagnosis *d = s->w->d;
-    return s->from->n_effects == 0 && !s->w->options->everything &&
-           (!diagnose_is_far(&d->baseline) || best_follows_much(d)) && !diagnose_is_complete(d) &&
-           d->linearity.verdict != LINEARITY_NONLINEAR && !progress_interrupted();
+    const bool outdone = best_follows_much(d) || (diagnose_explained(d, 1) && !diagnose_no_linear_outdoes(d));
+    return s->from->n_effects == 0 && !s->w->options->everything && (!diagnose_is_far(&d->baseline) || outdone) &&
+           !diagnose_is_complete(d) && d->linearity.verdict != LINEARITY_NONLINEAR && !progress_interrupted();
 }
 
 /* Scores, trials and refits of the kinds. */

@@ -63,6 +63,11 @@ bool diagnose_is_complete(const struct diagnosis *d)
     return at_noise(&d->baseline);
 }
 
+bool diagnose_only_hum_is_left(const struct diagnosis *d)
+{
+    return !at_noise(&d->baseline) && at_noise_but_for_hum(&d->baseline);
+}
+
 bool diagnose_passes_for_linear(const struct diagnosis *d)
 {
     return d->linearity.verdict != LINEARITY_NONLINEAR && d->attainable.modes > 0 &&

@@ -214,6 +214,9 @@ bool diagnose_floor_is_doubtful(const struct diagnosis *d);
 /* The baseline is within what is known of the noise. */
 bool diagnose_is_complete(const struct diagnosis *d);
 
+/* The baseline is at the noise but for steady lines of the mains: nothing is missing from the beam's model. */
+bool diagnose_only_hum_is_left(const struct diagnosis *d);
+
 /* diagnose_decide.c */
 /* Names what is sure: what is named stands first, the others in the order of their ranks. After diagnose_rank(). */
 void diagnose_decide(struct diagnosis *d);

@@ -56,14 +56,20 @@ static void complete(FILE *out, const struct diagnosis *d)
     const struct attainable *a = &d->attainable;
     (void)fprintf(out, "Nothing is missing that these records could show: the fitted model leaves ");
     ratios(out, d, &d->baseline);
-    if (!diagnose_is_complete(d))
+    if (diagnose_only_hum_is_left(d))
+        (void)fprintf(
+            out,
+            ", but for hum %.3g: a steady line of the mains is in the records, and no force or voltage that was "
+            "recorded causes it. Look for its source; `beamfit add MODEL mains_hum` puts it into the model",
+            d->baseline.fitted.humless_ratio);
+    else if (!diagnose_is_complete(d))
         (void)fprintf(
             out,
             " and %.2g %% of the signal, a linear model of %zu free modes %.2g %%: no linear effect can lower "
             "that. Either the noise is larger than the estimate, or the records hold what no input caused",
             100.0 * d->baseline.fitted.nrmse, a->modes, 100.0 * a->nrmse);
     (void)fprintf(out, ".");
-    if (d->n_hypotheses > 0) {
+    if (d->n_hypotheses > 0 && !diagnose_only_hum_is_left(d)) {
         (void)fprintf(out, " The best addition, ");
         hypothesis_name(out, &d->hypotheses[0]);
         (void)fprintf(out, ", would lower that to %.3g: no more than an effect does that is not there.",

@@ -1,83 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The verdict, from invented errors of invented refits. The examples are clear ones, so that they hold whatever cases the table was fitted to. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
-
-#include "explain/diagnose_state.h"
-#include "model_fixture.h"
-
-enum { ROWS = 24000, CHANNELS = 6, FACTS = 24, TRIED = 400 };
-
-/* In every fact and channel the same. */
-static void set_errors(struct hypothesis_errors *e, double ratio)
-{
-    static double bins[CHANNELS], doubt[CHANNELS];
-    static size_t record[CHANNELS];
-    e->n_channels = CHANNELS;
-    e->noise_ratio = e->worst_ratio = e->humless_ratio = e->humless_worst = ratio;
-    e->misfit = (struct misfit){.chi_square = ratio * ratio * ROWS, .n = ROWS, .n_eff = ROWS};
-    e->ratio = test_malloc(CHANNELS * sizeof(double));
-    e->bins = bins, e->doubt = doubt, e->record = record;
-    for (size_t c = 0; c < CHANNELS; c++)
-        e->ratio[c] = ratio, bins[c] = 0.5 * ROWS / CHANNELS, doubt[c] = 0.02, record[c] = c;
-}
-
-static double *left_by(double ratio)
-{
-    double *left = test_malloc(FACTS * sizeof(double));
-    for (size_t f = 0; f < FACTS; f++)
-        left[f] = ratio * ratio;
-    return left;
-}
-
-static struct hypothesis refit(const char *id, const char *second, size_t n_added, double fitted, double check)
-{
-    struct hypothesis h = {.n_effects = second ? 2 : 1, .n_added = n_added, .refitted = true, .left = left_by(fitted)};
-    h.effects[0] = effect_by_id(id);
-    h.effects[1] = second ? effect_by_id(second) : NULL;
-    set_errors(&h.fitted, fitted);
-    set_errors(&h.check, check);
-    return h;
-}
-
-static void forget(struct hypothesis *h)
-{
-    test_free(h->left), test_free(h->fitted.ratio), test_free(h->check.ratio);
-}
-
-/* The hypotheses are decide()'s afterwards. */
-static void decide(struct diagnosis *d, const struct model *model, double fitted, double check,
-                   struct hypothesis hypotheses[], size_t n)
-{
-    static struct fact facts[FACTS];
-    for (size_t f = 0; f < FACTS; f++)
-        facts[f] = (struct fact){.channel = f / 4, .noise = 1.0, .bins = 0.5 * ROWS / FACTS, .doubt = 0.02};
-    *d = (struct diagnosis){.model = model,
-                            .hypotheses = hypotheses,
-                            .n_hypotheses = n,
-                            .n_facts = FACTS,
-                            .facts = facts,
-                            .numerics.fine = true};
-    d->baseline.left = left_by(fitted);
-    set_errors(&d->baseline.fitted, fitted);
-    set_errors(&d->baseline.check, check);
-    diagnose_rank(d, TRIED);
-    diagnose_decide(d);
-}
-
-static void done(struct diagnosis *d)
-{
-    for (size_t i = 0; i < d->n_hypotheses; i++)
-        forget(&d->hypotheses[i]);
-    forget(&d->baseline);
-}
+#include "invented_refits.h"
 
 static void a_good_model_is_complete(void **state)
 {
@@ -293,32 +216,6 @@ static void none_of_a_crowd_is_named(void **state)
     done(&d);
 }
 
-/* Evidence counts modes and records alike: what takes most of the power in one of them would not be told. */
-static void what_takes_most_is_told_whatever_its_evidence(void **state)
-{
-    static const char *const ids[] = {"axial_load", "rotary_inertia", "clock_error", "point_mass"};
-    static struct model_effect of_the_model; /* words name its channel */
-    for (int i = 0; i < 2; i++) {
-        struct diagnosis d;
-        struct hypothesis h[4];
-        for (size_t k = 0; k < 4; k++) {
-            const bool takes = k == 3 && i == 0;
-            h[k] = refit(ids[k], NULL, 1, takes ? 50.0 : 97.0, takes ? 60.0 : 98.0);
-            h[k].model.effects = &of_the_model;
-            test_free(h[k].left);
-            h[k].left = left_by(k == 3 ? 99.0 : 80.0);
-        }
-        decide(&d, *state, 100.0, 100.0, h, 4);
-        char *text = diagnose_words(&d);
-        assert_int_equal(d.verdict, VERDICT_UNKNOWN);
-        assert_string_equal(d.hypotheses[3].effects[0]->id, "point_mass");
-        if ((strstr(text, ". Most is taken by point_mass, 75 % of the misfit (held out: 64 %)") != NULL) != (i == 0))
-            fail_msg("%s", text);
-        free(text);
-        done(&d);
-    }
-}
-
 static void two_that_explain_alike_are_ambiguous(void **state)
 {
     struct diagnosis d;
@@ -398,59 +295,6 @@ static void a_pair_that_one_effect_cannot_replace_is_named(void **state)
     done(&d);
 }
 
-/* What is named leaves much, and the explanation that it was found in leaves nothing: a reader has to be told. */
-static void one_of_a_pair_is_named_with_its_company(void **state)
-{
-    struct diagnosis d;
-    struct hypothesis h[] = {refit("tip_mass", "sensor_lag", 2, 1.0, 1.0),
-                             refit("tip_mass", "sensor_delay", 2, 1.002, 1.002), refit("tip_mass", NULL, 1, 16.0, 17.0),
-                             refit("sensor_lag", NULL, 1, 25.0, 26.0)};
-    static struct model_effect of_the_model[2]; /* words name their channels */
-    for (size_t i = 0; i < 4; i++)
-        h[i].model.effects = of_the_model;
-    decide(&d, *state, 30.0, 30.0, h, 4);
-    assert_int_equal(d.verdict, VERDICT_MISSING);
-    assert_int_equal(d.n_named, 1);
-    assert_string_equal(d.named[0], "tip_mass");
-    char *text = diagnose_words(&d);
-    if (strstr(text, "It was found in the best explanation, tip_mass + sensor_lag, which takes ") == NULL ||
-        strstr(text, "leaves 1 times the noise (held out: 1); that sensor_lag is there, too, has the probability 0.") ==
-            NULL)
-        fail_msg("%s", text);
-    free(text);
-    done(&d);
-}
-
-/* What is not linear feels the recorder's filter: which one was taken is told where no record says. */
-static void the_filter_that_was_taken_is_told(void **state)
-{
-    for (int stated = 0; stated < 2; stated++) {
-        struct diagnosis d;
-        struct record record = {.path = "r.csv", .n = 10, .dt_s = 1e-3};
-        struct model_effect law = {.effect = effect_by_id("cubic_stiffness")};
-        struct hypothesis h[] = {refit("cubic_stiffness", NULL, 1, 1.0, 1.0), refit("sensor_lag", NULL, 1, 25.0, 26.0)};
-        for (size_t i = 0; i < 2; i++)
-            h[i].model.effects = &law;
-        h[0].model.n_effects = 1;
-        record_add_meta(&record, "excitation", "recorded");
-        if (stated)
-            record_add_meta(&record, RECORD_FILTER, "none");
-        (void)record_assume_filter(&record);
-        decide(&d, *state, 30.0, 30.0, h, 2);
-        d.records = &record;
-        d.n_records = 1;
-        char *text = diagnose_words(&d);
-        assert_true(d.n_named == 1);
-        if ((strstr(text, "r.csv does not state it; what was taken is Butterworth order 6 at 390 Hz") != NULL) ==
-            stated)
-            fail_msg("%s", text);
-        free(text);
-        record.path = NULL;
-        record_free(&record);
-        done(&d);
-    }
-}
-
 static void a_damper_is_a_spring_without_stiffness(void **state)
 {
     struct diagnosis d;
@@ -508,11 +352,6 @@ static void a_floor_within_what_is_doubted_of_the_noise_is_doubtful(void **state
     d.baseline.fitted.noise_ratio = 1.03;
     assert_false(diagnose_floor_is_doubtful(&d));
     done(&d);
-}
-
-static void without_hum(struct hypothesis_errors *e, double ratio)
-{
-    e->humless_ratio = e->humless_worst = ratio;
 }
 
 /* What leaves hum besides the noise explains, and one more effect is asked for; but hum alone is no misfit that something else explains. */
@@ -583,20 +422,6 @@ static void an_interrupted_search_names_nothing(void **state)
     done(&d);
 }
 
-static int setup(void **state)
-{
-    static struct model model;
-    fixture_model(&model, "");
-    *state = &model;
-    return 0;
-}
-
-static int teardown(void **state)
-{
-    model_free(*state);
-    return 0;
-}
-
 /* A support that rocks beside a mass, and a clamp that gives, which alone takes a part: the second is not named in the place of the first. */
 static void a_soft_clamp_is_no_support_that_rocks(void **state)
 {
@@ -635,7 +460,6 @@ int main(void)
         cmocka_unit_test(a_place_that_is_not_needed_makes_nothing_less_sure),
         cmocka_unit_test(a_damper_is_not_judged_by_a_spring_that_attracts),
         cmocka_unit_test(none_of_a_crowd_is_named),
-        cmocka_unit_test(what_takes_most_is_told_whatever_its_evidence),
         cmocka_unit_test(two_that_explain_alike_are_ambiguous),
         cmocka_unit_test(held_out_records_break_a_tie),
         cmocka_unit_test(the_simpler_of_a_family_is_named),
@@ -643,9 +467,7 @@ int main(void)
         cmocka_unit_test(what_fits_and_predicts_worse_is_not_named),
         cmocka_unit_test(a_second_effect_that_adds_nothing_is_not_named),
         cmocka_unit_test(a_pair_that_one_effect_cannot_replace_is_named),
-        cmocka_unit_test(one_of_a_pair_is_named_with_its_company),
         cmocka_unit_test(a_soft_clamp_is_no_support_that_rocks),
-        cmocka_unit_test(the_filter_that_was_taken_is_told),
         cmocka_unit_test(a_damper_is_a_spring_without_stiffness),
         cmocka_unit_test(a_beam_at_the_attainable_error_is_complete),
         cmocka_unit_test(a_floor_within_what_is_doubted_of_the_noise_is_doubtful),

@@ -48,6 +48,27 @@ static void near_the_noise_what_scores_hide_is_tried(void **state)
     }
 }
 
+/*
+ * Far from the noise the search ends when one of the three likeliest effects has explained the records, unless a free linear model leaves clearly less
+ * than that: with a quarter of the noise it sees that the other effects may do better.
+ */
+static void what_a_linear_model_undercuts_is_no_end(void **state)
+{
+    (void)state;
+    static const char *const damping[] = {"point_damper",       "point_spring", "square_root_damping",
+                                          "hysteretic_damping", "viscoelastic", NULL};
+    for (int i = 0; i < 2; i++) {
+        struct bench *b =
+            bench_new("{kind: hysteretic_damping, loss_factor: 0.006}", 2, LONG, i == 0 ? 0.001 : 0.004, damping);
+        diagnose(b, 1, 1);
+        assert_int_equal(b->d.n_named, 1);
+        assert_string_equal(b->d.named[0], "hysteretic_damping");
+        assert_int_equal(b->d.hypotheses[0].fitted.noise_ratio > 1.01 * diagnose_floor(&b->d), i == 0);
+        assert_int_equal(single(&b->d, "viscoelastic") != NULL, i == 0);
+        bench_free(b);
+    }
+}
+
 /* A beam on a rigid point: tension and a stiff branch take its first frequency, too, at values that nobody would believe. */
 static void a_rigid_support_is_found_at_its_place(void **state)
 {
@@ -176,6 +197,7 @@ int main(void)
         cmocka_unit_test(a_pair_is_found_behind_a_stronger_single_effect),
         cmocka_unit_test(what_ruins_the_baseline_is_found),
         cmocka_unit_test(near_the_noise_what_scores_hide_is_tried),
+        cmocka_unit_test(what_a_linear_model_undercuts_is_no_end),
         cmocka_unit_test(a_rigid_support_is_found_at_its_place),
         cmocka_unit_test(what_has_nearly_been_found_is_not_left),
         cmocka_unit_test(a_prior_says_what_was_believed),
