@@ -214,6 +214,29 @@ static void uniform_beams_have_the_exact_roots(void **state)
     model_free(&model);
 }
 
+/* A piece that is nearly rigid: more stiffness changes next to nothing, and does not drown the shift that a free beam's factor needs. */
+static void a_rigid_piece_in_a_free_beam(void **state)
+{
+    (void)state;
+    static const double EI[] = {1e5, 1e6};
+    struct model model;
+    struct bf_error err;
+    double found[2][4], uniform[4];
+    fixture_model(&model, "");
+    make_uniform(&model);
+    model.support = SUPPORT_FREE_FREE;
+    assert_int_equal(modes_frequencies(&model, 160, false, 4, uniform, &err), BF_OK);
+    for (int k = 0; k < 2; k++) {
+        model.materials[1].EI.value = EI[k];
+        if (modes_frequencies(&model, 160, false, 4, found[k], &err) != BF_OK)
+            fail_msg("EI = %g: %s", EI[k], err.text);
+        if (!(found[k][2] > 1.005 * uniform[2] && found[k][1] < 1e-2 * found[k][2]))
+            fail_msg("%g %g %g, uniform %g", found[k][0], found[k][1], found[k][2], uniform[2]);
+    }
+    assert_true(fabs(found[1][2] / found[0][2] - 1.0) < 1e-4);
+    model_free(&model);
+}
+
 static struct exact_beam exact_of(const struct model *model)
 {
     struct exact_beam beam = {.n = model->n_regions};
@@ -332,6 +355,7 @@ int main(void)
         cmocka_unit_test(supports_hold_what_they_should),
         cmocka_unit_test(uniform_beams_have_the_exact_roots),
         cmocka_unit_test(stepped_cantilever_has_the_exact_frequencies),
+        cmocka_unit_test(a_rigid_piece_in_a_free_beam),
         cmocka_unit_test(knots_on_the_edges_give_the_order),
         cmocka_unit_test(spaces_without_room_are_refused),
         cmocka_unit_test(the_derivative_of_a_slope_by_its_place),
