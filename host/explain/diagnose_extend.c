@@ -172,9 +172,11 @@ static enum bf_status linear_kinds(struct shortlist *s, const enum effect_kind k
 {
     struct diagnose_state *w = s->w;
     enum bf_status status = given_is_wanted(s) ? shortlist_from_given(s, span, err) : BF_OK;
-    if (!status && !(diagnose_is_far(&w->d->baseline) && diagnose_explained(w->d, s->n_effects)) &&
-        !progress_interrupted())
+    const bool has_ended = diagnose_is_far(&w->d->baseline) && diagnose_explained(w->d, s->n_effects);
+    if (!status && !has_ended && !progress_interrupted())
         status = stage(s, kinds, 2, most, span, err);
+    if (!status && has_ended && s->from->n_effects == 0 && !progress_interrupted())
+        status = shortlist_mates(s, 0.0, err);
     if (!status && untried_are_wanted(s))
         status = shortlist_untried_from_given(s, 0.0, err);
     if (!status && still_wanted(s))

@@ -281,9 +281,10 @@ static void refit_roads(struct shortlist *s, const struct model *from, struct ro
 static bool is_at_floor(const struct diagnosis *d)
 {
     static const double as_well = 1.005; /* class mates are told from each other above this (docs/hidden.md) */
-    const struct hypothesis_errors *best = d->n_hypotheses > 0 ? &d->hypotheses[0].fitted : NULL;
-    return best != NULL && d->attainable.modes > 0 && best->nrmse <= as_well * d->attainable.nrmse &&
-           (best->noise_ratio <= as_well || d->attainable.nrmse <= as_well * best->nrmse);
+    if (d->n_hypotheses == 0 || d->attainable.modes == 0)
+        return false;
+    const double left = d->hypotheses[0].fitted.noise_ratio, floor = diagnose_floor(d);
+    return left <= as_well * floor && (left <= as_well || floor <= as_well * left);
 }
 
 bool diagnose_no_linear_outdoes(const struct diagnosis *d)

@@ -12,7 +12,7 @@
 
 #include "ground/ground.h"
 
-const struct rig_limits diagnose_rig_limits = {.place_m = 0.002, .gain = 0.05, .clear = 0.3};
+const struct rig_limits diagnose_rig_limits = {.place_m = 0.002, .gain = 0.05, .clear = 0.3, .believed = 4.0};
 
 enum { MOST_TAKEN = 4 }; /* explanations that are fitted again when the rig is freed, or held */
 
@@ -149,6 +149,29 @@ static enum bf_status take_over(struct diagnose_state *w, struct bf_error *err)
     return diagnose_try(w, jobs, n, status, 0.0);
 }
 
+/* Of a place and a gain that the file does not make parameters itself. */
+static bool is_near(const struct channel_parameters *own, double at_m, const struct channel_parameters *stated,
+                    double stated_at_m)
+{
+    const struct rig_limits *limits = &diagnose_rig_limits;
+    const bool placed = own->at.name[0] && !stated->lists_at, scaled = own->gain.name[0] && !stated->lists_gain;
+    return !(placed && fabs(at_m - stated_at_m) > limits->believed * limits->place_m) &&
+           !(scaled && fabs(own->gain.value / stated->gain.value - 1.0) > limits->believed * limits->gain);
+}
+
+/* A rig that has to be elsewhere than anybody would put it stands in for something else. */
+static bool is_believed(const struct model *freed, const struct model *stated)
+{
+    bool near = true;
+    for (size_t i = 0; i < freed->n_inputs; i++)
+        near = near &&
+               is_near(&freed->inputs[i].own, freed->inputs[i].at_m, &stated->inputs[i].own, stated->inputs[i].at_m);
+    for (size_t o = 0; o < freed->n_outputs; o++)
+        near = near && is_near(&freed->outputs[o].own, freed->outputs[o].at_m, &stated->outputs[o].own,
+                               stated->outputs[o].at_m);
+    return near;
+}
+
 enum bf_status diagnose_free_rig(struct diagnose_state *w, bool at_noise_only, bool *freed, struct bf_error *err)
 {
     struct diagnosis *d = w->d;
@@ -164,7 +187,7 @@ enum bf_status diagnose_free_rig(struct diagnose_state *w, bool at_noise_only, b
     if (!at_noise_only)
         status = take_over(w, err);
     const struct diagnose_side *held = &w->other;
-    *freed = !status && (at_noise_only ? diagnose_is_complete(d)
+    *freed = !status && (at_noise_only ? diagnose_is_complete(d) && is_believed(&d->baseline.model, held->model)
                                        : least_excess(&d->baseline, d->hypotheses, d->n_hypotheses) <
                                              (1.0 - diagnose_rig_limits.clear) *
                                                  least_excess(&held->baseline, held->hypotheses, held->n_hypotheses));

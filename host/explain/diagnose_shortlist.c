@@ -228,8 +228,7 @@ static void push(struct refit_job **jobs, size_t *n, const struct refit_job *job
     (*jobs)[(*n)++] = *job;
 }
 
-/* The refined score is a start close to the optimum: the refit needs no starts of its own. */
-static enum bf_status job_of_score(const struct shortlist *s, size_t i, struct refit_job *job, struct bf_error *err)
+enum bf_status shortlist_job(const struct shortlist *s, size_t i, struct refit_job *job, struct bf_error *err)
 {
     *job = (struct refit_job){.n_effects = s->n_effects, .n_tried = s->w->n_tried};
     const enum bf_status status = score_model(s->base, &s->list.candidates[i], &s->scores[i], &job->model, err);
@@ -374,7 +373,7 @@ void shortlist_choose(struct shortlist *s, enum effect_kind kind, size_t most, d
         const bool root = s->n_effects == 1 && s->looked[kind] == 0; /* of a pair, should no effect do alone */
         if (!root && !worth_refit(s, shortlist_left(s, i), best))
             continue;
-        if ((s->has_law ? job_on_law(s, i, &job, &err) : job_of_score(s, i, &job, &err)) != BF_OK)
+        if ((s->has_law ? job_on_law(s, i, &job, &err) : shortlist_job(s, i, &job, &err)) != BF_OK)
             continue;
         job.to_the_end = root;
         push(jobs, n, &job);

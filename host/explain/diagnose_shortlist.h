@@ -41,6 +41,8 @@ enum bf_status shortlist_refine(struct shortlist *s, enum effect_kind kind, stru
 enum bf_status shortlist_try_laws(struct shortlist *s, struct bf_error *err);
 /* Rms in units of the noise that a candidate leaves after its few steps. */
 double shortlist_left(const struct shortlist *s, size_t candidate);
+/* Its refit from there: a refined score is a start close to the optimum, and needs no starts of its own. */
+enum bf_status shortlist_job(const struct shortlist *s, size_t candidate, struct refit_job *job, struct bf_error *err);
 /* Refits of a kind, at most so many, whose candidates leave little more than `best` (rms in units of the noise), with start values. */
 void shortlist_choose(struct shortlist *s, enum effect_kind kind, size_t most, double best, struct refit_job **jobs,
                       size_t *n);
@@ -62,5 +64,11 @@ bool diagnose_no_linear_outdoes(const struct diagnosis *d);
  * bent to stand in for one of them may make its score small.
  */
 enum bf_status shortlist_untried_from_given(struct shortlist *s, double span, struct bf_error *err);
+
+/*
+ * diagnose_mates.c: linear effects whose scores are nearly that of the single effect that has explained the records, and which no refit has tried to its end. Far from the
+ * noise nothing else would ask for them. `from` must be the baseline. Ranks.
+ */
+enum bf_status shortlist_mates(struct shortlist *s, double span, struct bf_error *err);
 
 #endif

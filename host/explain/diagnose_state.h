@@ -91,7 +91,8 @@ void diagnose_side_free(struct diagnose_side *side);
 /* What a ruler and a calibrated channel are taken to be good for, one standard deviation. */
 struct rig_limits {
     double place_m, gain;
-    double clear; /* of the misfit's power above the noise: what freeing the rig must take */
+    double clear;    /* of the misfit's power above the noise: what freeing the rig must take */
+    double believed; /* standard deviations: a rig further off than that is no explanation by itself */
 };
 extern const struct rig_limits diagnose_rig_limits;
 

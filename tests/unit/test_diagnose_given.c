@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include "diagnose_rig.h"
+#include "explain/diagnose_shortlist.h"
 #include "ground/ground.h"
 #include "test_files.h"
 
@@ -67,6 +68,35 @@ static void what_a_linear_model_undercuts_is_no_end(void **state)
         assert_int_equal(single(&b->d, "viscoelastic") != NULL, i == 0);
         bench_free(b);
     }
+}
+
+/* Tension has explained the records; what a spring would do to these few modes is much the same, what a tip mass does is not. */
+static void a_mate_is_held_against_what_has_explained(void **state)
+{
+    (void)state;
+    static const char *const ids[] = {"axial_load", "point_spring", "tip_mass", NULL};
+    struct bench *b = bench_new("{kind: axial_load, force_N: 0.3}", 2, SHORT, 0.015, ids);
+    struct diagnose_state w = begun(b);
+    struct shortlist *s;
+    struct refit_job job;
+    struct bf_error err;
+    size_t axial = 0;
+    assert_int_equal(shortlist_new(&w, &b->d.baseline, &s, &err), BF_OK);
+    assert_int_equal(shortlist_score(s, KIND_LINEAR, &err), BF_OK);
+    while (strcmp(s->list.candidates[axial].effect->id, "axial_load") != 0)
+        axial++;
+    assert_int_equal(shortlist_job(s, axial, &job, &err), BF_OK);
+    assert_int_equal(diagnose_try(&w, &job, 1, BF_OK, 0.0), BF_OK);
+    assert_int_equal(b->d.n_hypotheses, 1);
+    assert_int_equal(shortlist_mates(s, 0.0, &err), BF_OK);
+    const struct hypothesis *spring = single(&b->d, "point_spring");
+    assert_non_null(spring);
+    assert_true(spring->fit.converged &&
+                spring->fitted.noise_ratio < 1.2 * single(&b->d, "axial_load")->fitted.noise_ratio);
+    assert_null(single(&b->d, "tip_mass"));
+    shortlist_free(s);
+    state_free(&w);
+    bench_free(b);
 }
 
 /* A beam on a rigid point: tension and a stiff branch take its first frequency, too, at values that nobody would believe. */
@@ -198,6 +228,7 @@ int main(void)
         cmocka_unit_test(what_ruins_the_baseline_is_found),
         cmocka_unit_test(near_the_noise_what_scores_hide_is_tried),
         cmocka_unit_test(what_a_linear_model_undercuts_is_no_end),
+        cmocka_unit_test(a_mate_is_held_against_what_has_explained),
         cmocka_unit_test(a_rigid_support_is_found_at_its_place),
         cmocka_unit_test(what_has_nearly_been_found_is_not_left),
         cmocka_unit_test(a_prior_says_what_was_believed),

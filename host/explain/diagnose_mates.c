@@ -1,0 +1,59 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/*
+ * The search ends when one effect has explained the records, and its mates may have been passed over: a spring does to a few modes what tension does. Those
+ * that by the scores at the fitted baseline take nearly as much are refitted, too, so that what nobody has held against another is not named for sure.
+ */
+#include "diagnose_shortlist.h"
+
+#include <math.h>
+
+enum { MOST_MATES = 4 };
+
+static double score_of(const struct shortlist *s, const struct beam_effect *effect)
+{
+    double most = 0.0;
+    for (size_t i = 0; i < s->list.n; i++)
+        if (s->list.candidates[i].effect == effect)
+            most = fmax(most, s->scores[i].LM);
+    return most;
+}
+
+static bool has_ended(const struct diagnosis *d, const struct beam_effect *effect)
+{
+    for (size_t i = 0; i < d->n_hypotheses; i++)
+        if (d->hypotheses[i].n_effects == 1 && d->hypotheses[i].effects[0] == effect && d->hypotheses[i].fit.converged)
+            return true;
+    return false;
+}
+
+/* mates[MOST_MATES], best score first; returns how many. */
+static size_t find_mates(const struct shortlist *s, size_t mates[])
+{
+    static const double nearly = 0.9; /* of the score of what has explained */
+    const double least = nearly * score_of(s, s->w->d->hypotheses[0].effects[0]);
+    size_t n = 0;
+    for (size_t k = 0; k < s->n_order[KIND_LINEAR] && n < MOST_MATES; k++) {
+        const size_t i = s->order[KIND_LINEAR][k];
+        if (s->scores[i].LM >= least && !has_ended(s->w->d, s->list.candidates[i].effect))
+            mates[n++] = i;
+    }
+    return n;
+}
+
+enum bf_status shortlist_mates(struct shortlist *s, double span, struct bf_error *err)
+{
+    static const double as_well = 1.5; /* of the rms that is left, after a few steps from the baseline */
+    struct refit_job jobs[MOST_MATES];
+    size_t mates[MOST_MATES], n_jobs = 0;
+    enum bf_status status = shortlist_score(s, KIND_LINEAR, err);
+    if (status)
+        return status;
+    const size_t n = find_mates(s, mates);
+    score_refine_all(s->base, s->list.candidates, s->scores, mates, n, 0);
+    for (size_t k = 0; k < n && !status; k++)
+        if (shortlist_left(s, mates[k]) <= as_well * s->w->d->hypotheses[0].fitted.noise_ratio) {
+            status = shortlist_job(s, mates[k], &jobs[n_jobs], err);
+            n_jobs += !status;
+        }
+    return diagnose_try(s->w, jobs, n_jobs, status, span);
+}
