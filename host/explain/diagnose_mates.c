@@ -46,7 +46,7 @@ enum bf_status shortlist_mates(struct shortlist *s, double span, struct bf_error
     struct refit_job jobs[MOST_MATES];
     size_t mates[MOST_MATES], n_jobs = 0;
     enum bf_status status = shortlist_score(s, KIND_LINEAR, err);
-    if (status)
+    if (status || s->has_law) /* its scores are those of a linear part */
         return status;
     const size_t n = find_mates(s, mates);
     score_refine_all(s->base, s->list.candidates, s->scores, mates, n, 0);
