@@ -298,11 +298,13 @@ void fit_problem_to_x(const struct fit_problem *p, const double theta[], double 
     }
 }
 
+/* Rounding must not put a place one unit of its last digit beyond the end of the beam, where no effect has a value. */
 void fit_problem_to_theta(const struct fit_problem *p, const double x[], double theta[])
 {
     for (size_t i = 0; i < p->n_unknowns; i++) {
         const struct unknown *u = &p->unknowns[i];
-        theta[u->ref] = u->logarithmic ? exp(x[i]) : x[i] * u->scale;
+        const struct parameter *info = p->refs[u->ref].info;
+        theta[u->ref] = fmin(fmax(u->logarithmic ? exp(x[i]) : x[i] * u->scale, info->min), info->max);
     }
 }
 

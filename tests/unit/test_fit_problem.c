@@ -113,12 +113,33 @@ static void projection_equals_the_joint_solution(void **state)
     record_free(&records[0]);
 }
 
+/* Of some lengths (L/s)·s is one unit of the last digit more than L: nothing may lie beyond the end for that. */
+static void a_bound_is_reached_and_not_passed(void **state)
+{
+    (void)state;
+    int beyond = 0;
+    for (int mm = 100; mm < 1000; mm++)
+        for (int k = 1; k < 20; k++) {
+            const double length_m = 1e-3 * mm, scale = 0.037 * k * length_m, x = length_m / scale;
+            struct parameter place = {.min = 0.0, .max = length_m};
+            struct parameter_ref ref = {.info = &place};
+            struct unknown unknown = {.scale = scale};
+            const struct fit_problem p = {.n_unknowns = 1, .unknowns = &unknown, .refs = &ref};
+            double theta;
+            fit_problem_to_theta(&p, &x, &theta);
+            assert_true(theta <= length_m && theta > (1.0 - 1e-15) * length_m);
+            beyond += x * scale > length_m;
+        }
+    assert_true(beyond > 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_projected_gradient_is_the_gradient),
         cmocka_unit_test(so_it_is_with_laws),
         cmocka_unit_test(projection_equals_the_joint_solution),
+        cmocka_unit_test(a_bound_is_reached_and_not_passed),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
