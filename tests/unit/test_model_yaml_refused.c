@@ -232,7 +232,7 @@ static void impossible_effects(void **state)
     refuses(GOOD "effects:\n  - {kind: tip_mas}\n", "m.yaml:14: ", "did you mean 'tip_mass'");
     refuses(GOOD "effects:\n  - {mass_kg: 1}\n", "m.yaml:14: ", "kind");
     refuses(GOOD "effects:\n  - {kind: tip_mass, mass_kg: -1}\n", "m.yaml:14: ", "outside");
-    refuses(GOOD "effects:\n  - kind: tip_mass\n    mass_kg: {value: 0.1, max: 100}\n",
+    refuses(GOOD "effects:\n  - kind: tip_mass\n    mass_kg: {value: 0.1, max: 1e4}\n",
             "m.yaml:15: ", "physical range");
     refuses(GOOD "effects:\n  - kind: point_mass\n    at_m: 0.5\n", "m.yaml:15: ", "outside the beam");
     refuses(GOOD "effects:\n  - kind: tip_mass\n    channel: piezo_V\n", "m.yaml:15: ", "not on a channel");
