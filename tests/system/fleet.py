@@ -129,7 +129,8 @@ def a_killed_run_goes_on():
     draw(".", "--units", "8")
     fleet("-o", "whole.sqlite")
     starts = 0
-    while not os.path.exists("r.sqlite") or len(states("r.sqlite")) < 8:
+    made = "SELECT name FROM sqlite_master WHERE name = 'units'"  # the file is there before its tables
+    while not os.path.exists("r.sqlite") or not ask("r.sqlite", made) or len(states("r.sqlite")) < 8:
         with subprocess.Popen([BEAMFIT, "fleet", "units.csv", "-o", "r.sqlite", "--processes", "2"], stdout=subprocess.DEVNULL,
                               start_new_session=True) as child:
             time.sleep((0.2 + 0.05 * (starts % 9)) * (1 + starts // 20))  # a slow program needs more to finish a unit
