@@ -2,6 +2,7 @@
 #include "reduced_basis.h"
 #include "reduced_place.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -215,41 +216,35 @@ static enum bf_status append_modes(struct basis *b, const struct model *model, c
     return status;
 }
 
-/* K − shift·M, which K[N·FINE_BAND] then holds, as the basis's factor. */
-static enum bf_status factorise_about(struct basis *b, double K[], double shift, struct bf_error *err)
-{
-    const size_t N = b->space->n;
-    for (size_t i = 0; i < N * FINE_BAND; i++)
-        K[i] -= shift * b->M[i];
-    return sparse_factorise(N, FINE_BAND, K, &b->factor, err);
-}
-
 /*
- * K is singular for a free beam: its factor is taken about a shift below every elastic mode, (0.1/22.4)² of the first elastic ω². Where a piece is so much
- * stiffer than the rest that this is lost in its rounding, a hundredth of that ω² is not; the motions as a rigid body then come out 20 times less exact.
+ * K is singular for a free beam: its factor is taken about a shift below every elastic mode, (0.1/22.4)² of the first elastic ω², or as much more as the rounding
+ * of a piece that is much stiffer than the rest asks for: K[N·FINE_BAND] is exact to the last digit of its largest entries only.
  */
-static enum bf_status factorise(struct basis *b, const struct model *model, double K[], double *shift,
-                                struct bf_error *err)
+static double base_shift(const struct basis *b, const struct model *model, const double K[])
 {
-    static const double near = -1e-2, far = -5.0;
+    static const double enough = 100.0; /* times the rounding of the largest ω² */
+    if (model->support != SUPPORT_FREE_FREE)
+        return 0.0;
     const struct material *m = &model->materials[0];
     const double scale = m->EI.value / m->rho.value / pow(model->length_m, 4.0);
-    *shift = model->support == SUPPORT_FREE_FREE ? near * scale : 0.0;
-    enum bf_status status = factorise_about(b, K, *shift, err);
-    if (status != BF_NUMERIC || model->support != SUPPORT_FREE_FREE)
-        return status;
-    status = factorise_about(b, K, (far - near) * scale, err);
-    *shift = far * scale;
-    return status;
+    double largest = 0.0;
+    for (size_t i = 0; i < b->space->n * FINE_BAND; i += FINE_BAND)
+        largest = fmax(largest, K[i] / b->M[i]);
+    return -fmax(1e-2 * scale, enough * DBL_EPSILON * largest);
 }
 
 enum bf_status reduced_basis(struct basis *b, const struct model *model, const struct reduced_options *options,
                              struct reduced *out, struct bf_error *err)
 {
-    double *K = bf_alloc(b->space->n * FINE_BAND, sizeof *K), shift = 0.0;
+    const size_t N = b->space->n;
+    double *K = bf_alloc(N * FINE_BAND, sizeof *K), shift = 0.0;
     enum bf_status status = fine_matrices(b->space, model, b->M, K, err);
     if (status == BF_OK)
-        status = factorise(b, model, K, &shift, err);
+        shift = base_shift(b, model, K);
+    for (size_t i = 0; i < N * FINE_BAND; i++)
+        K[i] -= shift * b->M[i];
+    if (status == BF_OK)
+        status = sparse_factorise(N, FINE_BAND, K, &b->factor, err);
     free(K);
     if (status == BF_OK)
         status = append_modes(b, model, options, shift, out, err);

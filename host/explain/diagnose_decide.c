@@ -178,13 +178,32 @@ static bool take_ambiguous(struct diagnosis *d)
     return true;
 }
 
-/* By something: what a linear model cannot take (a saturation of the drive) is no noise, though it is not sure what it is. */
-static bool much_is_explained(const struct diagnosis *d)
+static bool adds_a_signal(const struct hypothesis *h)
 {
-    for (size_t i = 0; i < d->n_hypotheses; i++)
-        if (diagnose_significant(d, &d->hypotheses[i]) && d->hypotheses[i].explained > limits.much)
+    for (size_t e = 0; e < h->n_effects; e++)
+        if (h->effects[e]->signal != NULL)
             return true;
     return false;
+}
+
+/*
+ * By something: what a linear model cannot take (a saturation of the drive) is no noise, though it is not sure what it is. `beside_signals`: by something else
+ * than a signal in a channel, of which hum is one.
+ */
+static bool much_is_explained(const struct diagnosis *d, bool beside_signals)
+{
+    for (size_t i = 0; i < d->n_hypotheses; i++) {
+        const struct hypothesis *h = &d->hypotheses[i];
+        if (diagnose_significant(d, h) && h->explained > limits.much && !(beside_signals && adds_a_signal(h)))
+            return true;
+    }
+    return false;
+}
+
+/* A steady line near the mains' frequency may also be a harmonic of a drive, or a support that moves: then something else explains it. */
+static bool only_hum_is_left(const struct diagnosis *d)
+{
+    return diagnose_only_hum_is_left(d) && !much_is_explained(d, true);
 }
 
 void diagnose_decide(struct diagnosis *d)
@@ -200,7 +219,7 @@ void diagnose_decide(struct diagnosis *d)
     diagnose_weigh_presence(d);
     if (take_missing(d) || take_ambiguous(d))
         return;
-    if (diagnose_is_complete(d) || diagnose_only_hum_is_left(d) ||
-        (diagnose_no_linear_misses(d) && !much_is_explained(d)))
+    if (diagnose_is_complete(d) || only_hum_is_left(d) ||
+        (diagnose_no_linear_misses(d) && !much_is_explained(d, false)))
         d->verdict = VERDICT_COMPLETE;
 }

@@ -176,7 +176,7 @@ static enum bf_status linear_kinds(struct shortlist *s, const enum effect_kind k
     if (!status && !has_ended && !progress_interrupted())
         status = stage(s, kinds, 2, most, span, err);
     if (!status && has_ended && s->from->n_effects == 0 && !progress_interrupted())
-        status = shortlist_mates(s, 0.0, err);
+        status = shortlist_mates(s, err);
     if (!status && untried_are_wanted(s))
         status = shortlist_untried_from_given(s, 0.0, err);
     if (!status && still_wanted(s))

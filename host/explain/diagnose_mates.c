@@ -7,7 +7,7 @@
 
 #include <math.h>
 
-enum { MOST_MATES = 4 };
+enum { MOST_MATES = 4 }; /* refits of a few tenths of a second each */
 
 static double score_of(const struct shortlist *s, const struct beam_effect *effect)
 {
@@ -26,13 +26,14 @@ static bool has_ended(const struct diagnosis *d, const struct beam_effect *effec
     return false;
 }
 
-/* mates[MOST_MATES], best score first; returns how many. */
+/* mates[MOST_MATES] of the best single effect, best score first; returns how many. A law, or a set, has no score to compare with. */
 static size_t find_mates(const struct shortlist *s, size_t mates[])
 {
     static const double nearly = 0.9; /* of the score of what has explained */
-    const double least = nearly * score_of(s, s->w->d->hypotheses[0].effects[0]);
+    const struct hypothesis *best = &s->w->d->hypotheses[0];
+    const double least = best->n_effects == 1 ? nearly * score_of(s, best->effects[0]) : 0.0;
     size_t n = 0;
-    for (size_t k = 0; k < s->n_order[KIND_LINEAR] && n < MOST_MATES; k++) {
+    for (size_t k = 0; k < s->n_order[KIND_LINEAR] && n < MOST_MATES && least > 0.0; k++) {
         const size_t i = s->order[KIND_LINEAR][k];
         if (s->scores[i].LM >= least && !has_ended(s->w->d, s->list.candidates[i].effect))
             mates[n++] = i;
@@ -40,7 +41,7 @@ static size_t find_mates(const struct shortlist *s, size_t mates[])
     return n;
 }
 
-enum bf_status shortlist_mates(struct shortlist *s, double span, struct bf_error *err)
+enum bf_status shortlist_mates(struct shortlist *s, struct bf_error *err)
 {
     static const double as_well = 1.5; /* of the rms that is left, after a few steps from the baseline */
     struct refit_job jobs[MOST_MATES];
@@ -55,5 +56,5 @@ enum bf_status shortlist_mates(struct shortlist *s, double span, struct bf_error
             status = shortlist_job(s, mates[k], &jobs[n_jobs], err);
             n_jobs += !status;
         }
-    return diagnose_try(s->w, jobs, n_jobs, status, span);
+    return diagnose_try(s->w, jobs, n_jobs, status, 0.0);
 }

@@ -69,6 +69,6 @@ enum bf_status shortlist_untried_from_given(struct shortlist *s, double span, st
  * diagnose_mates.c: linear effects whose scores are nearly that of the single effect that has explained the records, and which no refit has tried to its end. Far from the
  * noise nothing else would ask for them. `from` must be the baseline. Ranks.
  */
-enum bf_status shortlist_mates(struct shortlist *s, double span, struct bf_error *err);
+enum bf_status shortlist_mates(struct shortlist *s, struct bf_error *err);
 
 #endif

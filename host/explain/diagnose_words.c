@@ -222,7 +222,12 @@ static void computation_first(FILE *out, const struct diagnosis *d)
     } else if (!d->numerics.fine) {
         (void)fprintf(out, "The computation itself is off by %.2g times the noise on ", d->numerics.change);
         worst_channel(out, d);
-        if (diagnose_computed(d))
+        if (diagnose_computed(d) && d->numerics.as_given > 0.0 && d->numerics.as_given < d->numerics.change)
+            (void)fprintf(out,
+                          " where the fit of the model as it is has ended; at the values as given by %.2g, far less "
+                          "than the misfit. ",
+                          d->numerics.as_given);
+        else if (diagnose_computed(d))
             (void)fprintf(out, ", far less than the misfit. ");
         else
             (void)fprintf(out, ": raise --splines%s before any physics is blamed. ",

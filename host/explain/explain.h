@@ -162,7 +162,7 @@ struct diagnosis {
     struct reconstruction reconstruction; /* of what the best explanation leaves, when the verdict is unknown */
     bool converged;                       /* the search for the baseline's values */
     bool interrupted;
-    size_t n_failed; /* refits without an answer */
+    size_t n_failed; /* refits without a value: what they asked for is not among the hypotheses */
     char *text;      /* one paragraph for a person */
     double seconds;
     size_t evaluations;

@@ -234,6 +234,7 @@ struct json *diagnose_json(const struct diagnosis *d, const char *written, const
     json_put_bool(root, "converged", d->converged);
     json_put_bool(root, "interrupted", d->interrupted);
     json_put_number(root, "evaluations", (double)d->evaluations);
+    json_put_number(root, "refits_failed", (double)d->n_failed);
     json_put_number(root, "seconds", d->seconds);
     return root;
 }

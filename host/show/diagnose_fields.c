@@ -167,7 +167,9 @@ const struct answer_field diagnose_fields[] = {
     ANSWER_ROW(TEXTS, "notes", "on what looks ordinary", .flags = ANSWER_MAYBE),
     ANSWER_ROW(TEXTS, "next", "commands that go on from here", .flags = ANSWER_VERBATIM, .text = "\nNext:"),
     ANSWER_ROW(COUNT, "evaluations", "of models"),
+    ANSWER_ROW(COUNT, "refits_failed", "refits that found no value, and count for nothing"),
     ANSWER_ROW(NUMBER, "seconds", "it took", .unit = "s", .digits = -1),
-    ANSWER_SAY("\n{seconds}, {evaluations} evaluations of a model"),
+    ANSWER_SAY("\n{seconds}, {evaluations} evaluations of a model[{refits_failed?}; {refits_failed} "
+               "{refits_failed#refit|refits} found no value]"),
     {0},
 };

@@ -88,7 +88,7 @@ static void a_mate_is_held_against_what_has_explained(void **state)
     assert_int_equal(shortlist_job(s, axial, &job, &err), BF_OK);
     assert_int_equal(diagnose_try(&w, &job, 1, BF_OK, 0.0), BF_OK);
     assert_int_equal(b->d.n_hypotheses, 1);
-    assert_int_equal(shortlist_mates(s, 0.0, &err), BF_OK);
+    assert_int_equal(shortlist_mates(s, &err), BF_OK);
     const struct hypothesis *spring = single(&b->d, "point_spring");
     assert_non_null(spring);
     assert_true(spring->fit.converged &&

@@ -129,12 +129,28 @@ static void an_unknown_noise_explains_nothing(void **state)
     hypothesis_free(&h);
 }
 
+/* A compression far beyond the buckling load: the refit has no value, and the answer counts it. */
+static void a_refit_without_a_value_is_counted(void **state)
+{
+    (void)state;
+    struct bench *b = with_mass();
+    struct diagnose_state w = begun(b);
+    struct refit_job job = {
+        .model = make("{kind: axial_load, force_N: -1e4}"), .first_new = 1, .n_effects = 1, .near = true};
+    diagnose_refits(&w, &job, 1, 0.0);
+    assert_int_equal(b->d.n_hypotheses, 0);
+    assert_int_equal(b->d.n_failed, 1);
+    state_free(&w);
+    bench_free(b);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(what_runs_out_is_kept_where_it_is_asked_for),
         cmocka_unit_test(what_ends_in_time_is_as_without_a_bound),
         cmocka_unit_test(only_laws_are_bounded),
+        cmocka_unit_test(a_refit_without_a_value_is_counted),
         cmocka_unit_test(what_a_linear_model_leaves_at_the_noise_passes_for_linear),
         cmocka_unit_test(what_takes_nothing_is_outdone),
         cmocka_unit_test(an_unknown_noise_explains_nothing),

@@ -99,6 +99,53 @@ static void hum_alone_is_told_of_a_complete_model(void **state)
     }
 }
 
+/* The second harmonic of a drive at 25 Hz is a steady line at 50 Hz: where laws take it all, and none more than the others, something is missing. */
+static void a_line_that_something_else_explains_is_no_hum(void **state)
+{
+    static const char *const laws[] = {"cubic_stiffness",  "quadratic_drag",     "large_rotation",
+                                       "coulomb_friction", "bilinear_stiffness", "stop_contact"};
+    enum { LAWS = sizeof laws / sizeof *laws };
+    for (int explained = 0; explained < 2; explained++) {
+        struct diagnosis d;
+        struct hypothesis h[LAWS];
+        static struct model_effect of_the_model;
+        for (size_t k = 0; k < LAWS; k++) {
+            h[k] = refit(laws[k], NULL, 1, explained ? 1.01 : 1.299, explained ? 1.01 : 1.299);
+            h[k].model.effects = &of_the_model;
+        }
+        decide(&d, *state, 1.3, 1.3, h, LAWS);
+        without_hum(&d.baseline.fitted, 1.0), without_hum(&d.baseline.check, 1.0);
+        diagnose_decide(&d);
+        assert_int_equal(d.verdict, explained ? VERDICT_UNKNOWN : VERDICT_COMPLETE);
+        done(&d);
+    }
+}
+
+/* A baseline that the lack of a cause has driven far off is computed badly there, and well where the cause is: both are told. */
+static void the_computation_is_told_where_it_was_asked(void **state)
+{
+    static const double as_given[] = {0.0, 0.2};
+    for (int i = 0; i < 2; i++) {
+        struct diagnosis d;
+        struct predict_channel channel = {0};
+        struct record record = {.path = "r.csv"};
+        decide(&d, *state, 30.0, 30.0, NULL, 0);
+        d.records = &record;
+        d.baseline.fit.channels = &channel;
+        d.converged = true;
+        d.numerics = (struct numerics){.change = i == 0 ? 2.0 : 600.0, .as_given = as_given[i]};
+        char *text = diagnose_words(&d);
+        if (strstr(text, i == 0
+                             ? "The computation itself is off by 2 times the noise on piezo_V of r.csv, far less than "
+                               "the misfit."
+                             : "off by 6e+02 times the noise on piezo_V of r.csv where the fit of the model as it "
+                               "is has ended; at the values as given by 0.2, far less than the misfit.") == NULL)
+            fail_msg("%s", text);
+        free(text);
+        done(&d);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -106,6 +153,8 @@ int main(void)
         cmocka_unit_test(one_of_a_pair_is_named_with_its_company),
         cmocka_unit_test(the_filter_that_was_taken_is_told),
         cmocka_unit_test(hum_alone_is_told_of_a_complete_model),
+        cmocka_unit_test(a_line_that_something_else_explains_is_no_hum),
+        cmocka_unit_test(the_computation_is_told_where_it_was_asked),
     };
     return cmocka_run_group_tests(tests, setup, teardown);
 }
