@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* How far a hypothesis is from the records, fitted and held out, measured by their noise. */
 #include "diagnose_state.h"
+#include "plausible.h"
 #include "facts.h"
 
 #include <math.h>
@@ -172,11 +173,14 @@ static bool is_near_floor(const struct diagnosis *d, const struct hypothesis *h)
     return d->attainable.modes == 0 || h->fitted.noise_ratio <= near * diagnose_floor(d);
 }
 
+/* A spring that attracts explains nothing: what it stands for is still to be found. */
 bool diagnose_explained(const struct diagnosis *d, size_t n_effects)
 {
-    for (size_t i = 0; i < d->n_hypotheses; i++)
-        if (d->hypotheses[i].n_effects == n_effects && d->hypotheses[i].explains && is_near_floor(d, &d->hypotheses[i]))
+    for (size_t i = 0; i < d->n_hypotheses; i++) {
+        const struct hypothesis *h = &d->hypotheses[i];
+        if (h->n_effects == n_effects && h->explains && is_near_floor(d, h) && !is_attracting(h))
             return true;
+    }
     return false;
 }
 

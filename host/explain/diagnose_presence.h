@@ -10,6 +10,10 @@
  * strongest rival is, and so on; and the probability of each hypothesis: that all its effects are there. After diagnose_rank().
  */
 void diagnose_weigh_presence(struct diagnosis *d);
+/* It has one of these effects, and is not larger than the decision allows. */
+bool decision_asks_for(const struct hypothesis *h, const struct decision *one);
+/* one->feature and one->probability of one->with against one->without. */
+void diagnose_fill_features(const struct diagnosis *d, struct decision *one);
 /* Of the misfit's power, the share that an explanation takes, of the fitted or the held-out records, whichever is less: 0 ... 1. */
 double diagnose_share_taken(const struct hypothesis *h);
 /* The best explanation without these effects is as good as the best with one of them: the records do not tell. */

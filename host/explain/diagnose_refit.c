@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Refits on all threads: each worker takes the next job; answers are appended to the diagnosis under a lock. */
 #include "diagnose_shortlist.h"
+#include "plausible.h"
 
 #include <math.h>
 #include <pthread.h>
@@ -32,7 +33,7 @@ static bool is_superseded(void *queue)
 static bool is_explained(const struct diagnosis *d, const struct hypothesis *h)
 {
     static const double check = 1.05;
-    return diagnose_is_far(&d->baseline) && h->fitted.noise_ratio <= diagnose_at_noise &&
+    return diagnose_is_far(&d->baseline) && h->fitted.noise_ratio <= diagnose_at_noise && !is_attracting(h) &&
            (h->check.n_channels == 0 || h->check.noise_ratio <= check);
 }
 

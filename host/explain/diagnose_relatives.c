@@ -67,10 +67,11 @@ bool diagnose_special_case(const struct beam_effect *small, const struct beam_ef
     return true;
 }
 
-bool diagnose_follows_much(const struct beam_effect *effect, const struct model *model)
+/* Its only term, at the values that it starts from, where that acts at one point whose place is a parameter. */
+static bool term_at_a_place(const struct beam_effect *effect, const struct model *model,
+                            struct beam_term terms[BEAM_EFFECT_TERMS])
 {
     double p[BEAM_EFFECT_PARAMETERS];
-    struct beam_term terms[BEAM_EFFECT_TERMS] = {0};
     const struct beam_place place = model_place(model);
     bool has_place = false;
     if (effect->terms == NULL || effect->n_terms != 1)
@@ -78,6 +79,17 @@ bool diagnose_follows_much(const struct beam_effect *effect, const struct model 
     for (int j = 0; j < effect->n_parameters; j++)
         has_place = has_place || effect->parameters[j].role == BEAM_ROLE_PLACE;
     start_values(effect, model, p);
-    return has_place && effect->terms(p, &place, terms) == 0 && terms[0].place.kind == BEAM_AT_POINT &&
-           (terms[0].value.mass != 0.0 || terms[0].value.stiffness != 0.0);
+    return has_place && effect->terms(p, &place, terms) == 0 && terms[0].place.kind == BEAM_AT_POINT;
+}
+
+bool diagnose_follows_much(const struct beam_effect *effect, const struct model *model)
+{
+    struct beam_term terms[BEAM_EFFECT_TERMS] = {0};
+    return term_at_a_place(effect, model, terms) && (terms[0].value.mass != 0.0 || terms[0].value.stiffness != 0.0);
+}
+
+bool diagnose_is_mass(const struct beam_effect *effect, const struct model *model)
+{
+    struct beam_term terms[BEAM_EFFECT_TERMS] = {0};
+    return term_at_a_place(effect, model, terms) && terms[0].value.mass != 0.0 && terms[0].value.stiffness == 0.0;
 }

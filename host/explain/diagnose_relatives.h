@@ -20,5 +20,7 @@ bool diagnose_special_case(const struct beam_effect *small, const struct beam_ef
  * does to a few modes.
  */
 bool diagnose_follows_much(const struct beam_effect *effect, const struct model *model);
+/* Of these, a mass. */
+bool diagnose_is_mass(const struct beam_effect *effect, const struct model *model);
 
 #endif

@@ -7,7 +7,7 @@ const char *feature_name(enum feature feature)
 {
     static const char *const names[FEATURES] = {
         [FEATURE_REMAINS] = "remains", [FEATURE_SET] = "set",         [FEATURE_LEAD] = "lead",
-        [FEATURE_CROWD] = "crowd",     [FEATURE_FOLLOWS] = "follows",
+        [FEATURE_CROWD] = "crowd",     [FEATURE_FOLLOWS] = "follows", [FEATURE_ALONE] = "alone",
     };
     return names[feature];
 }

@@ -11,5 +11,6 @@ const struct probability_table probability_table = {
                [FEATURE_SET] = -1.00,
                [FEATURE_LEAD] = 0.44,
                [FEATURE_CROWD] = 0.64,
-               [FEATURE_FOLLOWS] = -1.81},
+               [FEATURE_FOLLOWS] = -1.81,
+               [FEATURE_ALONE] = 1.5},
 };

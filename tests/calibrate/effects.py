@@ -23,7 +23,10 @@ PER_RECORD = {"input_position": ("shift_m",), "mains_hum": ("phase_rad",), "base
 # What a rough rig lacks beside the cause (rigs.ROUGH_SHARE): a clamp that gives, something that swings, more damping than the model's
 BESIDE = ("root_compliance", "root_compliance", "attached_resonator", "point_damper", "point_spring", "axial_load", "hysteretic_damping",
           "viscoelastic", "sensor_lag", "quadratic_drag", "rotary_inertia")
-FAMILIES = (("tip_mass", "point_mass"), ("point_spring", "point_damper"))  # one is a special case of the other
+# What laboratories change on purpose (a weighed mass, a roller, a soft clamp), so many times the first guess: a misfit as large as the signal
+CHANGES = {"tip_mass": (10, 500), "point_mass": (10, 500), "point_spring": (20, 20000), "root_compliance": (10, 250),
+           "attached_resonator": (5, 50), "point_damper": (15, 150), "axial_load": (30, 1000)}
+FAMILIES = (("tip_mass", "point_mass"), ("point_damper", "point_spring"))  # the first is a special case of the second
 CATALOGUE = ("tip_mass", "point_mass", "root_compliance", "point_spring", "point_damper", "axial_load", "rotary_inertia", "patch_position",
              "input_position", "electrical_coupling", "square_root_damping", "hysteretic_damping", "viscoelastic", "quadratic_drag",
              "cubic_stiffness", "patch_softening", "coulomb_friction", "microslip", "bilinear_stiffness", "large_rotation", "stop_contact",
@@ -236,6 +239,17 @@ def first_guess(e, rig, dice, seen):
             fill(e, rig, dice, seen, unit)
     if e.strength is None:
         e.strength = (next(iter(e.values)),)
+
+
+def can_change(effect, rig):
+    """A cantilever has nothing that pulls its free end."""
+    return can_act(effect, rig) and (effect != "axial_load" or rig.support in ("pinned-pinned", "clamped-clamped"))
+
+
+def change(e, dice):
+    """From the first guess to what a laboratory does: tension, not pressure, and a spring that hardly damps."""
+    name = next(iter(e.values))
+    e.values[name] = abs(e.values[name]) * rigs.log_uniform(dice, *CHANGES[e.id])
 
 
 def mates(truth, rig, places):

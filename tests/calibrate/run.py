@@ -78,14 +78,13 @@ def known_answer(path, tools):
 
 def one(seed, number, options, tools):
     """All answers of one case, made or read."""
-    case, directory = settle.make_case(seed, number, tools, options.work)
+    case, directory = settle.make_case(seed, number, tools, options.work, "changed" if options.changed else None)
     rows = []
     if case["kind"] == "refused":
         return [{**case, "state": "refused"}]
     modes = ["full"] if not options.without_only else []
     lottery = random.Random("beamfit without %d %d" % (seed, number)).random()
-    if len(case["truth"]) == 1 and case["removed"] and case["kind"] in ("plain", "subtle") and \
-            lottery < (options.without if case["kind"] == "plain" else 0):
+    if len(case["truth"]) == 1 and case["removed"] and case["kind"] in ("plain", "changed") and lottery < options.without:
         modes.append("without")
     if options.draw_only:
         modes = []
@@ -142,6 +141,7 @@ def arguments():
     parser.add_argument("--jobs", type=int, default=2, help="cases at once; each diagnosis has one thread")
     parser.add_argument("--without", type=float, default=0.5, help="share of plain single effects that are diagnosed once more without the truth")
     parser.add_argument("--without-only", action="store_true", help="only those")
+    parser.add_argument("--changed", action="store_true", help="every case is a change as laboratories make them, as large as the signal")
     parser.add_argument("--with-truth", action="store_true", help="also fit the model with the true effects added")
     parser.add_argument("--draw-only", action="store_true", help="no diagnosis")
     return parser.parse_args()

@@ -16,6 +16,7 @@ BAD_FIT = 0.15  # a fit that leaves so much without a search has ended in a wron
 STRONGEST = 150  # times the noise of a strong effect, unless the clean rig leaves a tenth of that or more
 KINDS = (("clean", 12, None), ("plain", 55, (4, 40)), ("subtle", 20, (1.4, 2.8)), ("pair", 8, (4, 40)), ("outside", 5, (2.5, 20)))
 PLAIN, FAINT = 3.2, 1.15  # times clean_ratio: plain above, subtle between, faint (nobody can see it) below
+CHANGED = 0.3  # nrmse of a fit without the cause, from which a change is as large as laboratories make them
 ROUGH, MOST = (0.02, 0.2), 0.8  # nrmse that a rough rig's fit leaves without the cause, and most of what one with it should
 FIT_LIMIT_S = 60
 TRIALS = 3  # effects that are tried on a rig before it is given up
@@ -82,6 +83,8 @@ def draw_effects(rig, kind, dice):
         return []
     able = [effect for effect in effects.OUTSIDE + effects.CATALOGUE if effects.can_act(effect, rig)
             and (kind == "outside") == (effect in effects.OUTSIDE or effects.out_of_reach(effect, rig))]
+    if kind == "changed":
+        able = [effect for effect in effects.CHANGES if effects.can_change(effect, rig)]
     chosen = [dice.choice(able)]
     while kind == "pair" and len(chosen) < 2:
         other = dice.choice(able)
@@ -152,6 +155,8 @@ def strength(rig, hidden, beside, goal, dice, tools, work):
     found = {"clean_ratio": clean, "clean_nrmse": clean_nrmse, "ratio": clean, "nrmse": clean_nrmse}
     if not hidden:
         return found
+    if goal is None:
+        return changed(rig, hidden, beside, found, dice, tools, work)
     floor = max(clean, 1.0)
     low, high = goal[0], min(goal[1], max(1.5 * goal[0], STRONGEST / floor))
     high = min(high, max(low, MOST / clean_nrmse)) if beside else high
@@ -162,6 +167,16 @@ def strength(rig, hidden, beside, goal, dice, tools, work):
         ratio, nrmse, _ = scaled(rig, hidden, beside, max(0.05, min(20, wanted / own)), tools, work, "raw_scaled")
     found.update(ratio=ratio, nrmse=nrmse)
     return found
+
+
+def changed(rig, hidden, beside, found, dice, tools, work):
+    """As strength(), of a change that is drawn as it is made, not brought to a goal."""
+    for effect in hidden:
+        effects.change(effect, dice)
+    ratio, nrmse, _ = measure(rig, beside + hidden, tools, work, "raw_guess")
+    if nrmse < CHANGED:
+        raise Refused("a change that leaves %.3g" % nrmse)
+    return {**found, "ratio": ratio, "nrmse": nrmse}
 
 
 def landed(kind, found):
@@ -191,8 +206,8 @@ def describe(rig, kind, hidden, beside, found):
                     "noise": {n: "%s %.4g of %s" % (v["colour"], v["level"], v["of"]) for n, v in rig.noise.items()}}}
 
 
-def make_case(seed, number, tools, work):
-    """Draws case number of a seed below work; its description, from case.json when this generator has made it before."""
+def make_case(seed, number, tools, work, kind=None):
+    """Draws case number of a seed below work, of a kind if one is given; its description, from case.json when this generator has made it before."""
     rig = rigs.Rig(seed, number)
     directory = os.path.join(work, rig.name)
     path = os.path.join(directory, "case.json")
@@ -203,8 +218,9 @@ def make_case(seed, number, tools, work):
             return known, directory
         shutil.rmtree(directory)
     dice = random.Random("beamfit hides %d %d" % (seed, number))
-    kind = dice.choices([k for k, _, _ in KINDS], [share for _, share, _ in KINDS])[0]
-    goal, messages, case = next(g for k, _, g in KINDS if k == kind), [], None
+    drawn = dice.choices([k for k, _, _ in KINDS], [share for _, share, _ in KINDS])[0]
+    kind = kind or drawn
+    goal, messages, case = {k: g for k, _, g in KINDS}.get(kind), [], None
     for trial in range(TRIALS):
         hidden = draw_effects(rig, kind, dice)
         beside = draw_beside(rig, hidden, dice)
