@@ -136,37 +136,6 @@ static void records_that_pass_for_nonlinear_may_be_linear(void **state)
     assert_false(diagnose_linear_is_out(&d));
 }
 
-/* With its place a mass or a spring follows much of what another cause does: the same errors make it less sure than what has no place. */
-static void what_follows_much_is_less_sure(void **state)
-{
-    static const char *const ids[] = {"axial_load", "point_damper", "tip_mass", "point_mass", "point_spring"};
-    enum { N = sizeof ids / sizeof *ids, FREE = 3 };
-    double probability[N];
-    for (int i = 0; i < N; i++) {
-        struct diagnosis d;
-        struct hypothesis h[] = {refit(ids[i], NULL, 2, 1.01, 1.02), refit("root_compliance", NULL, 2, 31.0, 33.0)};
-        decide(&d, *state, 37.0, 28.0, h, 2);
-        assert_true((d.decisions[0].feature[FEATURE_FOLLOWS] > 0.5) == (i >= FREE));
-        probability[i] = d.decisions[0].probability;
-        done(&d);
-    }
-    for (int i = 0; i < FREE; i++)
-        for (int k = FREE; k < N; k++)
-            assert_true(probability[i] > probability[k] + 0.05 && probability[k] > 0.8);
-}
-
-/* A mass at the free end, of which the special case without a place does as well, is judged as that. */
-static void a_place_that_is_not_needed_makes_nothing_less_sure(void **state)
-{
-    struct diagnosis d;
-    struct hypothesis h[] = {refit("point_mass", NULL, 2, 1.01, 1.01), refit("tip_mass", NULL, 1, 1.0101, 1.0101),
-                             refit("root_compliance", NULL, 2, 31.0, 25.0)};
-    decide(&d, *state, 37.0, 28.0, h, 3);
-    assert_string_equal(d.named[0], "tip_mass");
-    assert_true(d.decisions[0].feature[FEATURE_FOLLOWS] < 0.5 && d.probability > 0.9);
-    done(&d);
-}
-
 /* Where a spring that attracts leaves less, its special case, the damper, is asked for without it. */
 static void a_damper_is_not_judged_by_a_spring_that_attracts(void **state)
 {
@@ -456,8 +425,6 @@ int main(void)
         cmocka_unit_test(a_spring_that_attracts_is_no_explanation),
         cmocka_unit_test(a_spring_that_attracts_is_no_rival_of_what_leaves_less),
         cmocka_unit_test(records_that_pass_for_nonlinear_may_be_linear),
-        cmocka_unit_test(what_follows_much_is_less_sure),
-        cmocka_unit_test(a_place_that_is_not_needed_makes_nothing_less_sure),
         cmocka_unit_test(a_damper_is_not_judged_by_a_spring_that_attracts),
         cmocka_unit_test(none_of_a_crowd_is_named),
         cmocka_unit_test(two_that_explain_alike_are_ambiguous),
