@@ -155,7 +155,26 @@ static enum bf_status other_road(struct diagnose_state *w, struct bf_error *err)
     return !status && lower ? find_facts(w, err) : status;
 }
 
-/* refit_run() then gives residual and errors in the form of every hypothesis. */
+/*
+ * Residual and errors in the form of every hypothesis: by way of windows where the fit did not converge. What has ended at values that no window can be predicted
+ * with is taken as it is.
+ */
+static enum bf_status refit_given(const struct diagnose_state *w, struct hypothesis *h, struct bf_error *err)
+{
+    const struct diagnosis *d = w->d;
+    struct refit_options options = {.sigma = w->sigma,
+                                    .threads = w->threads,
+                                    .first_new = h->model.n_effects,
+                                    .near = d->converged,
+                                    .errors = true,
+                                    .predict = w->options->predict};
+    enum bf_status status = refit_run(&h->model, d->records, d->n_records, &options, &h->fit, err);
+    if (status != BF_NUMERIC || options.near)
+        return status;
+    options.near = true;
+    return refit_run(&h->model, d->records, d->n_records, &options, &h->fit, err);
+}
+
 enum bf_status diagnose_baseline(struct diagnose_state *w, struct bf_error *err)
 {
     struct diagnosis *d = w->d;
@@ -164,13 +183,7 @@ enum bf_status diagnose_baseline(struct diagnose_state *w, struct bf_error *err)
     if (status)
         return status;
     h->n_base = h->model.n_effects;
-    const struct refit_options again = {.sigma = w->sigma,
-                                        .threads = w->threads,
-                                        .first_new = h->model.n_effects,
-                                        .near = d->converged,
-                                        .errors = true,
-                                        .predict = w->options->predict};
-    status = refit_run(&h->model, d->records, d->n_records, &again, &h->fit, err);
+    status = refit_given(w, h, err);
     if (status)
         return status;
     refit_into_model(d->records, d->n_records, h->fit.value, h->fit.sd, &h->model);
