@@ -179,11 +179,12 @@ static bool turn(const struct candidate *candidate, double start[])
     return any && is_structural(effect);
 }
 
-/* A candidate from one start; its refit is done, or has been left unfinished. */
+/* A candidate from one start; its refit is done, or has been left unfinished with so much left, χ²/n. */
 struct road {
     const struct candidate *candidate;
     double start[BEAM_EFFECT_PARAMETERS];
     bool done;
+    double left;
 };
 
 /* Parameter that is the stiffness of a spring at a point, and the parameter of its place; false: the effect is none. */
@@ -272,7 +273,19 @@ static void refit_roads(struct shortlist *s, const struct model *from, struct ro
     }
     (void)diagnose_try(s->w, jobs, n_jobs, BF_OK, span);
     for (size_t i = 0; i < n_jobs; i++)
-        taken[i]->done = !jobs[i].unfinished;
+        taken[i]->done = !jobs[i].unfinished, taken[i]->left = jobs[i].left;
+}
+
+/* What a quick look has brought farthest comes first, so that a cause stands beside its nearest rivals; the order of equals stays. */
+static void sort_by_left(struct road roads[], size_t n)
+{
+    for (size_t i = 1; i < n; i++) {
+        const struct road road = roads[i];
+        size_t k = i;
+        for (; k > 0 && roads[k - 1].left > road.left; k--)
+            roads[k] = roads[k - 1];
+        roads[k] = road;
+    }
 }
 
 /*
@@ -315,7 +328,9 @@ static void refit_in_turn(struct shortlist *s, const struct model *from, struct 
 {
     const double part = 0.5 * span * MOST_AT_ONCE / (double)(n + 1);
     bool explained = false;
-    for (int round = 0; round < 2 && !(round > 0 && diagnose_no_linear_outdoes(s->w->d)); round++)
+    for (int round = 0; round < 2 && !(round > 0 && diagnose_no_linear_outdoes(s->w->d)); round++) {
+        if (round > 0)
+            sort_by_left(roads, n);
         for (size_t k = 0; k < n && !explained && !progress_interrupted(); k += MOST_AT_ONCE) {
             const size_t some = n - k < MOST_AT_ONCE ? n - k : MOST_AT_ONCE;
             if (round == 0)
@@ -324,6 +339,7 @@ static void refit_in_turn(struct shortlist *s, const struct model *from, struct 
                 refit_roads(s, from, roads + k, some, 0, part);
             explained = explained || diagnose_explained(s->w->d, s->n_effects);
         }
+    }
 }
 
 static bool was_refitted(const struct diagnosis *d, const struct beam_effect *effect)

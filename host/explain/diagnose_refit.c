@@ -154,6 +154,7 @@ static void *work(void *argument)
         bound_law(w, job);
         const bool usable = run_job(queue, job, threads, abandon_above, &h);
         job->unfinished = h.fit.interrupted && !progress_interrupted();
+        job->left = usable ? h.fit.chi2_per_row : HUGE_VAL;
         const bool out_of_runs = job->most_runs > 0 && h.fit.evaluations >= job->most_runs;
         const bool superseded = job->unfinished && !(job->kept && out_of_runs);
         (void)pthread_mutex_lock(&queue->lock);

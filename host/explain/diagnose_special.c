@@ -2,7 +2,8 @@
 /*
  * What explains the records best may be more general than its cause: a point mass at the free end is a tip mass, a spring without stiffness a damper. The
  * special case is refitted from the values of the general one, which are its own if it is the cause, wherever its own search has ended: alone, and in the
- * best set.
+ * best set. So is the twin of a sensor's response: one that is slow and one that forgets both let a transient of their time constant die away in a channel, and in free
+ * decays nothing else tells them.
  */
 #include "diagnose_relatives.h"
 #include "diagnose_state.h"
@@ -53,17 +54,31 @@ static void take_values(const struct model_effect *from, struct model_effect *to
                 to->parameters[i].value = from->parameters[j].value;
 }
 
+/* Another response of a sensor with a time constant of the same name. */
+static bool is_twin(const struct beam_effect *one, const struct beam_effect *other)
+{
+    if (one == other || one->filter == NULL || other->filter == NULL)
+        return false;
+    for (int i = 0; i < one->n_parameters; i++)
+        for (int j = 0; j < other->n_parameters; j++)
+            if (one->parameters[i].role == BEAM_ROLE_TIME &&
+                strcmp(one->parameters[i].name, other->parameters[j].name) == 0)
+                return true;
+    return false;
+}
+
 static enum bf_status special_model(const struct hypothesis *general, size_t e, const struct beam_effect *special,
                                     struct model *model, struct bf_error *err)
 {
+    const struct model_effect *own = &general->model.effects[general->n_base + e];
     enum bf_status status = model_copy(&general->model, model, err);
     if (status)
         return status;
     status = model_drop_effect(model, general->effects[e]->id, err);
     if (!status)
-        status = model_append_effect(model, special->id, "", err);
+        status = model_append_effect(model, special->id, own->channel, err);
     if (!status) {
-        take_values(&general->model.effects[general->n_base + e], &model->effects[model->n_effects - 1]);
+        take_values(own, &model->effects[model->n_effects - 1]);
         status = model_check(model, err);
     }
     if (status)
@@ -74,8 +89,10 @@ static enum bf_status special_model(const struct hypothesis *general, size_t e, 
 static bool is_worth_trying(const struct diagnose_state *w, const struct hypothesis *general, size_t e,
                             const struct beam_effect *special)
 {
-    return diagnose_special_case(special, general->effects[e], w->d->model) && !diagnose_leaves_out(w, special) &&
-           !model_has_effect(&general->model, special) && !does_as_well(w->d, general, e, special);
+    const bool related =
+        diagnose_special_case(special, general->effects[e], w->d->model) || is_twin(special, general->effects[e]);
+    return related && !diagnose_leaves_out(w, special) && !model_has_effect(&general->model, special) &&
+           !does_as_well(w->d, general, e, special);
 }
 
 static void try_special_cases(struct diagnose_state *w, const struct hypothesis *general)
@@ -101,8 +118,10 @@ void diagnose_special_cases(struct diagnose_state *w)
     try_special_cases(w, best_of(w->d, 1));
 }
 
+/* The best single effect may have come to its values since: beside a freed rig, or in a second look. */
 void diagnose_special_sets(struct diagnose_state *w)
 {
+    try_special_cases(w, best_of(w->d, 1));
     const struct hypothesis *best = best_of(w->d, DIAGNOSE_EFFECTS);
     if (best != NULL && best->n_effects > 1)
         try_special_cases(w, best);

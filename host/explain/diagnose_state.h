@@ -51,6 +51,7 @@ struct refit_job {
     size_t most_runs;  /* evaluations, after which it is left unfinished; 0: as many as it takes */
     bool kept;         /* and then is a hypothesis that has not converged; else it is none */
     bool unfinished;   /* out: so it was, or another one has explained the records */
+    double left;       /* out: χ²/n that it had come to; infinite: it has no value */
 };
 
 /* diagnose_baseline.c: noise of all channels; the model given, fitted; its predictor. */
@@ -103,8 +104,8 @@ extern const struct rig_limits diagnose_rig_limits;
 enum bf_status diagnose_members_from_given(struct diagnose_state *w, struct bf_error *err);
 
 /*
- * diagnose_special.c: the special cases of the best single effect, refitted from its values unless they do as well already; and those of the members of the
- * best explanation, where that is a set. Ranks. A refit from nearby each.
+ * diagnose_special.c: the special cases of the best single effect, and the twins of a sensor's response, refitted from its values unless they do as well already; and
+ * those of the best single effect at the end and of the members of the best explanation, where that is a set. Ranks. A refit from nearby each.
  */
 void diagnose_special_cases(struct diagnose_state *w);
 void diagnose_special_sets(struct diagnose_state *w);

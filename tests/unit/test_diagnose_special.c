@@ -86,12 +86,35 @@ static void a_member_of_a_set_has_a_special_case(void **state)
     bench_free(b);
 }
 
+/* A slow sensor and one that forgets share their time constant: what one has found is where the other is refitted from, in the same channel. */
+static void a_sensor_that_forgets_has_a_slow_twin(void **state)
+{
+    (void)state;
+    static const char *const ids[] = {"sensor_highpass", NULL};
+    struct bench *b = bench_new("{kind: sensor_lag, tau_s: 4e-3, channel: tip_mps}", 2, LONG, 0.003, ids);
+    struct diagnose_options options = {.quiet = true, .predict = {.quiet = true}};
+    diagnose(b, 1, 0);
+    assert_null(single(&b->d, "sensor_lag"));
+    const struct hypothesis *leaks = single(&b->d, "sensor_highpass");
+    assert_non_null(leaks);
+    char channel[MODEL_NAME];
+    (void)snprintf(channel, sizeof channel, "%s", leaks->model.effects[leaks->n_base].channel);
+    struct diagnose_state w = state_of(b, &options);
+    diagnose_special_cases(&w);
+    const struct hypothesis *twin = single(&b->d, "sensor_lag");
+    assert_non_null(twin);
+    assert_string_equal(twin->model.effects[twin->n_base].channel, channel);
+    free(w.sigma), free(w.whiteners);
+    bench_free(b);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_mass_at_the_free_end_is_a_tip_mass),
         cmocka_unit_test(a_spring_without_stiffness_is_a_damper),
         cmocka_unit_test(a_member_of_a_set_has_a_special_case),
+        cmocka_unit_test(a_sensor_that_forgets_has_a_slow_twin),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -140,16 +140,33 @@ static void a_value_for_each_record_is_paid_for_in_each(void **state)
     model_free(&c.h[0].model), model_free(&c.h[1].model);
 }
 
+static const double FIRST_MODE_HZ = 20.0;
+
 /* Nats of one effect, as a YAML list item, in a hypothesis of its own. */
 static double nats_of(const char *effect, const struct attainable *attainable)
 {
     const struct record record = {.n = 4096, .dt_s = 1e-3};
-    struct diagnosis d = {.attainable = *attainable, .records = &record, .n_records = 1};
+    struct diagnosis d = {
+        .attainable = *attainable, .records = &record, .n_records = 1, .n_modes = 1, .mode_Hz = {FIRST_MODE_HZ}};
     struct hypothesis h = {.n_effects = 1};
     fixture_model(&h.model, effect);
     const double nats = implausible_nats(&d, &h);
     model_free(&h.model);
     return nats;
+}
+
+/* A sensor that is too slow for the first mode, or that forgets it, measures nothing. */
+static void a_sensor_that_loses_the_first_mode_costs(void **state)
+{
+    (void)state;
+    const struct attainable none = {0};
+    const double omega = 2.0 * M_PI * FIRST_MODE_HZ, slow = log(0.5 * hypot(1.0, 0.19 * omega)),
+                 leaks = log(0.5 * hypot(1.0, 1e-4 * omega) / (1e-4 * omega));
+    assert_true(nats_of("  - {kind: sensor_lag, tau_s: 0.01}\n", &none) == 0.0);
+    assert_true(nats_of("  - {kind: sensor_highpass, tau_s: 0.19}\n", &none) == 0.0);
+    assert_true(nats_of("  - {kind: sensor_delay, delay_s: 0.19}\n", &none) == 0.0);
+    assert_true(fabs(nats_of("  - {kind: sensor_lag, tau_s: 0.19}\n", &none) - 0.5 * slow * slow) < 1e-9);
+    assert_true(fabs(nats_of("  - {kind: sensor_highpass, tau_s: 1e-4}\n", &none) - 0.5 * leaks * leaks) < 1e-9);
 }
 
 /* The beam: EI 0.793 at most, 0.4573 m, so that it buckles at 9.4 N and a tenth of either is usual. */
@@ -208,6 +225,7 @@ int main(void)
         cmocka_unit_test(what_leaks_into_a_band_is_no_misfit_there),
         cmocka_unit_test(parameters_have_their_price),
         cmocka_unit_test(a_value_for_each_record_is_paid_for_in_each),
+        cmocka_unit_test(a_sensor_that_loses_the_first_mode_costs),
         cmocka_unit_test(an_unbelievable_strength_costs),
         cmocka_unit_test(a_tone_at_a_pole_costs),
         cmocka_unit_test(bands_share_the_noise),
