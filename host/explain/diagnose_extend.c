@@ -90,6 +90,7 @@ static void refit_best_law(struct shortlist *s)
 {
     struct refit_job *jobs = NULL;
     size_t n = 0;
+    s->best_law_tried = true;
     shortlist_choose_last(s, best_left(s), &jobs, &n);
     if (n > 0)
         diagnose_refits(s->w, jobs, n, 0.0);
@@ -192,6 +193,8 @@ static enum bf_status nonlinear_kinds(struct shortlist *s, const enum effect_kin
     enum bf_status status = BF_OK;
     if (!(diagnose_is_far(&w->d->baseline) && diagnose_explained(w->d, s->n_effects)))
         status = laws_and_chain(s, kinds, most, span, err);
+    if (!status && still_wanted(s) && diagnose_linear_is_out(w->d)) /* before some fifty refits of what cannot be it */
+        refit_best_law(s);
     if (status || !still_wanted(s) || linear_is_out(w->d, s->n_effects))
         return status;
     status = shortlist_from_given(s, span, err);
@@ -216,7 +219,8 @@ static enum bf_status others(struct shortlist *s, const enum effect_kind kinds[]
     const bool enough = (diagnose_is_far(s->from) && little_left) || s->from->n_effects >= 2 || passes_for_linear;
     if (!enough || everything)
         status = stage(s, kinds + 2, 1, most, span, err);
-    if (!status && nonlinear && !everything && !progress_interrupted() && !diagnose_explained(d, s->n_effects))
+    if (!status && nonlinear && !s->best_law_tried && !everything && !progress_interrupted() &&
+        !diagnose_explained(d, s->n_effects))
         refit_best_law(s);
     return status;
 }

@@ -24,6 +24,7 @@ struct shortlist {
         looked[2];        /* of KIND_LINEAR and KIND_NONLINEAR_CHAIN, best first; how many were refitted */
     bool refined[2];      /* the best of them have taken a few steps */
     bool linear;          /* the records pass for linear, and are far off or explained: laws of degree one only */
+    bool best_law_tried;  /* whatever its trial has left */
     bool tried;           /* trials are there */
     struct trial *trials; /* best first */
     size_t n_trials, refitted_laws;
