@@ -126,15 +126,16 @@ static bool follows_much(const struct diagnosis *d, const struct decision *one, 
 }
 
 /*
- * It follows what is small, whatever that is. As large as the signal a misfit is followed by a mass only where there is one; by a spring, as by all else that
- * stiffens a beam, but not down to what a free linear model leaves.
+ * It follows what is small, whatever that is. A misfit as large as the signal a spring follows where something else stiffens the beam, and a mass where
+ * something else makes it slower, but not down to what a free linear model leaves: of what remains then a mass, which has fewer like it, is half as suspect.
  */
 static double follows(const struct diagnosis *d, const struct decision *one)
 {
+    static const double of_a_mass = 0.5;
     bool masses;
     if (!follows_much(d, one, &masses))
         return 0.0;
-    return 1.0 - size_of_misfit(d) * (masses ? 1.0 : 1.0 - one->feature[FEATURE_REMAINS]);
+    return 1.0 - size_of_misfit(d) * (1.0 - (masses ? of_a_mass : 1.0) * one->feature[FEATURE_REMAINS]);
 }
 
 /* ---- What stands alone ---- */
@@ -163,6 +164,6 @@ void diagnose_fill_features(const struct diagnosis *d, struct decision *one)
     x[FEATURE_LEAD] = logarithm_of(best->score - other->score);
     x[FEATURE_CROWD] = bounded(log(rms_of(other, best)), 1.0);
     x[FEATURE_FOLLOWS] = follows(d, one);
-    x[FEATURE_ALONE] = alone(d, best, other);
+    x[FEATURE_ALONE] = (1.0 - x[FEATURE_FOLLOWS]) * alone(d, best, other);
     one->probability = probability_of(x);
 }
