@@ -13,44 +13,16 @@
 
 /* ---- With and without ---- */
 
-static bool has_one(const struct hypothesis *h, const struct decision *one)
-{
-    for (size_t i = 0; i < one->n; i++)
-        if (hypothesis_has(h, one->among[i]))
-            return true;
-    return false;
-}
-
-/* A special case of what is asked for (a tip mass is a point mass) does not speak against it. */
-static bool has_kin(const struct diagnosis *d, const struct hypothesis *h, const struct decision *one)
-{
-    for (size_t i = 0; i < h->n_effects; i++)
-        for (size_t k = 0; k < one->n; k++)
-            if (h->effects[i] == one->among[k] || diagnose_special_case(h->effects[i], one->among[k], d->model) ||
-                diagnose_special_case(one->among[k], h->effects[i], d->model))
-                return true;
-    return false;
-}
-
 static void take_best(const struct diagnosis *d, size_t i, size_t *best)
 {
     if (*best == d->n_hypotheses || d->hypotheses[i].score > d->hypotheses[*best].score)
         *best = i;
 }
 
-/*
- * A spring that attracts is a magnet or, nearly always, a stand-in for something else: it is no explanation, and speaks against another one only where it is
- * better than that. What the damper, its special case, explains is asked for without it.
- */
-bool decision_asks_for(const struct hypothesis *h, const struct decision *one)
-{
-    return h->n_effects <= one->most_effects && has_one(h, one) && !is_attracting(h);
-}
-
 static bool speaks_against(const struct diagnosis *d, const struct hypothesis *h, const struct decision *one)
 {
     const bool better = one->with == d->n_hypotheses || h->score > d->hypotheses[one->with].score;
-    return h->n_effects <= one->most_effects && !has_one(h, one) && !has_kin(d, h, one) &&
+    return h->n_effects <= one->most_effects && !decision_has_one(h, one) && !decision_has_kin(d, h, one) &&
            (better || !is_attracting(h));
 }
 
@@ -152,60 +124,6 @@ void diagnose_weigh_presence(struct diagnosis *d)
         for (size_t e = 0; e < h->n_effects; e++)
             h->probability = fmin(h->probability, presence_of(d, h->effects[e]));
     }
-}
-
-/* Kin of one of the effects: itself, a special case, or what it is a special case of. */
-static bool is_kin(const struct diagnosis *d, const struct hypothesis *h, const struct hypothesis *named)
-{
-    for (size_t e = 0; e < named->n_effects; e++) {
-        const struct decision one = {.n = 1, .among = {named->effects[e]}};
-        if (has_kin(d, h, &one))
-            return true;
-    }
-    return false;
-}
-
-/* Nats that the best single effect gains over the baseline that has nothing to do with what is to be named. */
-static double gain_of_unrelated(const struct diagnosis *d, const struct hypothesis *named)
-{
-    double gain = 0.0;
-    for (size_t i = 0; i < d->n_hypotheses; i++)
-        if (d->hypotheses[i].n_effects == 1 && !is_kin(d, &d->hypotheses[i], named))
-            gain = fmax(gain, d->hypotheses[i].score - d->baseline.score);
-    return gain;
-}
-
-/* The same set with a special case of one of its effects. */
-static bool simplifies(const struct diagnosis *d, const struct hypothesis *simple, const struct hypothesis *named)
-{
-    size_t specials = 0;
-    if (simple->n_effects != named->n_effects)
-        return false;
-    for (size_t e = 0; e < simple->n_effects; e++) {
-        bool special = false;
-        for (size_t k = 0; k < named->n_effects; k++)
-            special = special || diagnose_special_case(simple->effects[e], named->effects[k], d->model);
-        if (!special && !hypothesis_has(named, simple->effects[e]))
-            return false;
-        specials += special;
-    }
-    return specials > 0;
-}
-
-size_t diagnose_simplest(const struct diagnosis *d, size_t named)
-{
-    static const double little_more =
-        1.5; /* times the rms: the rig's own errors may make the general form so much better, and no more */
-    const struct hypothesis *h = &d->hypotheses[named];
-    const double gain = gain_of_unrelated(d, h);
-    size_t found = named;
-    for (size_t i = 0; i < d->n_hypotheses; i++)
-        if (simplifies(d, &d->hypotheses[i], h) && h->score - d->hypotheses[i].score < gain &&
-            d->hypotheses[i].fitted.noise_ratio <= little_more * h->fitted.noise_ratio &&
-            diagnose_significant(d, &d->hypotheses[i]) &&
-            (found == named || d->hypotheses[i].score > d->hypotheses[found].score))
-            found = i;
-    return found;
 }
 
 bool diagnose_is_open(const struct diagnosis *d, const struct decision *one)

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnose_relatives.h"
+#include "plausible.h"
 
 #include <string.h>
 
@@ -92,4 +93,27 @@ bool diagnose_is_mass(const struct beam_effect *effect, const struct model *mode
 {
     struct beam_term terms[BEAM_EFFECT_TERMS] = {0};
     return term_at_a_place(effect, model, terms) && terms[0].value.mass != 0.0 && terms[0].value.stiffness == 0.0;
+}
+
+bool decision_has_one(const struct hypothesis *h, const struct decision *one)
+{
+    for (size_t i = 0; i < one->n; i++)
+        if (hypothesis_has(h, one->among[i]))
+            return true;
+    return false;
+}
+
+bool decision_has_kin(const struct diagnosis *d, const struct hypothesis *h, const struct decision *one)
+{
+    for (size_t i = 0; i < h->n_effects; i++)
+        for (size_t k = 0; k < one->n; k++)
+            if (h->effects[i] == one->among[k] || diagnose_special_case(h->effects[i], one->among[k], d->model) ||
+                diagnose_special_case(one->among[k], h->effects[i], d->model))
+                return true;
+    return false;
+}
+
+bool decision_asks_for(const struct hypothesis *h, const struct decision *one)
+{
+    return h->n_effects <= one->most_effects && decision_has_one(h, one) && !is_attracting(h);
 }

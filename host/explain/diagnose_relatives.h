@@ -23,4 +23,14 @@ bool diagnose_follows_much(const struct beam_effect *effect, const struct model 
 /* Of these, a mass. */
 bool diagnose_is_mass(const struct beam_effect *effect, const struct model *model);
 
+/* What is asked for, or a part of it. */
+bool decision_has_one(const struct hypothesis *h, const struct decision *one);
+/* That, a special case of it (a tip mass is a point mass), or what it is a special case of: none of them speaks against it. */
+bool decision_has_kin(const struct diagnosis *d, const struct hypothesis *h, const struct decision *one);
+/*
+ * A spring that attracts is a magnet or, nearly always, a stand-in for something else: it is no explanation, and speaks against another one only where it is
+ * better than that. What the damper, its special case, explains is asked for without it.
+ */
+bool decision_asks_for(const struct hypothesis *h, const struct decision *one);
+
 #endif

@@ -104,6 +104,16 @@ extern const struct rig_limits diagnose_rig_limits;
 enum bf_status diagnose_members_from_given(struct diagnose_state *w, struct bf_error *err);
 
 /*
+ * diagnose_sets.c: one more effect on the best hypotheses with n_effects of them. On a hypothesis without a law a law is tried along the measured motion, without a
+ * step through time, so a law and a linear effect are sought from the linear one's side first; from the law's side when that has not found them.
+ */
+enum bf_status diagnose_one_more(struct diagnose_state *w, size_t n_effects, struct bf_error *err);
+/* The best hypothesis without each of its effects, refitted: one that was added first may have fitted what a later one explains. Ranks. */
+enum bf_status diagnose_without_one(struct diagnose_state *w, struct bf_error *err);
+/* The last effect took enough of the excess over the noise, so that one more is worth a search. */
+bool diagnose_last_one_helped(const struct diagnosis *d, size_t n_effects);
+
+/*
  * diagnose_special.c: the special cases of the best single effect, and the twins of a sensor's response, refitted from its values unless they do as well already; and
  * those of the best single effect at the end and of the members of the best explanation, where that is a set. Ranks. A refit from nearby each.
  */
