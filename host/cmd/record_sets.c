@@ -121,6 +121,22 @@ static void take_baselines(const struct model *model, struct record *const recor
     baselines_free(&found);
 }
 
+static void cut_starts(const struct model *model, struct record *const records[], size_t n)
+{
+    struct decay_start_list found;
+    struct bf_error err;
+    if (decay_starts_cut(model, records, n, &found, &err) != BF_OK)
+        bf_warn("beginnings of free decays were not looked at: %s", err.text);
+    for (size_t i = 0; i < found.n; i++)
+        bf_warn(
+            "%s: the first %zu sample%s of %s do%s not follow from those after %s, by up to %.2g times what the others "
+            "are off by: the blow, or the recorder's filter, is not over there. The record is taken from then on; "
+            "'# free_from_s: T' in it says from when, and forbids it",
+            found.all[i].record->path, found.all[i].n, found.all[i].n > 1 ? "s" : "", found.all[i].channel,
+            found.all[i].n > 1 ? "" : "es", found.all[i].n > 1 ? "them" : "it", found.all[i].times);
+    decay_starts_free(&found);
+}
+
 /* Said where the model bends: all else does not feel the recorder's filter. */
 static void assume_filters(const struct model *model, struct record *const records[], size_t n)
 {
@@ -146,6 +162,7 @@ void record_lists_clean(const struct model *model, struct record_list *fitted, s
             records[n++] = &lists[i]->records[r];
     clean_inputs(model, records, n);
     take_baselines(model, records, n);
+    cut_starts(model, records, n);
     assume_filters(model, records, n);
     free(records);
 }

@@ -4,7 +4,7 @@
  * data prefer one model's residual to another's, and whether any linear system explains records of different level.
  *
  * Order of calls:
- *   inputs_clean()         before all others, for all records; then baselines_take_off()
+ *   inputs_clean()         before all others, for all records; then baselines_take_off() and decay_starts_cut()
  *   noise_of_channel()     for each channel of each record; the others start from it
  *   linearity_test()       once, for all records
  *   repeatability_find()   what repeated hits tell without a model
@@ -150,6 +150,26 @@ struct baseline_list {
 enum bf_status baselines_take_off(const struct model *model, struct record *const records[], size_t n_records,
                                   struct baseline_list *out, struct bf_error *err);
 void baselines_free(struct baseline_list *list);
+
+/*
+ * DECAY STARTS — first samples of a free decay that are not the beam's alone, because the blow, or the answer of the recorder's filter to the release, is not over.
+ * What swings freely follows backward from what it does later; these do not. The record then says "free_from_s", from the first sample on that does; one that says
+ * so already is left as it is ("free_from_s: 0": all of it is free).
+ */
+struct decay_start {
+    const struct record *record;
+    const char *channel; /* in which it lasts longest */
+    size_t n;            /* samples that do not follow, 1 … 16 */
+    double times;        /* what the others are off by, as rms, the worst of them is off */
+};
+struct decay_start_list {
+    size_t n;
+    struct decay_start *all; /* [n] */
+};
+/* records: [n_records], changed in place; those that are no free decays are not looked at. NUMERIC. O(4096 · 40²) a channel. */
+enum bf_status decay_starts_cut(const struct model *model, struct record *const records[], size_t n_records,
+                                struct decay_start_list *out, struct bf_error *err);
+void decay_starts_free(struct decay_start_list *list);
 
 /*
  * EVIDENCE — how strongly data prefer one residual to another, with noise that is not white.
