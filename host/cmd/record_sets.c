@@ -127,13 +127,17 @@ static void cut_starts(const struct model *model, struct record *const records[]
     struct bf_error err;
     if (decay_starts_cut(model, records, n, &found, &err) != BF_OK)
         bf_warn("beginnings of free decays were not looked at: %s", err.text);
-    for (size_t i = 0; i < found.n; i++)
-        bf_warn(
-            "%s: the first %zu sample%s of %s do%s not follow from those after %s, by up to %.2g times what the others "
-            "are off by: the blow, or the recorder's filter, is not over there. The record is taken from then on; "
-            "'# free_from_s: T' in it says from when, and forbids it",
-            found.all[i].record->path, found.all[i].n, found.all[i].n > 1 ? "s" : "", found.all[i].channel,
-            found.all[i].n > 1 ? "" : "es", found.all[i].n > 1 ? "them" : "it", found.all[i].times);
+    for (size_t i = 0; i < found.n; i++) {
+        const struct decay_start *start = &found.all[i];
+        char samples[40] = "first sample";
+        if (start->n > 1)
+            (void)snprintf(samples, sizeof samples, "first %zu samples", start->n);
+        bf_warn("%s: the %s of %s do%s not follow from those after %s, by up to %.2g times what the others are off by: "
+                "the blow, or the answer of the recorder's filter, is not over. The record is taken from then on; "
+                "'# free_from_s: T' in it says from when, and forbids it",
+                start->record->path, samples, start->channel, start->n > 1 ? "" : "es", start->n > 1 ? "them" : "it",
+                start->times);
+    }
     decay_starts_free(&found);
 }
 
