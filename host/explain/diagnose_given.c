@@ -129,6 +129,50 @@ enum bf_status diagnose_members_from_given(struct diagnose_state *w, struct bf_e
     return diagnose_try(w, jobs, n, status, 0.0);
 }
 
+/* The best single effect, where its refit has come to no end and leaves much more than a free linear model does. NULL: nothing is to be searched for. */
+static const struct hypothesis *lost_one(const struct diagnosis *d)
+{
+    static const double much_more = 1.5, most = 0.5; /* times the rms; of the misfit's power */
+    for (size_t i = 0; i < d->n_hypotheses; i++) {
+        const struct hypothesis *h = &d->hypotheses[i];
+        if (h->n_effects > 1)
+            continue;
+        const double floor = fmax(diagnose_floor(d), 1.0);
+        const bool lost = d->attainable.modes > 0 && !h->fit.converged && effect_is_linear(h->effects[0]) &&
+                          h->explained >= most && h->fitted.noise_ratio > much_more * floor;
+        return lost ? h : NULL;
+    }
+    return NULL;
+}
+
+enum bf_status diagnose_search_lost(struct diagnose_state *w, struct bf_error *err)
+{
+    struct diagnosis *d = w->d;
+    const struct hypothesis *h = lost_one(d);
+    const struct fit_options options = {.quiet = true, .sigma = w->sigma, .predict = w->options->predict};
+    static const struct fit_check nothing_held_out;
+    struct fit_result fit = {0};
+    struct refit_job job = {.n_effects = 1, .n_tried = w->n_tried, .near = true};
+    struct model given;
+    struct bf_error ignored;
+    enum bf_status status = h != NULL ? diagnose_as_given(d->model, &given, err) : BF_OK;
+    if (h == NULL || status)
+        return status;
+    status = only_one(h, &given, 0, &job.model, err);
+    model_free(&given);
+    if (status)
+        return status;
+    if (fit_run(&job.model, d->records, d->n_records, &options, &fit, &ignored) == BF_OK) {
+        d->evaluations += fit.evaluations;
+        fit_into_model(&fit, d->records, &nothing_held_out, &job.model);
+        job.first_new = job.model.n_effects;
+        status = diagnose_try(w, &job, 1, BF_OK, 0.0);
+    } else
+        model_free(&job.model);
+    fit_free(&fit);
+    return status;
+}
+
 /* Moves the beam's frequencies and shapes: what a baseline without it is driven away by. */
 static bool is_structural(const struct beam_effect *effect)
 {

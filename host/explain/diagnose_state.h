@@ -102,6 +102,11 @@ extern const struct rig_limits diagnose_rig_limits;
  * Ranks. Linear refits, some tenths of a second to a second each.
  */
 enum bf_status diagnose_members_from_given(struct diagnose_state *w, struct bf_error *err);
+/*
+ * Refits take no search through the whole range of what is open (sections of patches, damping). Where the best single effect has come to no end above what a free
+ * linear model leaves, the fit that does is made of the model as given with it, as `fit` would after `add`. Ranks. Seconds.
+ */
+enum bf_status diagnose_search_lost(struct diagnose_state *w, struct bf_error *err);
 
 /*
  * diagnose_sets.c: one more effect on the best hypotheses with n_effects of them. On a hypothesis without a law a law is tried along the measured motion, without a
