@@ -17,9 +17,9 @@
 
 /* Candidates at most, and how many refits before it is asked whether one has explained the records. */
 enum { MOST_FIRST = 3, MOST_GIVEN = 32, MOST_AT_ONCE = 8 };
-/* Places of a rigid support that are tried, and the starts of a candidate at most: with either sign, and those. */
+/* Places of a rigid support, or of a heavy mass, that are tried, and the starts of a candidate at most: with either sign, and those. */
 enum { SUPPORTS = 4, ROADS = 2 + SUPPORTS };
-/* Of EI/l³: a spring that holds the beam. From a soft one a fit does not find the support, whose place is all that the records tell. */
+/* Of EI/l³: a spring that holds the beam. From a soft one a fit does not find the support, whose place is all that the records tell; nor from a gram a mass as heavy as the beam. */
 static const double rigid = 1e3;
 /* Evaluations in which the refit of an effect that is there has found it (50 to 100 do); that of another may take ten times as many to end far off. */
 enum { QUICK_RUNS = 100 };
@@ -231,8 +231,9 @@ struct road {
     double left;
 };
 
-/* Parameter that is the stiffness of a spring at a point, and the parameter of its place; false: the effect is none. */
-static bool is_point_spring(const struct model *model, const struct candidate *candidate, int *stiffness, int *place)
+/* What a spring or a mass at a point does with its place as a parameter: the first parameter of its strength, and of the place; false: the effect is none. */
+static bool is_at_a_place(const struct model *model, const struct candidate *candidate, bool mass, int *strength,
+                          int *place)
 {
     const struct beam_effect *effect = candidate->effect;
     const struct beam_place where = model_place(model);
@@ -241,36 +242,42 @@ static bool is_point_spring(const struct model *model, const struct candidate *c
         terms[0].place.kind != BEAM_AT_POINT || terms[0].place.at_parameter == 0)
         return false;
     *place = terms[0].place.at_parameter - 1;
-    for (*stiffness = 0; *stiffness < effect->n_parameters; (*stiffness)++)
-        if (fabs((double)terms[0].by_parameter[*stiffness].stiffness) > 0.0)
+    for (*strength = 0; *strength < effect->n_parameters; (*strength)++) {
+        const struct beam_coefficients *slope = &terms[0].by_parameter[*strength];
+        if (fabs((double)(mass ? slope->mass : slope->stiffness)) > 0.0)
             return true;
+    }
     return false;
 }
 
-/* Rigid supports along the span, as starts of a spring: roads[SUPPORTS], returns how many. */
-static size_t lay_supports(const struct model *from, const struct candidate *candidate, struct road roads[])
+/* What laboratories put on a beam, along the span, as starts: a rigid support, a mass as heavy as the beam. roads[SUPPORTS], returns how many. */
+static size_t lay_large(const struct model *from, const struct candidate *candidate, struct road roads[])
 {
-    int stiffness, place;
-    if (!is_point_spring(from, candidate, &stiffness, &place))
+    const struct material *beam = &from->materials[model_plain_material(from)];
+    const double length_m = from->length_m;
+    double large = rigid * beam->EI.value / (length_m * length_m * length_m);
+    int strength, place;
+    if (is_at_a_place(from, candidate, true, &strength, &place))
+        large = beam->rho.value * length_m;
+    else if (!is_at_a_place(from, candidate, false, &strength, &place))
         return 0;
-    const double length_m = from->length_m, EI = from->materials[model_plain_material(from)].EI.value;
     for (int k = 0; k < SUPPORTS; k++) {
         roads[k] = (struct road){.candidate = candidate};
         memcpy(roads[k].start, candidate->start, sizeof roads[k].start);
-        roads[k].start[stiffness] = fmin(rigid * EI / (length_m * length_m * length_m), candidate->upper[stiffness]);
+        roads[k].start[strength] = fmin(large, candidate->upper[strength]);
         roads[k].start[place] = length_m * (k + 1) / (SUPPORTS + 2);
     }
     return SUPPORTS;
 }
 
-/* The other starts of a candidate: far from the truth either sign may lead astray (a strut near buckling), and a soft spring. */
+/* The other starts of a candidate: far from the truth either sign may lead astray (a strut near buckling), and a soft spring or a small mass. */
 static size_t lay_others(const struct model *from, const struct candidate *candidate, struct road roads[])
 {
     struct road turned = {.candidate = candidate};
     size_t n = 0;
     if (turn(candidate, turned.start))
         roads[n++] = turned;
-    return n + lay_supports(from, candidate, &roads[n]);
+    return n + lay_large(from, candidate, &roads[n]);
 }
 
 /*
