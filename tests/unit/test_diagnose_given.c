@@ -116,6 +116,23 @@ static void a_rigid_support_is_found_at_its_place(void **state)
     bench_free(b);
 }
 
+/* A mass three times as heavy as the beam. */
+static void a_mass_heavier_than_the_beam_is_found_at_its_place(void **state)
+{
+    (void)state;
+    static const char *const ids[] = {"point_mass", "root_compliance", "axial_load", "viscoelastic", NULL};
+    struct bench *b = bench_new("{kind: point_mass, mass_kg: 0.15, at_m: 0.22}", 2, LONG, 0.004, ids);
+    diagnose(b, 2, 0);
+    assert_int_equal(b->d.verdict, VERDICT_MISSING);
+    assert_int_equal(b->d.n_named, 1);
+    assert_string_equal(b->d.named[0], "point_mass");
+    const struct hypothesis *best = &b->d.hypotheses[0];
+    assert_true(best->fitted.noise_ratio < 1.05);
+    assert_true(fabs(best->model.effects[0].parameters[0].value - 0.15) < 0.015);
+    assert_true(fabs(best->model.effects[0].parameters[1].value - 0.22) < 2e-3);
+    bench_free(b);
+}
+
 /*
  * Each candidate is first looked at for a hundred evaluations. The spring's refit has come to the noise by then but is not at its end: it goes on and is
  * named, instead of being looked for once more after all others.
@@ -230,6 +247,7 @@ int main(void)
         cmocka_unit_test(what_a_linear_model_undercuts_is_no_end),
         cmocka_unit_test(a_mate_is_held_against_what_has_explained),
         cmocka_unit_test(a_rigid_support_is_found_at_its_place),
+        cmocka_unit_test(a_mass_heavier_than_the_beam_is_found_at_its_place),
         cmocka_unit_test(what_has_nearly_been_found_is_not_left),
         cmocka_unit_test(a_prior_says_what_was_believed),
         cmocka_unit_test(an_ancestor_says_what_was_believed),
