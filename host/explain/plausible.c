@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
- * A stand-in often needs a value that nobody would believe: a Maxwell branch twice as stiff as the beam, kilonewtons of tension in a cantilever, hum
- * that happens to have the beam's own frequency, a sensor too slow for the beam's first mode. The fit itself knows no prior of an effect; here the value has one.
+ * A stand-in often needs a value that nobody would believe: a Maxwell branch twice as stiff as the beam, kilonewtons of tension in a cantilever, a hundred
+ * kilograms on a beam of one, hum that happens to have the beam's own frequency, a sensor too slow for the beam's first mode. The fit itself knows no prior of an effect; here the value has one.
  */
 #include "plausible.h"
 
@@ -9,6 +9,8 @@
 
 /* Of EI or of the buckling load: up to this part nothing is said; e times as much, and more, is improbable as a normal logarithm of deviation 1. */
 static const double usual_share = 0.1;
+/* Times the beam's mass: up to this a mass is one that somebody puts on a beam; one that is far heavier holds it, as a support does. */
+static const double usual_mass = 3.0;
 /* Tones are spread evenly over the logarithm of the frequency: one within this share of a pole is judged by how near it is. */
 static const double neighbourhood = 0.1;
 
@@ -37,6 +39,11 @@ static double beyond(double value, double usual)
     return 0.5 * log_ratio * log_ratio;
 }
 
+static double beam_mass_kg(const struct model *model)
+{
+    return model->materials[model_plain_material(model)].rho.value * (double)model_place(model).length_m;
+}
+
 static double nats_of_term(const struct model *model, const struct beam_term *term)
 {
     const bool plain = term->place.weight == BEAM_WEIGHT_ONE || term->place.weight == BEAM_WEIGHT_PATCH;
@@ -44,6 +51,8 @@ static double nats_of_term(const struct model *model, const struct beam_term *te
         return beyond((double)(term->value.stiffness + term->value.memory), usual_share * stiffest(model));
     if (plain && term->place.kind == BEAM_OVER_SLOPE)
         return beyond((double)term->value.stiffness, usual_share * buckling_load(model));
+    if (term->place.kind == BEAM_AT_POINT)
+        return beyond((double)term->value.mass, usual_mass * beam_mass_kg(model));
     return 0.0;
 }
 

@@ -169,6 +169,19 @@ static void a_sensor_that_loses_the_first_mode_costs(void **state)
     assert_true(fabs(nats_of("  - {kind: sensor_highpass, tau_s: 1e-4}\n", &none) - 0.5 * leaks * leaks) < 1e-9);
 }
 
+/* The beam's mass is 0.08 kg at most: what is a thousand times as heavy holds it, as a support does. */
+static void a_mass_that_nobody_lifts_costs(void **state)
+{
+    (void)state;
+    const struct attainable none = {0};
+    assert_true(nats_of("  - {kind: tip_mass, mass_kg: 0.05}\n", &none) == 0.0);
+    const double hundred = nats_of("  - {kind: point_mass, mass_kg: 100, at_m: 0.2}\n", &none),
+                 ten = nats_of("  - {kind: tip_mass, mass_kg: 10}\n", &none);
+    assert_true(ten > 3.0);
+    /* ½ (x + ln 10)² − ½ x² with x = √(2 ten) */
+    assert_true(fabs(hundred - ten - log(10.0) * (sqrt(2.0 * ten) + 0.5 * log(10.0))) < 1e-9);
+}
+
 /* The beam: EI 0.793 at most, 0.4573 m, so that it buckles at 9.4 N and a tenth of either is usual. */
 static void an_unbelievable_strength_costs(void **state)
 {
@@ -180,7 +193,7 @@ static void an_unbelievable_strength_costs(void **state)
     assert_true(nats_of("  - {kind: viscoelastic, strength_Nm2: 0.05, relaxation_s: 0.01}\n", &none) == 0.0);
     assert_true(nats_of("  - {kind: viscoelastic, strength_Nm2: 1.6, relaxation_s: 100}\n", &none) > 4.0);
     assert_true(nats_of("  - {kind: point_spring, stiffness_Npm: 1e6, damping_Nspm: 0, at_m: 0.1}\n", &none) == 0.0);
-    assert_true(nats_of("  - {kind: tip_mass, mass_kg: 1}\n", &none) == 0.0);
+    assert_true(nats_of("  - {kind: tip_mass, mass_kg: 0.1}\n", &none) == 0.0);
 }
 
 /* A tenth of its frequency around the pole is its neighbourhood; within its bandwidth the chance is its damping over a tenth. */
@@ -226,6 +239,7 @@ int main(void)
         cmocka_unit_test(parameters_have_their_price),
         cmocka_unit_test(a_value_for_each_record_is_paid_for_in_each),
         cmocka_unit_test(a_sensor_that_loses_the_first_mode_costs),
+        cmocka_unit_test(a_mass_that_nobody_lifts_costs),
         cmocka_unit_test(an_unbelievable_strength_costs),
         cmocka_unit_test(a_tone_at_a_pole_costs),
         cmocka_unit_test(bands_share_the_noise),
