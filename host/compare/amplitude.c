@@ -44,8 +44,7 @@ static size_t free_stretches(const struct model *model, const struct record *rec
                              struct stretch out[STRETCHES])
 {
     double threshold[COMPARE_INPUTS] = {0};
-    const char *excitation = record_meta(record, "excitation");
-    if (excitation != NULL && strcmp(excitation, "free_decay") == 0) {
+    if (record_is_free_decay(record)) {
         out[0] = (struct stretch){0, n};
         return n >= LEAST_SAMPLES ? 1 : 0;
     }

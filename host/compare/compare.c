@@ -125,8 +125,7 @@ static enum bf_status analyse_channel(const struct comparison *all, const struct
 {
     const struct predict_channel *from = &s->channels[i];
     const struct record *record = &all->records[from->record];
-    const char *excitation = record_meta(record, "excitation");
-    const bool decay = excitation != NULL && strcmp(excitation, "free_decay") == 0;
+    const bool decay = record_is_free_decay(record);
     c->predicted = bf_alloc(c->n, sizeof *c->predicted);
     c->residual = bf_alloc(c->n, sizeof *c->residual);
     memcpy(c->predicted, s->y + from->row, c->n * sizeof *c->predicted);

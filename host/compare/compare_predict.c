@@ -11,7 +11,7 @@ static const double dependent = 1e-10; /* columns that depend on others to this 
 bool excitation_level_unknown(const struct model *model, const struct record *record)
 {
     const char *excitation = record_meta(record, "excitation");
-    if (excitation != NULL && strcmp(excitation, "free_decay") == 0)
+    if (record_is_free_decay(record))
         return false;
     if (excitation != NULL && strcmp(excitation, "unknown_level") == 0)
         return true;

@@ -40,9 +40,8 @@ static double largest(const struct record *record, const char *name)
 static size_t driving_input(const struct search *s, size_t r)
 {
     const struct record *record = &s->records[r];
-    const char *excitation = record_meta(record, "excitation");
     size_t found = s->model->n_inputs;
-    if ((excitation && strcmp(excitation, "free_decay") == 0) || excitation_level_unknown(s->model, record))
+    if (record_is_free_decay(record) || excitation_level_unknown(s->model, record))
         return found;
     for (size_t i = 0; i < s->model->n_inputs; i++) {
         double most = 0.0;

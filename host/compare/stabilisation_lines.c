@@ -35,11 +35,10 @@ static void add_inputs(const struct comparison *all, const struct comparison_cha
                        struct stabilisation_lines *l)
 {
     const struct record *record = &all->records[c->record];
-    const char *excitation = record_meta(record, "excitation");
     const size_t first = (size_t)(c->measured - record_column(record, c->name));
     const double *input[COMPARE_INPUTS] = {0};
     double power[COMPARE_INPUTS] = {0}, most = 0.0;
-    if (excitation != NULL && strcmp(excitation, "free_decay") == 0)
+    if (record_is_free_decay(record))
         return;
     for (size_t i = 0; i < all->model->n_inputs && i < COMPARE_INPUTS; i++) {
         input[i] = record_column(record, all->model->inputs[i].name);

@@ -127,16 +127,10 @@ static enum bf_status scale_unknowns(struct fit_problem *p, struct bf_error *err
 
 /* ---- Records ---- */
 
-static bool is_decay(const struct record *record)
-{
-    const char *kind = record_meta(record, "excitation");
-    return kind && strcmp(kind, "free_decay") == 0;
-}
-
 /* When the excitation begins, in seconds after the first sample; 0 for a free decay (its rows begin there). */
 static double onset_of(const struct model *model, const struct record *record)
 {
-    if (is_decay(record))
+    if (record_is_free_decay(record))
         return 0.0;
     size_t first = record->n;
     for (size_t i = 0; i < model->n_inputs; i++) {
@@ -154,7 +148,7 @@ static double onset_of(const struct model *model, const struct record *record)
 static bool level_unknown(const struct model *model, const struct record *record)
 {
     const char *kind = record_meta(record, "excitation");
-    if (is_decay(record))
+    if (record_is_free_decay(record))
         return false;
     if (kind && strcmp(kind, "unknown_level") == 0)
         return true;

@@ -193,7 +193,8 @@ static enum bf_status nonlinear_kinds(struct shortlist *s, const enum effect_kin
     enum bf_status status = BF_OK;
     if (!(diagnose_is_far(&w->d->baseline) && diagnose_explained(w->d, s->n_effects)))
         status = laws_and_chain(s, kinds, most, span, err);
-    if (!status && still_wanted(s) && diagnose_linear_is_out(w->d)) /* before some fifty refits of what cannot be it */
+    if (!status && still_wanted(s) &&
+        diagnose_linear_is_out(w->d)) /* linear effects, which cannot be the cause, take some fifty refits */
         refit_best_law(s);
     if (status || !still_wanted(s) || linear_is_out(w->d, s->n_effects))
         return status;

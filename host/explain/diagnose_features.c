@@ -10,19 +10,24 @@
 
 #include <math.h>
 
-/* Of the noise's power: a misfit that is smaller cannot be told from none. */
-static const double least_excess = 0.05;
-/* Of the misfit's power: what takes it is an answer of a real beam, which is never exact. */
-static const double an_answer = 0.97;
+/* All that is set by hand, but for the weights. */
+static const struct feature_limits {
+    double least_excess; /* of the noise's power: a misfit that is smaller cannot be told from none */
+    double an_answer;    /* of the misfit's power: what takes it is an answer of a real beam, which is never exact */
+    double small,
+        large; /* of the signal: what the rig of a careful experimenter leaves, what laboratories change on purpose */
+    double of_a_mass;   /* of what remains: how far that makes a mass as suspect as a spring */
+    double least_taken; /* of the misfit's power: what takes less has not explained it alone */
+} limits = {.least_excess = 0.05, .an_answer = 0.97, .small = 0.02, .large = 0.5, .of_a_mass = 0.5, .least_taken = 0.8};
 
 static double excess(const struct hypothesis *h)
 {
-    return fmax(hypothesis_excess(&h->fitted), least_excess);
+    return fmax(hypothesis_excess(&h->fitted), limits.least_excess);
 }
 
 static double held_out_excess(const struct hypothesis *h)
 {
-    return fmax(hypothesis_excess(&h->check), least_excess);
+    return fmax(hypothesis_excess(&h->check), limits.least_excess);
 }
 
 /* Times the rms above the noise that `other` leaves, one leaves: of the fitted and, where both were asked, the held-out records. */
@@ -54,7 +59,7 @@ static bool is_linear(const struct hypothesis *h)
  */
 static bool has_floor(const struct diagnosis *d, const struct hypothesis *h)
 {
-    const bool nearly_all = h->explained >= an_answer && !(h->held_out_explained < an_answer);
+    const bool nearly_all = h->explained >= limits.an_answer && !(h->held_out_explained < limits.an_answer);
     return d->attainable.modes > 0 && (is_linear(h) || nearly_all);
 }
 
@@ -105,9 +110,8 @@ static double bounded(double x, double half)
 /* 0: the misfit is as small a share of the signal as what the rig of a careful experimenter leaves; 1: as large as what laboratories change on purpose. */
 static double size_of_misfit(const struct diagnosis *d)
 {
-    static const double small = 0.02, large = 0.5;
-    const double share = fmin(fmax(d->baseline.fitted.nrmse, small), large);
-    return log(share / small) / log(large / small);
+    const double share = fmin(fmax(d->baseline.fitted.nrmse, limits.small), limits.large);
+    return log(share / limits.small) / log(limits.large / limits.small);
 }
 
 /* All that is asked for, where no special case of it does as well, is such a mass or spring; *masses: all are masses. */
@@ -131,11 +135,10 @@ static bool follows_much(const struct diagnosis *d, const struct decision *one, 
  */
 static double follows(const struct diagnosis *d, const struct decision *one)
 {
-    static const double of_a_mass = 0.5;
     bool masses;
     if (!follows_much(d, one, &masses))
         return 0.0;
-    return 1.0 - size_of_misfit(d) * (1.0 - (masses ? of_a_mass : 1.0) * one->feature[FEATURE_REMAINS]);
+    return 1.0 - size_of_misfit(d) * (1.0 - (masses ? limits.of_a_mass : 1.0) * one->feature[FEATURE_REMAINS]);
 }
 
 /* ---- What stands alone ---- */
@@ -149,9 +152,8 @@ double diagnose_share_taken(const struct hypothesis *h)
 /* Of a misfit as large as the signal it takes nearly all, fitted and held out, and nothing else takes much, whatever the rig's own errors leave of it. */
 static double alone(const struct diagnosis *d, const struct hypothesis *best, const struct hypothesis *other)
 {
-    static const double least_taken = 0.8;
     const double size = size_of_misfit(d), taken = diagnose_share_taken(best);
-    const double nearly_all = fmax(taken - least_taken, 0.0) / (1.0 - least_taken);
+    const double nearly_all = fmax(taken - limits.least_taken, 0.0) / (1.0 - limits.least_taken);
     return size * size * nearly_all * fmax(taken - diagnose_share_taken(other), 0.0);
 }
 

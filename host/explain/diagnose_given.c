@@ -130,7 +130,7 @@ enum bf_status diagnose_members_from_given(struct diagnose_state *w, struct bf_e
 }
 
 /* The best single effect, where its refit has come to no end and leaves much more than a free linear model does. NULL: nothing is to be searched for. */
-static const struct hypothesis *lost_one(const struct diagnosis *d)
+static const struct hypothesis *unconverged_single(const struct diagnosis *d)
 {
     static const double much_more = 1.5, most = 0.5; /* times the rms; of the misfit's power */
     for (size_t i = 0; i < d->n_hypotheses; i++) {
@@ -138,17 +138,17 @@ static const struct hypothesis *lost_one(const struct diagnosis *d)
         if (h->n_effects > 1)
             continue;
         const double floor = fmax(diagnose_floor(d), 1.0);
-        const bool lost = d->attainable.modes > 0 && !h->fit.converged && effect_is_linear(h->effects[0]) &&
-                          h->explained >= most && h->fitted.noise_ratio > much_more * floor;
-        return lost ? h : NULL;
+        const bool wanted = d->attainable.modes > 0 && !h->fit.converged && effect_is_linear(h->effects[0]) &&
+                            h->explained >= most && h->fitted.noise_ratio > much_more * floor;
+        return wanted ? h : NULL;
     }
     return NULL;
 }
 
-enum bf_status diagnose_search_lost(struct diagnose_state *w, struct bf_error *err)
+enum bf_status diagnose_search_unconverged(struct diagnose_state *w, struct bf_error *err)
 {
     struct diagnosis *d = w->d;
-    const struct hypothesis *h = lost_one(d);
+    const struct hypothesis *h = unconverged_single(d);
     const struct fit_options options = {.quiet = true, .sigma = w->sigma, .predict = w->options->predict};
     static const struct fit_check nothing_held_out;
     struct fit_result fit = {0};
@@ -231,36 +231,16 @@ struct road {
     double left;
 };
 
-/* What a spring or a mass at a point does with its place as a parameter: the first parameter of its strength, and of the place; false: the effect is none. */
-static bool is_at_a_place(const struct model *model, const struct candidate *candidate, bool mass, int *strength,
-                          int *place)
-{
-    const struct beam_effect *effect = candidate->effect;
-    const struct beam_place where = model_place(model);
-    struct beam_term terms[BEAM_EFFECT_TERMS] = {0};
-    if (effect->terms == NULL || effect->n_terms != 1 || effect->terms(candidate->start, &where, terms) != 0 ||
-        terms[0].place.kind != BEAM_AT_POINT || terms[0].place.at_parameter == 0)
-        return false;
-    *place = terms[0].place.at_parameter - 1;
-    for (*strength = 0; *strength < effect->n_parameters; (*strength)++) {
-        const struct beam_coefficients *slope = &terms[0].by_parameter[*strength];
-        if (fabs((double)(mass ? slope->mass : slope->stiffness)) > 0.0)
-            return true;
-    }
-    return false;
-}
-
 /* What laboratories put on a beam, along the span, as starts: a rigid support, a mass as heavy as the beam. roads[SUPPORTS], returns how many. */
 static size_t lay_large(const struct model *from, const struct candidate *candidate, struct road roads[])
 {
-    const struct material *beam = &from->materials[model_plain_material(from)];
-    const double length_m = from->length_m;
-    double large = rigid * beam->EI.value / (length_m * length_m * length_m);
-    int strength, place;
-    if (is_at_a_place(from, candidate, true, &strength, &place))
-        large = beam->rho.value * length_m;
-    else if (!is_at_a_place(from, candidate, false, &strength, &place))
+    const struct beam_effect *effect = candidate->effect;
+    const double length_m = from->length_m, EI = from->materials[model_plain_material(from)].EI.value;
+    const int strength = effect_slot(effect, BEAM_ROLE_STRENGTH), place = effect_slot(effect, BEAM_ROLE_PLACE);
+    if (!diagnose_follows_much(effect, from)) /* neither a spring nor a mass at a free place */
         return 0;
+    const double large =
+        diagnose_is_mass(effect, from) ? model_mass_kg(from) : rigid * EI / (length_m * length_m * length_m);
     for (int k = 0; k < SUPPORTS; k++) {
         roads[k] = (struct road){.candidate = candidate};
         memcpy(roads[k].start, candidate->start, sizeof roads[k].start);

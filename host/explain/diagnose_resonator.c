@@ -69,16 +69,6 @@ static size_t start_frequencies(const struct diagnosis *d, double frequency_Hz[F
     return n;
 }
 
-static double beam_mass_kg(const struct model *model)
-{
-    double mass = 0.0;
-    for (size_t r = 0; r < model->n_regions; r++)
-        for (size_t m = 0; m < model->n_materials; m++)
-            if (strcmp(model->materials[m].name, model->regions[r].name) == 0)
-                mass += model->materials[m].rho.value * (model->regions[r].to_m - model->regions[r].from_m);
-    return mass;
-}
-
 static double flexibility_radpNm(const struct model *model)
 {
     return model->length_m / model->materials[model_plain_material(model)].EI.value;
@@ -103,7 +93,7 @@ static void begin_at(const struct model *model, double frequency_Hz, double at_m
         p->fixed = false;
         switch (own->effect->parameters[i].role) {
         case BEAM_ROLE_STRENGTH:
-            p->value = limits.part * (own->effect->releases_root ? flexibility_radpNm(model) : beam_mass_kg(model));
+            p->value = limits.part * (own->effect->releases_root ? flexibility_radpNm(model) : model_mass_kg(model));
             break;
         case BEAM_ROLE_RESONANCE:
             p->value = frequency_Hz;

@@ -2,8 +2,8 @@
 /*
  * What explains the records best may be more general than its cause: a point mass at the free end is a tip mass, a spring without stiffness a damper. The
  * special case is refitted from the values of the general one, which are its own if it is the cause, wherever its own search has ended: alone, and in the
- * best set. So is the twin of a sensor's response: one that is slow and one that forgets both let a transient of their time constant die away in a channel, and in free
- * decays nothing else tells them.
+ * best set. So is another first-order response of the sensor with the time constant that was found: a low-pass and a
+ * high-pass both leave a transient that dies away with it, and in free decays the two differ in nothing else.
  */
 #include "diagnose_relatives.h"
 #include "diagnose_state.h"
@@ -55,7 +55,7 @@ static void take_values(const struct model_effect *from, struct model_effect *to
 }
 
 /* Another response of a sensor with a time constant of the same name. */
-static bool is_twin(const struct beam_effect *one, const struct beam_effect *other)
+static bool has_its_time_constant(const struct beam_effect *one, const struct beam_effect *other)
 {
     if (one == other || one->filter == NULL || other->filter == NULL)
         return false;
@@ -89,8 +89,8 @@ static enum bf_status special_model(const struct hypothesis *general, size_t e, 
 static bool is_worth_trying(const struct diagnose_state *w, const struct hypothesis *general, size_t e,
                             const struct beam_effect *special)
 {
-    const bool related =
-        diagnose_special_case(special, general->effects[e], w->d->model) || is_twin(special, general->effects[e]);
+    const bool related = diagnose_special_case(special, general->effects[e], w->d->model) ||
+                         has_its_time_constant(special, general->effects[e]);
     return related && !diagnose_leaves_out(w, special) && !model_has_effect(&general->model, special) &&
            !does_as_well(w->d, general, e, special);
 }

@@ -106,7 +106,7 @@ enum bf_status diagnose_members_from_given(struct diagnose_state *w, struct bf_e
  * Refits take no search through the whole range of what is open (sections of patches, damping). Where the best single effect has come to no end above what a free
  * linear model leaves, the fit that does is made of the model as given with it, as `fit` would after `add`. Ranks. Seconds.
  */
-enum bf_status diagnose_search_lost(struct diagnose_state *w, struct bf_error *err);
+enum bf_status diagnose_search_unconverged(struct diagnose_state *w, struct bf_error *err);
 
 /*
  * diagnose_sets.c: one more effect on the best hypotheses with n_effects of them. On a hypothesis without a law a law is tried along the measured motion, without a
@@ -119,7 +119,7 @@ enum bf_status diagnose_without_one(struct diagnose_state *w, struct bf_error *e
 bool diagnose_last_one_helped(const struct diagnosis *d, size_t n_effects);
 
 /*
- * diagnose_special.c: the special cases of the best single effect, and the twins of a sensor's response, refitted from its values unless they do as well already; and
+ * diagnose_special.c: the special cases of the best single effect, and the other first-order response of a sensor, refitted from its values unless they do as well already; and
  * those of the best single effect at the end and of the members of the best explanation, where that is a set. Ranks. A refit from nearby each.
  */
 void diagnose_special_cases(struct diagnose_state *w);

@@ -39,11 +39,6 @@ static double beyond(double value, double usual)
     return 0.5 * log_ratio * log_ratio;
 }
 
-static double beam_mass_kg(const struct model *model)
-{
-    return model->materials[model_plain_material(model)].rho.value * (double)model_place(model).length_m;
-}
-
 static double nats_of_term(const struct model *model, const struct beam_term *term)
 {
     const bool plain = term->place.weight == BEAM_WEIGHT_ONE || term->place.weight == BEAM_WEIGHT_PATCH;
@@ -52,7 +47,7 @@ static double nats_of_term(const struct model *model, const struct beam_term *te
     if (plain && term->place.kind == BEAM_OVER_SLOPE)
         return beyond((double)term->value.stiffness, usual_share * buckling_load(model));
     if (term->place.kind == BEAM_AT_POINT)
-        return beyond((double)term->value.mass, usual_mass * beam_mass_kg(model));
+        return beyond((double)term->value.mass, usual_mass * model_mass_kg(model));
     return 0.0;
 }
 

@@ -237,6 +237,8 @@ double model_output_gain(const struct model *model, size_t output);
 /* First patch of the model: the region(s) named "patch", else the first patch channel; false when there is none. */
 bool model_patch(const struct model *model, double *from_m, double *to_m);
 const struct material *model_material(const struct model *model, const char *region);
+/* Of all regions, kg; what an effect adds is not counted. */
+double model_mass_kg(const struct model *model);
 size_t model_plain_material(const struct model *model); /* 'beam', or the first that is not 'patch' */
 
 /* weight(x) of a form over a region of this material. */

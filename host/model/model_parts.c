@@ -236,6 +236,17 @@ size_t model_plain_material(const struct model *model)
     return bare < model->n_materials ? bare : 0;
 }
 
+double model_mass_kg(const struct model *model)
+{
+    double mass = 0.0;
+    for (size_t r = 0; r < model->n_regions; r++) {
+        const struct material *material = model_material(model, model->regions[r].name);
+        if (material != NULL)
+            mass += material->rho.value * (model->regions[r].to_m - model->regions[r].from_m);
+    }
+    return mass;
+}
+
 double model_last_place_m(const struct model *model)
 {
     static const double before_the_end = 0.01;

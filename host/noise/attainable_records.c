@@ -11,12 +11,6 @@ enum { LONG = 131072, PIECE = 65536 };
 /* Samples over which the edges of an input that was cut ring, to 1e-8: a floor is known to three digits. */
 enum { GUARD = 1024 };
 
-static bool is_free_decay(const struct record *record)
-{
-    const char *excitation = record_meta(record, "excitation");
-    return excitation != NULL && strcmp(excitation, "free_decay") == 0;
-}
-
 /* Residues of this record alone: its level is unknown, or a channel was elsewhere than in the others. */
 static bool own_residues(const struct model *model, const struct record *record, const struct model_input *input)
 {
@@ -34,16 +28,6 @@ static bool in_motion(const struct attainable_data *data, size_t n)
         if (fabs(data->z[k]) > fmax(clearly * data->noise, trifle * data->rms))
             return true;
     return false;
-}
-
-static size_t first_sample(const struct record *record)
-{
-    const char *from = record_meta(record, "free_from_s");
-    double from_s = 0.0;
-    if (!is_free_decay(record) || from == NULL || !number_parse(from, from + strlen(from), '.', &from_s))
-        return 0;
-    const double samples = ceil((from_s - record->t0_s) / record->dt_s);
-    return samples > 0.0 && samples < (double)record->n ? (size_t)samples : 0;
 }
 
 /* ---- One record ---- */
@@ -112,8 +96,8 @@ static void add_pieces(struct attainable_problem *p, const struct attainable_rec
 void attainable_add_record(struct attainable_problem *p, const struct model *model, const struct record *record,
                            size_t index, const double noise_rms[])
 {
-    const bool decay = is_free_decay(record);
-    struct attainable_record whole = {.n = record->n - first_sample(record),
+    const bool decay = record_is_free_decay(record);
+    struct attainable_record whole = {.n = record->n - record_free_from(record),
                                       .moving = record_state_is_free(record),
                                       .periodic = record_is_periodic(record),
                                       .dt_s = record->dt_s,

@@ -28,14 +28,6 @@ static const struct start_limits {
     double trifle; /* of the channel's rms: what is less matters nowhere */
 } limits = {.noises = 5.0, .worst = 10.0, .trifle = 2e-3};
 
-static double rms_of(const double x[], size_t n)
-{
-    double sum = 0.0;
-    for (size_t i = 0; i < n; i++)
-        sum += x[i] * x[i];
-    return n > 0 ? sqrt(sum / (double)n) : 0.0;
-}
-
 /* error[n − order] of each sample but the last `order` of z[n], predicted from those after it; the first LATEST are left out of the fit. */
 static enum bf_status predict_backward(const double z[], size_t n, size_t order, double error[], struct bf_error *err)
 {
@@ -64,7 +56,8 @@ static enum bf_status cut_of(const double z[], size_t n, size_t *cut, double *ti
     double *error = bf_alloc(n - order, sizeof *error);
     const enum bf_status status = predict_backward(z, n, order, error, err);
     const size_t near = n - order - LATEST < 8 * LATEST ? n - order - LATEST : 8 * LATEST;
-    const double usual = status ? 0.0 : rms_of(error + LATEST, near), least = limits.trifle * rms_of(z, n);
+    const double usual = status ? 0.0 : root_mean_square(error + LATEST, near),
+                 least = limits.trifle * root_mean_square(z, n);
     for (size_t i = 0; i < LATEST && !status; i++)
         if (fabs(error[i]) > fmax(limits.noises * usual, least)) {
             *cut = i + 1;
@@ -78,9 +71,7 @@ static enum bf_status cut_of(const double z[], size_t n, size_t *cut, double *ti
 
 static bool is_asked(const struct record *record)
 {
-    const char *excitation = record_meta(record, "excitation");
-    return record->kind == RECORD_SAMPLES && excitation != NULL && strcmp(excitation, "free_decay") == 0 &&
-           record_meta(record, "free_from_s") == NULL;
+    return record->kind == RECORD_SAMPLES && record_is_free_decay(record) && record_meta(record, "free_from_s") == NULL;
 }
 
 /* The longest cut of its channels. */
@@ -113,11 +104,7 @@ enum bf_status decay_starts_cut(const struct model *model, struct record *const 
         status = look_at(model, records[r], start, err);
         if (status || start->n == 0)
             continue;
-        char text[40];
-        (void)snprintf(text, sizeof text, "%.12g",
-                       records[r]->t0_s +
-                           ((double)start->n - 0.25) * records[r]->dt_s); /* rounded up where it is read */
-        record_add_meta(records[r], "free_from_s", text);
+        record_set_free_from(records[r], start->n);
         out->n++;
     }
     return status;

@@ -48,22 +48,10 @@ static bool moves(const double *u, size_t n)
     return false;
 }
 
-/* First sample of a free decay. */
-static size_t free_from(const struct record *record)
-{
-    const char *text = record_meta(record, "free_from_s");
-    double from_s = 0.0;
-    if (text == NULL || !number_parse(text, text + strlen(text), '.', &from_s))
-        return 0;
-    const double samples = ceil((from_s - record->t0_s) / record->dt_s);
-    return samples > 0.0 && samples < (double)record->n ? (size_t)samples : 0;
-}
-
 static struct question ask(const struct model *model, const struct record *record, const char *channel)
 {
-    const char *excitation = record_meta(record, "excitation");
-    const bool free_decay = excitation != NULL && strcmp(excitation, "free_decay") == 0;
-    struct question q = {.z = record_column(record, channel), .from = free_decay ? free_from(record) : 0};
+    const bool free_decay = record_is_free_decay(record);
+    struct question q = {.z = record_column(record, channel), .from = record_free_from(record)};
     for (size_t i = 0; i < model->n_inputs && q.n_inputs < NOISE_MOST_INPUTS && !free_decay; i++) {
         const double *column = record_column(record, model->inputs[i].name);
         if (column != NULL && moves(column, record->n))

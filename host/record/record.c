@@ -30,11 +30,33 @@ const char *record_meta(const struct record *record, const char *key)
     return NULL;
 }
 
+bool record_is_free_decay(const struct record *record)
+{
+    const char *excitation = record_meta(record, "excitation");
+    return excitation != NULL && strcmp(excitation, "free_decay") == 0;
+}
+
+size_t record_free_from(const struct record *record)
+{
+    static const double rounding = 1e-6; /* of a sample */
+    double from_s;
+    if (!record_is_free_decay(record) || !record_meta_number(record, "free_from_s", &from_s))
+        return 0;
+    const double samples = ceil((from_s - record->t0_s) / record->dt_s - rounding);
+    return samples > 0.0 && samples < (double)record->n ? (size_t)samples : 0;
+}
+
+void record_set_free_from(struct record *record, size_t sample)
+{
+    char text[40];
+    (void)snprintf(text, sizeof text, "%.15g", record->t0_s + (double)sample * record->dt_s);
+    record_add_meta(record, "free_from_s", text);
+}
+
 bool record_state_is_free(const struct record *record)
 {
-    const char *excitation = record_meta(record, "excitation"), *state = record_meta(record, "initial_state");
-    return (excitation != NULL && strcmp(excitation, "free_decay") == 0) ||
-           (state != NULL && strcmp(state, "free") == 0 && !record_is_periodic(record));
+    const char *state = record_meta(record, "initial_state");
+    return record_is_free_decay(record) || (state != NULL && strcmp(state, "free") == 0 && !record_is_periodic(record));
 }
 
 void record_add_column(struct record *record, const char *name, const double *x)

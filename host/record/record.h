@@ -142,6 +142,11 @@ enum bf_status record_from_response(const struct record *lines, struct record *o
 bool record_is_periodic(const struct record *record);
 /* 1/s: what an exponential window has added to the damping; 0 without. */
 double record_window_rate(const struct record *record);
+/* "excitation: free_decay" */
+bool record_is_free_decay(const struct record *record);
+/* First sample of a free decay, by "free_from_s"; 0 where the record is none, says nothing, or a time that is not in it. The setter is for records that say nothing. */
+size_t record_free_from(const struct record *record);
+void record_set_free_from(struct record *record, size_t sample);
 /* "excitation: free_decay", or "initial_state: free": the beam moved before the record began, nobody knows how. */
 bool record_state_is_free(const struct record *record);
 

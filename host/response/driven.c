@@ -22,9 +22,7 @@ static bool moves_by_itself(const struct model *model)
 
 bool record_is_driven(const struct model *model, const struct record *record)
 {
-    const char *excitation = record_meta(record, "excitation");
-    if (record->kind != RECORD_SAMPLES || moves_by_itself(model) ||
-        (excitation != NULL && strcmp(excitation, "free_decay") == 0))
+    if (record->kind != RECORD_SAMPLES || moves_by_itself(model) || record_is_free_decay(record))
         return true;
     for (size_t i = 0; i < model->n_inputs; i++) {
         const double *u = record_column(record, model->inputs[i].name);

@@ -11,7 +11,6 @@ static enum bf_status bind_record(struct predictor *p, size_t r, struct bf_error
 {
     const struct record *record = &p->records[r];
     struct record_plan *plan = &p->plans[r];
-    const char *excitation = record_meta(record, "excitation");
     const char *from = record_meta(record, "free_from_s");
     if (record->kind != RECORD_SAMPLES)
         return bf_fail(
@@ -23,7 +22,7 @@ static enum bf_status bind_record(struct predictor *p, size_t r, struct bf_error
                                                : "a spectrum without phase has no motion in it");
     *plan = (struct record_plan){.record = record, .first_channel = p->n_channels};
     plan->recorder = recorder_filter_read(record);
-    plan->free_decay = excitation != NULL && strcmp(excitation, "free_decay") == 0;
+    plan->free_decay = record_is_free_decay(record);
     plan->periodic = record_is_periodic(record);
     plan->input = bf_alloc(p->model.n_inputs, sizeof *plan->input);
     plan->source = bf_alloc(p->model.n_inputs, sizeof *plan->source);
@@ -46,7 +45,7 @@ static enum bf_status bind_record(struct predictor *p, size_t r, struct bf_error
         double offset = (strtod(from, NULL) - record->t0_s) / record->dt_s;
         if (!(offset >= 0.0) || offset > (double)record->n - 2.0)
             return bf_fail_at(err, record->path, 1, "free_from_s: %s is not a time inside the record", from);
-        plan->start = (size_t)ceil(offset - 1e-6);
+        plan->start = record_free_from(record);
     }
     for (size_t o = 0; o < p->model.n_outputs; o++) {
         const double *measured = record_column(record, p->model.outputs[o].name);

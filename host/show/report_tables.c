@@ -48,10 +48,9 @@ static bool moves(const double *u, size_t n)
 static void excitation_cell(struct page *page, const struct record *record, double level)
 {
     const struct model *m = page->report->model;
-    const char *excitation = record_meta(record, "excitation");
     size_t n = 0;
     (void)fputs("<td>", page->out);
-    if (excitation != NULL && strcmp(excitation, "free_decay") == 0) {
+    if (record_is_free_decay(record)) {
         const char *from = record_meta(record, "free_from_s");
         html_textf(page->out, "free decay%s%s%s, initial state solved for", from != NULL ? " from " : "",
                    from != NULL ? from : "", from != NULL ? " s" : "");

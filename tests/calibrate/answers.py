@@ -5,7 +5,7 @@ import json
 import math
 import os
 
-KINDS = ("plain", "subtle", "pair", "clean", "outside", "faint", "removed")
+KINDS = ("plain", "changed", "subtle", "pair", "clean", "outside", "faint", "removed")
 WORDS = ("right", "class", "also", "ambiguous", "partial", "unknown", "missed", "alarm", "astray", "WRONG", "dear", "failed")
 DOMINATES = 2.0  # with less than so many times the clean ratio the rig's own errors are at least a third of the misfit's rms
 

@@ -59,18 +59,16 @@ static struct record decay(double (*of_time)(double), unsigned seed, const char 
     return record;
 }
 
-/* Samples that are cut; the record says so, at a time that is read as the first that stays. */
+/* Samples that are cut; the record says from when it is free. */
 static size_t cut_of(const struct model *model, struct record *record)
 {
     struct record *const records[] = {record};
     struct decay_start_list found;
     struct bf_error err;
-    double from_s = 0.0;
     assert_int_equal(decay_starts_cut(model, records, 1, &found, &err), BF_OK);
     const size_t n = found.n > 0 ? found.all[0].n : 0;
     if (n > 0) {
-        assert_true(record_meta_number(record, "free_from_s", &from_s));
-        assert_int_equal((size_t)ceil((from_s - record->t0_s) / record->dt_s), n);
+        assert_int_equal(record_free_from(record), n);
         assert_string_equal(found.all[0].channel, "tip_mps");
         assert_true(found.all[0].times > 10.0);
     }

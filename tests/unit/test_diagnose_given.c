@@ -7,6 +7,15 @@
 #include "ground/ground.h"
 #include "test_files.h"
 
+/* The only effect that is named; returns the explanation. */
+static const struct hypothesis *named_alone(const struct bench *b, const char *id)
+{
+    assert_int_equal(b->d.verdict, VERDICT_MISSING);
+    assert_int_equal(b->d.n_named, 1);
+    assert_string_equal(b->d.named[0], id);
+    return &b->d.hypotheses[0];
+}
+
 /* A mass of a fifth of the beam's near its middle: the baseline without it ends where no single effect can help. */
 static void what_ruins_the_baseline_is_found(void **state)
 {
@@ -15,10 +24,7 @@ static void what_ruins_the_baseline_is_found(void **state)
     struct bench *b = bench_new("{kind: point_mass, mass_kg: 0.008, at_m: 0.15}", 2, LONG, 0.004, ids);
     diagnose(b, 2, 0);
     assert_true(b->d.baseline.fitted.noise_ratio > 20.0);
-    assert_int_equal(b->d.verdict, VERDICT_MISSING);
-    assert_int_equal(b->d.n_named, 1);
-    assert_string_equal(b->d.named[0], "point_mass");
-    const struct hypothesis *best = &b->d.hypotheses[0];
+    const struct hypothesis *best = named_alone(b, "point_mass");
     assert_int_equal(best->n_effects, 1);
     assert_true(best->fitted.noise_ratio < 1.02);
     assert_true(fabs(best->model.effects[0].parameters[0].value - 0.008) < 1e-4);
@@ -107,34 +113,28 @@ static void a_rigid_support_is_found_at_its_place(void **state)
     struct bench *b =
         bench_new("{kind: point_spring, stiffness_Npm: 2e4, damping_Nspm: 0.05, at_m: 0.14}", 2, LONG, 0.004, ids);
     diagnose(b, 2, 0);
-    assert_int_equal(b->d.verdict, VERDICT_MISSING);
-    assert_int_equal(b->d.n_named, 1);
-    assert_string_equal(b->d.named[0], "point_spring");
-    const struct hypothesis *best = &b->d.hypotheses[0];
+    const struct hypothesis *best = named_alone(b, "point_spring");
     assert_true(best->fitted.noise_ratio < 1.05);
     assert_true(fabs(best->model.effects[0].parameters[2].value - 0.14) < 2e-3);
     bench_free(b);
 }
 
-/* A mass three times as heavy as the beam. */
+/* A mass ten times as heavy as the beam, near its clamp: from the catalogue's start alone the fit ends at a tenth of it, three times as far out. */
 static void a_mass_heavier_than_the_beam_is_found_at_its_place(void **state)
 {
     (void)state;
     static const char *const ids[] = {"point_mass", "root_compliance", "axial_load", "viscoelastic", NULL};
-    struct bench *b = bench_new("{kind: point_mass, mass_kg: 0.15, at_m: 0.22}", 2, LONG, 0.004, ids);
+    struct bench *b = bench_new("{kind: point_mass, mass_kg: 0.4, at_m: 0.1}", 2, LONG, 0.004, ids);
     diagnose(b, 2, 0);
-    assert_int_equal(b->d.verdict, VERDICT_MISSING);
-    assert_int_equal(b->d.n_named, 1);
-    assert_string_equal(b->d.named[0], "point_mass");
-    const struct hypothesis *best = &b->d.hypotheses[0];
-    assert_true(best->fitted.noise_ratio < 1.05);
-    assert_true(fabs(best->model.effects[0].parameters[0].value - 0.15) < 0.015);
-    assert_true(fabs(best->model.effects[0].parameters[1].value - 0.22) < 2e-3);
+    const struct hypothesis *best = named_alone(b, "point_mass");
+    assert_true(best->fitted.noise_ratio < 1.2);
+    assert_true(fabs(best->model.effects[0].parameters[0].value - 0.4) < 0.004);
+    assert_true(fabs(best->model.effects[0].parameters[1].value - 0.1) < 2e-4);
     bench_free(b);
 }
 
 /* A refit that was left far off counts for nothing; the whole range of what is open is searched as fit does it. One that has come to its end is left alone. */
-static void what_came_to_no_end_is_searched_for(void **state)
+static void what_has_not_converged_is_searched_for(void **state)
 {
     (void)state;
     for (int i = 0; i < 2; i++) {
@@ -156,7 +156,7 @@ static void what_came_to_no_end_is_searched_for(void **state)
         b->d.hypotheses[0].model.effects[0].parameters[0].value = 0.003;
         b->d.hypotheses[0].model.effects[0].parameters[1].value = 0.25;
         b->d.hypotheses[0].fit.converged = i == 1;
-        assert_int_equal(diagnose_search_lost(&w, &err), BF_OK);
+        assert_int_equal(diagnose_search_unconverged(&w, &err), BF_OK);
         const struct hypothesis *found = single(&b->d, "point_mass");
         assert_int_equal(found->fitted.noise_ratio < 1.05, i == 0);
         assert_int_equal(fabs(found->model.effects[0].parameters[0].value - 0.008) < 1e-4, i == 0);
@@ -281,7 +281,7 @@ int main(void)
         cmocka_unit_test(a_mate_is_held_against_what_has_explained),
         cmocka_unit_test(a_rigid_support_is_found_at_its_place),
         cmocka_unit_test(a_mass_heavier_than_the_beam_is_found_at_its_place),
-        cmocka_unit_test(what_came_to_no_end_is_searched_for),
+        cmocka_unit_test(what_has_not_converged_is_searched_for),
         cmocka_unit_test(what_has_nearly_been_found_is_not_left),
         cmocka_unit_test(a_prior_says_what_was_believed),
         cmocka_unit_test(an_ancestor_says_what_was_believed),

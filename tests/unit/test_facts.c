@@ -170,7 +170,7 @@ static void a_sensor_that_loses_the_first_mode_costs(void **state)
 }
 
 /* The beam's mass is 0.08 kg at most: what is a thousand times as heavy holds it, as a support does. */
-static void a_mass_that_nobody_lifts_costs(void **state)
+static void a_mass_far_heavier_than_the_beam_costs(void **state)
 {
     (void)state;
     const struct attainable none = {0};
@@ -239,7 +239,7 @@ int main(void)
         cmocka_unit_test(parameters_have_their_price),
         cmocka_unit_test(a_value_for_each_record_is_paid_for_in_each),
         cmocka_unit_test(a_sensor_that_loses_the_first_mode_costs),
-        cmocka_unit_test(a_mass_that_nobody_lifts_costs),
+        cmocka_unit_test(a_mass_far_heavier_than_the_beam_costs),
         cmocka_unit_test(an_unbelievable_strength_costs),
         cmocka_unit_test(a_tone_at_a_pole_costs),
         cmocka_unit_test(bands_share_the_noise),

@@ -389,6 +389,33 @@ static void reads_the_recordings_beside_the_project(void **state)
     }
 }
 
+/* The first sample at that time or after it, rounding aside; what is no free decay, or says no time that is in it, begins at 0. */
+static void a_free_decay_begins_where_it_says(void **state)
+{
+    (void)state;
+    static const double x[10] = {0};
+    for (size_t sample = 1; sample < 10; sample++) {
+        struct record record = {.n = 10, .t0_s = 1234.567, .dt_s = 1.0 / 30000.0};
+        record_add_column(&record, "tip_m", x);
+        record_set_free_from(&record, sample);
+        assert_int_equal(record_free_from(&record), 0);
+        record_add_meta(&record, "excitation", "free_decay");
+        assert_true(record_is_free_decay(&record));
+        assert_int_equal(record_free_from(&record), sample);
+        record_free(&record);
+    }
+    static const char *const times[] = {"0.15", "0", "-1", "0.9", "1", "soon"};
+    static const size_t first[] = {2, 0, 0, 9, 0, 0};
+    for (size_t i = 0; i < sizeof times / sizeof *times; i++) {
+        struct record record = {.n = 10, .dt_s = 0.1};
+        record_add_column(&record, "tip_m", x);
+        record_add_meta(&record, "excitation", "free_decay");
+        record_add_meta(&record, "free_from_s", times[i]);
+        assert_int_equal(record_free_from(&record), first[i]);
+        record_free(&record);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -408,6 +435,7 @@ int main(void)
         cmocka_unit_test(writing_and_reading_is_the_identity),
         cmocka_unit_test(does_not_write_what_it_would_not_read),
         cmocka_unit_test(a_filter_that_is_not_stated_is_assumed_once),
+        cmocka_unit_test(a_free_decay_begins_where_it_says),
         cmocka_unit_test(reads_the_recordings_beside_the_project),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
