@@ -127,6 +127,8 @@ static enum bf_status search(struct diagnose_state *w, struct bf_error *err)
     enum bf_status status = singles_and_rig(w, &done, err);
     if (!status && !progress_interrupted())
         status = diagnose_search_unconverged(w, err);
+    if (!status && !done && !progress_interrupted())
+        status = diagnose_resonator_from_given(w, err);
     for (size_t n = 1; n < most && !status && !done && !progress_interrupted(); n++) {
         const bool far = diagnose_is_far(&w->d->baseline);
         w->answered = is_answered(w->d);

@@ -184,6 +184,22 @@ bool diagnose_explained(const struct diagnosis *d, size_t n_effects)
     return false;
 }
 
+static bool takes_nearly_all(const struct hypothesis *h)
+{
+    static const double nearly_all = 0.999; /* of the misfit's power */
+    return h->fit.converged && h->explained >= nearly_all && !(h->held_out_explained < nearly_all);
+}
+
+bool diagnose_far_ahead(const struct diagnosis *d, size_t n_effects)
+{
+    for (size_t i = 0; i < d->n_hypotheses; i++) {
+        const struct hypothesis *h = &d->hypotheses[i];
+        if (h->n_effects == n_effects && takes_nearly_all(h) && !is_attracting(h))
+            return true;
+    }
+    return diagnose_explained(d, n_effects);
+}
+
 double diagnose_best_left(const struct diagnosis *d, size_t n_effects)
 {
     double best = d->baseline.fitted.noise_ratio;

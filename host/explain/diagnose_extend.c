@@ -164,7 +164,7 @@ static enum bf_status laws_and_chain(struct shortlist *s, const enum effect_kind
 /* Nothing explains the records, though they are far from the noise: the values of the fitted baseline may be what is in the way. */
 static bool still_wanted(const struct shortlist *s)
 {
-    return given_is_wanted(s) && !diagnose_explained(s->w->d, s->n_effects) && !progress_interrupted();
+    return given_is_wanted(s) && !diagnose_far_ahead(s->w->d, s->n_effects) && !progress_interrupted();
 }
 
 /* The first of the two stages where linear effects come first. */
@@ -173,7 +173,7 @@ static enum bf_status linear_kinds(struct shortlist *s, const enum effect_kind k
 {
     struct diagnose_state *w = s->w;
     enum bf_status status = given_is_wanted(s) ? shortlist_from_given(s, span, err) : BF_OK;
-    const bool has_ended = diagnose_is_far(&w->d->baseline) && diagnose_explained(w->d, s->n_effects);
+    const bool has_ended = diagnose_is_far(&w->d->baseline) && diagnose_far_ahead(w->d, s->n_effects);
     if (!status && !has_ended && !progress_interrupted())
         status = stage(s, kinds, 2, most, span, err);
     if (!status && has_ended && s->from->n_effects == 0 && !progress_interrupted())
@@ -215,8 +215,8 @@ static enum bf_status others(struct shortlist *s, const enum effect_kind kinds[]
     /* a law is found as the first or the second of three, and beside another effect only where something is not linear */
     const bool passes_for_linear =
         s->from->n_effects == 1 && diagnose_is_far(&d->baseline) && diagnose_passes_for_linear(d);
-    const bool little_left =
-        explained || takes_nearly_all(d, s->from, s->n_effects) || (s->n_effects == 1 && diagnose_no_linear_outdoes(d));
+    const bool little_left = diagnose_far_ahead(d, s->n_effects) || takes_nearly_all(d, s->from, s->n_effects) ||
+                             (s->n_effects == 1 && diagnose_no_linear_outdoes(d));
     const bool enough = (diagnose_is_far(s->from) && little_left) || s->from->n_effects >= 2 || passes_for_linear;
     if (!enough || everything)
         status = stage(s, kinds + 2, 1, most, span, err);

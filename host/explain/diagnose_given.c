@@ -17,6 +17,8 @@
 
 /* Candidates at most, and how many refits before it is asked whether one has explained the records. */
 enum { MOST_FIRST = 3, MOST_GIVEN = 32, MOST_AT_ONCE = 8 };
+/* Refits to their ends of what is far behind the best: what it is held against. */
+enum { MOST_RIVALS = 3 };
 /* Places of a rigid support, or of a heavy mass, that are tried, and the starts of a candidate at most: with either sign, and those. */
 enum { SUPPORTS = 4, ROADS = 2 + SUPPORTS };
 /* Of EI/l³: a spring that holds the beam. From a soft one a fit does not find the support, whose place is all that the records tell; nor from a gram a mass as heavy as the beam. */
@@ -227,6 +229,7 @@ static bool turn(const struct candidate *candidate, double start[])
 struct road {
     const struct candidate *candidate;
     double start[BEAM_EFFECT_PARAMETERS];
+    bool usual; /* the first start of its candidate */
     bool done;
     double left;
 };
@@ -271,7 +274,7 @@ static size_t lay_roads(const struct shortlist *s, const struct model *from, con
     size_t n_roads = 0, structural = 0;
     for (size_t k = 0; k < n; k++) {
         const struct candidate *candidate = &candidates[order[k]];
-        roads[n_roads] = (struct road){.candidate = candidate};
+        roads[n_roads] = (struct road){.candidate = candidate, .usual = true};
         memcpy(roads[n_roads].start, candidate->start, sizeof candidate->start);
         n_roads++;
         if (is_structural(candidate->effect))
@@ -354,23 +357,66 @@ static bool refit_briefly_first(struct shortlist *s, const struct model *from, s
     return explained;
 }
 
-/* All of them quickly, then those that were left unfinished, in both rounds until one explains the records, or no other could outdo it. */
+/* What is far ahead is not asked again from other starts. */
+static void leave_other_starts(const struct diagnosis *d, size_t n_effects, struct road roads[], size_t n)
+{
+    for (size_t k = 0; k < n && diagnose_far_ahead(d, n_effects); k++)
+        roads[k].done = roads[k].done || !roads[k].usual;
+}
+
+static bool has_converged(const struct diagnosis *d, const struct beam_effect *effect)
+{
+    for (size_t i = 0; i < d->n_hypotheses; i++)
+        if (d->hypotheses[i].n_effects == 1 && d->hypotheses[i].effects[0] == effect && d->hypotheses[i].fit.converged)
+            return true;
+    return false;
+}
+
+/* Quickly, the usual starts first. Returns whether one explains the records. */
+static bool look_at_all(struct shortlist *s, const struct model *from, struct road roads[], size_t n, double part)
+{
+    bool explained = false;
+    for (size_t k = 0; k < n && !explained && !progress_interrupted(); k += MOST_AT_ONCE) {
+        const size_t some = n - k < MOST_AT_ONCE ? n - k : MOST_AT_ONCE;
+        leave_other_starts(s->w->d, s->n_effects, roads + k, some);
+        explained = refit_briefly_first(s, from, roads + k, some, part) || diagnose_explained(s->w->d, s->n_effects);
+    }
+    return explained;
+}
+
+/* Where the same effect has come to an end from another start, that is its end; far behind the best no more than its nearest rivals are asked for. */
+static size_t leave_known_ends(const struct shortlist *s, struct road roads[], size_t n)
+{
+    const bool far_ahead = diagnose_far_ahead(s->w->d, s->n_effects);
+    size_t wanted = 0;
+    for (size_t k = 0; k < n; k++) {
+        bool known = has_converged(s->w->d, roads[k].candidate->effect);
+        for (size_t i = 0; i < k && far_ahead; i++)
+            known = known || (!roads[i].done && roads[i].candidate->effect == roads[k].candidate->effect);
+        roads[k].done = roads[k].done || known || (far_ahead && wanted == MOST_RIVALS);
+        wanted += !roads[k].done;
+    }
+    return wanted;
+}
+
+/* Those that were left unfinished, the nearest first, until one explains the records. */
+static void bring_to_the_end(struct shortlist *s, const struct model *from, struct road roads[], size_t n, double part)
+{
+    sort_by_left(roads, n);
+    for (size_t k = 0; k < n && !progress_interrupted() && !diagnose_explained(s->w->d, s->n_effects);
+         k += MOST_AT_ONCE) {
+        if (leave_known_ends(s, roads + k, n - k) == 0)
+            break;
+        refit_roads(s, from, roads + k, n - k < MOST_AT_ONCE ? n - k : MOST_AT_ONCE, 0, part);
+    }
+}
+
+/* All of them quickly; then, unless one explains the records or cannot be outdone by any linear effect, to their ends. */
 static void refit_in_turn(struct shortlist *s, const struct model *from, struct road roads[], size_t n, double span)
 {
     const double part = 0.5 * span * MOST_AT_ONCE / (double)(n + 1);
-    bool explained = false;
-    for (int round = 0; round < 2 && !(round > 0 && diagnose_no_linear_outdoes(s->w->d)); round++) {
-        if (round > 0)
-            sort_by_left(roads, n);
-        for (size_t k = 0; k < n && !explained && !progress_interrupted(); k += MOST_AT_ONCE) {
-            const size_t some = n - k < MOST_AT_ONCE ? n - k : MOST_AT_ONCE;
-            if (round == 0)
-                explained = refit_briefly_first(s, from, roads + k, some, part);
-            else
-                refit_roads(s, from, roads + k, some, 0, part);
-            explained = explained || diagnose_explained(s->w->d, s->n_effects);
-        }
-    }
+    if (!look_at_all(s, from, roads, n, part) && !diagnose_no_linear_outdoes(s->w->d))
+        bring_to_the_end(s, from, roads, n, part);
 }
 
 static bool was_refitted(const struct diagnosis *d, const struct beam_effect *effect)

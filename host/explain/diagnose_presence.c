@@ -19,10 +19,31 @@ static void take_best(const struct diagnosis *d, size_t i, size_t *best)
         *best = i;
 }
 
+static bool is_asked_for(const struct decision *one, const struct beam_effect *effect)
+{
+    for (size_t k = 0; k < one->n; k++)
+        if (one->among[k] == effect)
+            return true;
+    return false;
+}
+
+/* Kin of what is asked for; but not what stands beside it in the best explanation: whether a mass is there as well, beside a tip mass, the tip mass alone answers. */
+static bool has_kin(const struct diagnosis *d, const struct hypothesis *h, const struct decision *one)
+{
+    for (size_t e = 0; e < h->n_effects; e++) {
+        const struct hypothesis alone = {.n_effects = 1, .effects = {h->effects[e]}};
+        const bool beside = one->with < d->n_hypotheses && hypothesis_has(&d->hypotheses[one->with], h->effects[e]) &&
+                            !is_asked_for(one, h->effects[e]);
+        if (!beside && decision_has_kin(d, &alone, one))
+            return true;
+    }
+    return false;
+}
+
 static bool speaks_against(const struct diagnosis *d, const struct hypothesis *h, const struct decision *one)
 {
     const bool better = one->with == d->n_hypotheses || h->score > d->hypotheses[one->with].score;
-    return h->n_effects <= one->most_effects && !decision_has_one(h, one) && !decision_has_kin(d, h, one) &&
+    return h->n_effects <= one->most_effects && !decision_has_one(h, one) && !has_kin(d, h, one) &&
            (better || !is_attracting(h));
 }
 

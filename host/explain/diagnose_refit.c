@@ -22,7 +22,7 @@ struct refit_queue {
     size_t n, next, done;
     double begin, span; /* of the progress bar */
     pthread_mutex_t lock;
-    atomic_bool explained; /* a hypothesis has come down from a large misfit to the noise */
+    atomic_bool explained; /* a hypothesis has come down from a large misfit to the noise, or to nearly nothing */
 };
 
 static bool is_superseded(void *queue)
@@ -30,11 +30,16 @@ static bool is_superseded(void *queue)
     return atomic_load(&((struct refit_queue *)queue)->explained);
 }
 
+/* It is at the noise, or all but a thousandth of the misfit is taken. */
 static bool is_explained(const struct diagnosis *d, const struct hypothesis *h)
 {
-    static const double check = 1.05;
-    return diagnose_is_far(&d->baseline) && h->fitted.noise_ratio <= diagnose_at_noise && !is_attracting(h) &&
-           (h->check.n_channels == 0 || h->check.noise_ratio <= check);
+    static const double check = 1.05, thousandth = 1e-3; /* of the power above the noise */
+    const bool checked = h->check.n_channels > 0;
+    const bool at_noise = h->fitted.noise_ratio <= diagnose_at_noise && (!checked || h->check.noise_ratio <= check);
+    const bool taken = h->fit.converged &&
+                       hypothesis_excess(&h->fitted) <= thousandth * hypothesis_excess(&d->baseline.fitted) &&
+                       (!checked || hypothesis_excess(&h->check) <= thousandth * hypothesis_excess(&d->baseline.check));
+    return diagnose_is_far(&d->baseline) && (at_noise || taken) && !is_attracting(h);
 }
 
 /*

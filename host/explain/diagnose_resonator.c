@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
  * A mode that no bending beam has: something on the beam that swings by itself, or a support that rocks. It has a strength, a frequency, a damping and
- * perhaps a place: enough to take a part of almost any misfit, near or far from a mode. So it is tried last, where nothing else is sure, alone and
- * beside the best single effect, and it stays only when it
+ * perhaps a place: enough to take a part of almost any misfit, near or far from a mode. So it is tried after all other single effects, from the model as given,
+ * and last, where nothing else is sure, alone and beside the best single effect, and it stays only when it
  * is a mode: within the band, lightly damped, and leaving nothing where no other pair of effects does, or clearly less than every other explanation: the more
  * clearly, the more parameters it has.
  * What does not decay within the longest record is no mode: something drives it (a support that moves, hum).
@@ -24,11 +24,23 @@ static const struct resonator_limits {
     double damping;     /* ratio: above, it is a damper and no mode */
     double below_first; /* of the first mode: below, it stands still */
     double part;        /* of the beam's mass, or of its flexibility ℓ/EI: where a search begins */
+    double large_part;  /* the same, from the model as given: from little it does not find what has moved every mode */
     double begin;       /* ratio: the damping there */
     double takes;       /* of the misfit's power: a single effect that takes it may have a mode beside it */
-} limits = {.lead = 0.89, .damping = 0.3, .below_first = 0.3, .part = 0.01, .begin = 0.02, .takes = 0.25};
+    double outdone;     /* times what a free linear model leaves: what leaves more may have missed a mode */
+} limits = {.lead = 0.89,
+            .damping = 0.3,
+            .below_first = 0.3,
+            .part = 0.01,
+            .large_part = 0.3,
+            .begin = 0.02,
+            .takes = 0.25,
+            .outdone = 2.0};
 enum { FREQUENCIES = 8, PLACES = 2 };
-static const double places[PLACES] = {1.0, 0.6}; /* of the length */
+static const double places[PLACES] = {1.0, 0.6};       /* of the length */
+static const double given_places[PLACES] = {0.3, 0.6}; /* a quick look from a place on either side of a node */
+/* Evaluations of a quick look, and how many of those that it has brought farthest are refitted to the end. */
+enum { QUICK_RUNS = 100, BROUGHT_FAR = 2 };
 
 static bool can_act(const struct model *model, const struct beam_effect *effect)
 {
@@ -55,16 +67,16 @@ static bool is_worth_trying(const struct diagnosis *d)
     return d->n_modes > 0 && own_mode(d->model, 0) == NULL && !diagnose_is_complete(d) && !diagnose_linear_is_out(d);
 }
 
-/* The modes in the band and the middles between them, the lowest first. Returns how many. */
-static size_t start_frequencies(const struct diagnosis *d, double frequency_Hz[FREQUENCIES])
+/* Modes and the middles between them, the lowest first: mode_Hz[n_modes]. Returns how many. */
+static size_t start_frequencies(const double mode_Hz[], size_t n_modes, double frequency_Hz[FREQUENCIES])
 {
     size_t n = 0;
-    if (d->n_modes > 0)
-        frequency_Hz[n++] = 0.6 * d->mode_Hz[0];
-    for (size_t m = 0; m < d->n_modes && n < FREQUENCIES; m++) {
-        frequency_Hz[n++] = d->mode_Hz[m];
-        if (m + 1 < d->n_modes && n < FREQUENCIES)
-            frequency_Hz[n++] = sqrt(d->mode_Hz[m] * d->mode_Hz[m + 1]);
+    if (n_modes > 0)
+        frequency_Hz[n++] = 0.6 * mode_Hz[0];
+    for (size_t m = 0; m < n_modes && n < FREQUENCIES; m++) {
+        frequency_Hz[n++] = mode_Hz[m];
+        if (m + 1 < n_modes && n < FREQUENCIES)
+            frequency_Hz[n++] = sqrt(mode_Hz[m] * mode_Hz[m + 1]);
     }
     return n;
 }
@@ -86,14 +98,14 @@ static double damping_ratio_of(const struct beam_effect *effect, double loss, do
 }
 
 /* Where a search of something that swings begins. */
-static void begin_at(const struct model *model, double frequency_Hz, double at_m, struct model_effect *own)
+static void begin_at(const struct model *model, double frequency_Hz, double at_m, double part, struct model_effect *own)
 {
     for (int i = 0; i < own->effect->n_parameters; i++) {
         struct parameter *p = &own->parameters[i];
         p->fixed = false;
         switch (own->effect->parameters[i].role) {
         case BEAM_ROLE_STRENGTH:
-            p->value = limits.part * (own->effect->releases_root ? flexibility_radpNm(model) : model_mass_kg(model));
+            p->value = part * (own->effect->releases_root ? flexibility_radpNm(model) : model_mass_kg(model));
             break;
         case BEAM_ROLE_RESONANCE:
             p->value = frequency_Hz;
@@ -112,7 +124,7 @@ static void begin_at(const struct model *model, double frequency_Hz, double at_m
 
 /* The effect beside those of `from`; a clamp that is among them already begins to rock. */
 static bool job_at(const struct diagnose_state *w, const struct hypothesis *from, const struct beam_effect *effect,
-                   double frequency_Hz, double at_m, struct refit_job *job)
+                   double frequency_Hz, double at_m, double part, struct refit_job *job)
 {
     struct bf_error ignored;
     *job = (struct refit_job){.n_effects = from->n_effects, .n_tried = w->n_tried, .places_tried = true};
@@ -128,7 +140,7 @@ static bool job_at(const struct diagnose_state *w, const struct hypothesis *from
             return false;
         }
     }
-    begin_at(&from->model, frequency_Hz, at_m, &job->model.effects[own]);
+    begin_at(&from->model, frequency_Hz, at_m, part, &job->model.effects[own]);
     job->first_new = job->model.n_effects;
     return true;
 }
@@ -137,16 +149,91 @@ static void try_all(struct diagnose_state *w, const struct hypothesis *from, con
 {
     struct refit_job jobs[FREQUENCIES * PLACES];
     double frequency_Hz[FREQUENCIES];
-    const size_t n_frequencies = start_frequencies(w->d, frequency_Hz);
+    const size_t n_frequencies = start_frequencies(w->d->mode_Hz, w->d->n_modes, frequency_Hz);
     const size_t n_places = effect_slot(effect, BEAM_ROLE_PLACE) >= 0 ? PLACES : 1;
     const double last_m = model_last_place_m(w->d->model);
     size_t n = 0;
     w->n_tried += n_frequencies * n_places;
     for (size_t f = 0; f < n_frequencies; f++)
         for (size_t a = 0; a < n_places; a++)
-            n += job_at(w, from, effect, frequency_Hz[f], places[a] * last_m, &jobs[n]);
+            n += job_at(w, from, effect, frequency_Hz[f], places[a] * last_m, limits.part, &jobs[n]);
     diagnose_refits(w, jobs, n, 0.0);
     diagnose_rank(w->d, w->n_tried);
+}
+
+/* ---- From the model as given ---- */
+
+struct quick_look {
+    double frequency_Hz, at_m, left;
+    bool unfinished;
+};
+
+static int by_left(const void *a, const void *b)
+{
+    const double x = ((const struct quick_look *)a)->left, y = ((const struct quick_look *)b)->left;
+    return (x > y) - (x < y);
+}
+
+/* looks[n] from one model, most_runs 0: to the end. */
+static void refit_looks(struct diagnose_state *w, const struct hypothesis *from, const struct beam_effect *effect,
+                        struct quick_look looks[], size_t n, size_t most_runs)
+{
+    struct refit_job jobs[FREQUENCIES * PLACES];
+    struct quick_look *taken[FREQUENCIES * PLACES];
+    size_t n_jobs = 0;
+    for (size_t k = 0; k < n; k++) {
+        if (!job_at(w, from, effect, looks[k].frequency_Hz, looks[k].at_m, limits.large_part, &jobs[n_jobs]))
+            continue;
+        jobs[n_jobs].most_runs = most_runs;
+        taken[n_jobs++] = &looks[k];
+    }
+    w->n_tried += n_jobs;
+    diagnose_refits(w, jobs, n_jobs, 0.0);
+    diagnose_rank(w->d, w->n_tried);
+    for (size_t k = 0; k < n_jobs; k++)
+        taken[k]->left = jobs[k].left, taken[k]->unfinished = jobs[k].unfinished;
+}
+
+/* A quick look from each frequency and place; what has come farthest goes to its end. */
+static void look_from_given(struct diagnose_state *w, const struct hypothesis *given, const double mode_Hz[],
+                            size_t n_modes, const struct beam_effect *effect)
+{
+    struct quick_look looks[FREQUENCIES * PLACES];
+    double frequency_Hz[FREQUENCIES];
+    const size_t n_frequencies = start_frequencies(mode_Hz, n_modes, frequency_Hz);
+    const size_t n_places = effect_slot(effect, BEAM_ROLE_PLACE) >= 0 ? PLACES : 1;
+    const double last_m = model_last_place_m(w->d->model);
+    size_t n = 0, far = 0;
+    for (size_t f = 0; f < n_frequencies; f++)
+        for (size_t a = 0; a < n_places; a++)
+            looks[n++] = (struct quick_look){
+                .frequency_Hz = frequency_Hz[f], .at_m = given_places[a] * last_m, .left = HUGE_VAL};
+    refit_looks(w, given, effect, looks, n, QUICK_RUNS);
+    qsort(looks, n, sizeof *looks, by_left);
+    while (far < BROUGHT_FAR && far < n && looks[far].unfinished)
+        far++;
+    if (!diagnose_far_ahead(w->d, 1) && !progress_interrupted())
+        refit_looks(w, given, effect, looks, far, 0);
+}
+
+/* A free linear model takes what no single effect has: a mode may be missing. */
+static bool is_outdone(const struct diagnosis *d)
+{
+    return diagnose_is_far(&d->baseline) && d->attainable.modes > 0 && d->linearity.verdict != LINEARITY_NONLINEAR &&
+           !diagnose_far_ahead(d, 1) && diagnose_best_left(d, 1) > limits.outdone * fmax(diagnose_floor(d), 1.0);
+}
+
+static enum bf_status modes_as_given(const struct diagnosis *d, const struct model *given, double mode_Hz[],
+                                     size_t *n_modes, struct bf_error *err)
+{
+    enum { SPLINES = 100 };
+    double nyquist_Hz = 0.0;
+    const enum bf_status status = modes_frequencies(given, SPLINES, false, DIAGNOSE_MODES, mode_Hz, err);
+    for (size_t r = 0; r < d->n_records; r++)
+        nyquist_Hz = fmax(nyquist_Hz, 0.5 / d->records[r].dt_s);
+    for (*n_modes = 0; status == BF_OK && *n_modes < DIAGNOSE_MODES && mode_Hz[*n_modes] < nyquist_Hz;)
+        ++*n_modes;
+    return status;
 }
 
 static double value_of(const struct model_effect *own, enum beam_role role)
@@ -265,6 +352,33 @@ static enum bf_status try_beside_single(struct diagnose_state *w, struct bf_erro
     return status;
 }
 
+static void keep_modes(struct diagnose_state *w)
+{
+    drop_others(w->d);
+    diagnose_rank(w->d, w->n_tried);
+    diagnose_drop_repeats(w->d);
+}
+
+enum bf_status diagnose_resonator_from_given(struct diagnose_state *w, struct bf_error *err)
+{
+    struct hypothesis given = {0};
+    double mode_Hz[DIAGNOSE_MODES];
+    size_t n_modes = 0;
+    if (!is_worth_trying(w->d) || !is_outdone(w->d))
+        return BF_OK;
+    enum bf_status status = diagnose_as_given(w->d->model, &given.model, err);
+    if (status)
+        return status;
+    status = modes_as_given(w->d, &given.model, mode_Hz, &n_modes, err);
+    for (int i = 0; i < beam_effects_count && !status && !progress_interrupted(); i++)
+        if (effect_slot(beam_effects[i], BEAM_ROLE_RESONANCE) >= 0 && can_act(w->d->model, beam_effects[i]) &&
+            !diagnose_leaves_out(w, beam_effects[i]))
+            look_from_given(w, &given, mode_Hz, n_modes, beam_effects[i]);
+    model_free(&given.model);
+    keep_modes(w);
+    return status == BF_NUMERIC ? BF_OK : status; /* a model that cannot be computed as given has the other road */
+}
+
 enum bf_status diagnose_resonator(struct diagnose_state *w, struct bf_error *err)
 {
     if (!is_worth_trying(w->d))
@@ -272,8 +386,6 @@ enum bf_status diagnose_resonator(struct diagnose_state *w, struct bf_error *err
     enum bf_status status = try_beside(w, &w->d->baseline, err);
     if (!status)
         status = try_beside_single(w, err);
-    drop_others(w->d);
-    diagnose_rank(w->d, w->n_tried);
-    diagnose_drop_repeats(w->d);
+    keep_modes(w);
     return status;
 }

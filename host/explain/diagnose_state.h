@@ -133,6 +133,11 @@ enum bf_status diagnose_exchange(struct diagnose_state *w, struct bf_error *err)
  * refits, most of them given up early.
  */
 enum bf_status diagnose_resonator(struct diagnose_state *w, struct bf_error *err);
+/*
+ * The same alone, from the model as given, where a free linear model leaves much less than any single effect: what swings may be as heavy as the beam and have moved
+ * every mode, so that no baseline without it is near. Ranks. Sixteen quick looks of some tenths of a second each.
+ */
+enum bf_status diagnose_resonator_from_given(struct diagnose_state *w, struct bf_error *err);
 
 /* diagnose_steps.c: the best laws at the steps a sample that they need. Ranks. */
 enum bf_status diagnose_steps(struct diagnose_state *w, struct bf_error *err);
@@ -161,6 +166,11 @@ double diagnose_best_left(const struct diagnosis *d, size_t n_effects);
 double diagnose_floor(const struct diagnosis *d);
 /* A hypothesis with so many added effects leaves nothing that matters, nor clearly more than a free linear model. After diagnose_rank(). */
 bool diagnose_explained(const struct diagnosis *d, size_t n_effects);
+/*
+ * That, or one has come to its end and takes all but a thousandth of the misfit's power, of the held-out records, too: what a rig's own errors leave keeps it from the
+ * noise, and what quick looks have brought nowhere near it need not be refitted to the end. After diagnose_rank().
+ */
+bool diagnose_far_ahead(const struct diagnosis *d, size_t n_effects);
 
 /* diagnose_repeats.c: of refits of the same effects the best stays; it notes where another place is as good. After diagnose_rank(). */
 void diagnose_drop_repeats(struct diagnosis *d);
