@@ -193,7 +193,7 @@ static enum bf_status compare_all(const struct arguments *a, const struct model 
         if (n > 0)
             attainable_or_warn(model, all->records, n_fitted, all->records + n_fitted, all->n_sampled_held_out,
                                &comparison.attainable);
-        factors_or_warn(model, all->records, n, &a->predict, NULL, &factors);
+        factors_or_warn(model, all->records, n, &a->predict, NULL, true, &factors);
         long_records_take(long_records, &comparison);
         compare_add_lines(&lines, &comparison);
         status = answer(a, &comparison, &lines, &factors, err);

@@ -253,26 +253,6 @@ static void reconsider_factors(const struct arguments *a, const struct model *gi
     *diagnosis = as_given;
 }
 
-/* model: given with the factors put right. */
-static enum bf_status answer(const struct arguments *a, const struct model *given, const struct model *model,
-                             struct diagnosis *diagnosis, struct channel_factors *factors, struct bf_error *err)
-{
-    enum bf_status status = say_silent_records(model, &a->sets.fitted, err);
-    if (!status)
-        status = run_with(a, model, diagnosis, err);
-    if (!status && factors_are_doubtful(factors, diagnosis))
-        reconsider_factors(a, given, diagnosis, factors);
-    if (status)
-        return status;
-    if (a->output && !diagnosis->interrupted)
-        status = write_found(a, diagnosis, err);
-    if (!status)
-        status = print(a, diagnosis->model, diagnosis, factors, err);
-    if (!status && a->plot)
-        status = diagnose_plot(diagnosis, &a->options.predict, a->plot, err);
-    return status;
-}
-
 /* The diagnosis is of model and records with that put right. BF_BAD_FILE: there is no beam in the records. */
 static enum bf_status take_factors(struct arguments *a, const struct channel_factors *factors, struct model *model,
                                    struct bf_error *err)
@@ -286,6 +266,51 @@ static enum bf_status take_factors(struct arguments *a, const struct channel_fac
     return BF_OK;
 }
 
+/* One effect that takes next to all is no channel at another place, which leaves every frequency where it was. */
+static bool places_are_wanted(const struct channel_factors *factors, const struct diagnosis *diagnosis)
+{
+    static const double nearly_all = 0.99; /* of the misfit's power */
+    const struct hypothesis *named = diagnosis->verdict == VERDICT_MISSING ? &diagnosis->hypotheses[0] : NULL;
+    const bool told = named != NULL && named->explained >= nearly_all && !(named->held_out_explained < nearly_all);
+    return factors->n == 0 && !diagnosis->interrupted && diagnosis->verdict != VERDICT_COMPLETE && !told;
+}
+
+/* Channels at another place, columns exchanged: some thirty fits, which only a misfit asks for that no effect explains. The diagnosis of what is put right. */
+static enum bf_status look_for_places(struct arguments *a, struct model *model, struct diagnosis *diagnosis,
+                                      struct channel_factors *factors, struct bf_error *err)
+{
+    const struct record_list *fitted = &a->sets.fitted;
+    factors_or_warn(model, fitted->records, fitted->n, &a->options.predict, a->options.fitted, true, factors);
+    if (factors->n == 0)
+        return BF_OK;
+    diagnose_free(diagnosis);
+    a->options.fitted = NULL;
+    const enum bf_status status = take_factors(a, factors, model, err);
+    return status ? status : run_with(a, model, diagnosis, err);
+}
+
+/* model: given with the factors put right. */
+static enum bf_status answer(struct arguments *a, const struct model *given, struct model *model,
+                             struct diagnosis *diagnosis, struct channel_factors *factors, struct bf_error *err)
+{
+    enum bf_status status = say_silent_records(model, &a->sets.fitted, err);
+    if (!status)
+        status = run_with(a, model, diagnosis, err);
+    if (!status && places_are_wanted(factors, diagnosis))
+        status = look_for_places(a, model, diagnosis, factors, err);
+    if (!status && factors_are_doubtful(factors, diagnosis))
+        reconsider_factors(a, given, diagnosis, factors);
+    if (status)
+        return status;
+    if (a->output && !diagnosis->interrupted)
+        status = write_found(a, diagnosis, err);
+    if (!status)
+        status = print(a, diagnosis->model, diagnosis, factors, err);
+    if (!status && a->plot)
+        status = diagnose_plot(diagnosis, &a->options.predict, a->plot, err);
+    return status;
+}
+
 /*
  * What the fit of the model as given leaves tells whether signs and units are to be asked for; where they are not, the diagnosis begins with
  * that fit. A fit that fails is the diagnosis's to tell.
@@ -297,7 +322,7 @@ static enum bf_status check_factors(struct arguments *a, struct model *model, st
     const struct fit_options how = {.never_search = true, .quiet = true, .predict = a->options.predict};
     struct bf_error ignored;
     const bool known = fit_run(model, fitted->records, fitted->n, &how, fit, &ignored) == BF_OK;
-    factors_or_warn(model, fitted->records, fitted->n, &a->options.predict, known ? fit : NULL, factors);
+    factors_or_warn(model, fitted->records, fitted->n, &a->options.predict, known ? fit : NULL, false, factors);
     a->options.fitted = known && factors->n == 0 ? fit : NULL;
     return take_factors(a, factors, model, err);
 }

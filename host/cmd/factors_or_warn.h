@@ -7,7 +7,7 @@
 
 /* As channel_factors_find(). A failure is a warning and leaves *out empty, and so is it after a fit that was interrupted. */
 void factors_or_warn(const struct model *model, const struct record records[], size_t n_records,
-                     const struct predict_options *options, const struct fit_result *fitted,
+                     const struct predict_options *options, const struct fit_result *fitted, bool places,
                      struct channel_factors *out);
 
 #endif

@@ -208,7 +208,7 @@ static enum bf_status fit_and_answer(const struct arguments *a, struct work *w, 
     enum bf_status status = fit_run(&w->model, fitted, a->sets.fitted.n, &a->fit, &w->result, err);
     if (status)
         return status;
-    factors_or_warn(&w->model, fitted, n_sampled, &a->fit.predict, &w->result, &w->factors);
+    factors_or_warn(&w->model, fitted, n_sampled, &a->fit.predict, &w->result, true, &w->factors);
     w->repeats = find_repeats(w, fitted, n_sampled);
     add_attainable(a, &check, w);
     status = own_values_find(&w->model, held_out, n_held_out, &a->fit, &w->own, err);

@@ -110,7 +110,7 @@ static enum bf_status fit_unit(const struct fleet_settings *settings, struct wor
         status = fit_run(&w->model, fitted->records, fitted->n, &settings->fit, &w->result, err);
     if (status != BF_OK)
         return status;
-    factors_or_warn(&w->model, fitted->records, fitted->n, &settings->fit.predict, &w->result, &w->factors);
+    factors_or_warn(&w->model, fitted->records, fitted->n, &settings->fit.predict, &w->result, true, &w->factors);
     if (!fit_learned(&w->result))
         return bf_fail(err, BF_NO, "nothing was fitted: the records determine none of the free parameters");
     fit_into_model(&w->result, fitted->records, &check, &w->model);

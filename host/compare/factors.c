@@ -337,7 +337,7 @@ static bool all_fit(const struct search *s)
     return true;
 }
 
-static enum bf_status find(struct search *s, struct channel_factors *out, struct bf_error *err)
+static enum bf_status find(struct search *s, bool places, struct channel_factors *out, struct bf_error *err)
 {
     bool any = false;
     s->given = bf_alloc(s->n_records * s->model->n_outputs + 1, sizeof *s->given);
@@ -355,7 +355,7 @@ static enum bf_status find(struct search *s, struct channel_factors *out, struct
         (void)add(out, (struct channel_factor){.kind = FACTOR_NO_TIME, .factor = 1.0, .found = 1.0});
     if (!status)
         explain(s, out);
-    if (!status && out->n == 0)
+    if (!status && places && out->n == 0)
         status = find_place(s, out, err);
     for (size_t i = 0; i < out->n; i++)
         factor_words(s->model, &out->all[i]);
@@ -363,7 +363,7 @@ static enum bf_status find(struct search *s, struct channel_factors *out, struct
 }
 
 enum bf_status channel_factors_find(const struct model *model, const struct record records[], size_t n_records,
-                                    const struct predict_options *options, const struct fit_result *fitted,
+                                    const struct predict_options *options, const struct fit_result *fitted, bool places,
                                     struct channel_factors *out, struct bf_error *err)
 {
     struct search s = {.model = model,
@@ -374,7 +374,7 @@ enum bf_status channel_factors_find(const struct model *model, const struct reco
                        .time_factor = 1};
     *out = (struct channel_factors){0};
     find_pairs(&s);
-    const enum bf_status status = s.n_pairs > 0 ? find(&s, out, err) : BF_OK;
+    const enum bf_status status = s.n_pairs > 0 ? find(&s, places, out, err) : BF_OK;
     free(s.pairs), free(s.given);
     return status;
 }

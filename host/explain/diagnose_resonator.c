@@ -22,6 +22,7 @@
 static const struct resonator_limits {
     double lead;        /* rms: for each parameter but the strength it leaves this part of what others leave, at most */
     double damping;     /* ratio: above, it is a damper and no mode */
+    double heaviest;    /* times the beam's mass: above, it holds the beam as a support does */
     double below_first; /* of the first mode: below, it stands still */
     double part;        /* of the beam's mass, or of its flexibility ℓ/EI: where a search begins */
     double large_part;  /* the same, from the model as given: from little it does not find what has moved every mode */
@@ -30,6 +31,7 @@ static const struct resonator_limits {
     double outdone;     /* times what a free linear model leaves: what leaves more may have missed a mode */
 } limits = {.lead = 0.89,
             .damping = 0.3,
+            .heaviest = 2.0,
             .below_first = 0.3,
             .part = 0.01,
             .large_part = 0.3,
@@ -86,6 +88,12 @@ static double flexibility_radpNm(const struct model *model)
     return model->length_m / model->materials[model_plain_material(model)].EI.value;
 }
 
+/* What its strength is a part of: the beam's mass, or its flexibility where it is the clamp that swings. */
+static double whole_of(const struct beam_effect *effect, const struct model *model)
+{
+    return effect->releases_root ? flexibility_radpNm(model) : model_mass_kg(model);
+}
+
 /* Of a clamp the loss is a time, and τ = ζ/(π f). */
 static double loss_of(const struct beam_effect *effect, double damping_ratio, double frequency_Hz)
 {
@@ -105,7 +113,7 @@ static void begin_at(const struct model *model, double frequency_Hz, double at_m
         p->fixed = false;
         switch (own->effect->parameters[i].role) {
         case BEAM_ROLE_STRENGTH:
-            p->value = part * (own->effect->releases_root ? flexibility_radpNm(model) : model_mass_kg(model));
+            p->value = part * whole_of(own->effect, model);
             break;
         case BEAM_ROLE_RESONANCE:
             p->value = frequency_Hz;
@@ -275,7 +283,9 @@ static bool is_mode(const struct diagnosis *d, const struct hypothesis *h, const
     double band_Hz = 0.0;
     for (size_t r = 0; r < d->n_records; r++)
         band_Hz = fmax(band_Hz, 0.5 / d->records[r].dt_s);
-    return stands_out(h, others) && damping < limits.damping && diagnose_decays(d, f_Hz, damping) &&
+    const bool heavy = !own->effect->releases_root &&
+                       value_of(own, BEAM_ROLE_STRENGTH) > limits.heaviest * whole_of(own->effect, &h->model);
+    return stands_out(h, others) && damping < limits.damping && !heavy && diagnose_decays(d, f_Hz, damping) &&
            f_Hz > limits.below_first * d->mode_Hz[0] && f_Hz < band_Hz;
 }
 

@@ -104,7 +104,7 @@ static void same_after_a_fit(const struct model *model, const struct record reco
     struct bf_error err;
     if (fit_run(model, records, n, &options, &fitted, &err) != BF_OK)
         return;
-    if (channel_factors_find(model, records, n, NULL, &fitted, &out, &err) != BF_OK)
+    if (channel_factors_find(model, records, n, NULL, &fitted, true, &out, &err) != BF_OK)
         fail_msg("%s", err.text);
     for (size_t i = 0; i < out.n && i < found->n; i++)
         assert_string_equal(out.all[i].line, found->all[i].line);
@@ -117,7 +117,7 @@ static struct channel_factors found(const struct model *model, const struct reco
 {
     struct channel_factors out;
     struct bf_error err;
-    if (channel_factors_find(model, records, n, NULL, NULL, &out, &err) != BF_OK)
+    if (channel_factors_find(model, records, n, NULL, NULL, true, &out, &err) != BF_OK)
         fail_msg("%s", err.text);
     same_after_a_fit(model, records, n, &out);
     return out;

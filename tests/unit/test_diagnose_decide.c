@@ -42,6 +42,47 @@ static void a_general_form_that_takes_much_more_is_named(void **state)
     done(&d);
 }
 
+/* Whether a mass is there as well, beside a tip mass, the tip mass with something else answers, though it is kin; alone it speaks against no mass. */
+static void what_stands_beside_it_answers_for_its_kin(void **state)
+{
+    struct diagnosis d;
+    struct hypothesis h[] = {refit("tip_mass", "point_mass", 3, 1.2, 1.2),
+                             refit("tip_mass", "axial_load", 2, 1.25, 1.25), refit("tip_mass", NULL, 1, 4.0, 4.0),
+                             refit("axial_load", NULL, 1, 100.0, 100.0)};
+    size_t asked = 0;
+    decide(&d, *state, 200.0, 200.0, h, 4);
+    for (size_t k = 0; k < d.n_decisions; k++) {
+        const struct decision *one = &d.decisions[k];
+        if (one->n != 1)
+            continue;
+        const struct hypothesis *without = &d.hypotheses[one->without];
+        const bool of_mass = one->among[0] == effect_by_id("point_mass");
+        assert_int_equal(without->n_effects, of_mass ? 2 : 1);
+        assert_true(without->fitted.noise_ratio == (of_mass ? 1.25 : 100.0));
+        asked += of_mass;
+    }
+    assert_int_equal(asked, 1);
+    done(&d);
+}
+
+/* All but a thousandth of fitted and held-out records, by a refit that has come to its end: above the noise, but nothing far behind it need be brought to its own. */
+static void what_takes_all_but_a_thousandth_is_far_ahead(void **state)
+{
+    static const struct {
+        double fitted, check;
+        bool converged, ahead;
+    } cases[] = {{4.0, 4.0, true, true}, {4.0, 4.0, false, false}, {9.0, 4.0, true, false}, {4.0, 9.0, true, false}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        struct diagnosis d;
+        struct hypothesis h[] = {refit("tip_mass", NULL, 1, cases[i].fitted, cases[i].check)};
+        h[0].fit.converged = cases[i].converged;
+        decide(&d, *state, 200.0, 200.0, h, 1);
+        assert_false(diagnose_explained(&d, 1));
+        assert_int_equal(diagnose_far_ahead(&d, 1), cases[i].ahead);
+        done(&d);
+    }
+}
+
 /* A noise that was judged too large does not end the search at what comes down to it: a free linear model tells. */
 static void the_noise_explains_nothing_where_a_linear_model_leaves_less(void **state)
 {
@@ -417,6 +458,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_good_model_is_complete),
         cmocka_unit_test(a_special_case_is_named_where_its_general_form_takes_no_more_than_luck),
+        cmocka_unit_test(what_stands_beside_it_answers_for_its_kin),
+        cmocka_unit_test(what_takes_all_but_a_thousandth_is_far_ahead),
         cmocka_unit_test(a_general_form_that_takes_much_more_is_named),
         cmocka_unit_test(the_noise_explains_nothing_where_a_linear_model_leaves_less),
         cmocka_unit_test(significance_without_size_names_nothing),
