@@ -384,13 +384,13 @@ static bool look_at_all(struct shortlist *s, const struct model *from, struct ro
     return explained;
 }
 
-/* Where the same effect has come to an end from another start, that is its end; far behind the best no more than its nearest rivals are asked for. */
-static size_t leave_known_ends(const struct shortlist *s, struct road roads[], size_t n)
+/* Far behind the best no more than its nearest rivals are asked for, each from its best start. Returns how many are left. */
+static size_t leave_far_behind(const struct shortlist *s, struct road roads[], size_t n)
 {
     const bool far_ahead = diagnose_far_ahead(s->w->d, s->n_effects);
     size_t wanted = 0;
     for (size_t k = 0; k < n; k++) {
-        bool known = has_converged(s->w->d, roads[k].candidate->effect);
+        bool known = far_ahead && has_converged(s->w->d, roads[k].candidate->effect);
         for (size_t i = 0; i < k && far_ahead; i++)
             known = known || (!roads[i].done && roads[i].candidate->effect == roads[k].candidate->effect);
         roads[k].done = roads[k].done || known || (far_ahead && wanted == MOST_RIVALS);
@@ -405,7 +405,7 @@ static void bring_to_the_end(struct shortlist *s, const struct model *from, stru
     sort_by_left(roads, n);
     for (size_t k = 0; k < n && !progress_interrupted() && !diagnose_explained(s->w->d, s->n_effects);
          k += MOST_AT_ONCE) {
-        if (leave_known_ends(s, roads + k, n - k) == 0)
+        if (leave_far_behind(s, roads + k, n - k) == 0)
             break;
         refit_roads(s, from, roads + k, n - k < MOST_AT_ONCE ? n - k : MOST_AT_ONCE, 0, part);
     }
