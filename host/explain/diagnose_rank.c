@@ -122,10 +122,30 @@ void diagnose_rank(struct diagnosis *d, size_t n_tried)
     free(p);
 }
 
+/*
+ * With a sensor's own response it leaves as much of a channel as a model that predicts silence there: a sensor that is slow without end takes all of the misfit of one
+ * that was not connected.
+ */
+static bool silences(const struct hypothesis *h)
+{
+    static const double silence = 0.98; /* of the signal */
+    bool filters = false;
+    for (size_t e = 0; e < h->n_effects; e++)
+        filters = filters || h->effects[e]->filter != NULL;
+    for (size_t c = 0; c < h->fit.n_channels && filters; c++) {
+        const struct predict_channel *channel = &h->fit.channels[c];
+        if (dense_norm(channel->n, h->fit.residual + channel->row) >=
+            silence * dense_norm(channel->n, channel->measured))
+            return true;
+    }
+    return false;
+}
+
 bool diagnose_significant(const struct diagnosis *d, const struct hypothesis *h)
 {
-    return h->p_value < limits.alpha && h->evidence.bic_gain > 0.0 && h->evidence.fall_share >= evidence_least_fall &&
-           h->score > d->baseline.score && !(h->check.noise_ratio > d->baseline.check.noise_ratio);
+    return !silences(h) && h->p_value < limits.alpha && h->evidence.bic_gain > 0.0 &&
+           h->evidence.fall_share >= evidence_least_fall && h->score > d->baseline.score &&
+           !(h->check.noise_ratio > d->baseline.check.noise_ratio);
 }
 
 bool diagnose_as_good(const struct hypothesis *h, const struct hypothesis *best)

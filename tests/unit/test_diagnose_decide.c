@@ -65,6 +65,24 @@ static void what_stands_beside_it_answers_for_its_kin(void **state)
     done(&d);
 }
 
+/* All of a misfit, by predicting nothing: the channel was not connected. Where half of the signal is left it has explained the other half. */
+static void what_silences_a_channel_explains_nothing(void **state)
+{
+    double measured[] = {1.0, -1.0, 0.5, -0.5};
+    for (int i = 0; i < 2; i++) {
+        struct diagnosis d;
+        double residual[4];
+        struct predict_channel channel = {.n = 4, .measured = measured};
+        struct hypothesis h[] = {refit("sensor_lag", NULL, 1, 1.01, 1.02), refit("axial_load", NULL, 1, 150.0, 150.0)};
+        for (size_t k = 0; k < 4; k++)
+            residual[k] = measured[k] * (i == 0 ? 0.999 : 0.5);
+        h[0].fit.n_channels = 1, h[0].fit.channels = &channel, h[0].fit.residual = residual;
+        decide(&d, *state, 200.0, 200.0, h, 2);
+        assert_int_equal(d.verdict == VERDICT_MISSING, i == 1);
+        done(&d);
+    }
+}
+
 /* All but a thousandth of fitted and held-out records, by a refit that has come to its end: above the noise, but nothing far behind it need be brought to its own. */
 static void what_takes_all_but_a_thousandth_is_far_ahead(void **state)
 {
@@ -459,6 +477,7 @@ int main(void)
         cmocka_unit_test(a_good_model_is_complete),
         cmocka_unit_test(a_special_case_is_named_where_its_general_form_takes_no_more_than_luck),
         cmocka_unit_test(what_stands_beside_it_answers_for_its_kin),
+        cmocka_unit_test(what_silences_a_channel_explains_nothing),
         cmocka_unit_test(what_takes_all_but_a_thousandth_is_far_ahead),
         cmocka_unit_test(a_general_form_that_takes_much_more_is_named),
         cmocka_unit_test(the_noise_explains_nothing_where_a_linear_model_leaves_less),
