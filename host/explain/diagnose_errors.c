@@ -184,17 +184,19 @@ bool diagnose_explained(const struct diagnosis *d, size_t n_effects)
     return false;
 }
 
-static bool takes_nearly_all(const struct hypothesis *h)
+bool hypothesis_takes_nearly_all(const struct diagnosis *d, const struct hypothesis *h)
 {
-    static const double nearly_all = 0.999; /* of the misfit's power */
-    return h->fit.converged && h->explained >= nearly_all && !(h->held_out_explained < nearly_all);
+    static const double thousandth = 1e-3; /* of the power above the noise */
+    const bool fitted = hypothesis_excess(&h->fitted) <= thousandth * hypothesis_excess(&d->baseline.fitted);
+    const bool held_out = hypothesis_excess(&h->check) <= thousandth * hypothesis_excess(&d->baseline.check);
+    return h->fit.converged && fitted && (h->check.n_channels == 0 || held_out);
 }
 
 bool diagnose_far_ahead(const struct diagnosis *d, size_t n_effects)
 {
     for (size_t i = 0; i < d->n_hypotheses; i++) {
         const struct hypothesis *h = &d->hypotheses[i];
-        if (h->n_effects == n_effects && takes_nearly_all(h) && !is_attracting(h))
+        if (h->n_effects == n_effects && hypothesis_takes_nearly_all(d, h) && !is_attracting(h))
             return true;
     }
     return diagnose_explained(d, n_effects);

@@ -30,16 +30,12 @@ static bool is_superseded(void *queue)
     return atomic_load(&((struct refit_queue *)queue)->explained);
 }
 
-/* It is at the noise, or all but a thousandth of the misfit is taken. */
 static bool is_explained(const struct diagnosis *d, const struct hypothesis *h)
 {
-    static const double check = 1.05, thousandth = 1e-3; /* of the power above the noise */
-    const bool checked = h->check.n_channels > 0;
-    const bool at_noise = h->fitted.noise_ratio <= diagnose_at_noise && (!checked || h->check.noise_ratio <= check);
-    const bool taken = h->fit.converged &&
-                       hypothesis_excess(&h->fitted) <= thousandth * hypothesis_excess(&d->baseline.fitted) &&
-                       (!checked || hypothesis_excess(&h->check) <= thousandth * hypothesis_excess(&d->baseline.check));
-    return diagnose_is_far(&d->baseline) && (at_noise || taken) && !is_attracting(h);
+    static const double check = 1.05;
+    const bool at_noise =
+        h->fitted.noise_ratio <= diagnose_at_noise && (h->check.n_channels == 0 || h->check.noise_ratio <= check);
+    return diagnose_is_far(&d->baseline) && (at_noise || hypothesis_takes_nearly_all(d, h)) && !is_attracting(h);
 }
 
 /*

@@ -160,6 +160,8 @@ void hypothesis_free(struct hypothesis *h);
 double hypothesis_excess(const struct hypothesis_errors *e);
 /* One of its added effects is a law, so that its prediction steps through time. */
 bool hypothesis_has_law(const struct hypothesis *h);
+/* Its refit has come to its end, and leaves at most a thousandth of the misfit's power, of the held-out records, too. */
+bool hypothesis_takes_nearly_all(const struct diagnosis *d, const struct hypothesis *h);
 /* Rms in units of the noise of the best with so many added effects; the baseline's when there is none below it. */
 double diagnose_best_left(const struct diagnosis *d, size_t n_effects);
 /* What a free linear model leaves of the fitted records, in units of the noise, or of what stands for it where that is not known. */
