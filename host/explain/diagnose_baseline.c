@@ -55,23 +55,37 @@ enum bf_status diagnose_noise(struct diagnose_state *w, struct bf_error *err)
     return status;
 }
 
+double diagnose_band_Hz(const struct diagnosis *d)
+{
+    double nyquist_Hz = 0.0;
+    for (size_t r = 0; r < d->n_records; r++)
+        nyquist_Hz = fmax(nyquist_Hz, 0.5 / d->records[r].dt_s);
+    return nyquist_Hz;
+}
+
+enum bf_status diagnose_modes_in_band(const struct diagnosis *d, const struct model *model,
+                                      double mode_Hz[DIAGNOSE_MODES], size_t *n_modes, struct bf_error *err)
+{
+    enum { SPLINES = 100 };
+    const double band_Hz = diagnose_band_Hz(d);
+    const enum bf_status status = modes_frequencies(model, SPLINES, false, DIAGNOSE_MODES, mode_Hz, err);
+    *n_modes = 0;
+    while (!status && *n_modes < DIAGNOSE_MODES && mode_Hz[*n_modes] < band_Hz)
+        ++*n_modes;
+    return status;
+}
+
 /* One fact a mode: the frequencies of the fitted baseline part the bands. */
 static enum bf_status find_facts(struct diagnose_state *w, struct bf_error *err)
 {
-    enum { SPLINES = 100 };
     struct diagnosis *d = w->d;
-    double nyquist_Hz = 0.0;
+    const enum bf_status status = diagnose_modes_in_band(d, &d->baseline.model, d->mode_Hz, &d->n_modes, err);
+    if (status)
+        return status;
     struct misfit_channel *channels = hypothesis_channels(d, &d->baseline);
-    const enum bf_status status =
-        modes_frequencies(&d->baseline.model, SPLINES, false, DIAGNOSE_MODES, d->mode_Hz, err);
-    for (size_t c = 0; c < d->n_channels; c++)
-        nyquist_Hz = fmax(nyquist_Hz, 0.5 / channels[c].dt_s);
-    while (!status && d->n_modes < DIAGNOSE_MODES && d->mode_Hz[d->n_modes] < nyquist_Hz)
-        d->n_modes++;
-    if (!status)
-        facts_of_channels(d, channels, w->sigma, d->mode_Hz, d->n_modes);
+    facts_of_channels(d, channels, w->sigma, d->mode_Hz, d->n_modes);
     free(channels);
-    return status;
+    return BF_OK;
 }
 
 /* The fit that the caller has, of the model as given. Where the noise of a channel is not known it was weighted otherwise than here. */

@@ -184,6 +184,14 @@ bool diagnose_explained(const struct diagnosis *d, size_t n_effects)
     return false;
 }
 
+bool diagnose_has_ended(const struct diagnosis *d, const struct beam_effect *effect)
+{
+    for (size_t i = 0; i < d->n_hypotheses; i++)
+        if (d->hypotheses[i].n_effects == 1 && d->hypotheses[i].effects[0] == effect && d->hypotheses[i].fit.converged)
+            return true;
+    return false;
+}
+
 bool hypothesis_takes_nearly_all(const struct diagnosis *d, const struct hypothesis *h)
 {
     static const double thousandth = 1e-3; /* of the power above the noise */

@@ -115,7 +115,7 @@ static enum bf_status is_promising(struct shortlist *s, bool *promising, struct 
 }
 
 /* What is left is little, and next to nothing of what was there: from far off no linear effect does that in a law's place. */
-static bool takes_nearly_all(const struct diagnosis *d, const struct hypothesis *from, size_t n_effects)
+static bool leaves_next_to_nothing(const struct diagnosis *d, const struct hypothesis *from, size_t n_effects)
 {
     static const double little = 1.5, next_to_nothing = 0.005; /* of the noise's rms; of the misfit's power */
     const double left = diagnose_best_left(d, n_effects), before = from->fitted.noise_ratio;
@@ -215,7 +215,7 @@ static enum bf_status others(struct shortlist *s, const enum effect_kind kinds[]
     /* a law is found as the first or the second of three, and beside another effect only where something is not linear */
     const bool passes_for_linear =
         s->from->n_effects == 1 && diagnose_is_far(&d->baseline) && diagnose_passes_for_linear(d);
-    const bool little_left = diagnose_far_ahead(d, s->n_effects) || takes_nearly_all(d, s->from, s->n_effects) ||
+    const bool little_left = diagnose_far_ahead(d, s->n_effects) || leaves_next_to_nothing(d, s->from, s->n_effects) ||
                              (s->n_effects == 1 && diagnose_no_linear_outdoes(d));
     const bool enough = (diagnose_is_far(s->from) && little_left) || s->from->n_effects >= 2 || passes_for_linear;
     if (!enough || everything)

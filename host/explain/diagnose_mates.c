@@ -18,14 +18,6 @@ static double score_of(const struct shortlist *s, const struct beam_effect *effe
     return most;
 }
 
-static bool has_ended(const struct diagnosis *d, const struct beam_effect *effect)
-{
-    for (size_t i = 0; i < d->n_hypotheses; i++)
-        if (d->hypotheses[i].n_effects == 1 && d->hypotheses[i].effects[0] == effect && d->hypotheses[i].fit.converged)
-            return true;
-    return false;
-}
-
 /* mates[MOST_MATES] of the best single effect, best score first; returns how many. A law, or a set, has no score to compare with. */
 static size_t find_mates(const struct shortlist *s, size_t mates[])
 {
@@ -35,7 +27,7 @@ static size_t find_mates(const struct shortlist *s, size_t mates[])
     size_t n = 0;
     for (size_t k = 0; k < s->n_order[KIND_LINEAR] && n < MOST_MATES && least > 0.0; k++) {
         const size_t i = s->order[KIND_LINEAR][k];
-        if (s->scores[i].LM >= least && !has_ended(s->w->d, s->list.candidates[i].effect))
+        if (s->scores[i].LM >= least && !diagnose_has_ended(s->w->d, s->list.candidates[i].effect))
             mates[n++] = i;
     }
     return n;

@@ -27,24 +27,27 @@ static bool is_asked_for(const struct decision *one, const struct beam_effect *e
     return false;
 }
 
-/* Kin of what is asked for; but not what stands beside it in the best explanation: whether a mass is there as well, beside a tip mass, the tip mass alone answers. */
+/* It is not asked for, and the best explanation that has what is asked for has it, too. */
+static bool stands_beside(const struct diagnosis *d, const struct beam_effect *effect, const struct decision *one)
+{
+    return one->with < d->n_hypotheses && hypothesis_has(&d->hypotheses[one->with], effect) &&
+           !is_asked_for(one, effect);
+}
+
+/* Kin of what is asked for speaks not against it, unless it stands beside it: whether a mass is there as well, beside a tip mass, the tip mass alone answers. */
 static bool has_kin(const struct diagnosis *d, const struct hypothesis *h, const struct decision *one)
 {
-    for (size_t e = 0; e < h->n_effects; e++) {
-        const struct hypothesis alone = {.n_effects = 1, .effects = {h->effects[e]}};
-        const bool beside = one->with < d->n_hypotheses && hypothesis_has(&d->hypotheses[one->with], h->effects[e]) &&
-                            !is_asked_for(one, h->effects[e]);
-        if (!beside && decision_has_kin(d, &alone, one))
-            return true;
-    }
+    for (size_t e = 0; e < h->n_effects; e++)
+        for (size_t k = 0; k < one->n; k++)
+            if (diagnose_is_kin(h->effects[e], one->among[k], d->model) && !stands_beside(d, h->effects[e], one))
+                return true;
     return false;
 }
 
 static bool speaks_against(const struct diagnosis *d, const struct hypothesis *h, const struct decision *one)
 {
     const bool better = one->with == d->n_hypotheses || h->score > d->hypotheses[one->with].score;
-    return h->n_effects <= one->most_effects && !decision_has_one(h, one) && !has_kin(d, h, one) &&
-           (better || !is_attracting(h));
+    return h->n_effects <= one->most_effects && !has_kin(d, h, one) && (better || !is_attracting(h));
 }
 
 /* The best by the facts. */

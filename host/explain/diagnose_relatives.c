@@ -95,7 +95,8 @@ bool diagnose_is_mass(const struct beam_effect *effect, const struct model *mode
     return term_at_a_place(effect, model, terms) && terms[0].value.mass != 0.0 && terms[0].value.stiffness == 0.0;
 }
 
-bool decision_has_one(const struct hypothesis *h, const struct decision *one)
+/* What is asked for, or a part of it. */
+static bool decision_has_one(const struct hypothesis *h, const struct decision *one)
 {
     for (size_t i = 0; i < one->n; i++)
         if (hypothesis_has(h, one->among[i]))
@@ -103,14 +104,9 @@ bool decision_has_one(const struct hypothesis *h, const struct decision *one)
     return false;
 }
 
-bool decision_has_kin(const struct diagnosis *d, const struct hypothesis *h, const struct decision *one)
+bool diagnose_is_kin(const struct beam_effect *one, const struct beam_effect *other, const struct model *model)
 {
-    for (size_t i = 0; i < h->n_effects; i++)
-        for (size_t k = 0; k < one->n; k++)
-            if (h->effects[i] == one->among[k] || diagnose_special_case(h->effects[i], one->among[k], d->model) ||
-                diagnose_special_case(one->among[k], h->effects[i], d->model))
-                return true;
-    return false;
+    return one == other || diagnose_special_case(one, other, model) || diagnose_special_case(other, one, model);
 }
 
 bool decision_asks_for(const struct hypothesis *h, const struct decision *one)

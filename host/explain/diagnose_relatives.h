@@ -15,6 +15,8 @@ bool effect_swings(const struct model_effect *own);
 bool hypothesis_swings(const struct hypothesis *h, const struct beam_effect *effect);
 /* The terms of `small` are those of `large` with some parameters neutral or a place at the free end. */
 bool diagnose_special_case(const struct beam_effect *small, const struct beam_effect *large, const struct model *model);
+/* The same effect, or one a special case of the other (a tip mass is a point mass): neither speaks against the other. */
+bool diagnose_is_kin(const struct beam_effect *one, const struct beam_effect *other, const struct model *model);
 /*
  * A mass or a spring at one point whose place is free: with place and strength it follows much of what an uneven beam, or another linear cause,
  * does to a few modes.
@@ -23,10 +25,6 @@ bool diagnose_follows_much(const struct beam_effect *effect, const struct model 
 /* Of these, a mass. */
 bool diagnose_is_mass(const struct beam_effect *effect, const struct model *model);
 
-/* What is asked for, or a part of it. */
-bool decision_has_one(const struct hypothesis *h, const struct decision *one);
-/* That, a special case of it (a tip mass is a point mass), or what it is a special case of: none of them speaks against it. */
-bool decision_has_kin(const struct diagnosis *d, const struct hypothesis *h, const struct decision *one);
 /*
  * A spring that attracts is a magnet or, nearly always, a stand-in for something else: it is no explanation, and speaks against another one only where it is
  * better than that. What the damper, its special case, explains is asked for without it.

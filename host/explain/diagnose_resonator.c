@@ -44,9 +44,12 @@ static const double given_places[PLACES] = {0.3, 0.6}; /* a quick look from a pl
 /* Evaluations of a quick look, and how many of those that it has brought farthest are refitted to the end. */
 enum { QUICK_RUNS = 100, BROUGHT_FAR = 2 };
 
-static bool can_act(const struct model *model, const struct beam_effect *effect)
+/* It swings, the model has none of it and has where it can act, and it is not left out. */
+static bool is_candidate(const struct diagnose_state *w, const struct beam_effect *effect)
 {
-    return !model_has_effect(model, effect) && (!effect->releases_root || model_is_clamped(model));
+    const struct model *model = w->d->model;
+    return effect_slot(effect, BEAM_ROLE_RESONANCE) >= 0 && !model_has_effect(model, effect) &&
+           (!effect->releases_root || model_is_clamped(model)) && !diagnose_leaves_out(w, effect);
 }
 
 /* What swings by itself in a model, from this effect on. NULL: nothing does. */
@@ -153,95 +156,81 @@ static bool job_at(const struct diagnose_state *w, const struct hypothesis *from
     return true;
 }
 
-static void try_all(struct diagnose_state *w, const struct hypothesis *from, const struct beam_effect *effect)
-{
-    struct refit_job jobs[FREQUENCIES * PLACES];
-    double frequency_Hz[FREQUENCIES];
-    const size_t n_frequencies = start_frequencies(w->d->mode_Hz, w->d->n_modes, frequency_Hz);
-    const size_t n_places = effect_slot(effect, BEAM_ROLE_PLACE) >= 0 ? PLACES : 1;
-    const double last_m = model_last_place_m(w->d->model);
-    size_t n = 0;
-    w->n_tried += n_frequencies * n_places;
-    for (size_t f = 0; f < n_frequencies; f++)
-        for (size_t a = 0; a < n_places; a++)
-            n += job_at(w, from, effect, frequency_Hz[f], places[a] * last_m, limits.part, &jobs[n]);
-    diagnose_refits(w, jobs, n, 0.0);
-    diagnose_rank(w->d, w->n_tried);
-}
-
-/* ---- From the model as given ---- */
-
-struct quick_look {
+/* Where a search begins, and what came of it: χ²/n, and whether it was left unfinished. */
+struct start {
     double frequency_Hz, at_m, left;
     bool unfinished;
 };
 
-static int by_left(const void *a, const void *b)
+/* starts[FREQUENCIES · PLACES]: each frequency at each place, shares of the length, where the effect has one. Returns how many. */
+static size_t lay_starts(const struct model *model, const struct beam_effect *effect, const double mode_Hz[],
+                         size_t n_modes, const double shares[PLACES], struct start starts[])
 {
-    const double x = ((const struct quick_look *)a)->left, y = ((const struct quick_look *)b)->left;
-    return (x > y) - (x < y);
+    double frequency_Hz[FREQUENCIES];
+    const size_t n_frequencies = start_frequencies(mode_Hz, n_modes, frequency_Hz);
+    const size_t n_places = effect_slot(effect, BEAM_ROLE_PLACE) >= 0 ? PLACES : 1;
+    const double last_m = model_last_place_m(model);
+    size_t n = 0;
+    for (size_t f = 0; f < n_frequencies; f++)
+        for (size_t a = 0; a < n_places; a++)
+            starts[n++] = (struct start){.frequency_Hz = frequency_Hz[f], .at_m = shares[a] * last_m, .left = HUGE_VAL};
+    return n;
 }
 
-/* looks[n] from one model, most_runs 0: to the end. */
-static void refit_looks(struct diagnose_state *w, const struct hypothesis *from, const struct beam_effect *effect,
-                        struct quick_look looks[], size_t n, size_t most_runs)
+/* part: of the beam's mass or flexibility. most_runs 0: to the end. Ranks. */
+static void refit_starts(struct diagnose_state *w, const struct hypothesis *from, const struct beam_effect *effect,
+                         double part, struct start starts[], size_t n, size_t most_runs)
 {
     struct refit_job jobs[FREQUENCIES * PLACES];
-    struct quick_look *taken[FREQUENCIES * PLACES];
+    struct start *taken[FREQUENCIES * PLACES];
     size_t n_jobs = 0;
-    for (size_t k = 0; k < n; k++) {
-        if (!job_at(w, from, effect, looks[k].frequency_Hz, looks[k].at_m, limits.large_part, &jobs[n_jobs]))
-            continue;
-        jobs[n_jobs].most_runs = most_runs;
-        taken[n_jobs++] = &looks[k];
-    }
-    w->n_tried += n_jobs;
+    w->n_tried += n;
+    for (size_t k = 0; k < n; k++)
+        if (job_at(w, from, effect, starts[k].frequency_Hz, starts[k].at_m, part, &jobs[n_jobs])) {
+            jobs[n_jobs].most_runs = most_runs;
+            taken[n_jobs++] = &starts[k];
+        }
     diagnose_refits(w, jobs, n_jobs, 0.0);
     diagnose_rank(w->d, w->n_tried);
     for (size_t k = 0; k < n_jobs; k++)
         taken[k]->left = jobs[k].left, taken[k]->unfinished = jobs[k].unfinished;
 }
 
-/* A quick look from each frequency and place; what has come farthest goes to its end. */
+static void try_all(struct diagnose_state *w, const struct hypothesis *from, const struct beam_effect *effect)
+{
+    struct start starts[FREQUENCIES * PLACES];
+    const size_t n = lay_starts(w->d->model, effect, w->d->mode_Hz, w->d->n_modes, places, starts);
+    refit_starts(w, from, effect, limits.part, starts, n, 0);
+}
+
+/* ---- From the model as given ---- */
+
+static int by_left(const void *a, const void *b)
+{
+    const double x = ((const struct start *)a)->left, y = ((const struct start *)b)->left;
+    return (x > y) - (x < y);
+}
+
+/* A quick look from each start; what has come farthest goes to its end. */
 static void look_from_given(struct diagnose_state *w, const struct hypothesis *given, const double mode_Hz[],
                             size_t n_modes, const struct beam_effect *effect)
 {
-    struct quick_look looks[FREQUENCIES * PLACES];
-    double frequency_Hz[FREQUENCIES];
-    const size_t n_frequencies = start_frequencies(mode_Hz, n_modes, frequency_Hz);
-    const size_t n_places = effect_slot(effect, BEAM_ROLE_PLACE) >= 0 ? PLACES : 1;
-    const double last_m = model_last_place_m(w->d->model);
-    size_t n = 0, far = 0;
-    for (size_t f = 0; f < n_frequencies; f++)
-        for (size_t a = 0; a < n_places; a++)
-            looks[n++] = (struct quick_look){
-                .frequency_Hz = frequency_Hz[f], .at_m = given_places[a] * last_m, .left = HUGE_VAL};
-    refit_looks(w, given, effect, looks, n, QUICK_RUNS);
-    qsort(looks, n, sizeof *looks, by_left);
-    while (far < BROUGHT_FAR && far < n && looks[far].unfinished)
+    struct start starts[FREQUENCIES * PLACES];
+    const size_t n = lay_starts(&given->model, effect, mode_Hz, n_modes, given_places, starts);
+    size_t far = 0;
+    refit_starts(w, given, effect, limits.large_part, starts, n, QUICK_RUNS);
+    qsort(starts, n, sizeof *starts, by_left);
+    while (far < BROUGHT_FAR && far < n && starts[far].unfinished)
         far++;
     if (!diagnose_far_ahead(w->d, 1) && !progress_interrupted())
-        refit_looks(w, given, effect, looks, far, 0);
+        refit_starts(w, given, effect, limits.large_part, starts, far, 0);
 }
 
 /* A free linear model takes what no single effect has: a mode may be missing. */
 static bool is_outdone(const struct diagnosis *d)
 {
-    return diagnose_is_far(&d->baseline) && d->attainable.modes > 0 && d->linearity.verdict != LINEARITY_NONLINEAR &&
-           !diagnose_far_ahead(d, 1) && diagnose_best_left(d, 1) > limits.outdone * fmax(diagnose_floor(d), 1.0);
-}
-
-static enum bf_status modes_as_given(const struct diagnosis *d, const struct model *given, double mode_Hz[],
-                                     size_t *n_modes, struct bf_error *err)
-{
-    enum { SPLINES = 100 };
-    double nyquist_Hz = 0.0;
-    const enum bf_status status = modes_frequencies(given, SPLINES, false, DIAGNOSE_MODES, mode_Hz, err);
-    for (size_t r = 0; r < d->n_records; r++)
-        nyquist_Hz = fmax(nyquist_Hz, 0.5 / d->records[r].dt_s);
-    for (*n_modes = 0; status == BF_OK && *n_modes < DIAGNOSE_MODES && mode_Hz[*n_modes] < nyquist_Hz;)
-        ++*n_modes;
-    return status;
+    return diagnose_is_far(&d->baseline) && d->attainable.modes > 0 && !diagnose_far_ahead(d, 1) &&
+           diagnose_best_left(d, 1) > limits.outdone * fmax(diagnose_floor(d), 1.0);
 }
 
 static double value_of(const struct model_effect *own, enum beam_role role)
@@ -280,13 +269,10 @@ static bool is_mode(const struct diagnosis *d, const struct hypothesis *h, const
     const struct model_effect *own = mode_of(h);
     const double f_Hz = value_of(own, BEAM_ROLE_RESONANCE);
     const double damping = damping_ratio_of(own->effect, value_of(own, BEAM_ROLE_LOSS), f_Hz);
-    double band_Hz = 0.0;
-    for (size_t r = 0; r < d->n_records; r++)
-        band_Hz = fmax(band_Hz, 0.5 / d->records[r].dt_s);
     const bool heavy = !own->effect->releases_root &&
                        value_of(own, BEAM_ROLE_STRENGTH) > limits.heaviest * whole_of(own->effect, &h->model);
     return stands_out(h, others) && damping < limits.damping && !heavy && diagnose_decays(d, f_Hz, damping) &&
-           f_Hz > limits.below_first * d->mode_Hz[0] && f_Hz < band_Hz;
+           f_Hz > limits.below_first * d->mode_Hz[0] && f_Hz < diagnose_band_Hz(d);
 }
 
 /* What is no mode is no explanation either. */
@@ -331,8 +317,7 @@ static enum bf_status to_the_end(struct diagnose_state *w, struct bf_error *err)
 static enum bf_status try_beside(struct diagnose_state *w, const struct hypothesis *from, struct bf_error *err)
 {
     for (int i = 0; i < beam_effects_count && !progress_interrupted(); i++)
-        if (effect_slot(beam_effects[i], BEAM_ROLE_RESONANCE) >= 0 && can_act(w->d->model, beam_effects[i]) &&
-            !diagnose_leaves_out(w, beam_effects[i]))
+        if (is_candidate(w, beam_effects[i]))
             try_all(w, from, beam_effects[i]);
     return progress_interrupted() ? BF_OK : to_the_end(w, err);
 }
@@ -379,10 +364,9 @@ enum bf_status diagnose_resonator_from_given(struct diagnose_state *w, struct bf
     enum bf_status status = diagnose_as_given(w->d->model, &given.model, err);
     if (status)
         return status;
-    status = modes_as_given(w->d, &given.model, mode_Hz, &n_modes, err);
+    status = diagnose_modes_in_band(w->d, &given.model, mode_Hz, &n_modes, err);
     for (int i = 0; i < beam_effects_count && !status && !progress_interrupted(); i++)
-        if (effect_slot(beam_effects[i], BEAM_ROLE_RESONANCE) >= 0 && can_act(w->d->model, beam_effects[i]) &&
-            !diagnose_leaves_out(w, beam_effects[i]))
+        if (is_candidate(w, beam_effects[i]))
             look_from_given(w, &given, mode_Hz, n_modes, beam_effects[i]);
     model_free(&given.model);
     keep_modes(w);

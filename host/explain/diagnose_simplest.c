@@ -5,14 +5,13 @@
 
 #include <math.h>
 
-/* Kin of one of the effects: itself, a special case, or what it is a special case of. */
+/* One of its effects is kin of one of those. */
 static bool is_kin(const struct diagnosis *d, const struct hypothesis *h, const struct hypothesis *named)
 {
-    for (size_t e = 0; e < named->n_effects; e++) {
-        const struct decision one = {.n = 1, .among = {named->effects[e]}};
-        if (decision_has_kin(d, h, &one))
-            return true;
-    }
+    for (size_t i = 0; i < h->n_effects; i++)
+        for (size_t e = 0; e < named->n_effects; e++)
+            if (diagnose_is_kin(h->effects[i], named->effects[e], d->model))
+                return true;
     return false;
 }
 

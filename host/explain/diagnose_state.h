@@ -58,6 +58,11 @@ struct refit_job {
 enum bf_status diagnose_noise(struct diagnose_state *w, struct bf_error *err);
 enum bf_status diagnose_baseline(struct diagnose_state *w, struct bf_error *err);
 
+/* The highest Nyquist frequency of the fitted records; the modes of a model below it, lowest first: [*n_modes], what is beyond in mode_Hz means nothing. */
+double diagnose_band_Hz(const struct diagnosis *d);
+enum bf_status diagnose_modes_in_band(const struct diagnosis *d, const struct model *model,
+                                      double mode_Hz[DIAGNOSE_MODES], size_t *n_modes, struct bf_error *err);
+
 /*
  * The baseline is fitted again from the values that the best explanation has found, without its effects; where that ends lower (*lower) it becomes the baseline: a
  * local minimum is not taken for missing physics. Cost: a refit of the baseline from nearby.
@@ -160,6 +165,8 @@ void hypothesis_free(struct hypothesis *h);
 double hypothesis_excess(const struct hypothesis_errors *e);
 /* One of its added effects is a law, so that its prediction steps through time. */
 bool hypothesis_has_law(const struct hypothesis *h);
+/* A refit of this effect alone has come to its end. */
+bool diagnose_has_ended(const struct diagnosis *d, const struct beam_effect *effect);
 /* Its refit has come to its end, and leaves at most a thousandth of the misfit's power, of the held-out records, too. */
 bool hypothesis_takes_nearly_all(const struct diagnosis *d, const struct hypothesis *h);
 /* Rms in units of the noise of the best with so many added effects; the baseline's when there is none below it. */

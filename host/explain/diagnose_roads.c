@@ -1,0 +1,358 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/*
+ * The second road to single effects: from the model as given (diagnose_given.c). A baseline that lacks an effect is driven to values that stand in for it,
+ * and a refit that starts there may never leave them. What was believed before any fit has not been driven anywhere: the
+ * effect is added to that, its place scanned, and everything is fitted from short windows to whole records.
+ */
+#include "diagnose_relatives.h"
+#include "diagnose_shortlist.h"
+#include "plausible.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "ground/ground.h"
+
+/* Candidates at most, and how many refits before it is asked whether one has explained the records. */
+enum { MOST_FIRST = 3, MOST_GIVEN = 32, MOST_AT_ONCE = 8 };
+/* Refits to their ends of what is far behind the best: what it is held against. */
+enum { MOST_RIVALS = 3 };
+/* Places of a rigid support, or of a heavy mass, that are tried, and the starts of a candidate at most: with either sign, and those. */
+enum { SUPPORTS = 4, ROADS = 2 + SUPPORTS };
+/* Of EI/l³: a spring that holds the beam. From a soft one a fit does not find the support, whose place is all that the records tell; nor from a gram a mass as heavy as the beam. */
+static const double rigid = 1e3;
+/* Evaluations in which the refit of an effect that is there has found it (50 to 100 do); that of another may take ten times as many to end far off. */
+enum { QUICK_RUNS = 100 };
+
+/* Moves the beam's frequencies and shapes: what a baseline without it is driven away by. */
+static bool is_structural(const struct beam_effect *effect)
+{
+    return effect->terms != NULL || effect->geometry != NULL;
+}
+
+static bool is_in(const size_t order[], size_t n, size_t i)
+{
+    for (size_t k = 0; k < n; k++)
+        if (order[k] == i)
+            return true;
+    return false;
+}
+
+/*
+ * The beam's own effects by score, then those of them that the scores at the fitted baseline think nothing of, then the measurement's
+ * likewise: order[list.n].
+ */
+static size_t order_from_given(const struct shortlist *s, size_t order[])
+{
+    const size_t *ranked = s->order[KIND_LINEAR], n_ranked = s->n_order[KIND_LINEAR];
+    size_t n = 0;
+    for (int structural = 1; structural >= 0; structural--) {
+        for (size_t k = 0; k < n_ranked; k++)
+            if (is_structural(s->list.candidates[ranked[k]].effect) == (structural == 1))
+                order[n++] = ranked[k];
+        for (size_t i = 0; i < s->list.n; i++) {
+            const struct beam_effect *effect = s->list.candidates[i].effect;
+            if (effect_kind(effect) == KIND_LINEAR && is_structural(effect) == (structural == 1) && !is_in(order, n, i))
+                order[n++] = i;
+        }
+    }
+    return n;
+}
+
+/* Start values with the other sign of the strength; false: it has one sign only, or its start is what a score found. */
+static bool turn(const struct candidate *candidate, double start[])
+{
+    const struct beam_effect *effect = candidate->effect;
+    bool any = false;
+    for (int i = 0; i < effect->n_parameters; i++) {
+        const struct beam_parameter_info *info = &effect->parameters[i];
+        const bool turns =
+            info->role == BEAM_ROLE_STRENGTH && !(info->neutral < 0.0 || info->neutral > 0.0) && info->minimum < 0.0;
+        start[i] = turns ? -candidate->start[i] : candidate->start[i];
+        any = any || turns;
+    }
+    return any && is_structural(effect);
+}
+
+/* A candidate from one start; its refit is done, or has been left unfinished with so much left, χ²/n. */
+struct road {
+    const struct candidate *candidate;
+    double start[BEAM_EFFECT_PARAMETERS];
+    bool usual; /* the first start of its candidate */
+    bool done;
+    double left;
+};
+
+/* What laboratories put on a beam, along the span, as starts: a rigid support, a mass as heavy as the beam. roads[SUPPORTS], returns how many. */
+static size_t lay_large(const struct model *from, const struct candidate *candidate, struct road roads[])
+{
+    const struct beam_effect *effect = candidate->effect;
+    const double length_m = from->length_m, EI = from->materials[model_plain_material(from)].EI.value;
+    const int strength = effect_slot(effect, BEAM_ROLE_STRENGTH), place = effect_slot(effect, BEAM_ROLE_PLACE);
+    if (!diagnose_follows_much(effect, from)) /* neither a spring nor a mass at a free place */
+        return 0;
+    const double large =
+        diagnose_is_mass(effect, from) ? model_mass_kg(from) : rigid * EI / (length_m * length_m * length_m);
+    for (int k = 0; k < SUPPORTS; k++) {
+        roads[k] = (struct road){.candidate = candidate};
+        memcpy(roads[k].start, candidate->start, sizeof roads[k].start);
+        roads[k].start[strength] = fmin(large, candidate->upper[strength]);
+        roads[k].start[place] = length_m * (k + 1) / (SUPPORTS + 2);
+    }
+    return SUPPORTS;
+}
+
+/* The other starts of a candidate: far from the truth either sign may lead astray (a strut near buckling), and a soft spring or a small mass. */
+static size_t lay_others(const struct model *from, const struct candidate *candidate, struct road roads[])
+{
+    struct road turned = {.candidate = candidate};
+    size_t n = 0;
+    if (turn(candidate, turned.start))
+        roads[n++] = turned;
+    return n + lay_large(from, candidate, &roads[n]);
+}
+
+/*
+ * roads[ROADS · n]; returns how many. `all` takes every start: first the usual one of each of the beam's own effects, from which nearly every cause is found,
+ * then their other starts, then the measurement's effects. order[]: the beam's own effects come first.
+ */
+static size_t lay_roads(const struct shortlist *s, const struct model *from, const size_t order[], size_t n, bool all,
+                        struct road roads[])
+{
+    const struct candidate *candidates = s->list.candidates;
+    size_t n_roads = 0, structural = 0;
+    for (size_t k = 0; k < n; k++) {
+        const struct candidate *candidate = &candidates[order[k]];
+        roads[n_roads] = (struct road){.candidate = candidate, .usual = true};
+        memcpy(roads[n_roads].start, candidate->start, sizeof candidate->start);
+        n_roads++;
+        if (is_structural(candidate->effect))
+            structural = k + 1;
+        if (!all || structural != k + 1 || (k + 1 < n && is_structural(candidates[order[k + 1]].effect)))
+            continue;
+        for (size_t i = 0; i < structural; i++)
+            n_roads += lay_others(from, &candidates[order[i]], &roads[n_roads]);
+    }
+    return n_roads;
+}
+
+/* Those of roads[n ≤ MOST_AT_ONCE] that are not done; a candidate that the model refuses is. most_runs 0: as many as it takes. */
+static void refit_roads(struct shortlist *s, const struct model *from, struct road roads[], size_t n, size_t most_runs,
+                        double span)
+{
+    struct refit_job jobs[MOST_AT_ONCE];
+    struct road *taken[MOST_AT_ONCE];
+    struct bf_error ignored;
+    size_t n_jobs = 0;
+    for (size_t k = 0; k < n; k++) {
+        struct refit_job *job = &jobs[n_jobs];
+        if (roads[k].done)
+            continue;
+        *job = (struct refit_job){
+            .n_effects = s->n_effects, .n_tried = s->w->n_tried, .first_new = from->n_effects, .most_runs = most_runs};
+        roads[k].done = candidate_model(from, roads[k].candidate, roads[k].start, &job->model, &ignored) != BF_OK;
+        if (!roads[k].done)
+            taken[n_jobs++] = &roads[k];
+    }
+    (void)diagnose_try(s->w, jobs, n_jobs, BF_OK, span);
+    for (size_t i = 0; i < n_jobs; i++)
+        taken[i]->done = !jobs[i].unfinished, taken[i]->left = jobs[i].left;
+}
+
+/* What a quick look has brought farthest comes first, so that a cause stands beside its nearest rivals; the order of equals stays. */
+static void sort_by_left(struct road roads[], size_t n)
+{
+    for (size_t i = 1; i < n; i++) {
+        const struct road road = roads[i];
+        size_t k = i;
+        for (; k > 0 && roads[k - 1].left > road.left; k--)
+            roads[k] = roads[k - 1];
+        roads[k] = road;
+    }
+}
+
+/*
+ * The best leaves the noise, or what a free linear model does: no other linear effect outdoes it, and one that does as well is its like. A free linear model
+ * that leaves more has not found what there is to find, and is no floor.
+ */
+static bool is_at_floor(const struct diagnosis *d)
+{
+    static const double as_well = 1.005; /* class mates are told from each other above this (docs/hidden.md) */
+    if (d->n_hypotheses == 0 || d->attainable.modes == 0 || is_attracting(&d->hypotheses[0]))
+        return false;
+    const double left = d->hypotheses[0].fitted.noise_ratio, floor = diagnose_floor(d);
+    return left <= as_well * floor && (left <= as_well || floor <= as_well * left);
+}
+
+bool diagnose_no_linear_outdoes(const struct diagnosis *d)
+{
+    static const double as_well = 1.01, held_out = 1.05; /* times what a free linear model leaves */
+    static const double most = 0.5;                      /* of the misfit's power */
+    const struct hypothesis *best = d->n_hypotheses > 0 ? &d->hypotheses[0] : NULL;
+    return best != NULL && d->attainable.modes > 0 && d->linearity.verdict != LINEARITY_NONLINEAR &&
+           !is_attracting(best) && effect_is_linear(best->effects[0]) && best->explained >= most &&
+           best->fitted.noise_ratio <= as_well * diagnose_floor(d) &&
+           !(best->check.noise_ratio > held_out * d->attainable.held_out_noise_ratio);
+}
+
+/* Quickly; where one explains the records, and could be outdone, the others are refitted to their ends, which come early for what leaves much more. */
+static bool refit_briefly_first(struct shortlist *s, const struct model *from, struct road roads[], size_t n,
+                                double span)
+{
+    refit_roads(s, from, roads, n, QUICK_RUNS, span);
+    const bool explained = diagnose_explained(s->w->d, s->n_effects);
+    if (explained && !is_at_floor(s->w->d) && !progress_interrupted())
+        refit_roads(s, from, roads, n, 0, 0.0);
+    return explained;
+}
+
+/* What is far ahead is not asked again from other starts. */
+static void leave_other_starts(const struct diagnosis *d, size_t n_effects, struct road roads[], size_t n)
+{
+    const bool far_ahead = diagnose_far_ahead(d, n_effects);
+    for (size_t k = 0; k < n; k++)
+        roads[k].done = roads[k].done || (far_ahead && !roads[k].usual);
+}
+
+/* Quickly, the usual starts first. Returns whether one explains the records. */
+static bool look_at_all(struct shortlist *s, const struct model *from, struct road roads[], size_t n, double part)
+{
+    bool explained = false;
+    for (size_t k = 0; k < n && !explained && !progress_interrupted(); k += MOST_AT_ONCE) {
+        const size_t some = n - k < MOST_AT_ONCE ? n - k : MOST_AT_ONCE;
+        leave_other_starts(s->w->d, s->n_effects, roads + k, some);
+        explained = refit_briefly_first(s, from, roads + k, some, part) || diagnose_explained(s->w->d, s->n_effects);
+    }
+    return explained;
+}
+
+/* Far behind the best no more than its nearest rivals are asked for, each from its best start. Returns how many are left. */
+static size_t leave_far_behind(const struct shortlist *s, struct road roads[], size_t n)
+{
+    const bool far_ahead = diagnose_far_ahead(s->w->d, s->n_effects);
+    size_t wanted = 0;
+    for (size_t k = 0; k < n; k++) {
+        bool known = far_ahead && diagnose_has_ended(s->w->d, roads[k].candidate->effect);
+        for (size_t i = 0; i < k && far_ahead; i++)
+            known = known || (!roads[i].done && roads[i].candidate->effect == roads[k].candidate->effect);
+        roads[k].done = roads[k].done || known || (far_ahead && wanted == MOST_RIVALS);
+        wanted += !roads[k].done;
+    }
+    return wanted;
+}
+
+/* Those that were left unfinished, the nearest first, until one explains the records. */
+static void bring_to_the_end(struct shortlist *s, const struct model *from, struct road roads[], size_t n, double part)
+{
+    sort_by_left(roads, n);
+    for (size_t k = 0; k < n && !progress_interrupted() && !diagnose_explained(s->w->d, s->n_effects);
+         k += MOST_AT_ONCE) {
+        if (leave_far_behind(s, roads + k, n - k) == 0)
+            break;
+        refit_roads(s, from, roads + k, n - k < MOST_AT_ONCE ? n - k : MOST_AT_ONCE, 0, part);
+    }
+}
+
+/* All of them quickly; then, unless one explains the records or cannot be outdone by any linear effect, to their ends. */
+static void refit_in_turn(struct shortlist *s, const struct model *from, struct road roads[], size_t n, double span)
+{
+    const double part = 0.5 * span * MOST_AT_ONCE / (double)(n + 1);
+    if (!look_at_all(s, from, roads, n, part) && !diagnose_no_linear_outdoes(s->w->d))
+        bring_to_the_end(s, from, roads, n, part);
+}
+
+static bool was_refitted(const struct diagnosis *d, const struct beam_effect *effect)
+{
+    for (size_t i = 0; i < d->n_hypotheses; i++)
+        if (d->hypotheses[i].n_effects == 1 && d->hypotheses[i].effects[0] == effect)
+            return true;
+    return false;
+}
+
+/* What both rounds from the model as given begin with: the scores, which give the order, and that model. Free *given with model_free(). */
+static enum bf_status score_and_give(struct shortlist *s, struct model *given, struct bf_error *err)
+{
+    const enum bf_status status = shortlist_score(s, KIND_LINEAR, err);
+    return status ? status : diagnose_as_given(s->w->d->model, given, err);
+}
+
+enum bf_status shortlist_from_given(struct shortlist *s, double span, struct bf_error *err)
+{
+    struct model given;
+    if (diagnose_explained(s->w->d, s->n_effects))
+        return BF_OK;
+    const enum bf_status status = score_and_give(s, &given, err);
+    if (status)
+        return status;
+    size_t *order = bf_alloc(s->list.n + 1, sizeof *order);
+    const size_t all = order_from_given(s, order), n = all < MOST_GIVEN ? all : MOST_GIVEN;
+    struct road *roads = bf_alloc(ROADS * n + 1, sizeof *roads);
+    refit_in_turn(s, &given, roads, lay_roads(s, &given, order, n, true, roads), span);
+    free(order), free(roads);
+    model_free(&given);
+    return BF_OK;
+}
+
+/* Of the beam's own effects, by score: those that no refit has tried. Returns how many. */
+static size_t order_untried(const struct shortlist *s, size_t order[])
+{
+    size_t kept = 0;
+    const size_t n = order_from_given(s, order);
+    for (size_t k = 0; k < n && kept < MOST_GIVEN; k++) {
+        const struct beam_effect *effect = s->list.candidates[order[k]].effect;
+        if (is_structural(effect) && !was_refitted(s->w->d, effect))
+            order[kept++] = order[k];
+    }
+    return kept;
+}
+
+enum bf_status shortlist_untried_from_given(struct shortlist *s, double span, struct bf_error *err)
+{
+    struct model given;
+    if (is_at_floor(s->w->d))
+        return BF_OK;
+    const enum bf_status status = score_and_give(s, &given, err);
+    if (status)
+        return status;
+    size_t *order = bf_alloc(s->list.n + 1, sizeof *order);
+    struct road roads[MOST_GIVEN];
+    const size_t n = lay_roads(s, &given, order, order_untried(s, order), false, roads);
+    for (size_t k = 0; k < n && !progress_interrupted(); k += MOST_AT_ONCE) {
+        const size_t some = n - k < MOST_AT_ONCE ? n - k : MOST_AT_ONCE;
+        refit_roads(s, &given, roads + k, some, QUICK_RUNS, span * (double)some / (double)n);
+    }
+    free(order);
+    model_free(&given);
+    return BF_OK;
+}
+
+/* order[n] of the first look: the best scores; a signal that no input caused is not among them where the records show none. Returns n. */
+static size_t order_first(const struct shortlist *s, size_t order[])
+{
+    const bool linear = s->w->d->linearity.verdict == LINEARITY_LINEAR;
+    size_t n = 0;
+    for (size_t k = 0; k < s->n_order[KIND_LINEAR] && n < MOST_FIRST; k++) {
+        const struct beam_effect *effect = s->list.candidates[s->order[KIND_LINEAR][k]].effect;
+        if (!linear || (effect->signal == NULL && effect->base == NULL))
+            order[n++] = s->order[KIND_LINEAR][k];
+    }
+    return n;
+}
+
+enum bf_status diagnose_first_look(struct diagnose_state *w, struct bf_error *err)
+{
+    struct shortlist *s;
+    enum bf_status status = shortlist_new(w, &w->d->baseline, &s, err);
+    if (!status)
+        status = shortlist_score(s, KIND_LINEAR, err);
+    if (!status) {
+        struct road roads[ROADS * MOST_FIRST];
+        size_t order[MOST_FIRST];
+        const size_t n = order_first(s, order);
+        (void)refit_briefly_first(s, &w->d->baseline.model, roads,
+                                  lay_roads(s, &w->d->baseline.model, order, n, false, roads), 0.0);
+    }
+    w->looked = s;
+    return status;
+}
