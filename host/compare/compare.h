@@ -310,8 +310,8 @@ void stabilisation_free(struct stabilisation *stabilisation);
  *
  * Each output is fitted alone to each input's records, with the factor between them open and the mass per length held. A factor is named
  * only where the error falls strongly with it and where it holds for all bands of the signal: a mass, a spring or a wrong place turns or
- * shrinks some modes, not all. What only a product tells (one input, one output) is said so. Where no factor explains an output, another place of each
- * channel and the exchange of each two columns are tried, if they are asked for.
+ * shrinks some modes, not all. What only a product tells (one input, one output) is said so. Where no factor explains an output, the exchange of each
+ * two columns is tried and, if it is asked for, another place of each channel.
  */
 
 enum factor_kind {
@@ -349,8 +349,8 @@ struct channel_factors {
  * Nothing is looked for in free decays and records of unknown level, and nothing where the model as given is within half of the
  * signal, or `fitted` is: a fit of it to these records (NULL: none) that has kept the size of the response. model and records are not changed. Free with
  * channel_factors_free(), also after a failure.
- * Cost: a prediction of the records; where that is far off, one to four short fits for each output and input; with `places` up to five more for each channel
- * and one for each two where no factor explains them.
+ * Cost: a prediction of the records; where that is far off, one to four short fits for each output and input; where no factor explains them one more for each
+ * two channels and, with `places`, up to five for each.
  */
 enum bf_status channel_factors_find(const struct model *model, const struct record records[], size_t n_records,
                                     const struct predict_options *options, const struct fit_result *fitted, bool places,

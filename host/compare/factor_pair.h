@@ -62,10 +62,10 @@ enum bf_status factor_strongest_line(const struct record *record, const double z
 
 /*
  * Where neither a sign nor a size explains an output: is one channel at another place, or do two columns stand under each other's names? out->after is infinite
- * when neither, and for drives of one line. record: [n] indices of records, the strongest; known: what a fit is known to leave of them, which a place must beat (infinite: nothing is). Cost: some ten short fits of those records, all outputs at once.
+ * when neither, and for drives of one line. places: another place is asked for, too. record: [n] indices of records, the strongest; known: what a fit is known to leave of them, which a place must beat (infinite: nothing is). Cost: some ten short fits of those records, all outputs at once.
  */
 enum bf_status factor_place_find(const struct model *model, const struct record records[], const size_t record[],
-                                 size_t n, double known, const struct predict_options *options,
+                                 size_t n, double known, bool places, const struct predict_options *options,
                                  struct channel_factor *out, struct bf_error *err);
 
 /* ---- factor_bands.c: does one factor hold for the whole spectrum? ---- */

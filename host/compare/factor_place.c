@@ -315,7 +315,7 @@ static enum bf_status work_new(struct place_work *w, struct bf_error *err)
 }
 
 enum bf_status factor_place_find(const struct model *model, const struct record records[], const size_t record[],
-                                 size_t n, double known, const struct predict_options *options,
+                                 size_t n, double known, bool places, const struct predict_options *options,
                                  struct channel_factor *out, struct bf_error *err)
 {
     struct place_work w = {.given = model, .given_records = records, .record = record, .n = n};
@@ -330,7 +330,7 @@ enum bf_status factor_place_find(const struct model *model, const struct record 
     if (status == BF_OK)
         status = error_as_given(&w, &w.before, err);
     w.before = fmin(w.before, known);
-    if (status == BF_OK && w.before > explained)
+    if (status == BF_OK && places && w.before > explained)
         status = try_places(&w, out, err);
     if (status == BF_OK && w.before > explained)
         status = try_exchanges(&w, out, err);

@@ -312,14 +312,14 @@ static bool is_settled(const struct search *s, const struct factor_pair *pair)
 }
 
 /* The records of the first output that no factor explains. */
-static enum bf_status find_place(const struct search *s, struct channel_factors *out, struct bf_error *err)
+static enum bf_status find_place(const struct search *s, bool places, struct channel_factors *out, struct bf_error *err)
 {
     for (size_t p = 0; p < s->n_pairs; p++) {
         struct channel_factor found;
         if (is_settled(s, &s->pairs[p]))
             continue;
         const enum bf_status status = factor_place_find(s->model, s->records, s->pairs[p].record, s->pairs[p].n_records,
-                                                        given_error(s, &s->pairs[p]), s->options, &found, err);
+                                                        given_error(s, &s->pairs[p]), places, s->options, &found, err);
         if (status == BF_OK && isfinite(found.after))
             (void)add(out, found);
         return status;
@@ -355,8 +355,8 @@ static enum bf_status find(struct search *s, bool places, struct channel_factors
         (void)add(out, (struct channel_factor){.kind = FACTOR_NO_TIME, .factor = 1.0, .found = 1.0});
     if (!status)
         explain(s, out);
-    if (!status && places && out->n == 0)
-        status = find_place(s, out, err);
+    if (!status && out->n == 0)
+        status = find_place(s, places, out, err);
     for (size_t i = 0; i < out->n; i++)
         factor_words(s->model, &out->all[i]);
     return status;

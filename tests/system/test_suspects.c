@@ -26,6 +26,7 @@ static int setup(void **state)
         "\"$(dirname \"$BEAMFIT\")\"/beam_truth $1.txt >/dev/null; }\n"
         "truth same s/seed.*/seed\\ 41/; truth fitted s/level=8/level=5/; truth place s/at_m=0.0254/at_m=0.3/\n"
         "truth level s/Ks_V.*/Ks_V\\ 61/; truth sign s/Ks_V.*/Ks_V\\ -41/; truth longer s/length_m.*/length_m\\ 0.47/\n"
+        "truth moved 's/^output.*/&\\noutput tip_mps velocity at_m=0.35/; s/duration_s.*/duration_s 1/'\n"
         "awk -F, -v OFS=, '/^[0-9]/ {$2 = 0} {print}' same.csv >silent.csv\n"
         "\"$BEAMFIT\" %s -o model.yaml --force\n"
         "\"$BEAMFIT\" fit model.yaml fitted.csv -o fitted.yaml",
@@ -145,12 +146,39 @@ static int use(void **state)
 
 #define CASE(f) cmocka_unit_test_setup(f, use)
 
+/* No effect takes what a sensor at another place leaves, so that the place is asked for after them; then nothing is missing. */
+static void diagnose_finds_a_sensor_at_another_place(void **state)
+{
+    struct rig *rig = *state;
+    json_error_t error;
+    run_beamfit(rig->dir,
+                (const char *[]){"diagnose", "model.yaml", "moved.csv", "--effects", "1", "--json", "--without",
+                                 "base_motion,clock_error,electrical_coupling,feedthrough,hysteretic_damping,"
+                                 "input_position,mains_hum,patch_position,point_damper,point_mass,point_spring,"
+                                 "root_compliance,rotary_inertia,sensor_delay,sensor_highpass,sensor_lag,sensor_offset,"
+                                 "square_root_damping,viscoelastic,attached_resonator,thermal_drift,stop_contact,"
+                                 "cubic_stiffness,quadratic_drag,coulomb_friction,microslip,bilinear_stiffness,"
+                                 "large_rotation,patch_softening,drive_hysteresis,drive_saturation,sensor_saturation",
+                                 NULL},
+                &rig->outcome);
+    assert_int_equal(rig->outcome.status, 0);
+    json_t *root = json_loads(rig->outcome.out, JSON_REJECT_DUPLICATES, &error);
+    assert_non_null(root);
+    assert_string_equal(json_string_value(json_object_get(root, "verdict")), "complete");
+    const json_t *factors = json_object_get(root, "channel_factors"), *first = json_array_get(factors, 0);
+    assert_int_equal(json_array_size(factors), 1);
+    assert_string_equal(json_string_value(json_object_get(first, "kind")), "place");
+    assert_non_null(strstr(json_string_value(json_object_get(first, "text")), "tip_mps was at 0.35 m"));
+    json_decref(root);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         CASE(fit_says_why_a_held_out_record_disagrees),
         CASE(fit_says_nothing_of_a_record_that_agrees),
         CASE(diagnose_says_it_too),
+        CASE(diagnose_finds_a_sensor_at_another_place),
         CASE(compare_suspects_the_ordinary_first),
         CASE(an_unfitted_model),
     };

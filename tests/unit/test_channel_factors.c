@@ -183,9 +183,9 @@ static void a_place_must_beat_the_fit_that_was_made(void **state)
     struct record record = hit(NULL);
     struct channel_factor without, with;
     struct bf_error err;
-    assert_int_equal(factor_place_find(&model, &record, &first, 1, HUGE_VAL, NULL, &without, &err), BF_OK);
+    assert_int_equal(factor_place_find(&model, &record, &first, 1, HUGE_VAL, true, NULL, &without, &err), BF_OK);
     assert_true(without.kind == FACTOR_PLACE && isfinite(without.after));
-    assert_int_equal(factor_place_find(&model, &record, &first, 1, without.after, NULL, &with, &err), BF_OK);
+    assert_int_equal(factor_place_find(&model, &record, &first, 1, without.after, true, NULL, &with, &err), BF_OK);
     assert_true(!isfinite(with.after));
     record_free(&record);
     model_free(&model);
