@@ -33,11 +33,15 @@ static const char help[] =
 
 static const struct option_row options[] = {
     {.name = "NAME=VALUE", .what = "a parameter's value in SI units, NAME as in the catalogue (`beamfit effects ID`)"},
+    {.name = "NAME@RECORD=VALUE",
+     .what = "its value in one record, named as its file: it differs from record to record"},
     {'a', 0, "at", "X", NULL, "where on the beam, metres from the clamp (the same as at_m=X)"},
     {'c', 0, "channel", "NAME", NULL,
      "the input or output on which a measurement effect sits (default: as the catalogue says)"},
     {'x', 0, "fix", "NAME", NULL, "hold this parameter in fits (again for more)"},
     {'f', 0, "free", "NAME", NULL, "let fits change this parameter, e.g. a place (again for more)"},
+    {'r', 0, "per-record", "NAME", NULL,
+     "this parameter differs from record to record: a fit gives each its own value (again for more)"},
     {'o', 'o', "output", "NEW", NULL, "the file to write; - is standard output"},
     {OPTION_FORCE, 0, "force", NULL, NULL, "replace NEW even when `add` has not made it or somebody has changed it"},
     OPTIONS_ANSWER,
@@ -51,20 +55,22 @@ static const char closing[] =
     "Exit status: 0 done; 2 usage, no such effect, or the model has it already; 3 bad model file or NEW not\n"
     "writable.\n";
 
-enum { MOST_SETTINGS = 16 };
+enum { MOST_SETTINGS = 64 };
 
 struct arguments {
     const char *model, *id, *output, *channel;
     size_t n_values, n_fixed;
     struct {
-        const char *name;
-        size_t n_name;
+        const char *name, *record; /* record: "" for all */
+        size_t n_name, n_record;
         double value;
     } values[MOST_SETTINGS];
     struct {
         const char *name;
         bool fixed;
     } fixed[MOST_SETTINGS];
+    size_t n_by_record;
+    const char *by_record[BEAM_EFFECT_PARAMETERS];
 };
 
 static enum bf_status take_value(struct arguments *a, const char *name, size_t n_name, const char *value,
@@ -72,8 +78,13 @@ static enum bf_status take_value(struct arguments *a, const char *name, size_t n
 {
     if (a->n_values == MOST_SETTINGS)
         return bf_fail(err, BF_USAGE, "more than %d values", MOST_SETTINGS);
+    const char *at = memchr(name, '@', n_name);
     a->values[a->n_values].name = name;
-    a->values[a->n_values].n_name = n_name;
+    a->values[a->n_values].n_name = at ? (size_t)(at - name) : n_name;
+    a->values[a->n_values].record = at ? at + 1 : name + n_name;
+    a->values[a->n_values].n_record = at ? n_name - (size_t)(at + 1 - name) : 0;
+    if (at && a->values[a->n_values].n_record == 0)
+        return bf_fail(err, BF_USAGE, "'%.*s' names no record after @", (int)n_name, name);
     char option[80];
     (void)snprintf(option, sizeof option, "%.*s", (int)n_name, name);
     return options_number(option, value, &a->values[a->n_values++].value, err);
@@ -96,6 +107,11 @@ static enum bf_status take_option(struct arguments *a, int code, struct bf_error
             return bf_fail(err, BF_USAGE, "more than %d of --fix and --free", MOST_SETTINGS);
         a->fixed[a->n_fixed].name = optarg;
         a->fixed[a->n_fixed++].fixed = code == 'x';
+        return BF_OK;
+    case 'r':
+        if (a->n_by_record == BEAM_EFFECT_PARAMETERS)
+            return bf_fail(err, BF_USAGE, "more than %d of --per-record", BEAM_EFFECT_PARAMETERS);
+        a->by_record[a->n_by_record++] = optarg;
         return BF_OK;
     default:
         return BF_USAGE;
@@ -144,19 +160,47 @@ static struct parameter *find_parameter(struct model_effect *effect, const char 
     return NULL;
 }
 
+/* It differs from record to record then, as one that --per-record names. */
+static void differ(struct model_effect *effect, int slot)
+{
+    effect->by_record[slot] = (effect->effect->parameters[slot].flags & BEAM_PARAMETER_PER_RECORD) == 0;
+    effect->parameters[slot].fixed = false;
+}
+
+static enum bf_status set_in_record(const struct arguments *a, size_t i, struct model_effect *effect, int slot,
+                                    struct bf_error *err)
+{
+    char record[sizeof((struct per_record_value *)NULL)->record];
+    if (a->values[i].n_record >= sizeof record)
+        return bf_fail(err, BF_USAGE, "'%.60s…' is longer than %zu bytes", a->values[i].record, sizeof record - 1);
+    (void)snprintf(record, sizeof record, "%.*s", (int)a->values[i].n_record, a->values[i].record);
+    effect_set_record_value(effect, slot, record, a->values[i].value, 0.0);
+    differ(effect, slot);
+    return BF_OK;
+}
+
 static enum bf_status set_parameters(const struct arguments *a, struct model_effect *effect, struct bf_error *err)
 {
     for (size_t i = 0; i < a->n_values; i++) {
         struct parameter *p = find_parameter(effect, a->values[i].name, a->values[i].n_name, err);
         if (!p)
             return BF_USAGE;
-        p->value = a->values[i].value;
+        if (a->values[i].n_record == 0)
+            p->value = a->values[i].value;
+        else if (set_in_record(a, i, effect, (int)(p - effect->parameters), err) != BF_OK)
+            return BF_USAGE;
     }
     for (size_t i = 0; i < a->n_fixed; i++) {
         struct parameter *p = find_parameter(effect, a->fixed[i].name, strlen(a->fixed[i].name), err);
         if (!p)
             return BF_USAGE;
         p->fixed = a->fixed[i].fixed;
+    }
+    for (size_t i = 0; i < a->n_by_record; i++) {
+        const struct parameter *p = find_parameter(effect, a->by_record[i], strlen(a->by_record[i]), err);
+        if (!p)
+            return BF_USAGE;
+        differ(effect, (int)(p - effect->parameters));
     }
     return BF_OK;
 }

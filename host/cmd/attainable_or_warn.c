@@ -13,6 +13,7 @@ void attainable_or_warn(const struct model *model, const struct record records[]
         if (!record_is_driven(model, &records[r]))
             return; /* no model answers to nothing: that is said elsewhere, and a floor would lead away from it */
     if (attainable_find(model, records, n_records, NULL, out, &err) == BF_OK &&
+        attainable_each(model, records, n_records, NULL, out, &err) == BF_OK &&
         attainable_check(model, records, n_records, NULL, checks, n_checks, out, &err) == BF_OK)
         return;
     bf_warn("what a free linear model leaves is not known: %s", err.text);

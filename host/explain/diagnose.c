@@ -163,6 +163,7 @@ static void find_attainable(struct diagnose_state *w)
         noise[d->baseline.fit.channels[c].record * n_outputs + d->baseline.fit.channels[c].output] = d->noise[c].rms;
     if (attainable_find(d->model, d->records, d->n_records, noise, &d->attainable, &ignored) != BF_OK)
         attainable_free(&d->attainable);
+    (void)attainable_each(d->model, d->records, d->n_records, noise, &d->attainable, &ignored);
     (void)attainable_check(d->model, d->records, d->n_records, noise, d->checks, d->n_checks, &d->attainable, &ignored);
     free(noise);
 }
@@ -281,6 +282,8 @@ static enum bf_status stages(struct diagnose_state *w, struct bf_error *err)
     status = confirm(w, err);
     if (!status && d->verdict == VERDICT_UNKNOWN && !d->interrupted && diagnose_computed(d))
         status = reconstruct(w, err);
+    if (!status && !d->interrupted && diagnose_computed(d))
+        status = diagnose_by_record(w, err);
     if (!status && d->n_hypotheses > 0)
         status = localise(d, &d->hypotheses[0], &d->remains, err);
     if (!status)
@@ -316,6 +319,8 @@ void diagnose_free(struct diagnosis *d)
     for (size_t i = 0; i < d->n_hypotheses; i++)
         hypothesis_free(&d->hypotheses[i]);
     hypothesis_free(&d->baseline);
+    for (size_t i = 0; i < d->n_by_record; i++)
+        hypothesis_free(&d->by_record[i]);
     for (size_t c = 0; d->noise && c < d->n_channels; c++)
         noise_free(&d->noise[c]);
     linearity_free(&d->linearity);

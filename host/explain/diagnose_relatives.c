@@ -2,6 +2,7 @@
 #include "diagnose_relatives.h"
 #include "plausible.h"
 
+#include <math.h>
 #include <string.h>
 
 bool hypothesis_has(const struct hypothesis *h, const struct beam_effect *effect)
@@ -93,6 +94,41 @@ bool diagnose_is_mass(const struct beam_effect *effect, const struct model *mode
 {
     struct beam_term terms[BEAM_EFFECT_TERMS] = {0};
     return term_at_a_place(effect, model, terms) && terms[0].value.mass != 0.0 && terms[0].value.stiffness == 0.0;
+}
+
+bool diagnose_can_be_changed(const struct beam_effect *effect, const struct model *model)
+{
+    struct beam_term terms[BEAM_EFFECT_TERMS] = {0};
+    double p[BEAM_EFFECT_PARAMETERS];
+    const struct beam_place place = model_place(model);
+    if (effect->terms == NULL || effect->law != NULL)
+        return false;
+    start_values(effect, model, p);
+    if (effect->terms(p, &place, terms) != 0)
+        return false;
+    for (int t = 0; t < effect->n_terms; t++) {
+        const enum beam_operator_kind kind = terms[t].place.kind;
+        if (kind == BEAM_AT_POINT || kind == BEAM_AT_ROOT ||
+            (kind == BEAM_OVER_SLOPE && terms[t].place.weight == BEAM_WEIGHT_ONE))
+            return true;
+    }
+    return false;
+}
+
+double diagnose_large(const struct beam_effect *effect, const struct model *model)
+{
+    struct beam_term terms[BEAM_EFFECT_TERMS] = {0};
+    double p[BEAM_EFFECT_PARAMETERS];
+    const struct beam_place place = model_place(model);
+    if (effect->terms == NULL || effect->n_terms != 1 || effect->n_parameters != 1)
+        return 0.0;
+    start_values(effect, model, p);
+    if (effect->terms(p, &place, terms) != 0)
+        return 0.0;
+    if (terms[0].place.kind == BEAM_AT_POINT && terms[0].value.mass != 0.0)
+        return model_mass_kg(model);
+    const bool axial = terms[0].place.kind == BEAM_OVER_SLOPE && terms[0].value.stiffness != 0.0;
+    return axial ? model->materials[model_plain_material(model)].EI.value * pow(M_PI / model->length_m, 2.0) : 0.0;
 }
 
 /* What is asked for, or a part of it. */

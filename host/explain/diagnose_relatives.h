@@ -24,6 +24,10 @@ bool diagnose_is_kin(const struct beam_effect *one, const struct beam_effect *ot
 bool diagnose_follows_much(const struct beam_effect *effect, const struct model *model);
 /* Of these, a mass. */
 bool diagnose_is_mass(const struct beam_effect *effect, const struct model *model);
+/* Of an effect with one parameter: a mass as heavy as the beam, a tension as large as its buckling load between pins; 0: it is neither. */
+double diagnose_large(const struct beam_effect *effect, const struct model *model);
+/* It acts at a point, at the clamp, or along the axis: what somebody screws on, moves or tightens between two records. */
+bool diagnose_can_be_changed(const struct beam_effect *effect, const struct model *model);
 
 /*
  * A spring that attracts is a magnet or, nearly always, a stand-in for something else: it is no explanation, and speaks against another one only where it is

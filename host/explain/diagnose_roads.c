@@ -24,6 +24,7 @@ enum { SUPPORTS = 4, ROADS = 2 + SUPPORTS };
 static const double rigid = 1e3;
 /* Evaluations in which the refit of an effect that is there has found it (50 to 100 do); that of another may take ten times as many to end far off. */
 enum { QUICK_RUNS = 100 };
+enum { OWN_RUNS = 200 }; /* where it has a value in each record */
 
 /* Moves the beam's frequencies and shapes: what a baseline without it is driven away by. */
 static bool is_structural(const struct beam_effect *effect)
@@ -80,6 +81,7 @@ struct road {
     const struct candidate *candidate;
     double start[BEAM_EFFECT_PARAMETERS];
     bool usual; /* the first start of its candidate */
+    int own;    /* 1 + the parameter that has a value of its own in each record; 0: none */
     bool done;
     double left;
 };
@@ -152,8 +154,11 @@ static void refit_roads(struct shortlist *s, const struct model *from, struct ro
         *job = (struct refit_job){
             .n_effects = s->n_effects, .n_tried = s->w->n_tried, .first_new = from->n_effects, .most_runs = most_runs};
         roads[k].done = candidate_model(from, roads[k].candidate, roads[k].start, &job->model, &ignored) != BF_OK;
-        if (!roads[k].done)
-            taken[n_jobs++] = &roads[k];
+        if (roads[k].done)
+            continue;
+        if (roads[k].own > 0)
+            job->model.effects[job->model.n_effects - 1].by_record[roads[k].own - 1] = true;
+        taken[n_jobs++] = &roads[k];
     }
     (void)diagnose_try(s->w, jobs, n_jobs, BF_OK, span);
     for (size_t i = 0; i < n_jobs; i++)
@@ -323,6 +328,72 @@ enum bf_status shortlist_untried_from_given(struct shortlist *s, double span, st
         refit_roads(s, &given, roads + k, some, QUICK_RUNS, span * (double)some / (double)n);
     }
     free(order);
+    model_free(&given);
+    return BF_OK;
+}
+
+/* Of an effect whose strength is all that it has. roads[1]; returns how many. */
+static size_t lay_large_alone(const struct model *from, const struct candidate *candidate, struct road roads[])
+{
+    const double large = diagnose_large(candidate->effect, from);
+    if (!(large > 0.0))
+        return 0;
+    *roads = (struct road){.candidate = candidate, .start = {fmin(large, candidate->upper[0])}};
+    return 1;
+}
+
+/* From every start twice: with a strength of its own in each record, and with a place of its own. roads[2 · ROADS]; returns how many. */
+static size_t lay_own(const struct model *from, const struct candidate *candidate, struct road roads[])
+{
+    static const enum beam_role differing[] = {BEAM_ROLE_STRENGTH, BEAM_ROLE_PLACE};
+    struct road starts[ROADS] = {{.candidate = candidate}};
+    size_t n = 0;
+    memcpy(starts[0].start, candidate->start, sizeof candidate->start);
+    size_t n_starts = 1 + lay_others(from, candidate, &starts[1]);
+    n_starts += lay_large_alone(from, candidate, &starts[n_starts]);
+    for (size_t role = 0; role < sizeof differing / sizeof *differing; role++) {
+        const int slot = effect_slot(candidate->effect, differing[role]);
+        for (size_t k = 0; k < n_starts && slot >= 0; k++) {
+            roads[n] = starts[k];
+            roads[n++].own = slot + 1;
+        }
+    }
+    return n;
+}
+
+/* Sorted: of the first few effects the two nearest roads each stay to be done. */
+static void leave_few(struct road roads[], size_t n)
+{
+    enum { EFFECTS = 3, OF_EACH = 2 };
+    size_t n_effects = 0;
+    for (size_t k = 0; k < n; k++) {
+        size_t before = 0;
+        for (size_t i = 0; i < k; i++)
+            before += !roads[i].done && roads[i].candidate->effect == roads[k].candidate->effect;
+        roads[k].done = roads[k].done || before == OF_EACH || (before == 0 && n_effects == EFFECTS);
+        n_effects += !roads[k].done && before == 0;
+    }
+}
+
+enum bf_status shortlist_by_record(struct shortlist *s, double span, struct bf_error *err)
+{
+    struct model given;
+    const enum bf_status status = diagnose_as_given(s->w->d->model, &given, err);
+    if (status)
+        return status;
+    struct road *roads = bf_alloc(2 * ROADS * s->list.n + 1, sizeof *roads);
+    size_t n = 0;
+    for (size_t i = 0; i < s->list.n; i++)
+        if (diagnose_can_be_changed(s->list.candidates[i].effect, &given))
+            n += lay_own(&given, &s->list.candidates[i], &roads[n]);
+    for (int to_the_end = 0; to_the_end <= 1; to_the_end++) {
+        for (size_t k = 0; k < n && !progress_interrupted(); k += MOST_AT_ONCE)
+            refit_roads(s, &given, roads + k, n - k < MOST_AT_ONCE ? n - k : MOST_AT_ONCE, to_the_end ? 0 : OWN_RUNS,
+                        0.5 * span * MOST_AT_ONCE / (double)n);
+        sort_by_left(roads, n);
+        leave_few(roads, n);
+    }
+    free(roads);
     model_free(&given);
     return BF_OK;
 }

@@ -45,13 +45,23 @@ static bool does_as_well(const struct diagnosis *d, const struct hypothesis *gen
     return false;
 }
 
+/* One that differs from record to record goes on to. */
+static void take_value(const struct model_effect *from, int slot, struct model_effect *to, int own)
+{
+    to->parameters[own].value = from->parameters[slot].value;
+    to->by_record[own] = from->by_record[slot];
+    for (size_t k = 0; k < from->n_per_record; k++)
+        if (from->per_record[k].parameter == slot)
+            effect_set_record_value(to, own, from->per_record[k].record, from->per_record[k].value, 0.0);
+}
+
 /* Parameters of the same name keep their values. */
 static void take_values(const struct model_effect *from, struct model_effect *to)
 {
     for (int i = 0; i < to->effect->n_parameters; i++)
         for (int j = 0; j < from->effect->n_parameters; j++)
             if (strcmp(to->effect->parameters[i].name, from->effect->parameters[j].name) == 0)
-                to->parameters[i].value = from->parameters[j].value;
+                take_value(from, j, to, i);
 }
 
 /* Another response of a sensor with a time constant of the same name. */

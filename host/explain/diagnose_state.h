@@ -144,6 +144,12 @@ enum bf_status diagnose_resonator(struct diagnose_state *w, struct bf_error *err
  */
 enum bf_status diagnose_resonator_from_given(struct diagnose_state *w, struct bf_error *err);
 
+/*
+ * diagnose_by_record.c: d->by_record, where the verdict is unknown and the records are not of one linear beam. Some forty quick looks of some
+ * tenths of a second each.
+ */
+enum bf_status diagnose_by_record(struct diagnose_state *w, struct bf_error *err);
+
 /* diagnose_steps.c: the best laws at the steps a sample that they need. Ranks. */
 enum bf_status diagnose_steps(struct diagnose_state *w, struct bf_error *err);
 

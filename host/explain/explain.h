@@ -24,6 +24,7 @@
 enum { DIAGNOSE_EFFECTS = 3 }; /* in one explanation, at most */
 
 enum { DIAGNOSE_MODES = 16 };
+enum { DIAGNOSE_BY_RECORD = 3 }; /* single effects that differ from record to record, at most */
 
 enum verdict { VERDICT_COMPLETE, VERDICT_MISSING, VERDICT_AMBIGUOUS, VERDICT_UNKNOWN };
 const char *verdict_name(enum verdict verdict);
@@ -159,6 +160,9 @@ struct diagnosis {
     struct localisation where;      /* is the baseline's misfit */
     struct localisation remains;    /* what the best explanation leaves */
     struct attainable attainable;   /* no modes: not known */
+    size_t n_by_record;             /* verdict unknown, and the records are not of one linear beam: best first, */
+    struct hypothesis by_record
+        [DIAGNOSE_BY_RECORD]; /* single effects with one parameter that has a value of its own in each, diagnose_own_slot() */
     bool reconstructed;
     struct reconstruction reconstruction; /* of what the best explanation leaves, when the verdict is unknown */
     bool converged;                       /* the search for the baseline's values */
@@ -183,6 +187,9 @@ void diagnose_free(struct diagnosis *diagnosis);
  * Free *out with model_free().
  */
 enum bf_status diagnose_found(const struct diagnosis *d, struct model *out, struct bf_error *err);
+
+/* Of d->by_record[i]: the parameter of its effect that differs from record to record. */
+int diagnose_own_slot(const struct hypothesis *h);
 
 /* "sensor_offset on accel_mps2 + tip_mass": the added effects and where they sit. */
 void hypothesis_name(FILE *out, const struct hypothesis *h);

@@ -268,6 +268,8 @@ const struct beam_effect *effect_by_id(const char *id); /* NULL when unknown */
 bool effect_per_record(const struct model_effect *effect, int slot);
 /* The value in a record that has one; NULL: it has none. */
 const struct per_record_value *effect_record_value(const struct model_effect *effect, int slot, const char *record);
+/* Sets that value. record: as long as a name of per_record_value may be, or it is cut there. sd 0: not known. */
+void effect_set_record_value(struct model_effect *effect, int slot, const char *record, double value, double sd);
 
 /* The same with a message that proposes the closest id; BF_USAGE when NULL. */
 const struct beam_effect *effect_find(const char *id, struct bf_error *err);

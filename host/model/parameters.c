@@ -169,7 +169,7 @@ static struct parameter *target_of(struct model *model, const struct parameter_r
     return &model->effects[ref->owner].parameters[ref->slot];
 }
 
-static void set_per_record(struct model_effect *effect, int slot, const char *record, double value, double sd)
+void effect_set_record_value(struct model_effect *effect, int slot, const char *record, double value, double sd)
 {
     size_t i = 0;
     while (i < effect->n_per_record &&
@@ -224,8 +224,8 @@ void model_set_parameters(struct model *model, const struct parameter_ref refs[]
     for (size_t i = 0; i < n; i++) {
         const struct parameter_ref *ref = &refs[i];
         if (ref->record >= 0) {
-            set_per_record(&model->effects[ref->owner], ref->slot, record_names[ref->record], value[i],
-                           sd ? sd[i] : 0.0);
+            effect_set_record_value(&model->effects[ref->owner], ref->slot, record_names[ref->record], value[i],
+                                    sd ? sd[i] : 0.0);
             continue;
         }
         struct parameter *p = target_of(model, ref);

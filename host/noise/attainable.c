@@ -24,8 +24,12 @@ enum bf_status attainable_find(const struct model *model, const struct record re
 {
     struct attainable_problem p = {.n_slots = model->n_inputs, .n_outputs = model->n_outputs};
     double top_rad = 0.0, *x = NULL;
-    *out = (struct attainable){
-        .nrmse = nan(""), .noise_ratio = nan(""), .start_nrmse = nan(""), .held_out_noise_ratio = nan("")};
+    *out = (struct attainable){.nrmse = nan(""),
+                               .noise_ratio = nan(""),
+                               .start_nrmse = nan(""),
+                               .held_out_noise_ratio = nan(""),
+                               .each_nrmse = nan(""),
+                               .each_noise_ratio = nan("")};
     for (size_t r = 0; r < n_records; r++)
         top_rad = fmax(top_rad, M_PI / records[r].dt_s);
     double *own = NULL;

@@ -335,10 +335,12 @@ struct attainable_pole {
 };
 
 struct attainable {
-    size_t modes;                  /* pairs of poles; 0: nothing to fit, nothing else is known then */
-    double nrmse, noise_ratio;     /* root mean square over channels, as everywhere */
-    double start_nrmse;            /* with the model's own poles */
-    double held_out_noise_ratio;   /* of other records, attainable_check(); NaN: not known */
+    size_t modes;                /* pairs of poles; 0: nothing to fit, nothing else is known then */
+    double nrmse, noise_ratio;   /* root mean square over channels, as everywhere */
+    double start_nrmse;          /* with the model's own poles */
+    double held_out_noise_ratio; /* of other records, attainable_check(); NaN: not known */
+    double each_nrmse,
+        each_noise_ratio;          /* of free linear models of each record alone, attainable_each(); NaN: not known */
     size_t n_moving;               /* records that do not begin at rest */
     struct attainable_pole *poles; /* [modes] ascending */
     size_t n_channels;
@@ -363,6 +365,18 @@ void attainable_free(struct attainable *attainable);
 enum bf_status attainable_check(const struct model *model, const struct record records[], size_t n_records,
                                 const double noise_rms[], const struct record checks[], size_t n_checks,
                                 struct attainable *attainable, struct bf_error *err);
+
+/*
+ * each_nrmse, each_noise_ratio: what free linear models of each record alone leave, with poles and residues of their own. NaN where there is one record,
+ * where the model of all leaves little more than the noise, so that nothing is to be told, and where no noise is known. noise_rms as above.
+ * Cost: nothing, or another attainable_find().
+ */
+enum bf_status attainable_each(const struct model *model, const struct record records[], size_t n_records,
+                               const double noise_rms[], struct attainable *attainable, struct bf_error *err);
+/* Each record alone is left with less than half: they are not of one linear beam. Something was changed between them, or the beam is nonlinear and their levels differ. */
+bool attainable_differs(const struct attainable *attainable);
+/* Both in units of the noise: no one linear beam leaves `noise_ratio` where it leaves `of_noise_ratio`. */
+bool attainable_is_apart(double noise_ratio, double of_noise_ratio);
 
 /*
  * REPEATABILITY — what repeated excitation from rest leaves unexplained by any linear system, and which repetition stands out.

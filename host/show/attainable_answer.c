@@ -7,8 +7,6 @@
 
 /* Errors within this factor of each other are the same for a reader who looks for a cause. */
 static const double alike = 1.15;
-/* More than so many times apart, two records are not of one linear beam whatever the modes are: the error of few poles is no reason. */
-static const double apart = 2.0;
 
 /* The noise as a share of the signal, root mean square over the channels where it is known. */
 static double noise_share(const struct attainable *a)
@@ -52,7 +50,7 @@ static void held_out(const struct attainable *a, double nrmse, size_t size, char
     text[0] = '\0';
     if (!isfinite(a->held_out_noise_ratio) || !isfinite(a->noise_ratio) || beats_linear(a, nrmse))
         return;
-    const bool worse = a->held_out_noise_ratio > apart * fmax(a->noise_ratio, 1.0);
+    const bool worse = attainable_is_apart(a->held_out_noise_ratio, a->noise_ratio);
     (void)snprintf(text, size,
                    " Of the held-out records that linear model leaves %.3g times the noise, of its own %.3g.%s",
                    a->held_out_noise_ratio, a->noise_ratio,
@@ -61,16 +59,31 @@ static void held_out(const struct attainable *a, double nrmse, size_t size, char
                          : "");
 }
 
+/* " Of each record alone …"; "" where they may be of one linear beam. */
+static void of_each(const struct attainable *a, size_t size, char text[])
+{
+    text[0] = '\0';
+    if (attainable_differs(a))
+        (void)snprintf(
+            text, size,
+            " Of each record alone such a model leaves %.3g %%, %.3g times the noise instead of %.3g: they are "
+            "not of one linear beam. Was something changed between them (a mass, a place, a screw)? Then fit them "
+            "apart, or say in the model which value differs (per_record: {}). If nothing was, the beam is "
+            "nonlinear, and its frequencies or damping go with the level.",
+            100.0 * a->each_nrmse, a->each_noise_ratio, a->noise_ratio);
+}
+
 static void put_text(struct json *object, const struct attainable *a, double nrmse)
 {
-    char text[1024], check[320], noise[64] = "the noise is not known";
+    char text[1536], each[512], check[320], noise[64] = "the noise is not known";
     const double share = noise_share(a);
+    of_each(a, sizeof each, each);
     held_out(a, nrmse, sizeof check, check);
     if (isfinite(share))
         (void)snprintf(noise, sizeof noise, "the noise %.2g %%", 100.0 * share);
     (void)snprintf(text, sizeof text,
-                   "Attainable: a free linear model of %zu modes leaves %.3g %% (this model %.3g %%, %s). %s%s",
-                   a->modes, 100.0 * a->nrmse, 100.0 * nrmse, noise, advice(a, nrmse), check);
+                   "Attainable: a free linear model of %zu modes leaves %.3g %% (this model %.3g %%, %s). %s%s%s",
+                   a->modes, 100.0 * a->nrmse, 100.0 * nrmse, noise, advice(a, nrmse), each, check);
     json_put_text(object, "text", text);
 }
 
@@ -85,6 +98,11 @@ const struct answer_field attainable_fields[] = {
     ANSWER_ROW(NUMBER, "noise_ratio", "the same in units of the noise"),
     ANSWER_ROW(NUMBER, "held_out_noise_ratio", "what it leaves of held-out records; null: none, or not known",
                .flags = ANSWER_NULL),
+    ANSWER_ROW(
+        NUMBER, "each_nrmse",
+        "what free linear models of each record alone leave; null: one record, or all together are near the noise",
+        .flags = ANSWER_NULL),
+    ANSWER_ROW(NUMBER, "each_noise_ratio", "the same in units of the noise", .flags = ANSWER_NULL),
     ANSWER_ROW(COUNT, "modes", "of the linear model"),
     ANSWER_ROW_OF(LIST, "poles", "one for each mode", pole_fields),
     ANSWER_ROW(TEXT, "text", "what that says of the model"),
@@ -102,6 +120,8 @@ void attainable_json(struct json *root, const struct attainable *a, double nrmse
     json_put_number(object, "nrmse", a->nrmse);
     json_put_number(object, "noise_ratio", a->noise_ratio);
     json_put_number(object, "held_out_noise_ratio", a->held_out_noise_ratio);
+    json_put_number(object, "each_nrmse", a->each_nrmse);
+    json_put_number(object, "each_noise_ratio", a->each_noise_ratio);
     json_put_number(object, "modes", (double)a->modes);
     put_text(object, a, nrmse);
     struct json *poles = json_put(object, "poles", json_new_array());

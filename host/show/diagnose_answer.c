@@ -170,6 +170,27 @@ static void put_reconstruction(struct json *root, const struct reconstruction *r
     json_put_text(object, "text", r->text);
 }
 
+static void put_by_record(struct json *root, const struct diagnosis *d)
+{
+    struct json *list = json_put(root, "by_record", json_new_array());
+    for (size_t i = 0; i < d->n_by_record; i++) {
+        const struct hypothesis *h = &d->by_record[i];
+        const struct model_effect *own = &h->model.effects[h->n_base];
+        const int slot = diagnose_own_slot(h);
+        struct json *one = json_push(list, json_new_object()), *values;
+        json_put_text(one, "effect", own->effect->id);
+        json_put_text(one, "parameter", own->effect->parameters[slot].name);
+        json_put_text(one, "unit", own->effect->parameters[slot].unit);
+        json_put_number(one, "noise_ratio_after", h->fitted.noise_ratio);
+        json_put_number(one, "check_noise_ratio_after", h->check.noise_ratio);
+        json_put_number(one, "explained", h->explained);
+        values = json_put(one, "values", json_new_object());
+        for (size_t k = 0; k < own->n_per_record; k++)
+            if (own->per_record[k].parameter == slot)
+                json_put_number(values, own->per_record[k].record, own->per_record[k].value);
+    }
+}
+
 void diagnose_put_next(struct json *root, const struct diagnosis *d, const char *written,
                        const struct channel_factors *factors)
 {
@@ -223,6 +244,7 @@ struct json *diagnose_json(const struct diagnosis *d, const char *written, const
         all_converged = all_converged && (i >= DIAGNOSE_LISTED || d->hypotheses[i].fit.converged);
     }
     json_put_bool(root, "all_converged", all_converged);
+    put_by_record(root, d);
     put_decisions(root, d);
     put_remains(root, d, after);
     put_numerics(root, d);

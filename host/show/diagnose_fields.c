@@ -49,6 +49,18 @@ static const struct answer_field candidate_fields[] = {
     {0},
 };
 
+static const struct answer_field by_record_fields[] = {
+    ANSWER_ROW(TEXT, "effect", "its id"),
+    ANSWER_ROW(TEXT, "parameter", "that has a value of its own in each record"),
+    ANSWER_ROW(TEXT, "unit", "of the values"),
+    ANSWER_ROW(NUMBER, "noise_ratio_after", "what it leaves, in units of the noise"),
+    ANSWER_ROW(NUMBER, "check_noise_ratio_after", "of held-out records, each with a value of its own, too; null: none",
+               .flags = ANSWER_NULL),
+    ANSWER_ROW(NUMBER, "explained", "share of the misfit's power"),
+    ANSWER_ROW(NUMBER_MAP, "values", "in SI units, by record"),
+    {0},
+};
+
 static const struct answer_field decision_fields[] = {
     ANSWER_ROW(TEXTS, "effects", "one of these is there"),
     ANSWER_ROW(TEXTS, "with", "the best explanation with one"),
@@ -160,6 +172,9 @@ const struct answer_field diagnose_fields[] = {
     ANSWER_ROW(BOOL, "all_converged", "the fits of the listed candidates did"),
     ANSWER_SAY("[{all_converged!}*: its fit has not converged]"),
     ANSWER_SAY("{check_text}"),
+    ANSWER_ROW_OF(LIST, "by_record",
+                  "if something was changed between the records: single effects that would explain most, best first",
+                  by_record_fields),
     ANSWER_ROW_OF(LIST, "decision", "effects that are there, each with its probability", decision_fields),
     ANSWER_ROW_OF(OBJECT, "remains", "what the best answer leaves", remains_fields),
     ANSWER_ROW_OF(OBJECT, "reconstruction", "the missing force", reconstruction_fields, .flags = ANSWER_MAYBE),

@@ -45,6 +45,21 @@ static void put_records(FILE *out, const struct diagnosis *d, bool with_checks)
     }
 }
 
+/* " mass_kg=0.5", or " mass_kg@hit1.csv=0.5 mass_kg@hit2.csv=0.6" of one that differs from record to record. */
+static void put_value(FILE *out, const struct model_effect *own, int slot)
+{
+    const char *name = own->effect->parameters[slot].name;
+    if (!own->by_record[slot])
+        (void)fprintf(out, " %s=%.7g", name, own->parameters[slot].value);
+    for (size_t k = 0; own->by_record[slot] && k < own->n_per_record; k++) {
+        char text[MODEL_NAME + sizeof own->per_record[k].record + 32];
+        if (own->per_record[k].parameter != slot)
+            continue;
+        (void)snprintf(text, sizeof text, "%s@%s=%.7g", name, own->per_record[k].record, own->per_record[k].value);
+        put_path(out, text);
+    }
+}
+
 static void add_effect(struct diagnose_next *next, const struct hypothesis *h, size_t i, const char *from)
 {
     const struct model_effect *own = &h->model.effects[h->n_base + i];
@@ -59,17 +74,17 @@ static void add_effect(struct diagnose_next *next, const struct hypothesis *h, s
         (void)fprintf(out, " --channel %s", own->channel);
     for (int j = 0; j < own->effect->n_parameters; j++) {
         const struct beam_parameter_info *info = &own->effect->parameters[j];
-        (void)fprintf(out, " %s=%.7g", info->name, own->parameters[j].value);
-        if (effect_parameter_is_held(info) && !own->parameters[j].fixed)
+        put_value(out, own, j);
+        if (effect_parameter_is_held(info) && !own->parameters[j].fixed && !own->by_record[j])
             (void)fprintf(out, " --free %s", info->name);
     }
     (void)fprintf(out, " -o added%zu.yaml", i + 1);
     end(next, out);
 }
 
-static void fit_found(struct diagnose_next *next, const struct diagnosis *d, const char *model)
+static void fit_found(struct diagnose_next *next, const struct diagnosis *d, const struct hypothesis *best,
+                      const char *model)
 {
-    const struct hypothesis *best = &d->hypotheses[0];
     size_t size = 0;
     FILE *out = begin(next, &size);
     if (out == NULL)
@@ -113,7 +128,14 @@ static void next_of_missing(struct diagnose_next *next, const struct diagnosis *
         (void)snprintf(from, sizeof from, "added%zu.yaml", i);
         add_effect(next, best, i, i == 0 ? (d->model->path ? d->model->path : "MODEL") : from);
     }
-    fit_found(next, d, written ? written : last);
+    fit_found(next, d, best, written ? written : last);
+}
+
+/* What would explain most if it had been changed between the records. */
+static void next_of_differing(struct diagnose_next *next, const struct diagnosis *d)
+{
+    add_effect(next, &d->by_record[0], 0, d->model->path ? d->model->path : "MODEL");
+    fit_found(next, d, &d->by_record[0], "added1.yaml");
 }
 
 /* "tip_mass+sensor_lag@accel_mps2", as discriminate takes it */
@@ -162,6 +184,8 @@ void diagnose_next(const struct diagnosis *d, const char *written, const struct 
         next_of_missing(out, d, written, factors->n > 0);
     else if (d->verdict == VERDICT_AMBIGUOUS && factors->n == 0)
         next_of_ambiguous(out, d);
+    else if (d->n_by_record > 0 && factors->n == 0)
+        next_of_differing(out, d);
     else if (factors->n > 0 && written == NULL)
         write_found(out, d);
 }
