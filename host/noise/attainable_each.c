@@ -14,7 +14,7 @@ bool attainable_is_apart(double noise_ratio, double of_noise_ratio)
 
 bool attainable_differs(const struct attainable *a)
 {
-    return a->modes > 0 && attainable_is_apart(a->noise_ratio, a->each_noise_ratio);
+    return a->modes > 0 && isfinite(a->each_noise_ratio) && attainable_is_apart(a->noise_ratio, a->each_noise_ratio);
 }
 
 enum bf_status attainable_each(const struct model *model, const struct record records[], size_t n_records,
