@@ -11,7 +11,8 @@ static const struct answer_field parameter_fields[] = {
     ANSWER_ROW(NUMBER, "value", "in SI units", .digits = 9),
     ANSWER_ROW(TEXT, "unit", "of the value"),
     ANSWER_ROW(BOOL, "fixed", "held in fits"),
-    ANSWER_SAY("  {@} = {value}[ {unit}], {fixed?held|free in the next fit}"),
+    ANSWER_ROW(BOOL, "per_record", "it has a value of its own in each record"),
+    ANSWER_SAY("  {@} = {value}[ {unit}], {fixed?held|free in the next fit}[{per_record?}, another in each record]"),
     {0},
 };
 
@@ -25,7 +26,7 @@ static const struct answer_field fields[] = {
 };
 
 static const char help[] =
-    "Usage: beamfit add MODEL ID [--at X] [--channel NAME] [NAME=VALUE...] -o NEW\n"
+    "Usage: beamfit add MODEL ID [--at X] [--channel NAME] [NAME[@RECORD]=VALUE...] -o NEW\n"
     "\n"
     "Adds a physical effect to a model. Its parameters start small, at the values of the catalogue, and are free\n"
     "in the next fit, except places, which are held. Comments and order of the file are kept; standard errors and\n"
@@ -217,6 +218,7 @@ static enum bf_status answer(const struct arguments *a, const struct model_effec
         json_put_number(one, "value", effect->parameters[i].value);
         json_put_text(one, "unit", effect->parameters[i].unit);
         json_put_bool(one, "fixed", effect->parameters[i].fixed);
+        json_put_bool(one, "per_record", effect_per_record(effect, i));
     }
     answer_next(root, "beamfit", "fit", a->output, "RECORD...", "-o", "FITTED", NULL);
     return answer_print_and_free(root, fields, err);

@@ -61,7 +61,9 @@ static bool is_taken(const struct diagnosis *d, size_t i)
 /* d->hypotheses are those of the search; `shared`: rms over the noise that the best leaves which is the same in all records. */
 static void take_best(struct diagnosis *d, double shared)
 {
-    size_t chosen[DIAGNOSE_BY_RECORD];
+    size_t chosen[DIAGNOSE_BY_RECORD] = {0};
+    if (d->hypotheses == NULL)
+        return;
     qsort(d->hypotheses, d->n_hypotheses, sizeof *d->hypotheses, by_left);
     const double best = least_left(d);
     const bool worth = best <= limits.lower * shared && d->hypotheses[0].explained >= limits.taken;
