@@ -360,18 +360,23 @@ static void differing(FILE *out, const struct diagnosis *d, const struct hypothe
     shares(out, d, h);
 }
 
-/* Not named: a beam that bends with the level differs from record to record, too. */
+/* Not named: only those who measured know what they changed, and a beam that bends with the level differs from record to record, too. */
 static void by_record(FILE *out, const struct diagnosis *d)
 {
-    if (d->n_by_record == 0)
-        return;
-    (void)fprintf(out, " If something was changed between the records: ");
+    static const double at_noise = 1.05; /* times the noise */
+    const char *which = d->n_by_record > 1 ? "They are" : "It is";
+    (void)fprintf(out, ". If something was changed between the records: ");
     for (size_t i = 0; i < d->n_by_record; i++) {
         (void)fprintf(out, "%s", i > 0 ? "; " : "");
         differing(out, d, &d->by_record[i]);
     }
-    (void)fprintf(out, ". %s not named, because a nonlinear beam under other levels looks like that, too.",
-                  d->n_by_record > 1 ? "They are" : "It is");
+    if (d->attainable.each_noise_ratio <= at_noise)
+        (void)fprintf(out,
+                      ". Each record alone is linear to its noise. %s not named, because only you know what was "
+                      "changed.",
+                      which);
+    else
+        (void)fprintf(out, ". %s not named, because a nonlinear beam under other levels looks like that, too.", which);
 }
 
 static void unknown(FILE *out, const struct diagnosis *d)
@@ -382,16 +387,18 @@ static void unknown(FILE *out, const struct diagnosis *d)
     }
     (void)fprintf(out, "Something is missing: the model leaves ");
     ratios(out, d, &d->baseline);
+    if (d->n_by_record > 0)
+        by_record(out, d);
     if (any_lowers_it(d)) {
-        (void)fprintf(out, ". No effect of the catalogue explains that so much better than the others that it could be "
-                           "named: ");
+        (void)fprintf(out, d->n_by_record > 0 ? " The same in all records, none stands out: "
+                                              : ". No effect of the catalogue explains that so much better than the "
+                                                "others that it could be named: ");
         crowd(out, d);
         likeliest(out, d);
-    } else {
-        (void)fprintf(out, ", and no effect of the catalogue lowers that");
+        (void)fprintf(out, ".");
+    } else if (d->n_by_record == 0) {
+        (void)fprintf(out, ", and no effect of the catalogue lowers that.");
     }
-    (void)fprintf(out, ".");
-    by_record(out, d);
     (void)fprintf(out, " %s", d->where.text);
     if (d->reconstructed)
         (void)fprintf(out, " %s", d->reconstruction.text);
