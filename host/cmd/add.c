@@ -56,16 +56,19 @@ static const char closing[] =
     "Exit status: 0 done; 2 usage, no such effect, or the model has it already; 3 bad model file or NEW not\n"
     "writable.\n";
 
-enum { MOST_SETTINGS = 64 };
+enum { MOST_SETTINGS = 256 };
+
+/* NAME=VALUE, or NAME@RECORD=VALUE: n_record 0, it is of all records. */
+struct setting {
+    const char *name, *record;
+    size_t n_name, n_record;
+    double value;
+};
 
 struct arguments {
     const char *model, *id, *output, *channel;
     size_t n_values, n_fixed;
-    struct {
-        const char *name, *record; /* record: "" for all */
-        size_t n_name, n_record;
-        double value;
-    } values[MOST_SETTINGS];
+    struct setting values[MOST_SETTINGS];
     struct {
         const char *name;
         bool fixed;
@@ -79,16 +82,18 @@ static enum bf_status take_value(struct arguments *a, const char *name, size_t n
 {
     if (a->n_values == MOST_SETTINGS)
         return bf_fail(err, BF_USAGE, "more than %d values", MOST_SETTINGS);
+    struct setting *own = &a->values[a->n_values++];
     const char *at = memchr(name, '@', n_name);
-    a->values[a->n_values].name = name;
-    a->values[a->n_values].n_name = at ? (size_t)(at - name) : n_name;
-    a->values[a->n_values].record = at ? at + 1 : name + n_name;
-    a->values[a->n_values].n_record = at ? n_name - (size_t)(at + 1 - name) : 0;
-    if (at && a->values[a->n_values].n_record == 0)
-        return bf_fail(err, BF_USAGE, "'%.*s' names no record after @", (int)n_name, name);
+    *own = (struct setting){.name = name, .n_name = at ? (size_t)(at - name) : n_name};
+    if (at) {
+        own->record = at + 1;
+        own->n_record = n_name - own->n_name - 1;
+        if (own->n_record == 0)
+            return bf_fail(err, BF_USAGE, "'%.*s' names no record after @", (int)n_name, name);
+    }
     char option[80];
     (void)snprintf(option, sizeof option, "%.*s", (int)n_name, name);
-    return options_number(option, value, &a->values[a->n_values++].value, err);
+    return options_number(option, value, &own->value, err);
 }
 
 static enum bf_status take_option(struct arguments *a, int code, struct bf_error *err)
@@ -130,7 +135,7 @@ static enum bf_status parse(int argc, char **argv, struct arguments *a, struct b
     a->model = argv[optind++];
     a->id = argv[optind++];
     for (; optind < argc; optind++) {
-        const char *equals = strchr(argv[optind], '=');
+        const char *equals = strrchr(argv[optind], '='); /* a record's name may have one */
         if (!equals)
             return bf_fail(err, BF_USAGE, "'%.60s' is no NAME=VALUE; one effect is added at a time", argv[optind]);
         if (take_value(a, argv[optind], (size_t)(equals - argv[optind]), equals + 1, err) != BF_OK)
@@ -161,21 +166,21 @@ static struct parameter *find_parameter(struct model_effect *effect, const char 
     return NULL;
 }
 
-/* It differs from record to record then, as one that --per-record names. */
+/* A value in each record; free, unless --fix holds those that are given. */
 static void differ(struct model_effect *effect, int slot)
 {
     effect->by_record[slot] = (effect->effect->parameters[slot].flags & BEAM_PARAMETER_PER_RECORD) == 0;
     effect->parameters[slot].fixed = false;
 }
 
-static enum bf_status set_in_record(const struct arguments *a, size_t i, struct model_effect *effect, int slot,
+static enum bf_status set_in_record(const struct setting *own, struct model_effect *effect, int slot,
                                     struct bf_error *err)
 {
     char record[sizeof((struct per_record_value *)NULL)->record];
-    if (a->values[i].n_record >= sizeof record)
-        return bf_fail(err, BF_USAGE, "'%.60s…' is longer than %zu bytes", a->values[i].record, sizeof record - 1);
-    (void)snprintf(record, sizeof record, "%.*s", (int)a->values[i].n_record, a->values[i].record);
-    effect_set_record_value(effect, slot, record, a->values[i].value, 0.0);
+    if (own->n_record >= sizeof record)
+        return bf_fail(err, BF_USAGE, "'%.60s…' is longer than %zu bytes", own->record, sizeof record - 1);
+    (void)snprintf(record, sizeof record, "%.*s", (int)own->n_record, own->record);
+    effect_set_record_value(effect, slot, record, own->value, 0.0);
     differ(effect, slot);
     return BF_OK;
 }
@@ -188,20 +193,20 @@ static enum bf_status set_parameters(const struct arguments *a, struct model_eff
             return BF_USAGE;
         if (a->values[i].n_record == 0)
             p->value = a->values[i].value;
-        else if (set_in_record(a, i, effect, (int)(p - effect->parameters), err) != BF_OK)
+        else if (set_in_record(&a->values[i], effect, (int)(p - effect->parameters), err) != BF_OK)
             return BF_USAGE;
-    }
-    for (size_t i = 0; i < a->n_fixed; i++) {
-        struct parameter *p = find_parameter(effect, a->fixed[i].name, strlen(a->fixed[i].name), err);
-        if (!p)
-            return BF_USAGE;
-        p->fixed = a->fixed[i].fixed;
     }
     for (size_t i = 0; i < a->n_by_record; i++) {
         const struct parameter *p = find_parameter(effect, a->by_record[i], strlen(a->by_record[i]), err);
         if (!p)
             return BF_USAGE;
         differ(effect, (int)(p - effect->parameters));
+    }
+    for (size_t i = 0; i < a->n_fixed; i++) {
+        struct parameter *p = find_parameter(effect, a->fixed[i].name, strlen(a->fixed[i].name), err);
+        if (!p)
+            return BF_USAGE;
+        p->fixed = a->fixed[i].fixed;
     }
     return BF_OK;
 }

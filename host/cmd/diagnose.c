@@ -266,7 +266,7 @@ static enum bf_status take_factors(struct arguments *a, const struct channel_fac
     return BF_OK;
 }
 
-/* Unless what is named takes next to all: a sensor at another place leaves every frequency where it was, which no effect imitates, and a hit beside its mark is one. */
+/* Not where what is named takes next to all: no effect imitates a sensor at another place, which leaves every frequency where it was, and a hit beside its mark is an effect itself. */
 static bool places_are_wanted(const struct channel_factors *factors, const struct diagnosis *diagnosis)
 {
     static const double nearly_all = 0.99; /* of the misfit's power */
@@ -275,7 +275,7 @@ static bool places_are_wanted(const struct channel_factors *factors, const struc
     return factors->n == 0 && !diagnosis->interrupted && diagnosis->verdict != VERDICT_COMPLETE && !told;
 }
 
-/* Channels at another place: five fits each. The diagnosis is of what is put right then. */
+/* Looks for channels at another place, five fits each; what is put right is diagnosed again. */
 static enum bf_status look_for_places(struct arguments *a, struct model *model, struct diagnosis *diagnosis,
                                       struct channel_factors *factors, struct bf_error *err)
 {

@@ -42,10 +42,10 @@ static int by_left(const void *a, const void *b)
 }
 
 /* Of an effect and a special case of it (a tip mass and a point mass) the special case stays where it does as well, else the effect. */
-static bool is_taken(const struct diagnosis *d, size_t i)
+static bool has_better_form(const struct diagnosis *d, size_t i)
 {
     const struct hypothesis *h = &d->hypotheses[i];
-    bool taken = false;
+    bool better = false;
     for (size_t k = 0; k < d->n_hypotheses; k++) {
         const struct hypothesis *other = &d->hypotheses[k];
         const double mine = h->fitted.noise_ratio, its = other->fitted.noise_ratio;
@@ -53,9 +53,9 @@ static bool is_taken(const struct diagnosis *d, size_t i)
             its <= limits.as_well * mine && diagnose_special_case(other->effects[0], h->effects[0], d->model);
         const bool general =
             mine > limits.as_well * its && diagnose_special_case(h->effects[0], other->effects[0], d->model);
-        taken = taken || special || general;
+        better = better || special || general;
     }
-    return taken;
+    return better;
 }
 
 /* d->hypotheses are those of the search; `shared`: rms over the noise that the best leaves which is the same in all records. */
@@ -69,7 +69,7 @@ static void take_best(struct diagnosis *d, double shared)
     const bool worth = best <= limits.lower * shared && d->hypotheses[0].explained >= limits.taken;
     for (size_t i = 0; i < d->n_hypotheses; i++) {
         const bool alike = d->hypotheses[i].fitted.noise_ratio <= limits.alike * best;
-        if (worth && alike && d->n_by_record < DIAGNOSE_BY_RECORD && !is_taken(d, i))
+        if (worth && alike && d->n_by_record < DIAGNOSE_BY_RECORD && !has_better_form(d, i))
             chosen[d->n_by_record++] = i;
     }
     for (size_t k = 0; k < d->n_by_record; k++) {
@@ -93,7 +93,7 @@ static enum bf_status search(struct diagnose_state *w, struct bf_error *err)
     struct shortlist *s;
     enum bf_status status = shortlist_new(w, &w->d->baseline, &s, err);
     if (!status)
-        status = shortlist_by_record(s, 0.0, err);
+        status = shortlist_by_record(s, err);
     shortlist_free(s);
     if (!status && !progress_interrupted())
         diagnose_special_cases(w);

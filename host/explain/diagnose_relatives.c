@@ -69,19 +69,30 @@ bool diagnose_special_case(const struct beam_effect *small, const struct beam_ef
     return true;
 }
 
-/* Its only term, at the values that it starts from, where that acts at one point whose place is a parameter. */
-static bool term_at_a_place(const struct beam_effect *effect, const struct model *model,
-                            struct beam_term terms[BEAM_EFFECT_TERMS])
+/* At the values that it starts from. Returns how many; 0: it has none there. */
+static int terms_at_start(const struct beam_effect *effect, const struct model *model,
+                          struct beam_term terms[BEAM_EFFECT_TERMS])
 {
     double p[BEAM_EFFECT_PARAMETERS];
     const struct beam_place place = model_place(model);
-    bool has_place = false;
-    if (effect->terms == NULL || effect->n_terms != 1)
-        return false;
-    for (int j = 0; j < effect->n_parameters; j++)
-        has_place = has_place || effect->parameters[j].role == BEAM_ROLE_PLACE;
+    if (effect->terms == NULL)
+        return 0;
     start_values(effect, model, p);
-    return has_place && effect->terms(p, &place, terms) == 0 && terms[0].place.kind == BEAM_AT_POINT;
+    return effect->terms(p, &place, terms) == 0 ? effect->n_terms : 0;
+}
+
+/* Its only term, where that acts at one point whose place is a parameter. */
+static bool term_at_a_place(const struct beam_effect *effect, const struct model *model,
+                            struct beam_term terms[BEAM_EFFECT_TERMS])
+{
+    return effect_slot(effect, BEAM_ROLE_PLACE) >= 0 && terms_at_start(effect, model, terms) == 1 &&
+           terms[0].place.kind == BEAM_AT_POINT;
+}
+
+/* Tension. */
+static bool is_axial(const struct beam_term *term)
+{
+    return term->place.kind == BEAM_OVER_SLOPE && term->place.weight == BEAM_WEIGHT_ONE && term->value.stiffness != 0.0;
 }
 
 bool diagnose_follows_much(const struct beam_effect *effect, const struct model *model)
@@ -99,36 +110,22 @@ bool diagnose_is_mass(const struct beam_effect *effect, const struct model *mode
 bool diagnose_can_be_changed(const struct beam_effect *effect, const struct model *model)
 {
     struct beam_term terms[BEAM_EFFECT_TERMS] = {0};
-    double p[BEAM_EFFECT_PARAMETERS];
-    const struct beam_place place = model_place(model);
-    if (effect->terms == NULL || effect->law != NULL)
-        return false;
-    start_values(effect, model, p);
-    if (effect->terms(p, &place, terms) != 0)
-        return false;
-    for (int t = 0; t < effect->n_terms; t++) {
-        const enum beam_operator_kind kind = terms[t].place.kind;
-        if (kind == BEAM_AT_POINT || kind == BEAM_AT_ROOT ||
-            (kind == BEAM_OVER_SLOPE && terms[t].place.weight == BEAM_WEIGHT_ONE))
-            return true;
-    }
-    return false;
+    const int n = effect->law == NULL ? terms_at_start(effect, model, terms) : 0;
+    bool can = false;
+    for (int t = 0; t < n; t++)
+        can = can || terms[t].place.kind == BEAM_AT_POINT || terms[t].place.kind == BEAM_AT_ROOT || is_axial(&terms[t]);
+    return can;
 }
 
-double diagnose_large(const struct beam_effect *effect, const struct model *model)
+double diagnose_large_strength(const struct beam_effect *effect, const struct model *model)
 {
     struct beam_term terms[BEAM_EFFECT_TERMS] = {0};
-    double p[BEAM_EFFECT_PARAMETERS];
-    const struct beam_place place = model_place(model);
-    if (effect->terms == NULL || effect->n_terms != 1 || effect->n_parameters != 1)
-        return 0.0;
-    start_values(effect, model, p);
-    if (effect->terms(p, &place, terms) != 0)
+    if (effect->n_parameters != 1 || terms_at_start(effect, model, terms) != 1)
         return 0.0;
     if (terms[0].place.kind == BEAM_AT_POINT && terms[0].value.mass != 0.0)
         return model_mass_kg(model);
-    const bool axial = terms[0].place.kind == BEAM_OVER_SLOPE && terms[0].value.stiffness != 0.0;
-    return axial ? model->materials[model_plain_material(model)].EI.value * pow(M_PI / model->length_m, 2.0) : 0.0;
+    const double EI = model->materials[model_plain_material(model)].EI.value;
+    return is_axial(&terms[0]) ? EI * pow(M_PI / model->length_m, 2.0) : 0.0;
 }
 
 /* What is asked for, or a part of it. */

@@ -25,7 +25,7 @@ bool diagnose_follows_much(const struct beam_effect *effect, const struct model 
 /* Of these, a mass. */
 bool diagnose_is_mass(const struct beam_effect *effect, const struct model *model);
 /* Of an effect with one parameter: a mass as heavy as the beam, a tension as large as its buckling load between pins; 0: it is neither. */
-double diagnose_large(const struct beam_effect *effect, const struct model *model);
+double diagnose_large_strength(const struct beam_effect *effect, const struct model *model);
 /* It acts at a point, at the clamp, or along the axis: what somebody screws on, moves or tightens between two records. */
 bool diagnose_can_be_changed(const struct beam_effect *effect, const struct model *model);
 

@@ -24,7 +24,8 @@ enum { SUPPORTS = 4, ROADS = 2 + SUPPORTS };
 static const double rigid = 1e3;
 /* Evaluations in which the refit of an effect that is there has found it (50 to 100 do); that of another may take ten times as many to end far off. */
 enum { QUICK_RUNS = 100 };
-enum { OWN_RUNS = 200 }; /* where it has a value in each record */
+/* The same where one of its parameters has a value in each record: a stiff spring at four places needs more than 100. */
+enum { OWN_RUNS = 200 };
 
 /* Moves the beam's frequencies and shapes: what a baseline without it is driven away by. */
 static bool is_structural(const struct beam_effect *effect)
@@ -335,7 +336,7 @@ enum bf_status shortlist_untried_from_given(struct shortlist *s, double span, st
 /* Of an effect whose strength is all that it has. roads[1]; returns how many. */
 static size_t lay_large_alone(const struct model *from, const struct candidate *candidate, struct road roads[])
 {
-    const double large = diagnose_large(candidate->effect, from);
+    const double large = diagnose_large_strength(candidate->effect, from);
     if (!(large > 0.0))
         return 0;
     *roads = (struct road){.candidate = candidate, .start = {fmin(large, candidate->upper[0])}};
@@ -375,7 +376,13 @@ static void leave_few(struct road roads[], size_t n)
     }
 }
 
-enum bf_status shortlist_by_record(struct shortlist *s, double span, struct bf_error *err)
+static void refit_all(struct shortlist *s, const struct model *from, struct road roads[], size_t n, size_t most_runs)
+{
+    for (size_t k = 0; k < n && !progress_interrupted(); k += MOST_AT_ONCE)
+        refit_roads(s, from, roads + k, n - k < MOST_AT_ONCE ? n - k : MOST_AT_ONCE, most_runs, 0.0);
+}
+
+enum bf_status shortlist_by_record(struct shortlist *s, struct bf_error *err)
 {
     struct model given;
     const enum bf_status status = diagnose_as_given(s->w->d->model, &given, err);
@@ -386,13 +393,10 @@ enum bf_status shortlist_by_record(struct shortlist *s, double span, struct bf_e
     for (size_t i = 0; i < s->list.n; i++)
         if (diagnose_can_be_changed(s->list.candidates[i].effect, &given))
             n += lay_own(&given, &s->list.candidates[i], &roads[n]);
-    for (int to_the_end = 0; to_the_end <= 1; to_the_end++) {
-        for (size_t k = 0; k < n && !progress_interrupted(); k += MOST_AT_ONCE)
-            refit_roads(s, &given, roads + k, n - k < MOST_AT_ONCE ? n - k : MOST_AT_ONCE, to_the_end ? 0 : OWN_RUNS,
-                        0.5 * span * MOST_AT_ONCE / (double)n);
-        sort_by_left(roads, n);
-        leave_few(roads, n);
-    }
+    refit_all(s, &given, roads, n, OWN_RUNS);
+    sort_by_left(roads, n);
+    leave_few(roads, n);
+    refit_all(s, &given, roads, n, 0);
     free(roads);
     model_free(&given);
     return BF_OK;

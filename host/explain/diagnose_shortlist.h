@@ -70,7 +70,7 @@ enum bf_status shortlist_untried_from_given(struct shortlist *s, double span, st
  * The beam's own linear effects from the model as given, each with a strength and then a place that has a value of its own in each record: what a laboratory changes
  * between them. Ranks. Some forty quick looks, and the three nearest to their ends.
  */
-enum bf_status shortlist_by_record(struct shortlist *s, double span, struct bf_error *err);
+enum bf_status shortlist_by_record(struct shortlist *s, struct bf_error *err);
 
 /*
  * diagnose_mates.c: linear effects whose scores are nearly that of the single effect that has explained the records, and which no refit has tried to its end. Far from the

@@ -4,7 +4,7 @@
 
 #include <math.h>
 
-/* More than so many times apart, two errors are not of one linear beam whatever the modes are: that of few poles is no reason. */
+/* A free linear model with too few poles may miss some of a beam's own modes; it does not leave more than so many times what another of the same beam leaves. */
 static const double apart = 2.0;
 
 bool attainable_is_apart(double noise_ratio, double of_noise_ratio)

@@ -373,7 +373,7 @@ enum bf_status attainable_check(const struct model *model, const struct record r
  */
 enum bf_status attainable_each(const struct model *model, const struct record records[], size_t n_records,
                                const double noise_rms[], struct attainable *attainable, struct bf_error *err);
-/* Each record alone is left with less than half: they are not of one linear beam. Something was changed between them, or the beam is nonlinear and their levels differ. */
+/* Each record alone leaves less than half of it: a mass, a place or a gain was changed between them, or the beam is nonlinear and their levels differ. False until attainable_each() was asked. */
 bool attainable_differs(const struct attainable *attainable);
 /* Both in units of the noise: no one linear beam leaves `noise_ratio` where it leaves `of_noise_ratio`. */
 bool attainable_is_apart(double noise_ratio, double of_noise_ratio);

@@ -67,15 +67,15 @@ static void of_each(const struct attainable *a, size_t size, char text[])
         (void)snprintf(
             text, size,
             " Of each record alone such a model leaves %.3g %%, %.3g times the noise instead of %.3g: they are "
-            "not of one linear beam. Was something changed between them (a mass, a place, a screw)? Then fit them "
-            "apart, or say in the model which value differs (per_record: {}). If nothing was, the beam is "
-            "nonlinear, and its frequencies or damping go with the level.",
+            "not of one linear beam. Was something changed between them (a mass, a screw, the place of a blow or a "
+            "sensor, a gain)? Then fit them apart, or say in the model which value differs (per_record: {}). If "
+            "nothing was, look for a nonlinearity: frequencies or damping that go with the level.",
             100.0 * a->each_nrmse, a->each_noise_ratio, a->noise_ratio);
 }
 
 static void put_text(struct json *object, const struct attainable *a, double nrmse)
 {
-    char text[1536], each[512], check[320], noise[64] = "the noise is not known";
+    char text[1792], each[640], check[320], noise[64] = "the noise is not known";
     const double share = noise_share(a);
     of_each(a, sizeof each, each);
     held_out(a, nrmse, sizeof check, check);

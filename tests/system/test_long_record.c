@@ -16,7 +16,7 @@ enum { CHANNELS = 3 };                                    /* one input, two outp
 enum { MORE = 160000 };                                   /* samples of one than of the other */
 static const double most_fit = 64.0, most_compare = 64.0; /* bytes a sample and channel */
 static const double most_streamed = 1.0;                  /* that is none */
-/* Half a number: what is computed of the head, the same samples in both, differs by a few MB with the noise's level and the threads. */
+/* Half a double: what is computed of the head, the same samples in both, differs by a few MB with the noise's level and the threads. */
 static const double most_pieces = 4.0;
 
 static const char model[] = "format: beamfit-model/1\n"
