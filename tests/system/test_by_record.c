@@ -123,6 +123,10 @@ static void add_takes_values_of_records(void **state)
     }
     must(rig, "grep -q 'per_record: {light.csv: {value: 0.006}}' own.yaml");
     ran(rig, 0,
+        (const char *[]){"add", "model.yaml", "tip_mass", "mass_kg@a=b.csv=0.002", "--fix", "mass_kg", "-o", "own.yaml",
+                         "--force", NULL});
+    must(rig, "grep -q 'fixed: true, per_record: {\"a=b.csv\": {value: 0.002}}' own.yaml");
+    ran(rig, 0,
         (const char *[]){"add", "model.yaml", "tip_mass", "--per-record", "mass_kg", "-o", "own.yaml", "--force",
                          NULL});
     must(rig, "grep -q 'per_record: {}' own.yaml");
