@@ -119,6 +119,27 @@ static bool rig_leaves_little(const struct diagnosis *d)
     return d->free_rig && d->n_hypotheses > 0 && d->hypotheses[0].explained >= all_but_the_rig;
 }
 
+/*
+ * Fits the baseline again from the best explanation, so that a local minimum of the baseline is not taken for missing physics. Where that finds a
+ * lower minimum, single effects are refitted from it, because a refit that began at the old one may have stayed there.
+ */
+static enum bf_status restart(struct diagnose_state *w, struct bf_error *err)
+{
+    bool lower;
+    enum bf_status status = diagnose_restart(w, &lower, err);
+    if (status || !lower)
+        return status;
+    localise_free(&w->d->where);
+    status = localise(w->d, &w->d->baseline, &w->d->where, err);
+    diagnose_rank(w->d, w->n_tried);
+    if (!status && !diagnose_is_complete(w->d) && !progress_interrupted()) {
+        status = singles(w, err);
+        diagnose_drop_repeats(w->d);
+    }
+    diagnose_decide(w->d);
+    return status;
+}
+
 static enum bf_status search(struct diagnose_state *w, struct bf_error *err)
 {
     const size_t most = w->options->most_effects > 0 ? w->options->most_effects : DIAGNOSE_EFFECTS;
@@ -127,6 +148,8 @@ static enum bf_status search(struct diagnose_state *w, struct bf_error *err)
     enum bf_status status = singles_and_rig(w, &done, err);
     if (!status && !progress_interrupted())
         status = diagnose_search_unconverged(w, err);
+    if (!status && !done && !progress_interrupted() && w->d->n_hypotheses > 0 && !diagnose_explained(w->d, 1))
+        status = restart(w, err);
     if (!status && !done && !progress_interrupted())
         status = diagnose_resonator_from_given(w, err);
     for (size_t n = 1; n < most && !status && !done && !progress_interrupted(); n++) {
@@ -195,27 +218,6 @@ static void work_free(struct diagnose_state *w)
     free(w->check_noise), free(w->whiteners), free(w->sigma), free(w->check_sigma);
     forget_look(w);
     diagnose_side_free(&w->other);
-}
-
-/*
- * Fits the baseline again from the best explanation, so that a local minimum of the baseline is not taken for missing physics. Where that finds a
- * lower minimum, single effects are refitted from it, because a refit that began at the old one may have stayed there.
- */
-static enum bf_status restart(struct diagnose_state *w, struct bf_error *err)
-{
-    bool lower;
-    enum bf_status status = diagnose_restart(w, &lower, err);
-    if (status || !lower)
-        return status;
-    localise_free(&w->d->where);
-    status = localise(w->d, &w->d->baseline, &w->d->where, err);
-    diagnose_rank(w->d, w->n_tried);
-    if (!status && !diagnose_is_complete(w->d) && !progress_interrupted()) {
-        status = singles(w, err);
-        diagnose_drop_repeats(w->d);
-    }
-    diagnose_decide(w->d);
-    return status;
 }
 
 /* Checks what is about to be named: refits from other places, the baseline again, cross-validation. */

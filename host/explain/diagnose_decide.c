@@ -75,12 +75,18 @@ struct found {
     double probability;                              /* of the least sure */
 };
 
+/* It was weighed in explanations with so many effects at most. */
+static bool is_weighed_in(const struct decision *one, size_t most_effects)
+{
+    return one->n_beside > 0 ? most_effects == DIAGNOSE_EFFECTS : one->most_effects == most_effects;
+}
+
 static struct found sure_effects(const struct diagnosis *d, size_t most_effects)
 {
     struct found found = {.probability = 1.0};
     for (size_t k = 0; k < d->n_decisions && found.n < DIAGNOSE_EFFECTS; k++) {
         const struct decision *one = &d->decisions[k];
-        if (one->n > 1 || one->most_effects != most_effects || !is_sure(d, one))
+        if (one->n > 1 || !is_weighed_in(one, most_effects) || !is_sure(d, one))
             continue;
         found.with[found.n] = &d->hypotheses[one->with];
         found.effects[found.n++] = one->among[0];

@@ -129,6 +129,15 @@ static bool follows_much(const struct diagnosis *d, const struct decision *one, 
     return true;
 }
 
+/* Two or more such masses and springs have a strength and a place each: as many unknowns as there are modes, whose frequencies they follow wherever those go. */
+static bool follow_every_mode(const struct diagnosis *d, const struct hypothesis *h)
+{
+    size_t n = 0;
+    for (size_t e = 0; e < h->n_effects; e++)
+        n += diagnose_follows_much(h->effects[e], d->model);
+    return n > 1 && 2 * n >= d->n_modes;
+}
+
 /*
  * It follows what is small, whatever that is. A misfit as large as the signal a spring follows where something else stiffens the beam, and a mass where
  * something else makes it slower, but not down to what a free linear model leaves: of what remains then a mass, which has fewer like it, is half as suspect.
@@ -138,6 +147,8 @@ static double follows(const struct diagnosis *d, const struct decision *one)
     bool masses;
     if (!follows_much(d, one, &masses))
         return 0.0;
+    if (follow_every_mode(d, &d->hypotheses[one->with]))
+        return 1.0;
     return 1.0 - size_of_misfit(d) * (1.0 - (masses ? limits.of_a_mass : 1.0) * one->feature[FEATURE_REMAINS]);
 }
 
@@ -162,7 +173,7 @@ void diagnose_fill_features(const struct diagnosis *d, struct decision *one)
     const struct hypothesis *best = &d->hypotheses[one->with], *other = best_other(d, one);
     double *x = one->feature;
     x[FEATURE_REMAINS] = share_left(d, least_left(d, one), best);
-    x[FEATURE_SET] = best->n_effects > 1 ? 1.0 : 0.0;
+    x[FEATURE_SET] = best->n_effects > 1 + one->n_beside ? 1.0 : 0.0;
     x[FEATURE_LEAD] = logarithm_of(best->score - other->score);
     x[FEATURE_CROWD] = bounded(log(rms_of(other, best)), 1.0);
     x[FEATURE_FOLLOWS] = follows(d, one);

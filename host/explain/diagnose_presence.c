@@ -47,7 +47,7 @@ static bool has_kin(const struct diagnosis *d, const struct hypothesis *h, const
 static bool speaks_against(const struct diagnosis *d, const struct hypothesis *h, const struct decision *one)
 {
     const bool better = one->with == d->n_hypotheses || h->score > d->hypotheses[one->with].score;
-    return h->n_effects <= one->most_effects && !has_kin(d, h, one) && (better || !is_attracting(h));
+    return decision_looks_at(h, one) && !has_kin(d, h, one) && (better || !is_attracting(h));
 }
 
 /* The best by the facts. */
@@ -105,6 +105,44 @@ static void weigh(struct diagnosis *d, const struct beam_effect *effect, size_t 
     }
 }
 
+/* That it is there, as it was weighed with no others taken to be there. */
+static double probability_in_set(const struct diagnosis *d, const struct beam_effect *effect, size_t *with)
+{
+    for (size_t k = 0; k < d->n_decisions; k++) {
+        const struct decision *one = &d->decisions[k];
+        if (one->n == 1 && one->n_beside == 0 && one->among[0] == effect) {
+            *with = one->with;
+            return one->probability;
+        }
+    }
+    return 0.0;
+}
+
+/*
+ * Effect e of a set, the others being there: what `diagnose` would say of a model that has them. Explanations that have them, and no more effects than the set, are
+ * held against it, because with one more nearly everything can be followed. Kept where it says more than the set as a whole does.
+ */
+static void weigh_beside(struct diagnosis *d, size_t set, size_t e)
+{
+    const struct hypothesis *h = &d->hypotheses[set];
+    struct decision one = {.n = 1, .among = {h->effects[e]}, .most_effects = h->n_effects};
+    double others = 1.0;
+    size_t with = set;
+    for (size_t i = 0; i < h->n_effects; i++) {
+        if (i == e)
+            continue;
+        one.beside[one.n_beside++] = h->effects[i];
+        others = fmin(others, probability_in_set(d, h->effects[i], &with));
+    }
+    find_best(d, &one);
+    if (one.with != set || one.without == d->n_hypotheses || d->n_decisions == DECISIONS)
+        return;
+    diagnose_fill_features(d, &one);
+    one.probability *= others;
+    if (one.probability > probability_in_set(d, h->effects[e], &with) && with == set)
+        d->decisions[d->n_decisions++] = one;
+}
+
 /* Each effect of the best explanation with so many effects at most. */
 static void weigh_best(struct diagnosis *d, size_t most_effects)
 {
@@ -122,6 +160,8 @@ static void weigh_best(struct diagnosis *d, size_t most_effects)
         if (!before)
             weigh(d, h->effects[e], most_effects);
     }
+    for (size_t e = 0; h->n_effects > 1 && e < h->n_effects; e++)
+        weigh_beside(d, best, e);
 }
 
 /* What was asked for alone, or what it adds to the others. */

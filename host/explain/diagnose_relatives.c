@@ -142,7 +142,15 @@ bool diagnose_is_kin(const struct beam_effect *one, const struct beam_effect *ot
     return one == other || diagnose_special_case(one, other, model) || diagnose_special_case(other, one, model);
 }
 
+bool decision_looks_at(const struct hypothesis *h, const struct decision *one)
+{
+    bool all = h->n_effects <= one->most_effects;
+    for (size_t i = 0; i < one->n_beside; i++)
+        all = all && hypothesis_has(h, one->beside[i]);
+    return all;
+}
+
 bool decision_asks_for(const struct hypothesis *h, const struct decision *one)
 {
-    return h->n_effects <= one->most_effects && decision_has_one(h, one) && !is_attracting(h);
+    return decision_looks_at(h, one) && decision_has_one(h, one) && !is_attracting(h);
 }

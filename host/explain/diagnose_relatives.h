@@ -29,6 +29,8 @@ double diagnose_large_strength(const struct beam_effect *effect, const struct mo
 /* It acts at a point, at the clamp, or along the axis: what somebody screws on, moves or tightens between two records. */
 bool diagnose_can_be_changed(const struct beam_effect *effect, const struct model *model);
 
+/* It has no more effects than the decision allows, and all that are taken to be there. */
+bool decision_looks_at(const struct hypothesis *h, const struct decision *one);
 /*
  * A spring that attracts is a magnet or, nearly always, a stand-in for something else: it is no explanation, and speaks against another one only where it is
  * better than that. What the damper, its special case, explains is asked for without it.

@@ -134,10 +134,11 @@ static const struct hypothesis *company(const struct diagnosis *d)
 
 static double probability_alone(const struct diagnosis *d, const struct beam_effect *effect)
 {
+    double probability = (double)NAN;
     for (size_t k = 0; k < d->n_decisions; k++)
         if (d->decisions[k].n == 1 && d->decisions[k].among[0] == effect)
-            return d->decisions[k].probability;
-    return (double)NAN;
+            probability = fmax(probability, d->decisions[k].probability); /* of NaN and a number the number */
+    return probability;
 }
 
 static void tell_company(FILE *out, const struct diagnosis *d, const struct hypothesis *h)

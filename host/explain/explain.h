@@ -119,14 +119,16 @@ enum feature {
 };
 const char *feature_name(enum feature feature);
 
-enum { DECISION_EFFECTS = 4, DECISIONS = (DIAGNOSE_EFFECTS + 1) * DECISION_EFFECTS };
+enum { DECISION_EFFECTS = 4, DECISIONS = (DIAGNOSE_EFFECTS + 1) * DECISION_EFFECTS + DIAGNOSE_EFFECTS };
 
 /* Is one of these effects there? */
 struct decision {
     size_t n;
     const struct beam_effect
         *among[DECISION_EFFECTS]; /* [n] the last one is the strongest that spoke against the others */
-    size_t most_effects;          /* hypotheses with more effects are not looked at */
+    size_t most_effects;          /* hypotheses with more effects are not looked at, */
+    size_t n_beside;              /* nor those that lack one of these, which are taken to be there: */
+    const struct beam_effect *beside[DIAGNOSE_EFFECTS]; /* [n_beside] */
     size_t with,
         without; /* index into hypotheses as they stood: the best that has one of them, the best that has none (n_hypotheses: none) */
     double feature[FEATURES];

@@ -97,6 +97,9 @@ static void put_decisions(struct json *root, const struct diagnosis *d)
         struct json *one = json_push(list, json_new_object()), *all = json_put(one, "effects", json_new_array());
         for (size_t i = 0; i < decision->n; i++)
             json_push_text(all, decision->among[i]->id);
+        struct json *beside = json_put(one, "beside", json_new_array());
+        for (size_t i = 0; i < decision->n_beside; i++)
+            json_push_text(beside, decision->beside[i]->id);
         put_ids(json_put(one, "with", json_new_array()), d, decision->with);
         put_ids(json_put(one, "without", json_new_array()), d, decision->without);
         json_put_number(one, "probability", decision->probability);

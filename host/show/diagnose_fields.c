@@ -63,6 +63,7 @@ static const struct answer_field by_record_fields[] = {
 
 static const struct answer_field decision_fields[] = {
     ANSWER_ROW(TEXTS, "effects", "one of these is there"),
+    ANSWER_ROW(TEXTS, "beside", "if these are, and the probability that they are is in its own"),
     ANSWER_ROW(TEXTS, "with", "the best explanation with one"),
     ANSWER_ROW(TEXTS, "without", "and without"),
     ANSWER_ROW(NUMBER, "probability", "that one is there"),

@@ -13,7 +13,7 @@ static void what_stands_beside_it_answers_for_its_kin(void **state)
     decide(&d, *state, 200.0, 200.0, h, 4);
     for (size_t k = 0; k < d.n_decisions; k++) {
         const struct decision *one = &d.decisions[k];
-        if (one->n != 1)
+        if (one->n != 1 || one->n_beside > 0)
             continue;
         const struct hypothesis *without = &d.hypotheses[one->without];
         const bool of_mass = one->among[0] == effect_by_id("point_mass");
@@ -23,6 +23,61 @@ static void what_stands_beside_it_answers_for_its_kin(void **state)
     }
     assert_int_equal(asked, 1);
     done(&d);
+}
+
+/* The probability of an effect that was weighed with others taken to be there; NaN: it was not. */
+static double beside_of(const struct diagnosis *d, const char *id)
+{
+    for (size_t k = 0; k < d->n_decisions; k++)
+        if (d->decisions[k].n_beside > 0 && d->decisions[k].among[0] == effect_by_id(id))
+            return d->decisions[k].probability;
+    return (double)NAN;
+}
+
+/*
+ * Of a pair that leaves the noise the first stands out, and the second, the first being there, of all that could stand beside it: both are named. A set of three that
+ * leaves as much as the pair speaks not against the second (three effects can do what two others do), another pair that does so speaks.
+ */
+static void the_second_of_a_pair_is_weighed_beside_the_first(void **state)
+{
+    for (int i = 0; i < 2; i++) {
+        struct diagnosis d;
+        struct hypothesis h[] = {refit("sensor_delay", "hysteretic_damping", 2, 1.0, 1.0),
+                                 refit("sensor_delay", "square_root_damping", i == 0 ? 2 : 5, 1.002, 1.002),
+                                 refit("sensor_delay", "point_damper", 3, 2.2, 2.2),
+                                 refit("sensor_delay", NULL, 1, 8.0, 8.0),
+                                 refit("hysteretic_damping", NULL, 1, 9.0, 9.0)};
+        if (i == 1)
+            h[1].effects[h[1].n_effects++] = effect_by_id("point_spring");
+        decide(&d, *state, 30.0, 30.0, h, 5);
+        assert_int_equal(d.verdict, VERDICT_MISSING);
+        assert_int_equal(d.n_named, i == 0 ? 1 : 2);
+        assert_string_equal(d.named[0], "sensor_delay");
+        const double beside = beside_of(&d, "hysteretic_damping");
+        assert_true(i == 1 ? beside >= 0.8 && d.probability == beside : beside < 0.8);
+        assert_true(isnan(beside_of(&d, "sensor_delay")));
+        done(&d);
+    }
+}
+
+/* Two springs and masses at free places have as many unknowns as four modes have frequencies: where there are no more, they follow whatever moves them. */
+static void a_set_that_can_follow_every_mode_is_suspect(void **state)
+{
+    double probability[2];
+    for (int i = 0; i < 2; i++) {
+        struct diagnosis d;
+        struct hypothesis h[] = {refit("point_spring", "point_mass", 5, 1.02, 1.02),
+                                 refit("point_spring", NULL, 3, 6.0, 6.0), refit("axial_load", NULL, 1, 40.0, 40.0)};
+        decide(&d, *state, 300.0, 300.0, h, 3);
+        d.baseline.fitted.nrmse = 0.9;
+        d.n_modes = i == 0 ? 6 : 4;
+        diagnose_decide(&d);
+        probability[i] = d.decisions[0].probability;
+        assert_string_equal(d.decisions[0].among[0]->id, "point_spring");
+        assert_true(i == 0 || d.verdict != VERDICT_MISSING);
+        done(&d);
+    }
+    assert_true(probability[0] >= 0.8 && probability[1] < 0.7);
 }
 
 /* A spring that attracts nearly always stands in for something else: it is not named, and what leaves more than it is not either. */
@@ -86,6 +141,8 @@ static void a_damper_is_not_judged_by_a_spring_that_attracts(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(the_second_of_a_pair_is_weighed_beside_the_first),
+        cmocka_unit_test(a_set_that_can_follow_every_mode_is_suspect),
         cmocka_unit_test(what_stands_beside_it_answers_for_its_kin),
         cmocka_unit_test(a_spring_that_attracts_is_no_explanation),
         cmocka_unit_test(a_spring_that_attracts_is_no_rival_of_what_leaves_less),
