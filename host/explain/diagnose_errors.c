@@ -178,7 +178,7 @@ bool diagnose_explained(const struct diagnosis *d, size_t n_effects)
 {
     for (size_t i = 0; i < d->n_hypotheses; i++) {
         const struct hypothesis *h = &d->hypotheses[i];
-        if (h->n_effects == n_effects && h->explains && is_near_floor(d, h) && !is_attracting(h))
+        if (h->n_effects == n_effects && h->explains && is_near_floor(d, h) && !is_stand_in(h))
             return true;
     }
     return false;
@@ -204,7 +204,7 @@ bool diagnose_far_ahead(const struct diagnosis *d, size_t n_effects)
 {
     for (size_t i = 0; i < d->n_hypotheses; i++) {
         const struct hypothesis *h = &d->hypotheses[i];
-        if (h->n_effects == n_effects && hypothesis_takes_nearly_all(d, h) && !is_attracting(h))
+        if (h->n_effects == n_effects && hypothesis_takes_nearly_all(d, h) && !is_stand_in(h))
             return true;
     }
     return diagnose_explained(d, n_effects);

@@ -47,7 +47,7 @@ static bool has_kin(const struct diagnosis *d, const struct hypothesis *h, const
 static bool speaks_against(const struct diagnosis *d, const struct hypothesis *h, const struct decision *one)
 {
     const bool better = one->with == d->n_hypotheses || h->score > d->hypotheses[one->with].score;
-    return decision_looks_at(h, one) && !has_kin(d, h, one) && (better || !is_attracting(h));
+    return decision_looks_at(h, one) && !has_kin(d, h, one) && (better || !is_stand_in(h));
 }
 
 /* The best by the facts. */
@@ -148,7 +148,7 @@ static void weigh_best(struct diagnosis *d, size_t most_effects)
 {
     size_t best = d->n_hypotheses;
     for (size_t i = 0; i < d->n_hypotheses; i++)
-        if (d->hypotheses[i].n_effects <= most_effects && !is_attracting(&d->hypotheses[i]))
+        if (d->hypotheses[i].n_effects <= most_effects && !is_stand_in(&d->hypotheses[i]))
             take_best(d, i, &best);
     if (best == d->n_hypotheses)
         return;

@@ -35,7 +35,7 @@ static bool is_explained(const struct diagnosis *d, const struct hypothesis *h)
     static const double check = 1.05;
     const bool at_noise =
         h->fitted.noise_ratio <= diagnose_at_noise && (h->check.n_channels == 0 || h->check.noise_ratio <= check);
-    return diagnose_is_far(&d->baseline) && (at_noise || hypothesis_takes_nearly_all(d, h)) && !is_attracting(h);
+    return diagnose_is_far(&d->baseline) && (at_noise || hypothesis_takes_nearly_all(d, h)) && !is_stand_in(h);
 }
 
 /*

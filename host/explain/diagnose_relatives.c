@@ -152,5 +152,5 @@ bool decision_looks_at(const struct hypothesis *h, const struct decision *one)
 
 bool decision_asks_for(const struct hypothesis *h, const struct decision *one)
 {
-    return decision_looks_at(h, one) && decision_has_one(h, one) && !is_attracting(h);
+    return decision_looks_at(h, one) && decision_has_one(h, one) && !is_stand_in(h);
 }

@@ -32,7 +32,7 @@ bool diagnose_can_be_changed(const struct beam_effect *effect, const struct mode
 /* It has no more effects than the decision allows, and all that are taken to be there. */
 bool decision_looks_at(const struct hypothesis *h, const struct decision *one);
 /*
- * A spring that attracts is a magnet or, nearly always, a stand-in for something else: it is no explanation, and speaks against another one only where it is
+ * A stand-in (a spring that attracts, a hysteresis without a loop: is_stand_in()) is no explanation, and speaks against another one only where it is
  * better than that. What the damper, its special case, explains is asked for without it.
  */
 bool decision_asks_for(const struct hypothesis *h, const struct decision *one);

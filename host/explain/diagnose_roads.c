@@ -185,7 +185,7 @@ static void sort_by_left(struct road roads[], size_t n)
 static bool is_at_floor(const struct diagnosis *d)
 {
     static const double as_well = 1.005; /* class mates are told from each other above this (docs/hidden.md) */
-    if (d->n_hypotheses == 0 || d->attainable.modes == 0 || is_attracting(&d->hypotheses[0]))
+    if (d->n_hypotheses == 0 || d->attainable.modes == 0 || is_stand_in(&d->hypotheses[0]))
         return false;
     const double left = d->hypotheses[0].fitted.noise_ratio, floor = diagnose_floor(d);
     return left <= as_well * floor && (left <= as_well || floor <= as_well * left);
@@ -197,7 +197,7 @@ bool diagnose_no_linear_outdoes(const struct diagnosis *d)
     static const double most = 0.5;                      /* of the misfit's power */
     const struct hypothesis *best = d->n_hypotheses > 0 ? &d->hypotheses[0] : NULL;
     return best != NULL && d->attainable.modes > 0 && d->linearity.verdict != LINEARITY_NONLINEAR &&
-           !is_attracting(best) && effect_is_linear(best->effects[0]) && best->explained >= most &&
+           !is_stand_in(best) && effect_is_linear(best->effects[0]) && best->explained >= most &&
            best->fitted.noise_ratio <= as_well * diagnose_floor(d) &&
            !(best->check.noise_ratio > held_out * d->attainable.held_out_noise_ratio);
 }

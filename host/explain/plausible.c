@@ -136,14 +136,34 @@ double implausible_nats(const struct diagnosis *d, const struct hypothesis *h)
     return nats;
 }
 
-bool is_attracting(const struct hypothesis *h)
+static bool attracts(const struct model *model, const struct model_effect *own)
+{
+    struct beam_term terms[BEAM_EFFECT_TERMS] = {0};
+    const int n = terms_of(model, own, terms);
+    for (int t = 0; t < n; t++)
+        if (terms[t].place.kind == BEAM_AT_POINT && (double)terms[t].value.stiffness < 0.0)
+            return true;
+    return false;
+}
+
+/* Bouc and Wen's loop dissipates where |ζ| ≤ β (Erlicher and Point 2004); where ζ is far above β it is a bent line, which no drive's hysteresis is. */
+static bool hardly_slips(const struct model_effect *own)
+{
+    static const double far_above = 10.0;
+    double level[BEAM_EFFECT_PARAMETERS] = {0.0}; /* β, ζ */
+    int n = 0;
+    for (int slot = 0; slot < own->effect->n_parameters; slot++)
+        if (own->effect->parameters[slot].role == BEAM_ROLE_LEVEL)
+            level[n++] = own->parameters[slot].value;
+    return own->effect->drive != NULL && n == 2 && fabs(level[1]) > far_above * fabs(level[0]);
+}
+
+bool is_stand_in(const struct hypothesis *h)
 {
     for (size_t i = 0; i < h->n_effects && h->n_base + i < h->model.n_effects; i++) {
-        struct beam_term terms[BEAM_EFFECT_TERMS] = {0};
-        const int n = terms_of(&h->model, &h->model.effects[h->n_base + i], terms);
-        for (int t = 0; t < n; t++)
-            if (terms[t].place.kind == BEAM_AT_POINT && (double)terms[t].value.stiffness < 0.0)
-                return true;
+        const struct model_effect *own = &h->model.effects[h->n_base + i];
+        if (attracts(&h->model, own) || hardly_slips(own))
+            return true;
     }
     return false;
 }

@@ -14,7 +14,10 @@ double implausible_nats(const struct diagnosis *d, const struct hypothesis *h);
 /* A mode's amplitude falls by a tenth and more within the longest record; a tone that does not is driven by something. */
 bool diagnose_decays(const struct diagnosis *d, double frequency_Hz, double damping_ratio);
 
-/* One of its effects is, at its fitted values, a spring at a point that attracts: a magnet, or, nearly always, a stand-in for something else. */
-bool is_attracting(const struct hypothesis *h);
+/*
+ * One of its effects is, at its fitted values, a spring at a point that attracts (a magnet, or, nearly always, a stand-in for something else), or a drive's
+ * hysteresis without a loop.
+ */
+bool is_stand_in(const struct hypothesis *h);
 
 #endif

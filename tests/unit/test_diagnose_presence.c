@@ -99,6 +99,24 @@ static void a_spring_that_attracts_is_no_explanation(void **state)
     }
 }
 
+/* A hysteresis whose shape ζ is far above its slip β has no loop: a bent line, which another law of the drive is (a dead zone). */
+static void a_hysteresis_without_a_loop_is_no_explanation(void **state)
+{
+    for (int i = 0; i < 2; i++) {
+        struct diagnosis d;
+        struct hypothesis h[] = {refit("drive_hysteresis", NULL, 3, 1.01, 1.02),
+                                 refit("mains_hum", NULL, 3, 29.0, 29.0)};
+        fixture_model(&h[0].model, i == 0 ? "  - {kind: drive_hysteresis, share: 0.7, slip_pV: 2, shape_pV: 2.6}\n"
+                                          : "  - {kind: drive_hysteresis, share: 0.7, slip_pV: 1e-6, shape_pV: 2.6}\n");
+        decide(&d, *state, 30.0, 30.0, h, 2);
+        assert_int_equal(d.verdict, i == 0 ? VERDICT_MISSING : VERDICT_UNKNOWN);
+        for (size_t k = 0; k < d.n_hypotheses; k++)
+            if (d.hypotheses[k].model.n_effects > 0)
+                model_free(&d.hypotheses[k].model);
+        done(&d);
+    }
+}
+
 /* Where it leaves more than another explanation it is no rival of that either. */
 static void a_spring_that_attracts_is_no_rival_of_what_leaves_less(void **state)
 {
@@ -141,6 +159,7 @@ static void a_damper_is_not_judged_by_a_spring_that_attracts(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_hysteresis_without_a_loop_is_no_explanation),
         cmocka_unit_test(the_second_of_a_pair_is_weighed_beside_the_first),
         cmocka_unit_test(a_set_that_can_follow_every_mode_is_suspect),
         cmocka_unit_test(what_stands_beside_it_answers_for_its_kin),
