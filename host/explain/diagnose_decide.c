@@ -81,12 +81,20 @@ static bool is_weighed_in(const struct decision *one, size_t most_effects)
     return one->n_beside > 0 ? most_effects == DIAGNOSE_EFFECTS : one->most_effects == most_effects;
 }
 
+static bool is_found(const struct found *found, const struct beam_effect *effect)
+{
+    for (size_t e = 0; e < found->n; e++)
+        if (found->effects[e] == effect)
+            return true;
+    return false;
+}
+
 static struct found sure_effects(const struct diagnosis *d, size_t most_effects)
 {
     struct found found = {.probability = 1.0};
     for (size_t k = 0; k < d->n_decisions && found.n < DIAGNOSE_EFFECTS; k++) {
         const struct decision *one = &d->decisions[k];
-        if (one->n > 1 || !is_weighed_in(one, most_effects) || !is_sure(d, one))
+        if (one->n > 1 || !is_weighed_in(one, most_effects) || !is_sure(d, one) || is_found(&found, one->among[0]))
             continue;
         found.with[found.n] = &d->hypotheses[one->with];
         found.effects[found.n++] = one->among[0];

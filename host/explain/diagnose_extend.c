@@ -167,20 +167,6 @@ static bool still_wanted(const struct shortlist *s)
     return given_is_wanted(s) && !diagnose_far_ahead(s->w->d, s->n_effects) && !progress_interrupted();
 }
 
-/*
- * A single effect takes most of the misfit, and no second one has brought that down to what a free linear model leaves: the values that the first alone was
- * fitted with may be in the way, as those of the baseline were.
- */
-static bool pair_is_wanted(const struct shortlist *s)
-{
-    static const double most = 0.5, clearly_more = 1.1; /* of the misfit's power; times the rms */
-    const struct diagnosis *d = s->w->d;
-    return s->from->n_effects == 1 && !s->w->options->everything && diagnose_passes_for_linear(d) &&
-           diagnose_is_far(&d->baseline) && s->from->explained >= most && !hypothesis_has_law(s->from) &&
-           !diagnose_explained(d, 2) && diagnose_best_left(d, 2) > clearly_more * fmax(diagnose_floor(d), 1.0) &&
-           !progress_interrupted();
-}
-
 /* The first of the two stages where linear effects come first. */
 static enum bf_status linear_kinds(struct shortlist *s, const enum effect_kind kinds[], const size_t most[],
                                    double span, struct bf_error *err)
@@ -196,8 +182,6 @@ static enum bf_status linear_kinds(struct shortlist *s, const enum effect_kind k
         status = shortlist_untried_from_given(s, 0.0, err);
     if (!status && still_wanted(s))
         status = diagnose_single_places(w, 0.0, err);
-    if (!status && pair_is_wanted(s))
-        status = shortlist_from_given(s, 0.0, err);
     return status;
 }
 

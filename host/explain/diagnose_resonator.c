@@ -29,6 +29,10 @@ static const struct resonator_limits {
     double begin;       /* ratio: the damping there */
     double takes;       /* of the misfit's power: a single effect that takes it may have a mode beside it */
     double outdone;     /* times what a free linear model leaves: what leaves more may have missed a mode */
+    double
+        as_well; /* times what it leaves: a free linear model that leaves no more has found the modes that there are */
+    double near; /* of a frequency: so near it a pole of the free linear model is that mode */
+    double in_band; /* of the Nyquist frequency: up to here a mode in the records is seen */
 } limits = {.lead = 0.89,
             .damping = 0.3,
             .heaviest = 2.0,
@@ -37,7 +41,10 @@ static const struct resonator_limits {
             .large_part = 0.3,
             .begin = 0.02,
             .takes = 0.25,
-            .outdone = 2.0};
+            .outdone = 2.0,
+            .as_well = 1.1,
+            .near = 0.1,
+            .in_band = 0.8};
 enum { FREQUENCIES = 8, PLACES = 2 };
 static const double places[PLACES] = {1.0, 0.6};       /* of the length */
 static const double given_places[PLACES] = {0.3, 0.6}; /* a quick look from a place on either side of a node */
@@ -264,6 +271,32 @@ static bool stands_out(const struct hypothesis *h, const struct others *others)
     return (h->explains && !others->explains) || h->fitted.noise_ratio <= lead * others->least;
 }
 
+static bool is_seen(const struct attainable *a, double mode_Hz)
+{
+    for (size_t k = 0; k < a->modes; k++)
+        if (fabs(a->poles[k].frequency_Hz - mode_Hz) <= limits.near * mode_Hz)
+            return true;
+    return false;
+}
+
+/*
+ * One mode, of what swings or of the beam, may hide: at a node of all channels, or beside another. Two do where mass, frequency and place were chosen so that the
+ * other modes fit whatever these would do: then the records speak against it.
+ */
+static bool modes_are_seen(const struct diagnosis *d, const struct hypothesis *h)
+{
+    double mode_Hz[DIAGNOSE_MODES];
+    size_t n_modes, hidden = 0;
+    struct bf_error ignored;
+    if (d->attainable.poles == NULL || d->attainable.noise_ratio > limits.as_well * h->fitted.noise_ratio ||
+        diagnose_modes_in_band(d, &h->model, mode_Hz, &n_modes, &ignored) != BF_OK)
+        return true;
+    for (size_t m = 0; m < n_modes; m++)
+        hidden += mode_Hz[m] > limits.below_first * d->mode_Hz[0] &&
+                  mode_Hz[m] < limits.in_band * diagnose_band_Hz(d) && !is_seen(&d->attainable, mode_Hz[m]);
+    return hidden <= 1;
+}
+
 static bool is_mode(const struct diagnosis *d, const struct hypothesis *h, const struct others *others)
 {
     const struct model_effect *own = mode_of(h);
@@ -272,7 +305,7 @@ static bool is_mode(const struct diagnosis *d, const struct hypothesis *h, const
     const bool heavy = !own->effect->releases_root &&
                        value_of(own, BEAM_ROLE_STRENGTH) > limits.heaviest * whole_of(own->effect, &h->model);
     return stands_out(h, others) && damping < limits.damping && !heavy && diagnose_decays(d, f_Hz, damping) &&
-           f_Hz > limits.below_first * d->mode_Hz[0] && f_Hz < diagnose_band_Hz(d);
+           f_Hz > limits.below_first * d->mode_Hz[0] && f_Hz < diagnose_band_Hz(d) && modes_are_seen(d, h);
 }
 
 /* What is no mode is no explanation either. */

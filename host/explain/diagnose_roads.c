@@ -280,7 +280,7 @@ static bool was_refitted(const struct diagnosis *d, const struct beam_effect *ef
 static enum bf_status score_and_give(struct shortlist *s, struct model *given, struct bf_error *err)
 {
     const enum bf_status status = shortlist_score(s, KIND_LINEAR, err);
-    return status ? status : diagnose_with_given(s->w->d, s->from, given, err);
+    return status ? status : diagnose_as_given(s->w->d->model, given, err);
 }
 
 enum bf_status shortlist_from_given(struct shortlist *s, double span, struct bf_error *err)
@@ -294,7 +294,7 @@ enum bf_status shortlist_from_given(struct shortlist *s, double span, struct bf_
     size_t *order = bf_alloc(s->list.n + 1, sizeof *order);
     const size_t all = order_from_given(s, order), n = all < MOST_GIVEN ? all : MOST_GIVEN;
     struct road *roads = bf_alloc(ROADS * n + 1, sizeof *roads);
-    refit_in_turn(s, &given, roads, lay_roads(s, &given, order, n, s->from->n_effects == 0, roads), span);
+    refit_in_turn(s, &given, roads, lay_roads(s, &given, order, n, true, roads), span);
     free(order), free(roads);
     model_free(&given);
     return BF_OK;

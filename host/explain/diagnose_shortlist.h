@@ -51,8 +51,8 @@ void shortlist_choose(struct shortlist *s, enum effect_kind kind, size_t most, d
 void shortlist_choose_last(const struct shortlist *s, double best, struct refit_job **jobs, size_t *n);
 
 /*
- * diagnose_roads.c: linear candidates, best score first, refitted from the model as given with the effects of `from`
- * (diagnose_with_given()) and not from what was fitted. Ranks. Linear refits, some tenths of a second to a second each.
+ * diagnose_roads.c: linear candidates, best score first, refitted from the model as given (diagnose_as_given()) and not from the fitted
+ * baseline. Ranks. `from` must be the baseline. Linear refits, some tenths of a second to a second each.
  */
 enum bf_status shortlist_from_given(struct shortlist *s, double span, struct bf_error *err);
 /*

@@ -80,9 +80,6 @@ enum bf_status diagnose_not_above(struct diagnose_state *w, const struct hypothe
  * its ancestors says that stands in its file's directory; what neither tells keeps its value. Free *out with model_free().
  */
 enum bf_status diagnose_as_given(const struct model *model, struct model *out, struct bf_error *err);
-/* The same with the effects of a hypothesis at the values found. Free with model_free(). */
-enum bf_status diagnose_with_given(const struct diagnosis *d, const struct hypothesis *h, struct model *out,
-                                   struct bf_error *err);
 
 /* The linear effects with the best first-order score, refitted from the fitted baseline. Ranks. Some tenths of a second each. */
 enum bf_status diagnose_first_look(struct diagnose_state *w, struct bf_error *err);

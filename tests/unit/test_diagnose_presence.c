@@ -60,6 +60,20 @@ static void the_second_of_a_pair_is_weighed_beside_the_first(void **state)
     }
 }
 
+/* Where both are sure anyway each is named once. */
+static void a_sure_pair_is_named(void **state)
+{
+    struct diagnosis d;
+    struct hypothesis h[] = {refit("tip_mass", "root_compliance", 3, 1.0, 1.0),
+                             refit("tip_mass", "axial_load", 2, 1.3, 1.3), refit("tip_mass", NULL, 1, 9.0, 9.0),
+                             refit("root_compliance", NULL, 2, 160.0, 160.0)};
+    decide(&d, *state, 200.0, 200.0, h, 4);
+    assert_int_equal(d.verdict, VERDICT_MISSING);
+    assert_int_equal(d.n_named, 2);
+    assert_true(beside_of(&d, "root_compliance") >= 0.8);
+    done(&d);
+}
+
 /* Two springs and masses at free places have as many unknowns as four modes have frequencies: where there are no more, they follow whatever moves them. */
 static void a_set_that_can_follow_every_mode_is_suspect(void **state)
 {
@@ -159,6 +173,7 @@ static void a_damper_is_not_judged_by_a_spring_that_attracts(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_sure_pair_is_named),
         cmocka_unit_test(a_hysteresis_without_a_loop_is_no_explanation),
         cmocka_unit_test(the_second_of_a_pair_is_weighed_beside_the_first),
         cmocka_unit_test(a_set_that_can_follow_every_mode_is_suspect),

@@ -33,8 +33,8 @@ static void one_of_a_pair_is_named_with_its_company(void **state)
 {
     struct diagnosis d;
     struct hypothesis h[] = {refit("tip_mass", "sensor_lag", 2, 1.0, 1.0),
-                             refit("tip_mass", "sensor_delay", 2, 1.0002, 1.0002), refit("tip_mass", NULL, 1, 16.0, 17.0),
-                             refit("sensor_lag", NULL, 1, 25.0, 26.0)};
+                             refit("tip_mass", "sensor_delay", 2, 1.0002, 1.0002),
+                             refit("tip_mass", NULL, 1, 16.0, 17.0), refit("sensor_lag", NULL, 1, 25.0, 26.0)};
     static struct model_effect of_the_model[2]; /* words name their channels */
     for (size_t i = 0; i < 4; i++)
         h[i].model.effects = of_the_model;
