@@ -55,12 +55,13 @@ static bool is_linear(const struct hypothesis *h)
 
 /*
  * What no linear model takes a nonlinear effect may take: a free linear model is no measure of what such an explanation should leave. It is let
- * off with that floor only where it takes nearly all, of the held-out records, too.
+ * off with that floor only where it takes nearly all, of the held-out records, too; and so is every other where a free linear model leaves as much as the baseline does.
  */
 static bool has_floor(const struct diagnosis *d, const struct hypothesis *h)
 {
     const bool nearly_all = h->explained >= limits.an_answer && !(h->held_out_explained < limits.an_answer);
-    return d->attainable.modes > 0 && (is_linear(h) || nearly_all);
+    const bool found_less = diagnose_floor(d) >= d->baseline.fitted.noise_ratio;
+    return d->attainable.modes > 0 && ((is_linear(h) && !found_less) || nearly_all);
 }
 
 /* Of the fitted records with the least that any explanation leaves, or of the held-out ones with the best: whichever has more above a free linear model. */

@@ -23,6 +23,25 @@ static void what_follows_much_is_less_sure(void **state)
             assert_true(probability[i] > probability[k] + 0.05 && probability[k] > 0.8);
 }
 
+/* What takes next to nothing is not sure because a free linear model has found even less: then that is no measure of what can be left. */
+static void a_poor_linear_model_is_no_floor(void **state)
+{
+    double probability[2];
+    for (int i = 0; i < 2; i++) {
+        struct diagnosis d;
+        struct hypothesis h[] = {refit("patch_position", NULL, 1, 3.9, 3.9), refit("axial_load", NULL, 1, 4.3, 4.3)};
+        decide(&d, *state, 4.35, 4.35, h, 2);
+        d.attainable = (struct attainable){
+            .modes = 7, .noise_ratio = i == 0 ? 3.9 : 6.9, .held_out_noise_ratio = i == 0 ? 3.9 : 6.9};
+        diagnose_decide(&d);
+        assert_true((d.decisions[0].feature[FEATURE_REMAINS] > 0.9) == (i == 1));
+        probability[i] = d.decisions[0].probability;
+        d.attainable = (struct attainable){0};
+        done(&d);
+    }
+    assert_true(probability[1] < probability[0] - 0.1);
+}
+
 /* A mass at the free end, of which the special case without a place does as well, is judged as that. */
 static void a_place_that_is_not_needed_makes_nothing_less_sure(void **state)
 {
@@ -141,6 +160,7 @@ static void a_spring_that_attracts_has_explained_nothing(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_poor_linear_model_is_no_floor),
         cmocka_unit_test(what_follows_much_is_less_sure),
         cmocka_unit_test(a_place_that_is_not_needed_makes_nothing_less_sure),
         cmocka_unit_test(of_a_large_misfit_a_mass_is_surer),
