@@ -105,17 +105,30 @@ static void weigh(struct diagnosis *d, const struct beam_effect *effect, size_t 
     }
 }
 
-/* That it is there, as it was weighed with no others taken to be there. */
-static double probability_in_set(const struct diagnosis *d, const struct beam_effect *effect, size_t *with)
+/* The decision on this effect alone, with no others taken to be there. NULL: there is none. */
+static const struct decision *decision_on(const struct diagnosis *d, const struct beam_effect *effect)
 {
     for (size_t k = 0; k < d->n_decisions; k++) {
         const struct decision *one = &d->decisions[k];
-        if (one->n == 1 && one->n_beside == 0 && one->among[0] == effect) {
-            *with = one->with;
-            return one->probability;
-        }
+        if (one->n == 1 && one->n_beside == 0 && one->among[0] == effect)
+            return one;
     }
-    return 0.0;
+    return NULL;
+}
+
+/* What d->hypotheses[set] has beside effect e: into *one. Returns the probability of the least sure of them. */
+static double take_others(const struct diagnosis *d, size_t set, size_t e, struct decision *one)
+{
+    const struct hypothesis *h = &d->hypotheses[set];
+    double least = 1.0;
+    for (size_t i = 0; i < h->n_effects; i++) {
+        if (i == e)
+            continue;
+        const struct decision *other = decision_on(d, h->effects[i]);
+        one->beside[one->n_beside++] = h->effects[i];
+        least = fmin(least, other != NULL ? other->probability : 0.0);
+    }
+    return least;
 }
 
 /*
@@ -125,21 +138,16 @@ static double probability_in_set(const struct diagnosis *d, const struct beam_ef
 static void weigh_beside(struct diagnosis *d, size_t set, size_t e)
 {
     const struct hypothesis *h = &d->hypotheses[set];
+    const struct decision *own = decision_on(d, h->effects[e]);
     struct decision one = {.n = 1, .among = {h->effects[e]}, .most_effects = h->n_effects};
-    double others = 1.0;
-    size_t with = set;
-    for (size_t i = 0; i < h->n_effects; i++) {
-        if (i == e)
-            continue;
-        one.beside[one.n_beside++] = h->effects[i];
-        others = fmin(others, probability_in_set(d, h->effects[i], &with));
-    }
+    const double others = take_others(d, set, e, &one);
     find_best(d, &one);
-    if (one.with != set || one.without == d->n_hypotheses || d->n_decisions == DECISIONS)
+    if (own == NULL || own->with != set || one.with != set || one.without == d->n_hypotheses ||
+        d->n_decisions == DECISIONS)
         return;
     diagnose_fill_features(d, &one);
     one.probability *= others;
-    if (one.probability > probability_in_set(d, h->effects[e], &with) && with == set)
+    if (one.probability > own->probability)
         d->decisions[d->n_decisions++] = one;
 }
 
