@@ -2,6 +2,7 @@
 /* The verdict in words. */
 #include "diagnose_presence.h"
 #include "diagnose_relatives.h"
+#include "plausible.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -162,7 +163,9 @@ static void missing(FILE *out, const struct diagnosis *d)
     const struct hypothesis *best = &d->hypotheses[0], *second = runner_up(d), *set = company(d);
     (void)fprintf(out, "Missing: ");
     hypothesis_name(out, best);
-    (void)fprintf(out, " (%s), with probability %.2f. It explains ", best->effects[0]->title, d->probability);
+    for (size_t e = 0; e < best->n_effects; e++)
+        (void)fprintf(out, "%s%s", e > 0 ? "; " : " (", best->effects[e]->title);
+    (void)fprintf(out, "), with probability %.2f. It explains ", d->probability);
     shares(out, d, best);
     (void)fprintf(out, ": the error falls from ");
     ratios(out, d, &d->baseline);
@@ -319,6 +322,8 @@ static void crowd(FILE *out, const struct diagnosis *d)
         shares(out, d, &d->hypotheses[i]);
         if (!d->hypotheses[i].fit.converged)
             (void)fprintf(out, " (its search did not converge)");
+        if (is_stand_in(&d->hypotheses[i]))
+            (void)fprintf(out, " (no cause as it is: %s)", stand_in_reason(&d->hypotheses[i]));
         listed[n++] = &d->hypotheses[i];
     }
     const struct hypothesis *most = takes_most(d, listed, n);

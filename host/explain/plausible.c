@@ -158,12 +158,19 @@ static bool hardly_slips(const struct model_effect *own)
     return own->effect->drive != NULL && n == 2 && fabs(level[1]) > far_above * fabs(level[0]);
 }
 
-bool is_stand_in(const struct hypothesis *h)
+const char *stand_in_reason(const struct hypothesis *h)
 {
     for (size_t i = 0; i < h->n_effects && h->n_base + i < h->model.n_effects; i++) {
         const struct model_effect *own = &h->model.effects[h->n_base + i];
-        if (attracts(&h->model, own) || hardly_slips(own))
-            return true;
+        if (attracts(&h->model, own))
+            return "its spring attracts: a magnet, or something else that makes the beam softer";
+        if (hardly_slips(own))
+            return "its hysteresis has no loop: a bent line, as a dead zone or a saturation is";
     }
-    return false;
+    return NULL;
+}
+
+bool is_stand_in(const struct hypothesis *h)
+{
+    return stand_in_reason(h) != NULL;
 }

@@ -19,5 +19,7 @@ bool diagnose_decays(const struct diagnosis *d, double frequency_Hz, double damp
  * hysteresis without a loop.
  */
 bool is_stand_in(const struct hypothesis *h);
+/* Why it is one, for a person; NULL: it is none. */
+const char *stand_in_reason(const struct hypothesis *h);
 
 #endif

@@ -51,6 +51,47 @@ static void one_of_a_pair_is_named_with_its_company(void **state)
     done(&d);
 }
 
+/* Both of a pair are told with what they are. */
+static void a_named_pair_is_told_in_words(void **state)
+{
+    struct diagnosis d;
+    struct hypothesis h[] = {refit("tip_mass", "sensor_lag", 2, 1.0, 1.0), refit("tip_mass", NULL, 1, 16.0, 17.0),
+                             refit("sensor_lag", NULL, 1, 25.0, 26.0)};
+    static struct model_effect of_the_model[2]; /* words name their channels */
+    for (size_t i = 0; i < 3; i++)
+        h[i].model.effects = of_the_model;
+    decide(&d, *state, 30.0, 30.0, h, 3);
+    assert_int_equal(d.n_named, 2);
+    char *text = diagnose_words(&d), *begin;
+    assert_int_not_equal(asprintf(&begin, "Missing: tip_mass + sensor_lag (%s; %s), with probability 0.",
+                                  effect_by_id("tip_mass")->title, effect_by_id("sensor_lag")->title),
+                         -1);
+    if (strstr(text, begin) == NULL)
+        fail_msg("%s", text);
+    free(text), free(begin);
+    done(&d);
+}
+
+/* What takes nearly all and is not named is told with the reason. */
+static void a_stand_in_is_told_with_its_reason(void **state)
+{
+    struct diagnosis d;
+    struct hypothesis h[] = {refit("drive_hysteresis", NULL, 3, 1.3, 1.3), refit("axial_load", NULL, 1, 29.0, 29.0)};
+    fixture_model(&h[0].model, "  - {kind: drive_hysteresis, share: 0.7, slip_pV: 1e-6, shape_pV: 2.6}\n");
+    static struct model_effect of_the_model[1]; /* words name their channels */
+    h[1].model.effects = of_the_model;
+    decide(&d, *state, 30.0, 30.0, h, 2);
+    assert_int_equal(d.verdict, VERDICT_UNKNOWN);
+    char *text = diagnose_words(&d);
+    if (strstr(text, "(no cause as it is: its hysteresis has no loop") == NULL)
+        fail_msg("%s", text);
+    free(text);
+    for (size_t i = 0; i < 2; i++)
+        if (d.hypotheses[i].model.n_effects > 0)
+            model_free(&d.hypotheses[i].model);
+    done(&d);
+}
+
 /* What is not linear feels the recorder's filter: which one was taken is told where no record says. */
 static void the_filter_that_was_taken_is_told(void **state)
 {
@@ -151,6 +192,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(what_takes_most_is_told_whatever_its_evidence),
         cmocka_unit_test(one_of_a_pair_is_named_with_its_company),
+        cmocka_unit_test(a_named_pair_is_told_in_words),
+        cmocka_unit_test(a_stand_in_is_told_with_its_reason),
         cmocka_unit_test(the_filter_that_was_taken_is_told),
         cmocka_unit_test(hum_alone_is_told_of_a_complete_model),
         cmocka_unit_test(a_line_that_something_else_explains_is_no_hum),
