@@ -130,13 +130,13 @@ static bool follows_much(const struct diagnosis *d, const struct decision *one, 
     return true;
 }
 
-/* Two or more such masses and springs have a strength and a place each: as many unknowns as there are modes, whose frequencies they follow wherever those go. */
+/* Two or more such masses and springs have a strength and a place each and, with the beam's stiffness, as many unknowns as there are modes, whose frequencies they follow wherever those go. */
 static bool follow_every_mode(const struct diagnosis *d, const struct hypothesis *h)
 {
     size_t n = 0;
     for (size_t e = 0; e < h->n_effects; e++)
         n += diagnose_follows_much(h->effects[e], d->model);
-    return n > 1 && 2 * n >= d->n_modes;
+    return n > 1 && 2 * n + 1 >= d->n_modes;
 }
 
 /*
