@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The model as given, fitted: what every hypothesis is measured against. */
-#include "diagnose_state.h"
+#include "diagnose_relatives.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -221,17 +221,43 @@ static enum bf_status without_its_effects(const struct diagnosis *d, const struc
     return status;
 }
 
+/*
+ * The best, and whatever else takes nearly all alone: where effects that have nothing to do with each other do, it was the baseline that stood off, and one that is next
+ * to nothing has found its values.
+ */
+static bool may_stand_lower(const struct diagnosis *d, size_t i)
+{
+    static const double nearly_all = 0.9; /* of the misfit's power */
+    const struct hypothesis *h = &d->hypotheses[i], *best = &d->hypotheses[0];
+    return i == 0 || (h->n_effects == 1 && h->explained >= nearly_all &&
+                      !diagnose_is_kin(h->effects[0], best->effects[0], d->model));
+}
+
+static enum bf_status restart_without(struct diagnose_state *w, const struct hypothesis *h, bool *lower, bool *same,
+                                      struct bf_error *err)
+{
+    struct model start;
+    const enum bf_status status = without_its_effects(w->d, h, &start, err);
+    return status ? status : restart_from(w, &start, w->d->converged, lower, same, err);
+}
+
 enum bf_status diagnose_restart(struct diagnose_state *w, bool *lower, struct bf_error *err)
 {
+    enum { MOST = 4 };
     struct diagnosis *d = w->d;
-    struct model start;
-    bool same;
+    enum bf_status status = BF_OK;
+    size_t n = 0;
     *lower = false;
-    enum bf_status status = without_its_effects(d, &d->hypotheses[0], &start, err);
-    if (!status)
-        status = restart_from(w, &start, d->converged, lower, &same, err);
-    if (!status && !*lower) /* the same minimum, found twice */
-        d->converged = d->converged || same;
+    for (size_t i = 0; i < d->n_hypotheses && n < MOST && !status; i++) {
+        bool fell = false, same = false;
+        if (!may_stand_lower(d, i))
+            continue;
+        n++;
+        status = restart_without(w, &d->hypotheses[i], &fell, &same, err);
+        *lower = *lower || fell;
+        if (!status && !fell) /* the same minimum, found twice */
+            d->converged = d->converged || same;
+    }
     return status;
 }
 

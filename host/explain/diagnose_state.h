@@ -64,8 +64,8 @@ enum bf_status diagnose_modes_in_band(const struct diagnosis *d, const struct mo
                                       double mode_Hz[DIAGNOSE_MODES], size_t *n_modes, struct bf_error *err);
 
 /*
- * The baseline is fitted again from the values that the best explanation has found, without its effects; where that ends lower (*lower) it becomes the baseline: a
- * local minimum is not taken for missing physics. Cost: a refit of the baseline from nearby.
+ * The baseline is fitted again from the values that the best explanation has found, without its effects, and from those of up to three more that take nearly all alone;
+ * where that ends lower (*lower) it becomes the baseline: a local minimum is not taken for missing physics. Cost: one to four refits of the baseline from nearby.
  */
 enum bf_status diagnose_restart(struct diagnose_state *w, bool *lower, struct bf_error *err);
 /*
