@@ -65,6 +65,33 @@ static void what_is_heavy_is_looked_for_from_the_model_as_given(void **state)
     }
 }
 
+/* Of what swings and of the beam two modes are predicted where a free linear model that does as well has none: mass and place were chosen to fit the others. */
+static void what_hides_two_modes_is_dropped(void **state)
+{
+    (void)state;
+    static const char *const ids[] = {"point_mass", "attached_resonator", NULL};
+    for (int hidden = 1; hidden <= 2; hidden++) {
+        struct bench *b =
+            bench_new("{kind: attached_resonator, mass_kg: 0.02, frequency_Hz: 60, damping_ratio: 0.01, at_m: 0.2}", 2,
+                      LONG, 0.004, ids);
+        struct diagnose_state w = begun(b);
+        struct bf_error err;
+        struct attainable_pole poles[DIAGNOSE_MODES] = {{0}};
+        double mode_Hz[DIAGNOSE_MODES];
+        size_t n;
+        assert_int_equal(diagnose_modes_in_band(&b->d, &b->truth, mode_Hz, &n, &err), BF_OK);
+        assert_true(n > 4);
+        for (size_t m = (size_t)hidden; m < n; m++)
+            poles[m].frequency_Hz = mode_Hz[m];
+        b->d.attainable = (struct attainable){.modes = n, .poles = poles, .noise_ratio = 1.0};
+        assert_int_equal(diagnose_resonator_from_given(&w, &err), BF_OK);
+        assert_int_equal(was_tried(&b->d), hidden == 1);
+        b->d.attainable = (struct attainable){0};
+        state_free(&w);
+        bench_free(b);
+    }
+}
+
 /* Typed as it is printed, the command makes the model that was found. */
 static void assert_next_frees_the_frequency(const struct diagnosis *d)
 {
@@ -177,6 +204,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(an_absorber_is_found_with_its_values),
         cmocka_unit_test(what_is_heavy_is_looked_for_from_the_model_as_given),
+        cmocka_unit_test(what_hides_two_modes_is_dropped),
         cmocka_unit_test(a_rocking_support_is_found_with_its_frequency),
         cmocka_unit_test(a_rocking_support_is_found_beside_a_mass),
         cmocka_unit_test(a_mass_needs_no_mode_of_its_own),
