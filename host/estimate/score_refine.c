@@ -15,6 +15,8 @@ static const double weak = 9.0;      /* χ²/n of a baseline below which all min
 static const double far = 10.0;      /* times the lowest χ²: a factor of 3 in rms, worse than any rival */
 static const double at_noise = 1.05; /* χ²/n that is the noise: 2.5 % of its rms above it */
 static const double least_fall = 3e-3; /* a window ends when the misfit would fall by less than this share */
+static const double as_promised =
+    0.9; /* of the fall in χ² that the first order promises: who takes it has gone the right way, and needs no other */
 
 enum bf_status score_model(const struct score_base *base, const struct candidate *candidate, const struct score *score,
                            struct model *out, struct bf_error *err)
@@ -195,11 +197,18 @@ static bool has_one_minimum(const struct score_base *base, const struct candidat
     return base->white_misfit < weak * (double)base->n_rows && candidate->effect->n_parameters == 1;
 }
 
-static bool wants_descent(const struct score_base *base, const struct candidate *candidate, size_t k, double own,
-                          double lowest)
+static bool keeps_its_promise(const struct score_base *base, const struct score *score, double own)
+{
+    return base->white_misfit - own >= as_promised * score->LM;
+}
+
+static bool wants_descent(const struct score_base *base, const struct candidate *candidate, const struct score *score,
+                          size_t k, double own, double lowest)
 {
     if (k == 0)
         return true;
+    if (keeps_its_promise(base, score, own))
+        return false;
     if (base->options.stop_at_noise && lowest < at_noise * (double)base->n_rows)
         return false;
     if (descents[k].windows && has_one_minimum(base, candidate) && isfinite(own))
@@ -219,7 +228,7 @@ enum bf_status score_descend(const struct score_base *base, const struct candida
     bool ready = status == BF_OK;
     for (size_t k = 0; k < sizeof descents / sizeof *descents && ready && (!status || status == BF_NUMERIC); k++) {
         double half_square;
-        if (!wants_descent(base, candidate, k, own, lowest))
+        if (!wants_descent(base, candidate, score, k, own, lowest))
             continue;
         status = descend_from(&m, base, candidate, &descents[k], steps > 0 ? steps : STEPS,
                               isfinite(lowest) ? 0.5 * far * lowest : 0.0, theta, &half_square, err);

@@ -265,8 +265,8 @@ static enum bf_status look(struct diagnose_state *w, struct bf_error *err)
 /* At the noise, as good as any linear model, linear as far as the records tell, and no signal is added: nothing to search for. */
 static bool nothing_to_find(const struct diagnosis *d)
 {
-    const bool as_good =
-        diagnose_no_linear_misses(d) || diagnose_no_linear_predicts(d) || diagnose_floor_is_doubtful(d);
+    const bool as_good = diagnose_no_linear_misses(d) || diagnose_no_linear_predicts(d) ||
+                         diagnose_floor_is_doubtful(d) || d->baseline.open_values;
     return diagnose_is_complete(d) && as_good && d->linearity.n_added == 0;
 }
 

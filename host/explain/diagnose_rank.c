@@ -26,10 +26,15 @@ static bool is_noise(const struct hypothesis_errors *e, double ratio, double wor
            worst <= limits.one_channel + more;
 }
 
+bool diagnose_errors_are_noise(const struct hypothesis_errors *e, bool held_out)
+{
+    return is_noise(e, e->noise_ratio, e->worst_ratio, held_out ? limits.held_out : 0.0);
+}
+
 static bool at_noise(const struct hypothesis *h)
 {
-    return is_noise(&h->fitted, h->fitted.noise_ratio, h->fitted.worst_ratio, 0.0) &&
-           is_noise(&h->check, h->check.noise_ratio, h->check.worst_ratio, limits.held_out);
+    return diagnose_errors_are_noise(&h->fitted, false) &&
+           (h->open_values || diagnose_errors_are_noise(&h->check, true));
 }
 
 static bool at_noise_but_for_hum(const struct hypothesis *h)

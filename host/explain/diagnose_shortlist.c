@@ -27,6 +27,8 @@ static const double first_order_ratio = 1.5;
 /* Best first-order scores that are refined; those that are too where they take this part of what the best takes; renewals of a trial's motion. */
 enum { REFINED = 5, ALSO_REFINED = 10, TRIAL_ROUNDS = 3 };
 static const double also_refined = 0.3;
+/* Of the misfit's power above the noise: what promises less beside another effect is not refined. */
+static const double least_promise = 0.01;
 
 bool diagnose_is_far(const struct hypothesis *h)
 {
@@ -119,8 +121,12 @@ static void score_kind(struct shortlist *s, enum effect_kind kind)
 static size_t n_refined(const struct shortlist *s, enum effect_kind kind)
 {
     const size_t *order = s->order[kind], most = s->n_order[kind] < ALSO_REFINED ? s->n_order[kind] : ALSO_REFINED;
+    double freedom;
+    const double above = score_base_misfit(s->base, &freedom) - (double)s->from->fit.n_rows;
+    const double least = s->n_effects > 1 ? least_promise * above : 0.0; /* a single effect's sign may be turned */
     size_t n = 0;
-    while (n < most && (n < REFINED || s->scores[order[n]].LM >= also_refined * s->scores[order[0]].LM))
+    while (n < most && s->scores[order[n]].LM >= least &&
+           (n < REFINED || s->scores[order[n]].LM >= also_refined * s->scores[order[0]].LM))
         n++;
     return n;
 }

@@ -63,6 +63,9 @@ static void complete(FILE *out, const struct diagnosis *d)
             ", but for hum %.3g: a steady line of the mains is in the records, and no force or voltage that was "
             "recorded causes it. Look for its source; `beamfit add MODEL mains_hum` puts it into the model",
             d->baseline.fitted.humless_ratio);
+    else if (d->baseline.open_values)
+        (void)fprintf(out, "; held-out records are at the noise, too, with values fitted to all records: these ones "
+                           "leave the values open, so fit them together");
     else if (!diagnose_is_complete(d))
         (void)fprintf(
             out,

@@ -85,8 +85,10 @@ struct hypothesis {
     double other_at_m;         /* m from the clamp */
     bool refitted;             /* false: only scored; fit, model and errors are empty */
     bool explains;             /* what it leaves of fitted and held-out records is within what is known of the noise */
-    bool rival;                /* named beside the best: the records do not tell them apart */
-    bool cross_failed;         /* `check` is empty because a refit without some of the records has no value */
+    bool
+        open_values; /* of a baseline: held-out records are above the noise, and not with values fitted to all records */
+    bool rival;      /* named beside the best: the records do not tell them apart */
+    bool cross_failed; /* `check` is empty because a refit without some of the records has no value */
 };
 
 /* How much of the baseline's prediction depends on how finely it is computed. */

@@ -152,7 +152,7 @@ struct response_kernel *response_kernel_new(const struct system *system, const s
     }
     if (grid->m > LONG_GRID)
         return kernel;
-    kernel->X = bf_alloc(kernel->n_terms * 4 * grid->m, sizeof *kernel->X);
+    kernel->X = bf_grow(NULL, kernel->n_terms * 4 * grid->m, sizeof *kernel->X); /* all of it is filled */
     fill(kernel, 0, grid->m, kernel->X);
     return kernel;
 }
