@@ -14,7 +14,8 @@
 static const struct decision_limits {
     double enough;     /* probability from which an answer is named: a wrong name costs as much as four times no name */
     double attainable; /* times what a free linear model leaves: no linear effect is missing */
-    double much;       /* of the misfit's power: an explanation that takes it is not taken for noise */
+    double
+        much; /* of the misfit's power: an explanation that takes it is not taken for noise, and one that does not names nothing */
 } limits = {.enough = 0.8, .attainable = 1.03, .much = 0.5};
 
 const char *verdict_name(enum verdict verdict)
@@ -43,9 +44,15 @@ bool diagnose_no_linear_predicts(const struct diagnosis *d)
            d->baseline.check.noise_ratio <= limits.attainable * d->attainable.held_out_noise_ratio;
 }
 
+/* The best explanation with it takes most of the misfit: beside much that nothing explains, what takes a little is a guess, whatever stands behind it. */
+static bool explains_most(const struct diagnosis *d, const struct decision *one)
+{
+    return d->hypotheses[one->with].explained >= limits.much;
+}
+
 static bool is_sure(const struct diagnosis *d, const struct decision *one)
 {
-    return one->probability >= limits.enough && !diagnose_is_open(d, one);
+    return one->probability >= limits.enough && explains_most(d, one) && !diagnose_is_open(d, one);
 }
 
 static size_t moved(size_t i, size_t first)

@@ -150,6 +150,23 @@ static void what_stands_out_is_named_though_it_leaves_much(void **state)
 }
 
 /* Stand-ins: each takes a little, none more than the others. */
+/* Less than half of the misfit, though as much as any linear model and more than any other effect: what is missing is something else. */
+static void what_takes_a_little_is_not_named(void **state)
+{
+    for (int i = 0; i < 2; i++) {
+        struct diagnosis d;
+        const double left = i == 0 ? 70.8 : 70.6; /* 0.499 and 0.502 of the power are taken */
+        struct hypothesis h[] = {refit("clock_error", NULL, 1, left, left), refit("axial_load", NULL, 1, 100.0, 100.0)};
+        decide(&d, *state, 100.0, 100.0, h, 2);
+        d.baseline.fitted.nrmse = 0.1;
+        d.attainable = (struct attainable){.modes = 4, .nrmse = 1e-3 * left, .noise_ratio = left};
+        diagnose_decide(&d);
+        assert_true(d.decisions[0].probability > 0.8);
+        assert_int_equal(d.verdict, i == 0 ? VERDICT_UNKNOWN : VERDICT_MISSING);
+        done(&d);
+    }
+}
+
 static void none_of_a_crowd_is_named(void **state)
 {
     struct diagnosis d;
@@ -403,6 +420,7 @@ int main(void)
         cmocka_unit_test(one_clear_explanation_is_named),
         cmocka_unit_test(what_stands_out_is_named_though_it_leaves_much),
         cmocka_unit_test(records_that_pass_for_nonlinear_may_be_linear),
+        cmocka_unit_test(what_takes_a_little_is_not_named),
         cmocka_unit_test(none_of_a_crowd_is_named),
         cmocka_unit_test(two_that_explain_alike_are_ambiguous),
         cmocka_unit_test(held_out_records_break_a_tie),
