@@ -308,14 +308,11 @@ struct refit_options {
     int threads;          /* for records of nonlinear models; 0: 1 */
     double abandon_above; /* χ²/n: stop when ten more steps like the next would not get below it; 0: never */
     size_t most_runs; /* evaluations of the prediction, after which it ends as interrupted; 0: as many as it takes */
-    bool one_start;   /* goes down from the best start alone, so that what is left unfinished can be resumed */
     bool quick;       /* best start, few steps: good enough to rank, not for values; sd is NaN */
     bool near;        /* the model's values are near the optimum: whole records at once, no other start; sd is NaN */
     bool errors;      /* with near: standard errors too */
     const double *
         known_sd; /* [n_parameters] with near: standard errors of the values, see REFIT_WEAK; NULL: all are estimated */
-    double
-        resume_ps; /* the values are where a search was stopped that may be resumed: it goes on in this window; 0: not */
     size_t first_new; /* effects of the model before this index hold fitted values and have no starts of their own */
     size_t n_starts;  /* further starts, from elsewhere */
     const double *starts;               /* [n_starts][n_parameters], order of model_parameters() */
@@ -350,10 +347,8 @@ struct refit_result {
     double explained_s;
     bool converged; /* within a tenth of a standard error of a stationary point */
     bool abandoned, interrupted;
-    bool resumable;    /* interrupted on the way from its only start: the values are as far as it had come ... */
-    double stopped_ps; /* ... in this window e^(−s t), 1/s; 0: in whole records */
-    double distance;   /* from the stationary point in standard errors, as the gradient tells it */
-    size_t n_starts;   /* that were tried */
+    double distance; /* from the stationary point in standard errors, as the gradient tells it */
+    size_t n_starts; /* that were tried */
     size_t evaluations;
     double seconds;
 };

@@ -77,9 +77,7 @@ static enum bf_status work_new(struct refit_work *w, const struct model *model, 
                                       .first_effect = options->first_new,
                                       .baseline = w->theta0,
                                       .quick = options->quick,
-                                      .one_start = options->one_start,
                                       .near = options->near,
-                                      .resume_ps = options->resume_ps,
                                       .predict = predict,
                                       .theta0 = w->theta0,
                                       .n_starts = options->n_starts,
@@ -217,8 +215,6 @@ static enum bf_status finish(struct refit_work *w, struct refit_result *out, str
     out->half_square = w->found.half_square;
     out->distance = sqrt(2.0 * w->found.decrement / fmax(1.0, out->chi2_per_row));
     out->interrupted = fit_problem_interrupted(p);
-    out->resumable = out->interrupted && w->search.resumable;
-    out->stopped_ps = w->search.stopped_ps;
     out->explained_s = p->explained_ps > 0.0 ? 1.0 / p->explained_ps : 0.0;
     out->abandoned = w->found.end == OPTIMISE_GAVE_UP;
     out->converged = !out->interrupted && w->found.end == OPTIMISE_CONVERGED && out->distance < at_optimum;

@@ -199,8 +199,6 @@ static enum bf_status descend(struct refit_search *t, const struct starts *start
         t->tried++;
         if (status && status != BF_NUMERIC)
             break;
-        t->resumable = !status && starts->n == 1 && fit_problem_interrupted(p);
-        t->stopped_ps = p->decay_ps;
         if (!status)
             keep_lowest(t, x, &found, best);
         if (fit_problem_interrupted(p) || explained(best))
@@ -240,22 +238,10 @@ static enum bf_status descend_from_ranked(struct refit_search *t, bool law, stru
     if (!status && law)
         status = rank_again(t, 3.0, &starts, t->quick ? 2 : 4, err);
     if (!status)
-        status = rank_again(t, law ? 3.0 : 10.0, &starts, t->quick || t->one_start ? 1 : 2, err);
+        status = rank_again(t, law ? 3.0 : 10.0, &starts, t->quick ? 1 : 2, err);
     if (!status)
         status = descend(t, &starts, best, err);
     starts_free(&starts);
-    return status;
-}
-
-/* Goes on down the staircase from theta0, where its window was left. */
-static enum bf_status descend_further(struct refit_search *t, struct best_end *best, struct bf_error *err)
-{
-    const struct fit_problem *p = t->p;
-    struct starts one = starts_new(1, p->n_refs, p->refs, t->first_effect);
-    starts_add(&one, t->theta0, 0.0);
-    t->stairs.first_ps = t->resume_ps;
-    const enum bf_status status = descend(t, &one, best, err);
-    starts_free(&one);
     return status;
 }
 
@@ -371,13 +357,9 @@ enum bf_status refit_search_run(struct refit_search *t, double x[], struct optim
         tried_add(&starts, p, t->starts + k * p->n_refs);
     t->stairs.predict = &t->predict;
     t->stairs.gentle = model_has_law(p->model) && !t->quick;
-    enum bf_status status = BF_OK;
-    if (t->resume_ps > 0.0)
-        status = descend_further(t, &best, err);
-    else if (law)
-        status = descend_trial(t, &best, err);
-    if (!status && !(t->resume_ps > 0.0) &&
-        !(best.have && (t->quick || explained(&best) || fit_problem_interrupted(p))) && !far_explained(t, &best))
+    enum bf_status status = law ? descend_trial(t, &best, err) : BF_OK;
+    if (!status && !(best.have && (t->quick || explained(&best) || fit_problem_interrupted(p))) &&
+        !far_explained(t, &best))
         status = descend_from_ranked(t, law, &best, err);
     if (!status && !best.have)
         status = bf_fail(err, BF_NUMERIC, "no start of the new effects has a value");

@@ -14,17 +14,13 @@ struct refit_search {
     size_t first_effect;    /* effects from here on are new */
     const double *baseline; /* [n_refs] the model without the new law, fitted: its trial begins there; NULL: no trial */
     bool quick;             /* half the starts, and only the best goes down */
-    bool one_start;         /* only the best goes down */
     bool near;              /* theta0 is near the optimum: whole records at once, no other start */
-    double resume_ps;       /* theta0 is where this window was left: it goes on there, with no other start; 0: not */
     double *theta0;         /* [n_refs] where the rest begins */
     size_t n_starts;        /* further starts */
     const double *starts;   /* [n_starts][n_refs] */
     struct predict_options predict;
     struct progress *bar; /* may be NULL */
     size_t tried;         /* out: starts that were tried */
-    bool resumable;       /* out: interrupted on the way from the only start ... */
-    double stopped_ps;    /* ... in this window; 0: in whole records */
 };
 
 /*

@@ -59,9 +59,7 @@ static bool fit_job(struct refit_queue *queue, struct refit_job *job, int thread
                                     .abandon_above = abandon_above,
                                     .most_runs = job->most_runs,
                                     .first_new = job->first_new,
-                                    .one_start = job->reached != NULL,
                                     .near = job->near,
-                                    .resume_ps = job->resume_ps,
                                     .errors = job->near,
                                     .predict = w->options->predict};
     *h = (struct hypothesis){.n_base = d->baseline.n_base, .n_effects = job->n_effects, .n_tried = job->n_tried};
@@ -129,17 +127,6 @@ static bool run_job(struct refit_queue *queue, struct refit_job *job, int thread
     return found;
 }
 
-/* Where an unfinished refit has come to, for one that goes on from there. */
-static void keep_reached(struct refit_job *job, struct hypothesis *h)
-{
-    if (job->reached == NULL || !job->unfinished || !h->fit.resumable)
-        return;
-    *job->reached = h->model;
-    h->model = (struct model){0};
-    job->resumable = true;
-    job->stopped_ps = h->fit.stopped_ps;
-}
-
 /* χ²/n that is far above what the best refit with as many effects leaves. */
 static double abandon_limit(const struct diagnosis *d, size_t n_effects)
 {
@@ -182,8 +169,6 @@ static void *work(void *argument)
             d->hypotheses[d->n_hypotheses++] = h;
         } else {
             d->n_failed += !usable && !superseded;
-            if (usable)
-                keep_reached(job, &h);
             hypothesis_free(&h);
         }
         queue->done++;

@@ -18,8 +18,6 @@
 enum { MOST_FIRST = 3, MOST_GIVEN = 32, MOST_AT_ONCE = 8 };
 /* Refits to their ends of what is far behind the best: what it is held against. */
 enum { MOST_RIVALS = 3 };
-/* Effects that differ from record to record: refits to their ends. */
-enum { MOST_CHANGED = 3 };
 /* Places of a rigid support, or of a heavy mass, that are tried, and the starts of a candidate at most: with either sign, and those. */
 enum { SUPPORTS = 4, ROADS = 2 + SUPPORTS };
 /* Of EI/l³: a spring that holds the beam. From a soft one a fit does not find the support, whose place is all that the records tell; nor from a gram a mass as heavy as the beam. */
@@ -87,16 +85,7 @@ struct road {
     int own;    /* 1 + the parameter that has a value of its own in each record; 0: none */
     bool done;
     double left;
-    bool resumable; /* unfinished: `reached` holds the values that it had come to, in this window; 0: whole records */
-    double stopped_ps;
-    struct model reached;
 };
-
-static void forget_reached(struct road roads[], size_t n)
-{
-    for (size_t k = 0; k < n; k++)
-        model_free(&roads[k].reached);
-}
 
 /* What laboratories put on a beam, along the span, as starts: a rigid support, a mass as heavy as the beam. roads[SUPPORTS], returns how many. */
 static size_t lay_large(const struct model *from, const struct candidate *candidate, struct road roads[])
@@ -151,30 +140,13 @@ static size_t lay_roads(const struct shortlist *s, const struct model *from, con
     return n_roads;
 }
 
-/* From where the road was left, or from its start; false: the model refuses the candidate. */
-static bool begin_job(const struct model *from, struct road *road, struct refit_job *job)
-{
-    struct bf_error ignored;
-    if (road->resumable) {
-        job->model = road->reached;
-        job->resume_ps = road->stopped_ps;
-        job->near = !(road->stopped_ps > 0.0);
-    } else if (candidate_model(from, road->candidate, road->start, &job->model, &ignored) != BF_OK) {
-        return false;
-    } else if (road->own > 0) {
-        job->model.effects[job->model.n_effects - 1].by_record[road->own - 1] = true;
-    }
-    road->reached = (struct model){0};
-    job->reached = job->most_runs > 0 ? &road->reached : NULL;
-    return true;
-}
-
 /* Those of roads[n ≤ MOST_AT_ONCE] that are not done; a candidate that the model refuses is. most_runs 0: as many as it takes. */
 static void refit_roads(struct shortlist *s, const struct model *from, struct road roads[], size_t n, size_t most_runs,
                         double span)
 {
     struct refit_job jobs[MOST_AT_ONCE];
     struct road *taken[MOST_AT_ONCE];
+    struct bf_error ignored;
     size_t n_jobs = 0;
     for (size_t k = 0; k < n; k++) {
         struct refit_job *job = &jobs[n_jobs];
@@ -182,16 +154,16 @@ static void refit_roads(struct shortlist *s, const struct model *from, struct ro
             continue;
         *job = (struct refit_job){
             .n_effects = s->n_effects, .n_tried = s->w->n_tried, .first_new = from->n_effects, .most_runs = most_runs};
-        if (begin_job(from, &roads[k], job))
-            taken[n_jobs++] = &roads[k];
-        else
-            roads[k].done = true;
+        roads[k].done = candidate_model(from, roads[k].candidate, roads[k].start, &job->model, &ignored) != BF_OK;
+        if (roads[k].done)
+            continue;
+        if (roads[k].own > 0)
+            job->model.effects[job->model.n_effects - 1].by_record[roads[k].own - 1] = true;
+        taken[n_jobs++] = &roads[k];
     }
     (void)diagnose_try(s->w, jobs, n_jobs, BF_OK, span);
-    for (size_t i = 0; i < n_jobs; i++) {
+    for (size_t i = 0; i < n_jobs; i++)
         taken[i]->done = !jobs[i].unfinished, taken[i]->left = jobs[i].left;
-        taken[i]->resumable = jobs[i].resumable, taken[i]->stopped_ps = jobs[i].stopped_ps;
-    }
 }
 
 /* What a quick look has brought farthest comes first, so that a cause stands beside its nearest rivals; the order of equals stays. */
@@ -276,25 +248,10 @@ static size_t leave_far_behind(const struct shortlist *s, struct road roads[], s
     return wanted;
 }
 
-/* Sorted: of the first effects the two nearest roads each stay to be done. */
-static void leave_few(struct road roads[], size_t n, size_t most_effects)
-{
-    enum { OF_EACH = 2 };
-    size_t n_effects = 0;
-    for (size_t k = 0; k < n; k++) {
-        size_t before = 0;
-        for (size_t i = 0; i < k; i++)
-            before += !roads[i].done && roads[i].candidate->effect == roads[k].candidate->effect;
-        roads[k].done = roads[k].done || before == OF_EACH || (before == 0 && n_effects == most_effects);
-        n_effects += !roads[k].done && before == 0;
-    }
-}
-
 /* Those that were left unfinished, the nearest first, until one explains the records. */
 static void bring_to_the_end(struct shortlist *s, const struct model *from, struct road roads[], size_t n, double part)
 {
     sort_by_left(roads, n);
-    leave_few(roads, n, n);
     for (size_t k = 0; k < n && !progress_interrupted() && !diagnose_explained(s->w->d, s->n_effects);
          k += MOST_AT_ONCE) {
         if (leave_far_behind(s, roads + k, n - k) == 0)
@@ -337,9 +294,7 @@ enum bf_status shortlist_from_given(struct shortlist *s, double span, struct bf_
     size_t *order = bf_alloc(s->list.n + 1, sizeof *order);
     const size_t all = order_from_given(s, order), n = all < MOST_GIVEN ? all : MOST_GIVEN;
     struct road *roads = bf_alloc(ROADS * n + 1, sizeof *roads);
-    const size_t n_roads = lay_roads(s, &given, order, n, true, roads);
-    refit_in_turn(s, &given, roads, n_roads, span);
-    forget_reached(roads, n_roads);
+    refit_in_turn(s, &given, roads, lay_roads(s, &given, order, n, true, roads), span);
     free(order), free(roads);
     model_free(&given);
     return BF_OK;
@@ -373,7 +328,6 @@ enum bf_status shortlist_untried_from_given(struct shortlist *s, double span, st
         const size_t some = n - k < MOST_AT_ONCE ? n - k : MOST_AT_ONCE;
         refit_roads(s, &given, roads + k, some, QUICK_RUNS, span * (double)some / (double)n);
     }
-    forget_reached(roads, n);
     free(order);
     model_free(&given);
     return BF_OK;
@@ -408,6 +362,20 @@ static size_t lay_own(const struct model *from, const struct candidate *candidat
     return n;
 }
 
+/* Sorted: of the first few effects the two nearest roads each stay to be done. */
+static void leave_few(struct road roads[], size_t n)
+{
+    enum { EFFECTS = 3, OF_EACH = 2 };
+    size_t n_effects = 0;
+    for (size_t k = 0; k < n; k++) {
+        size_t before = 0;
+        for (size_t i = 0; i < k; i++)
+            before += !roads[i].done && roads[i].candidate->effect == roads[k].candidate->effect;
+        roads[k].done = roads[k].done || before == OF_EACH || (before == 0 && n_effects == EFFECTS);
+        n_effects += !roads[k].done && before == 0;
+    }
+}
+
 static void refit_all(struct shortlist *s, const struct model *from, struct road roads[], size_t n, size_t most_runs)
 {
     for (size_t k = 0; k < n && !progress_interrupted(); k += MOST_AT_ONCE)
@@ -427,9 +395,8 @@ enum bf_status shortlist_by_record(struct shortlist *s, struct bf_error *err)
             n += lay_own(&given, &s->list.candidates[i], &roads[n]);
     refit_all(s, &given, roads, n, OWN_RUNS);
     sort_by_left(roads, n);
-    leave_few(roads, n, MOST_CHANGED);
+    leave_few(roads, n);
     refit_all(s, &given, roads, n, 0);
-    forget_reached(roads, n);
     free(roads);
     model_free(&given);
     return BF_OK;
@@ -458,9 +425,8 @@ enum bf_status diagnose_first_look(struct diagnose_state *w, struct bf_error *er
         struct road roads[ROADS * MOST_FIRST];
         size_t order[MOST_FIRST];
         const size_t n = order_first(s, order);
-        const size_t n_roads = lay_roads(s, &w->d->baseline.model, order, n, false, roads);
-        (void)refit_briefly_first(s, &w->d->baseline.model, roads, n_roads, 0.0);
-        forget_reached(roads, n_roads);
+        (void)refit_briefly_first(s, &w->d->baseline.model, roads,
+                                  lay_roads(s, &w->d->baseline.model, order, n, false, roads), 0.0);
     }
     w->looked = s;
     return status;

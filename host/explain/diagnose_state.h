@@ -48,15 +48,10 @@ struct refit_job {
     bool to_the_end;   /* not given up, however much it leaves: a pair may grow from it */
     bool places_tried; /* the hypothesis is not refitted from other places again */
     bool near;         /* the values are near the optimum */
-    double resume_ps;  /* the values are where a refit was left unfinished, in this window; 0: they are not */
     size_t most_runs;  /* evaluations, after which it is left unfinished; 0: as many as it takes */
     bool kept;         /* and then is a hypothesis that has not converged; else it is none */
     bool unfinished;   /* out: so it was, or another one has explained the records */
     double left;       /* out: χ²/n that it had come to; infinite: it has no value */
-    struct model *
-        reached; /* unfinished: the model with the values that it had come to, to go on from; free it with model_free(). Its search has one start then. NULL: not wanted */
-    bool resumable;    /* out: *reached holds them ... */
-    double stopped_ps; /* ... of this window; 0: of whole records */
 };
 
 /* diagnose_baseline.c: noise of all channels; the model given, fitted; its predictor. */

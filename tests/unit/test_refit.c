@@ -331,37 +331,6 @@ static void held_out_errors_are_those_of_the_model(void **state)
     free_rig(&rig);
 }
 
-/* Stopped on its way down the windows and taken up again there, it ends where one does that was never stopped, in fewer evaluations than that takes. */
-static void a_refit_that_was_stopped_goes_on_where_it_was(void **state)
-{
-    (void)state;
-    enum { RUNS = 8 };
-    struct rig rig;
-    struct bf_error err = {0};
-    struct refit_result whole, first, rest;
-    make_rig("effect tip_mass mass_kg=0.0005", &rig);
-    refit(&rig, "tip_mass", NULL, &whole);
-    refit(&rig, "tip_mass", &(struct refit_options){.one_start = true, .most_runs = RUNS}, &first);
-    assert_true(first.interrupted && first.resumable && first.stopped_ps > 0.0);
-    assert_true(first.chi2_per_row > 1.5 * whole.chi2_per_row);
-    struct model model;
-    assert_int_equal(model_copy(&rig.baseline, &model, &err), BF_OK);
-    assert_int_equal(add_effect(&model, "tip_mass", "", &err), BF_OK);
-    refit_into_model(rig.records, RECORDS, first.value, NULL, &model);
-    const struct refit_options options = {
-        .sigma = rig.sigma, .first_new = rig.baseline.n_effects, .resume_ps = first.stopped_ps};
-    if (refit_run(&model, rig.records, RECORDS, &options, &rest, &err))
-        fail_msg("%s", err.text);
-    print_message("%zu evaluations; stopped after %zu, %zu more\n", whole.evaluations, first.evaluations,
-                  rest.evaluations);
-    assert_true(rest.converged && !rest.resumable);
-    assert_true(fabs(rest.chi2_per_row - whole.chi2_per_row) < 1e-5 * whole.chi2_per_row);
-    assert_true(rest.evaluations + RUNS / 2 < whole.evaluations);
-    model_free(&model);
-    refit_free(&whole), refit_free(&first), refit_free(&rest);
-    free_rig(&rig);
-}
-
 /* ---- Nonlinear effects ---- */
 
 /* 400 times the catalogue's start, from a baseline that is tens of noises off. */
@@ -388,7 +357,6 @@ int main(void)
         cmocka_unit_test(a_vanished_parameter_comes_back),
         cmocka_unit_test(a_place_that_nothing_tells_has_no_error),
         cmocka_unit_test(a_refit_gives_up_when_told),
-        cmocka_unit_test(a_refit_that_was_stopped_goes_on_where_it_was),
         cmocka_unit_test(two_refits_at_once_are_those_of_one_after_the_other),
         cmocka_unit_test(held_out_errors_are_those_of_the_model),
         cmocka_unit_test(a_hidden_cubic_spring_is_found_from_afar),
