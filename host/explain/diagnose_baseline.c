@@ -142,8 +142,6 @@ static enum bf_status restart_from(struct diagnose_state *w, struct model *start
     if (*lower) {
         refit_into_model(d->records, d->n_records, again.fit.value, again.fit.sd, &again.model);
         status = hypothesis_measure(w, &again, err);
-        if (!status)
-            status = diagnose_together(w, &again, err);
     }
     if (*lower && !status) {
         const struct hypothesis old = *h;
@@ -210,8 +208,6 @@ enum bf_status diagnose_baseline(struct diagnose_state *w, struct bf_error *err)
     status = find_facts(w, err);
     if (!status)
         status = hypothesis_measure(w, h, err);
-    if (!status)
-        status = diagnose_together(w, h, err);
     return status || by_windows ? status : other_road(w, err);
 }
 

@@ -128,9 +128,11 @@ static enum bf_status measure_check(const struct diagnose_state *w, struct hypot
     enum bf_status status = own_values_find(&h->model, d->checks, d->n_checks, &options, &own, err);
     if (!status)
         status = fit_errors(own.model, d->checks, d->n_checks, &options, &channels, &n, err);
-    own_values_free(&own);
     if (!status)
         hypothesis_take_check(h, channels, w->check_noise, n);
+    if (!status)
+        status = diagnose_together(w, own.model, h, err);
+    own_values_free(&own);
     free(channels);
     return status;
 }

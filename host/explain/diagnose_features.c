@@ -64,12 +64,15 @@ static bool has_floor(const struct diagnosis *d, const struct hypothesis *h)
     return d->attainable.modes > 0 && ((is_linear(h) && !found_less) || nearly_all);
 }
 
-/* Of the fitted records with the least that any explanation leaves, or of the held-out ones with the best: whichever has more above a free linear model. */
+/*
+ * Of the fitted records with the least that any explanation leaves, or of the held-out ones with the best: whichever has more above a free linear model. Held-out ones that
+ * values fitted to all records have brought within what is known of their noise say no more.
+ */
 static double share_left(const struct diagnosis *d, const struct hypothesis *least, const struct hypothesis *best)
 {
     const double floor = diagnose_floor(d);
     const double fitted = share_above(least->fitted.noise_ratio, has_floor(d, least) ? floor : 1.0);
-    if (best->check.n_channels == 0)
+    if (best->check.n_channels == 0 || best->open_values)
         return fitted;
     /* the floor of the held-out records where it is known, and never less than of the fitted ones */
     const double held_out = has_floor(d, best) ? fmax(d->attainable.held_out_noise_ratio, floor) : 1.0;

@@ -33,8 +33,7 @@ bool diagnose_errors_are_noise(const struct hypothesis_errors *e, bool held_out)
 
 static bool at_noise(const struct hypothesis *h)
 {
-    return diagnose_errors_are_noise(&h->fitted, false) &&
-           (h->open_values || diagnose_errors_are_noise(&h->check, true));
+    return diagnose_errors_are_noise(&h->fitted, false) && diagnose_errors_are_noise(&h->check, true);
 }
 
 static bool at_noise_but_for_hum(const struct hypothesis *h)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
- * Held-out records of a model that fits the others: what they show of it may be a matter of values. A damping that noisy records leave open to 8 % predicts quiet ones
- * at several times their noise, though nothing is missing. So the model is fitted to all records from where it stands; with physics missing it cannot have both.
+ * Held-out records of a model that is at the noise of the others: what they show of it may be a matter of values. A damping that noisy records leave open to 8 % predicts quiet
+ * ones at several times their noise, though nothing is missing. So the model is fitted to all records from where it stands; with physics missing it cannot have both.
  */
 #include "diagnose_state.h"
 
@@ -31,44 +31,76 @@ static struct all_records all_new(const struct diagnose_state *w)
     return all;
 }
 
-/* Channels first … first + n of the refit, against the noise. */
-static bool are_noise(const struct refit_result *fit, size_t first, size_t n, const struct noise_estimate noise[],
-                      const double sigma[], bool held_out)
+/* Errors of the channels from `first` on against their noise: of the held-out ones with what is theirs alone. */
+static void take_errors(const struct refit_result *fit, size_t first, const double sigma[],
+                        const struct noise_estimate noise[], struct hypothesis_errors *e)
 {
-    struct hypothesis_errors e = {
-        .n_channels = n, .doubt = bf_alloc(n, sizeof *e.doubt), .record = bf_alloc(n, sizeof *e.record)};
-    double square = 0.0;
-    for (size_t c = 0; c < n; c++) {
+    double nrmse = 0.0, square = 0.0;
+    e->worst_ratio = 0.0;
+    for (size_t c = 0; c < e->n_channels; c++) {
         const struct predict_channel *channel = &fit->channels[first + c];
-        const double ratio = root_mean_square(fit->residual + channel->row, channel->n) / sigma[c];
-        e.record[c] = channel->record;
-        e.doubt[c] = noise[c].rms > 0.0 ? noise_doubt(&noise[c]) : 0.0;
-        e.worst_ratio = fmax(e.worst_ratio, ratio / (1.0 + e.doubt[c]));
-        square += ratio * ratio;
+        const double rms = root_mean_square(fit->residual + channel->row, channel->n),
+                     size = root_mean_square(channel->measured, channel->n);
+        e->ratio[c] = rms / sigma[c];
+        e->doubt[c] = noise[c].rms > 0.0 ? noise_doubt(&noise[c]) : 0.0;
+        e->worst_ratio = fmax(e->worst_ratio, e->ratio[c] / (1.0 + e->doubt[c]));
+        square += e->ratio[c] * e->ratio[c];
+        nrmse += size > 0.0 ? rms * rms / (size * size) : 0.0;
     }
-    e.noise_ratio = sqrt(square / (double)n);
-    const bool noise_only = diagnose_errors_are_noise(&e, held_out);
-    free(e.doubt), free(e.record);
-    return noise_only;
+    e->noise_ratio = e->humless_ratio = sqrt(square / (double)e->n_channels);
+    e->humless_worst = e->worst_ratio;
+    e->nrmse = sqrt(nrmse / (double)e->n_channels);
 }
 
-enum bf_status diagnose_together(const struct diagnose_state *w, struct hypothesis *h, struct bf_error *err)
+static struct hypothesis_errors errors_like(const struct hypothesis_errors *e)
 {
-    const struct diagnosis *d = w->d;
+    struct hypothesis_errors out = {.n_channels = e->n_channels,
+                                    .ratio = bf_alloc(e->n_channels, sizeof *out.ratio),
+                                    .doubt = bf_alloc(e->n_channels, sizeof *out.doubt),
+                                    .record = bf_alloc(e->n_channels, sizeof *out.record),
+                                    .bins = bf_alloc(e->n_channels, sizeof *out.bins)};
+    memcpy(out.record, e->record, e->n_channels * sizeof *out.record);
+    if (e->bins != NULL)
+        memcpy(out.bins, e->bins, e->n_channels * sizeof *out.bins);
+    return out;
+}
+
+static void errors_free(struct hypothesis_errors *e)
+{
+    free(e->ratio), free(e->doubt), free(e->record), free(e->bins);
+}
+
+/* Both sets come down to the noise: what the held-out ones leave then is what they say of the model. */
+static void take_together(const struct diagnose_state *w, const struct refit_result *fit, struct hypothesis *h)
+{
+    const size_t n = h->fitted.n_channels;
+    struct hypothesis_errors fitted = errors_like(&h->fitted), check = errors_like(&h->check);
+    take_errors(fit, 0, w->sigma, w->d->noise, &fitted);
+    take_errors(fit, n, w->check_sigma, w->check_noise, &check);
+    h->open_values = diagnose_errors_are_noise(&fitted, false) && diagnose_errors_are_noise(&check, true);
+    if (h->open_values) {
+        const struct hypothesis_errors old = h->check;
+        h->check = check, check = old;
+    }
+    errors_free(&fitted), errors_free(&check);
+}
+
+enum bf_status diagnose_together(const struct diagnose_state *w, const struct model *model, struct hypothesis *h,
+                                 struct bf_error *err)
+{
     h->open_values = false;
-    if (d->n_checks == 0 || !diagnose_errors_are_noise(&h->fitted, false) || diagnose_errors_are_noise(&h->check, true))
+    if (!diagnose_errors_are_noise(&h->fitted, false) || diagnose_errors_are_noise(&h->check, true))
         return BF_OK;
     struct all_records all = all_new(w);
     struct refit_result fit;
     const struct refit_options options = {.sigma = all.sigma,
                                           .threads = w->threads,
                                           .near = true,
-                                          .first_new = h->model.n_effects,
+                                          .first_new = model->n_effects,
                                           .predict = w->options->predict};
-    const enum bf_status status = refit_run(&h->model, all.records, all.n, &options, &fit, err);
-    if (!status && fit.n_channels == d->n_channels + w->n_check_channels)
-        h->open_values = are_noise(&fit, 0, d->n_channels, d->noise, w->sigma, false) &&
-                         are_noise(&fit, d->n_channels, w->n_check_channels, w->check_noise, w->check_sigma, true);
+    const enum bf_status status = refit_run(model, all.records, all.n, &options, &fit, err);
+    if (!status && fit.n_channels == h->fitted.n_channels + h->check.n_channels)
+        take_together(w, &fit, h);
     if (!status)
         refit_free(&fit);
     free(all.records), free(all.sigma);

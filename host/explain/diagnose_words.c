@@ -22,7 +22,10 @@ static void ratios(FILE *out, const struct diagnosis *d, const struct hypothesis
 {
     (void)fprintf(out, "%.3g times the noise", h->fitted.noise_ratio);
     if (h->check.n_channels > 0)
-        (void)fprintf(out, " (%s: %.3g)", d->check_kind == CHECK_CROSS ? "each record left out in turn" : "held out",
+        (void)fprintf(out, " (%s: %.3g)",
+                      d->check_kind == CHECK_CROSS ? "each record left out in turn"
+                      : h->open_values             ? "held out, with values fitted to all records"
+                                                   : "held out",
                       h->check.noise_ratio);
 }
 
@@ -63,9 +66,6 @@ static void complete(FILE *out, const struct diagnosis *d)
             ", but for hum %.3g: a steady line of the mains is in the records, and no force or voltage that was "
             "recorded causes it. Look for its source; `beamfit add MODEL mains_hum` puts it into the model",
             d->baseline.fitted.humless_ratio);
-    else if (d->baseline.open_values)
-        (void)fprintf(out, "; held-out records are at the noise, too, with values fitted to all records: these ones "
-                           "leave the values open, so fit them together");
     else if (!diagnose_is_complete(d))
         (void)fprintf(
             out,

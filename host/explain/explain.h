@@ -86,8 +86,8 @@ struct hypothesis {
     bool refitted;             /* false: only scored; fit, model and errors are empty */
     bool explains;             /* what it leaves of fitted and held-out records is within what is known of the noise */
     bool
-        open_values; /* of a baseline: held-out records are above the noise, and not with values fitted to all records */
-    bool rival;      /* named beside the best: the records do not tell them apart */
+        open_values; /* held-out records are above the noise, and not with values fitted to all records: `check` is with those */
+    bool rival;        /* named beside the best: the records do not tell them apart */
     bool cross_failed; /* `check` is empty because a refit without some of the records has no value */
 };
 
