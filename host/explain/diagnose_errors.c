@@ -128,16 +128,14 @@ static enum bf_status measure_check(const struct diagnose_state *w, struct hypot
     enum bf_status status = own_values_find(&h->model, d->checks, d->n_checks, &options, &own, err);
     if (!status)
         status = fit_errors(own.model, d->checks, d->n_checks, &options, &channels, &n, err);
+    own_values_free(&own);
     if (!status)
         hypothesis_take_check(h, channels, w->check_noise, n);
-    if (!status)
-        status = diagnose_together(w, own.model, h, err);
-    own_values_free(&own);
     free(channels);
     return status;
 }
 
-enum bf_status hypothesis_measure(const struct diagnose_state *w, struct hypothesis *h, struct bf_error *err)
+enum bf_status hypothesis_measure_apart(const struct diagnose_state *w, struct hypothesis *h, struct bf_error *err)
 {
     measure_fitted(w, h);
     struct misfit_channel *channels = hypothesis_channels(w->d, h);

@@ -161,16 +161,15 @@ enum bf_status diagnose_resolve(struct diagnose_state *w, struct bf_error *err);
 /* What the baseline leaves cannot be the error of its computation, so that physics may be blamed. */
 bool diagnose_computed(const struct diagnosis *d);
 
-/*
- * diagnose_together.c: h->open_values, and then h->check with values fitted to all records. model: that of h, with what belongs to the held-out records alone.
- * Cost: a refit to all records from nearby, where only the held-out ones are above the noise.
- */
-enum bf_status diagnose_together(const struct diagnose_state *w, const struct model *model, struct hypothesis *h,
-                                 struct bf_error *err);
 /* diagnose_rank.c: nothing is left that matters; of held-out records a little more passes. Without channels: true. */
 bool diagnose_errors_are_noise(const struct hypothesis_errors *e, bool held_out);
 
 /* diagnose_errors.c: residual -> errors against the noise; the held-out records. */
+enum bf_status hypothesis_measure_apart(const struct diagnose_state *w, struct hypothesis *h, struct bf_error *err);
+/*
+ * diagnose_together.c: the same, and h->open_values: then h->check is with values fitted to all records. Cost: a refit to all records from nearby, where only the held-out
+ * ones are above the noise.
+ */
 enum bf_status hypothesis_measure(const struct diagnose_state *w, struct hypothesis *h, struct bf_error *err);
 /* channels, noise: [n] of records that were not fitted; they become the held-out errors of the hypothesis. */
 void hypothesis_take_check(struct hypothesis *h, const struct fit_channel_error channels[],

@@ -85,12 +85,10 @@ static void take_together(const struct diagnose_state *w, const struct refit_res
     errors_free(&fitted), errors_free(&check);
 }
 
-enum bf_status diagnose_together(const struct diagnose_state *w, const struct model *model, struct hypothesis *h,
+/* model: that of h, with what belongs to the held-out records alone. */
+static enum bf_status fit_to_all(const struct diagnose_state *w, const struct model *model, struct hypothesis *h,
                                  struct bf_error *err)
 {
-    h->open_values = false;
-    if (!diagnose_errors_are_noise(&h->fitted, false) || diagnose_errors_are_noise(&h->check, true))
-        return BF_OK;
     struct all_records all = all_new(w);
     struct refit_result fit;
     const struct refit_options options = {.sigma = all.sigma,
@@ -105,4 +103,20 @@ enum bf_status diagnose_together(const struct diagnose_state *w, const struct mo
         refit_free(&fit);
     free(all.records), free(all.sigma);
     return status == BF_NUMERIC ? BF_OK : status; /* no value for all: then values do not tell */
+}
+
+enum bf_status hypothesis_measure(const struct diagnose_state *w, struct hypothesis *h, struct bf_error *err)
+{
+    const struct diagnosis *d = w->d;
+    const struct fit_options options = {.quiet = true, .sigma = w->check_sigma, .predict = w->options->predict};
+    struct own_values own;
+    enum bf_status status = hypothesis_measure_apart(w, h, err);
+    h->open_values = false;
+    if (status || !diagnose_errors_are_noise(&h->fitted, false) || diagnose_errors_are_noise(&h->check, true))
+        return status;
+    status = own_values_find(&h->model, d->checks, d->n_checks, &options, &own, err);
+    if (!status)
+        status = fit_to_all(w, own.model, h, err);
+    own_values_free(&own);
+    return status;
 }
