@@ -16,7 +16,7 @@ static const double far = 10.0;      /* times the lowest χ²: a factor of 3 in 
 static const double at_noise = 1.05; /* χ²/n that is the noise: 2.5 % of its rms above it */
 static const double least_fall = 3e-3; /* a window ends when the misfit would fall by less than this share */
 static const double as_promised =
-    0.9; /* of the fall in χ² that the first order promises: who takes it has gone the right way, and needs no other */
+    0.9; /* of the fall in χ² that the first order promises: a descent that takes it is the last */
 
 enum bf_status score_model(const struct score_base *base, const struct candidate *candidate, const struct score *score,
                            struct model *out, struct bf_error *err)

@@ -31,58 +31,38 @@ static struct all_records all_new(const struct diagnose_state *w)
     return all;
 }
 
-/* Errors of the channels from `first` on against their noise: of the held-out ones with what is theirs alone. */
-static void take_errors(const struct refit_result *fit, size_t first, const double sigma[],
-                        const struct noise_estimate noise[], struct hypothesis_errors *e)
+/* out->check: errors of n channels of the refit, from `first` on; records are counted from first_record. */
+static void take_errors(const struct refit_result *fit, size_t first, size_t n, size_t first_record,
+                        const double sigma[], const struct noise_estimate noise[], struct hypothesis *out)
 {
-    double nrmse = 0.0, square = 0.0;
-    e->worst_ratio = 0.0;
-    for (size_t c = 0; c < e->n_channels; c++) {
+    struct fit_channel_error *errors = bf_alloc(n, sizeof *errors);
+    for (size_t c = 0; c < n; c++) {
         const struct predict_channel *channel = &fit->channels[first + c];
         const double rms = root_mean_square(fit->residual + channel->row, channel->n),
                      size = root_mean_square(channel->measured, channel->n);
-        e->ratio[c] = rms / sigma[c];
-        e->doubt[c] = noise[c].rms > 0.0 ? noise_doubt(&noise[c]) : 0.0;
-        e->worst_ratio = fmax(e->worst_ratio, e->ratio[c] / (1.0 + e->doubt[c]));
-        square += e->ratio[c] * e->ratio[c];
-        nrmse += size > 0.0 ? rms * rms / (size * size) : 0.0;
+        errors[c] = (struct fit_channel_error){.record = channel->record - first_record,
+                                               .n = channel->n,
+                                               .nrmse = size > 0.0 ? rms / size : 0.0,
+                                               .noise_ratio = noise[c].rms > 0.0 ? rms / sigma[c] : (double)NAN};
     }
-    e->noise_ratio = e->humless_ratio = sqrt(square / (double)e->n_channels);
-    e->humless_worst = e->worst_ratio;
-    e->nrmse = sqrt(nrmse / (double)e->n_channels);
-}
-
-static struct hypothesis_errors errors_like(const struct hypothesis_errors *e)
-{
-    struct hypothesis_errors out = {.n_channels = e->n_channels,
-                                    .ratio = bf_alloc(e->n_channels, sizeof *out.ratio),
-                                    .doubt = bf_alloc(e->n_channels, sizeof *out.doubt),
-                                    .record = bf_alloc(e->n_channels, sizeof *out.record),
-                                    .bins = bf_alloc(e->n_channels, sizeof *out.bins)};
-    memcpy(out.record, e->record, e->n_channels * sizeof *out.record);
-    if (e->bins != NULL)
-        memcpy(out.bins, e->bins, e->n_channels * sizeof *out.bins);
-    return out;
-}
-
-static void errors_free(struct hypothesis_errors *e)
-{
-    free(e->ratio), free(e->doubt), free(e->record), free(e->bins);
+    hypothesis_take_check(out, errors, noise, n);
+    free(errors);
 }
 
 /* Both sets come down to the noise: what the held-out ones leave then is what they say of the model. */
 static void take_together(const struct diagnose_state *w, const struct refit_result *fit, struct hypothesis *h)
 {
-    const size_t n = h->fitted.n_channels;
-    struct hypothesis_errors fitted = errors_like(&h->fitted), check = errors_like(&h->check);
-    take_errors(fit, 0, w->sigma, w->d->noise, &fitted);
-    take_errors(fit, n, w->check_sigma, w->check_noise, &check);
-    h->open_values = diagnose_errors_are_noise(&fitted, false) && diagnose_errors_are_noise(&check, true);
+    const struct diagnosis *d = w->d;
+    struct hypothesis fitted = {0}, held_out = {0};
+    take_errors(fit, 0, d->n_channels, 0, w->sigma, d->noise, &fitted);
+    take_errors(fit, d->n_channels, w->n_check_channels, d->n_records, w->check_sigma, w->check_noise, &held_out);
+    h->open_values =
+        diagnose_errors_are_noise(&fitted.check, false) && diagnose_errors_are_noise(&held_out.check, true);
     if (h->open_values) {
         const struct hypothesis_errors old = h->check;
-        h->check = check, check = old;
+        h->check = held_out.check, held_out.check = old;
     }
-    errors_free(&fitted), errors_free(&check);
+    hypothesis_free(&fitted), hypothesis_free(&held_out);
 }
 
 /* model: that of h, with what belongs to the held-out records alone. */
@@ -97,7 +77,7 @@ static enum bf_status fit_to_all(const struct diagnose_state *w, const struct mo
                                           .first_new = model->n_effects,
                                           .predict = w->options->predict};
     const enum bf_status status = refit_run(model, all.records, all.n, &options, &fit, err);
-    if (!status && fit.n_channels == h->fitted.n_channels + h->check.n_channels)
+    if (!status && fit.n_channels == w->d->n_channels + w->n_check_channels)
         take_together(w, &fit, h);
     if (!status)
         refit_free(&fit);

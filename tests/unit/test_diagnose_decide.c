@@ -149,7 +149,6 @@ static void what_stands_out_is_named_though_it_leaves_much(void **state)
     done(&d);
 }
 
-/* Stand-ins: each takes a little, none more than the others. */
 /* Less than half of the misfit, though as much as any linear model and more than any other effect: what is missing is something else. */
 static void what_takes_a_little_is_not_named(void **state)
 {
@@ -167,6 +166,7 @@ static void what_takes_a_little_is_not_named(void **state)
     }
 }
 
+/* Stand-ins: each takes a little, none more than the others. */
 static void none_of_a_crowd_is_named(void **state)
 {
     struct diagnosis d;

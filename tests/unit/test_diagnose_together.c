@@ -4,16 +4,16 @@
 
 static const char *const nothing[] = {"tip_mass", NULL};
 
-/* One noisy record is fitted, two quiet ones are held out; the last of `truths` is the beam of these. */
+/* One noisy record is fitted, two quiet ones are held out; each set is of a beam with these effects. */
 static struct bench *noisy_then_quiet(const char *fitted, const char *held_out)
 {
     struct bench *b = bench_new(fitted, 1, LONG, 0.2, nothing);
-    const struct model other = make(held_out);
+    struct model other = make(held_out);
     b->records[1] = blow(&other, "q1.csv", LONG, 0.006, 10.0, 0.002);
     b->records[2] = blow(&other, "q2.csv", LONG, 0.004, 10.0, 0.002);
     b->n = 3;
     diagnose(b, 1, 2);
-    model_free((struct model *)&other);
+    model_free(&other);
     return b;
 }
 
