@@ -61,6 +61,7 @@ static void put_candidate(struct json *list, const struct diagnosis *d, const st
     json_put_number(one, "explained", h->explained);
     json_put_number(one, "held_out_explained", h->held_out_explained);
     json_put_bool(one, "explains", h->explains);
+    json_put_bool(one, "open_values", h->open_values);
     json_put_bool(one, "rival", h->rival);
     json_put_bool(one, "converged", h->fit.converged);
     json_put_number(one, "other_at_m", h->has_other_place ? h->other_at_m : nan(""));

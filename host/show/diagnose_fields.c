@@ -40,6 +40,7 @@ static const struct answer_field candidate_fields[] = {
                .text = "held out"),
     ANSWER_ROW(NUMBER, "probability", "that it is the cause", .digits = -2, .text = "probability"),
     ANSWER_ROW(BOOL, "explains", "nothing that matters is left"),
+    ANSWER_ROW(BOOL, "open_values", "held-out errors are with values fitted to all records"),
     ANSWER_ROW(BOOL, "rival", "as good as the best"),
     ANSWER_ROW(BOOL, "converged", "its fit did"),
     ANSWER_CELL("", "{rival?rival|}{converged?|*}"),
