@@ -163,6 +163,12 @@ void fit_problem_weigh_priors(struct fit_problem *p, const double x[]);
 enum bf_status fit_problem_whole(struct fit_problem *p, const double x[], struct bf_error *err);
 /* That scale at the last evaluation, with or without priors: how many times the data say the same, ≥ 1. */
 double fit_problem_form_scale(const struct fit_problem *p);
+struct optimise_options;
+/*
+ * Relative limits of a descent that ends where so many nats are left to gain: a row counts for itself at the noise; above it what is left is an error of form,
+ * and its facts count (some ten to a channel, not thousands of rows: else the last digits of a misfit that nothing explains take most of the steps).
+ */
+void fit_problem_end_within(const struct fit_problem *p, double nats, struct optimise_options *options);
 
 /*
  * fit_blocks.c, of a compressed problem: a prediction at p->theta, which is that of x, whose rows are handed on. take: n rows from `row` on, all of one channel,

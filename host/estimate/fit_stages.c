@@ -36,7 +36,7 @@ static double rough_first_Hz(const struct model *model)
 
 struct staircase staircase_for(const struct model *model, const struct record records[], size_t n_records)
 {
-    struct staircase s = {.first_ps = 4.5 * rough_first_Hz(model), .iterations = 40, .rounds = 6, .relative = 1e-4};
+    struct staircase s = {.first_ps = 4.5 * rough_first_Hz(model), .iterations = 40, .rounds = 6, .nats = 1e-4};
     double longest_dt_s = 0.0;
     for (size_t r = 0; r < n_records; r++) {
         s.longest_s = fmax(s.longest_s, (double)records[r].n * records[r].dt_s);
@@ -73,10 +73,9 @@ enum bf_status staircase_last(struct fit_problem *p, const struct staircase *sta
     enum bf_status status = fit_problem_whole(p, x, err);
     int values = 0, derivatives = 0;
     for (int round = 0; round < stairs->rounds && !status; round++) {
-        const struct optimise_options options = {.iterations = stairs->iterations,
-                                                 .tolerance = 1e-4,
-                                                 .relative = stairs->relative / (double)p->n_rows,
-                                                 .give_up_above = give_up_above(p)};
+        struct optimise_options options = {
+            .iterations = stairs->iterations, .tolerance = 1e-4, .give_up_above = give_up_above(p)};
+        fit_problem_end_within(p, stairs->nats, &options);
         const struct least_squares view = fit_problem_view(p);
         status = optimise_local(&view, &options, x, out, err);
         values += out->values, derivatives += out->derivatives;

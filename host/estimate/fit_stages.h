@@ -18,10 +18,10 @@ struct staircase {
     double longest_s; /* longest record */
     bool gentle;      /* s/3 in every step: the phase of a nonlinear motion drifts faster than a linear one's */
     const struct predict_options
-        *predict;    /* gentle: to look how far the motion can be predicted, refit_horizon.h; NULL: not */
-    int iterations;  /* of the last step, per reduced space */
-    int rounds;      /* reduced spaces of the last step, at most */
-    double relative; /* the last step ends when ½‖r‖² would fall by less than this share, divided by the rows */
+        *predict;        /* gentle: to look how far the motion can be predicted, refit_horizon.h; NULL: not */
+    int iterations;      /* of the last step, per reduced space */
+    int rounds;          /* reduced spaces of the last step, at most */
+    double nats;         /* the last step ends when the log likelihood would rise by less: fit_problem_end_within() */
     struct tried *tried; /* where the end of every window is noted (fit_tried.h), unless gentle; NULL: not */
 };
 struct staircase staircase_for(const struct model *model, const struct record records[], size_t n_records);

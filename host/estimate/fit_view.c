@@ -38,6 +38,13 @@ double fit_problem_form_scale(const struct fit_problem *p)
     return fmax(1.0, form / (0.5 * facts(p)));
 }
 
+void fit_problem_end_within(const struct fit_problem *p, double nats, struct optimise_options *options)
+{
+    options->relative = nats / (double)p->n_rows;
+    options->form = nats / (0.5 * facts(p));
+    options->noise = noise_accounts * noise_square(p);
+}
+
 void fit_problem_weigh_priors(struct fit_problem *p, const double x[])
 {
     struct bf_error ignored;

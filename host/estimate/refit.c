@@ -82,7 +82,7 @@ static enum bf_status work_new(struct refit_work *w, const struct model *model, 
                                       .theta0 = w->theta0,
                                       .n_starts = options->n_starts,
                                       .starts = options->starts};
-    w->search.stairs.relative = 2e-3;
+    w->search.stairs.nats = 2e-3;
     w->search.stairs.iterations = options->quick ? 5 : 15;
     w->search.stairs.rounds = options->quick ? 1 : 4;
     return BF_OK;

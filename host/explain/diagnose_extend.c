@@ -123,14 +123,14 @@ static bool leaves_next_to_nothing(const struct diagnosis *d, const struct hypot
 }
 
 /*
- * Records of different level show a nonlinear beam, and a law leaves half of what the best linear model without any physics does: no linear effect alone
- * outdoes that.
+ * Records of different level show a nonlinear beam, and something leaves clearly less than the best linear model without any physics does: no linear effect
+ * alone outdoes that.
  */
 static bool linear_is_out(const struct diagnosis *d, size_t n_effects)
 {
-    static const double half = 0.5; /* of the rms */
+    static const double clearly_less = 0.8; /* of the rms */
     return d->linearity.verdict == LINEARITY_NONLINEAR && d->attainable.modes > 0 &&
-           diagnose_best_left(d, n_effects) <= half * diagnose_floor(d);
+           diagnose_best_left(d, n_effects) <= clearly_less * diagnose_floor(d);
 }
 
 /* Along the measured motion one law leaves next to nothing of the misfit: its refit decides before drives and sensors are looked at. */

@@ -475,6 +475,8 @@ struct optimise_options {
     double radius_max; /* 0: 4 */
     double tolerance;  /* stop when a full step would lower ½‖r‖² by less than this; 0: 1e-6 */
     double relative;   /* … or by less than this share of ½‖r‖² */
+    double form;       /* … or by less than this share of what ½‖r‖² has above `noise` */
+    double noise;
     double
         give_up_above; /* stop when ten times the predicted fall of ½‖r‖² would not bring it down to this; 0: never */
     double rank;       /* directions with eigenvalue of JᵀJ below rank × the largest are not moved; 0: 1e-13 */

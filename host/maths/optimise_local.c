@@ -205,7 +205,9 @@ static enum bf_status linearise(struct search *s, struct bf_error *err)
 
 static bool small_enough(const struct search *s)
 {
-    return s->out->decrement <= s->options.tolerance || s->out->decrement <= s->options.relative * s->out->half_square;
+    const struct optimise_options *o = &s->options;
+    const double fall = s->out->decrement, square = s->out->half_square;
+    return fall <= o->tolerance || fall <= o->relative * square || fall <= o->form * (square - o->noise);
 }
 
 static bool give_up_above(const struct search *s)

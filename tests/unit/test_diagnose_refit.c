@@ -87,6 +87,11 @@ static void what_a_linear_model_leaves_at_the_noise_passes_for_linear(void **sta
     assert_true(diagnose_passes_for_linear(&d));
     d.attainable.held_out_noise_ratio = 1.3;
     assert_false(diagnose_passes_for_linear(&d));
+    d.baseline.check.noise_ratio = 30.0; /* next to nothing of what the baseline leaves of them: values are open */
+    assert_true(diagnose_passes_for_linear(&d));
+    d.attainable.held_out_noise_ratio = 1.5;
+    assert_false(diagnose_passes_for_linear(&d));
+    d.baseline.check.noise_ratio = 0.0;
     d.attainable.held_out_noise_ratio = nan(""); /* there are none */
     assert_true(diagnose_passes_for_linear(&d));
     d.attainable.held_out_noise_ratio = 1.02;

@@ -95,6 +95,34 @@ static void rosenbrock_is_solved(void **state)
     assert_true(result.half_square <= 1e-6);
 }
 
+/* A misfit that no values explain, and large residuals: Gauss–Newton goes on for long. */
+static bool unexplained(const double x[], double r[], double J[])
+{
+    r[0] = 10.0 + x[0] * x[0] - x[1], r[1] = 8.0 - x[0] + 0.3 * x[1] * x[1], r[2] = x[0] + x[1];
+    J[0] = 2.0 * x[0], J[1] = -1.0, J[2] = 1.0, J[3] = -1.0, J[4] = 0.6 * x[1], J[5] = 1.0;
+    return true;
+}
+
+/* Far above the noise a share of what is above it ends the descent, sooner and where nothing that counts is left; below the noise it ends nothing. */
+static void what_is_above_the_noise_ends_a_descent(void **state)
+{
+    (void)state;
+    struct bf_error err;
+    struct problem p = {.m = 3, .n = 2, .residual = unexplained};
+    const struct least_squares problem = view(&p, NULL, NULL);
+    const struct optimise_options to_the_end = {.tolerance = 1e-12}, above = {.tolerance = 1e-12, .form = 1e-3},
+                                  below = {.tolerance = 1e-12, .form = 1e-3, .noise = 1e6};
+    struct optimise_result end, sooner, other;
+    double x[2] = {3.0, -2.0}, x_sooner[2] = {3.0, -2.0}, x_other[2] = {3.0, -2.0};
+    assert_int_equal(optimise_local(&problem, &to_the_end, x, &end, &err), BF_OK);
+    assert_int_equal(optimise_local(&problem, &above, x_sooner, &sooner, &err), BF_OK);
+    assert_int_equal(optimise_local(&problem, &below, x_other, &other, &err), BF_OK);
+    assert_true(sooner.derivatives < end.derivatives);
+    assert_int_equal(sooner.end, OPTIMISE_CONVERGED);
+    assert_true(sooner.half_square <= 1.01 * end.half_square);
+    assert_int_equal(other.derivatives, end.derivatives);
+}
+
 /* With x₀ ≤ 0.8 the minimum lies on the bound: r₁ = 0.2, x₁ = 0.64. */
 static void a_bound_is_kept_and_reached(void **state)
 {
@@ -355,6 +383,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(rosenbrock_is_solved),
+        cmocka_unit_test(what_is_above_the_noise_ends_a_descent),
         cmocka_unit_test(a_bound_is_kept_and_reached),
         cmocka_unit_test(a_null_direction_is_not_moved),
         cmocka_unit_test(far_bounds_do_not_fake_convergence),
