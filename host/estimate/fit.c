@@ -151,7 +151,7 @@ static enum bf_status verify(struct fit_work *w, const struct optimise_result *f
         status = fit_problem_evaluate(p, w->x, true, &square, err);
     if (status)
         return status;
-    const double spread = fmax(1.0, fit_problem_mean_square(p)); /* standard errors grow with the residual */
+    const double spread = fit_problem_spread(p);
     const double remaining = fmax(found->decrement - out->polish_gain, 0.0);
     out->distance = sqrt(2.0 * fmax(remaining, out->polish_gain) / spread);
     out->converged = !out->interrupted && found->end == OPTIMISE_CONVERGED && out->distance < at_optimum;

@@ -163,6 +163,8 @@ void fit_problem_weigh_priors(struct fit_problem *p, const double x[]);
 enum bf_status fit_problem_whole(struct fit_problem *p, const double x[], struct bf_error *err);
 /* That scale at the last evaluation, with or without priors: how many times the data say the same, ≥ 1. */
 double fit_problem_form_scale(const struct fit_problem *p);
+/* Variances grow with the residual and with the error of form: that scale or the mean square of a row, whichever is larger. */
+double fit_problem_spread(const struct fit_problem *p);
 struct optimise_options;
 /*
  * Relative limits of a descent that ends where so many nats are left to gain: a row counts for itself at the noise; above it what is left is an error of form,

@@ -38,6 +38,11 @@ double fit_problem_form_scale(const struct fit_problem *p)
     return fmax(1.0, form / (0.5 * facts(p)));
 }
 
+double fit_problem_spread(const struct fit_problem *p)
+{
+    return fmax(fit_problem_form_scale(p), fit_problem_mean_square(p));
+}
+
 void fit_problem_end_within(const struct fit_problem *p, double nats, struct optimise_options *options)
 {
     options->relative = nats / (double)p->n_rows;

@@ -213,7 +213,7 @@ static enum bf_status finish(struct refit_work *w, struct refit_result *out, str
     fill_channels(w, out);
     fill_values(w, out);
     out->half_square = w->found.half_square;
-    out->distance = sqrt(2.0 * w->found.decrement / fmax(1.0, out->chi2_per_row));
+    out->distance = sqrt(2.0 * w->found.decrement / fit_problem_spread(p));
     out->interrupted = fit_problem_interrupted(p);
     out->explained_s = p->explained_ps > 0.0 ? 1.0 / p->explained_ps : 0.0;
     out->abandoned = w->found.end == OPTIMISE_GAVE_UP;

@@ -174,6 +174,24 @@ static void a_hidden_mass_is_found_at_its_place(void **state)
 }
 
 /* Residuals and totals of the answer agree with each other and with the definition. */
+/* Far from the noise the error of form says how near an end is: what explains nothing comes to one, too. */
+static void what_explains_nothing_converges(void **state)
+{
+    (void)state;
+    static const char *const rivals[] = {"axial_load", "hysteretic_damping", "viscoelastic", "sensor_lag"};
+    struct rig rig;
+    make_rig("effect point_mass mass_kg=0.02 at_m=0.3", &rig);
+    for (size_t k = 0; k < sizeof rivals / sizeof *rivals; k++) {
+        struct refit_result result;
+        refit(&rig, rivals[k], NULL, &result);
+        assert_true(result.chi2_per_row > 1000.0);
+        if (!result.converged)
+            fail_msg("%s: %g standard errors from its end", rivals[k], result.distance);
+        refit_free(&result);
+    }
+    free_rig(&rig);
+}
+
 static void the_answer_is_consistent(void **state)
 {
     (void)state;
@@ -254,6 +272,7 @@ static void a_refit_gives_up_when_told(void **state)
     struct refit_result whole, result;
     make_rig("effect root_compliance compliance_radpNm=0.01 loss_s=3e-5", &rig);
     refit(&rig, "hysteretic_damping", NULL, &whole);
+    assert_true(whole.converged);
     const struct refit_options abandon = {.abandon_above = 0.01 * whole.chi2_per_row};
     refit(&rig, "hysteretic_damping", &abandon, &result);
     assert_true(result.abandoned && !result.converged);
@@ -352,6 +371,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_hidden_mass_is_found_at_its_place),
+        cmocka_unit_test(what_explains_nothing_converges),
         cmocka_unit_test(the_answer_is_consistent),
         cmocka_unit_test(a_quick_refit_ranks_alike),
         cmocka_unit_test(a_vanished_parameter_comes_back),
