@@ -122,15 +122,27 @@ static bool leaves_next_to_nothing(const struct diagnosis *d, const struct hypot
     return left <= little && left * left - 1.0 <= next_to_nothing * (before * before - 1.0);
 }
 
+/* The least that a law, a drive or a sensor that bends leaves, rms in units of the noise. */
+static double bent_left(const struct diagnosis *d, size_t n_effects)
+{
+    double least = HUGE_VAL;
+    for (size_t i = 0; i < d->n_hypotheses; i++) {
+        const struct hypothesis *h = &d->hypotheses[i];
+        if (h->n_effects == n_effects && !effect_is_linear(h->effects[n_effects - 1]))
+            least = fmin(least, h->fitted.noise_ratio);
+    }
+    return least;
+}
+
 /*
- * Records of different level show a nonlinear beam, and something leaves clearly less than the best linear model without any physics does: no linear effect
- * alone outdoes that.
+ * Records of different level show a nonlinear beam, and a nonlinear effect leaves clearly less than the best linear model without any physics does: no linear
+ * effect alone outdoes that.
  */
 static bool linear_is_out(const struct diagnosis *d, size_t n_effects)
 {
-    static const double clearly_less = 0.8; /* of the rms */
+    static const double clearly_less = 0.8; /* of the rms: the fit of that model may have ended above its least */
     return d->linearity.verdict == LINEARITY_NONLINEAR && d->attainable.modes > 0 &&
-           diagnose_best_left(d, n_effects) <= clearly_less * diagnose_floor(d);
+           bent_left(d, n_effects) <= clearly_less * diagnose_floor(d);
 }
 
 /* Along the measured motion one law leaves next to nothing of the misfit: its refit decides before drives and sensors are looked at. */

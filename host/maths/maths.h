@@ -476,7 +476,7 @@ struct optimise_options {
     double tolerance;  /* stop when a full step would lower ½‖r‖² by less than this; 0: 1e-6 */
     double relative;   /* … or by less than this share of ½‖r‖² */
     double form;       /* … or by less than this share of what ½‖r‖² has above `noise` */
-    double noise;
+    double noise;      /* ½‖r‖² of noise alone; only with `form` */
     double
         give_up_above; /* stop when ten times the predicted fall of ½‖r‖² would not bring it down to this; 0: never */
     double rank;       /* directions with eigenvalue of JᵀJ below rank × the largest are not moved; 0: 1e-13 */

@@ -173,7 +173,6 @@ static void a_hidden_mass_is_found_at_its_place(void **state)
     free_rig(&rig);
 }
 
-/* Residuals and totals of the answer agree with each other and with the definition. */
 /* Far from the noise the error of form says how near an end is: what explains nothing comes to one, too. */
 static void what_explains_nothing_converges(void **state)
 {
@@ -192,6 +191,7 @@ static void what_explains_nothing_converges(void **state)
     free_rig(&rig);
 }
 
+/* Residuals and totals of the answer agree with each other and with the definition. */
 static void the_answer_is_consistent(void **state)
 {
     (void)state;
