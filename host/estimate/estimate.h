@@ -314,7 +314,7 @@ struct refit_options {
     const double *
         known_sd; /* [n_parameters] with near: standard errors of the values, see REFIT_WEAK; NULL: all are estimated */
     size_t first_new; /* effects of the model before this index hold fitted values and have no starts of their own */
-    size_t n_starts;  /* further starts, from elsewhere */
+    size_t n_starts;  /* further starts, on whole records at once where one is below what the search has come to */
     const double *starts;               /* [n_starts][n_parameters], order of model_parameters() */
     bool (*interrupted)(void *context); /* asked before every evaluation; NULL: Ctrl-C only */
     void *context;
@@ -354,7 +354,7 @@ struct refit_result {
 };
 
 /*
- * The model's values and options.starts are starts too, unless a trial explains the records; the model is not changed. Free *out with refit_free(), also after a failure.
+ * The model's values are a start too, unless a trial explains the records; the model is not changed. Free *out with refit_free(), also after a failure.
  * BF_BAD_FILE: no usable channel; BF_NUMERIC: no start has a value; BF_USAGE: an effect that cannot be predicted.
  * Cost: about 30 evaluations of the prediction for a linear effect without inner parameters.
  */

@@ -167,6 +167,66 @@ static enum bf_status leave_out_unpredictable(struct fit_problem *p, const struc
     return status;
 }
 
+/* Windows of a nonlinear motion, each s of e^(−s t). */
+struct windows {
+    double s, factor;           /* the next one; that of the last one over it */
+    double known, known_noises; /* the longest one explained, 0: the last one was not; what it left of the noise */
+};
+
+static const double usual_factor = 3.0, last_share = 0.7;
+
+static bool is_window(const struct staircase *stairs, double s)
+{
+    return s * stairs->longest_s > last_share;
+}
+
+static void explained_until(struct fit_problem *p, struct windows *w, double s, const double x[])
+{
+    w->known = p->explained_ps = s;
+    memcpy(p->explained, p->theta, p->n_refs * sizeof *p->explained);
+    fit_problem_to_theta(p, x, p->explained);
+}
+
+/*
+ * x explains the window that is known. Longer ones that it explains as it is need no step, and the next one is the longest that it predicts to
+ * a fifth of the signal: Newton's steps converge from there. Cost: a prediction without derivatives for each, and one of the first that it does not.
+ */
+static enum bf_status look_ahead(struct fit_problem *p, const struct staircase *stairs, const double x[],
+                                 struct windows *w, struct bf_error *err)
+{
+    static const double converges = 10.0; /* floors */
+    enum bf_status status = BF_OK;
+    double misfit = 0.0, square;
+    for (double s = w->known / usual_factor; misfit <= converges && is_window(stairs, s); s /= usual_factor) {
+        status = fit_problem_stage(p, s, floor_share, x, err);
+        if (!status)
+            status = fit_problem_evaluate(p, x, false, &square, err);
+        if (status || fit_problem_interrupted(p))
+            break;
+        misfit = staircase_misfit(p);
+        if (misfit <= 1.0)
+            explained_until(p, w, s, x);
+        if (misfit <= converges)
+            w->s = misfit <= 1.0 ? s / usual_factor : s;
+    }
+    return status == BF_NUMERIC ? BF_OK : status; /* a motion without bound is not near */
+}
+
+/* A window has been left at x with this misfit, in floors: it is explained, or the next ones are taken as they come. */
+static enum bf_status next_window(struct fit_problem *p, const struct staircase *stairs, const double x[],
+                                  double misfit, struct windows *w, struct bf_error *err)
+{
+    const double s = w->s;
+    w->known_noises = p->floor > 0.0 ? HUGE_VAL : staircase_misfit(p);
+    w->known = 0.0;
+    w->factor = misfit > 1.0 ? usual_factor : fmin(w->factor * w->factor, usual_factor);
+    w->s /= w->factor;
+    if (misfit > 1.0)
+        return BF_OK;
+    explained_until(p, w, s, x);
+    return w->factor < usual_factor ? BF_OK : look_ahead(p, stairs, x, w, err);
+}
+
 /*
  * Windows for a nonlinear motion, whose phase drifts faster and which may jump from one branch to another. A window that is
  * not explained although the one before was: what cannot be predicted is left out, or it is tried again less long. When
@@ -175,43 +235,36 @@ static enum bf_status leave_out_unpredictable(struct fit_problem *p, const struc
 static enum bf_status careful_windows(struct fit_problem *p, const struct staircase *stairs, struct progress *bar,
                                       double x[], struct optimise_result *out, struct bf_error *err)
 {
-    static const double usual = 3.0, least = 1.15, last_share = 0.7, misfit_growth = 2.0;
+    static const double least = 1.15, misfit_growth = 2.0;
     int retries = 6;
     bool looked = false, cut;
-    double s = stairs->first_ps, known = 0.0, known_noises = 0.0, factor = usual, misfit;
-    double *trial = bf_alloc(p->n_unknowns, sizeof *trial);
+    struct windows w = {.s = stairs->first_ps, .factor = usual_factor};
+    double misfit, *trial = bf_alloc(p->n_unknowns, sizeof *trial);
     enum bf_status status = BF_OK;
     p->explained_ps = 0.0;
     for (size_t r = 0; r < p->n_records; r++)
         p->horizon_s[r] = HUGE_VAL;
-    while (!status && s * stairs->longest_s > last_share) {
+    while (!status && is_window(stairs, w.s)) {
         fit_problem_rescale(p, x);
         memcpy(trial, x, p->n_unknowns * sizeof *trial);
-        status = careful_step(p, s, trial, out, &misfit, err);
+        status = careful_step(p, w.s, trial, out, &misfit, err);
         if (status || out->end == OPTIMISE_INTERRUPTED)
             break;
-        say(bar, s, stairs, p);
+        say(bar, w.s, stairs, p);
         const double noises = p->floor > 0.0 ? HUGE_VAL : staircase_misfit(p);
-        if ((misfit > 1.0 || noises > misfit_growth * known_noises) && known > 0.0 && !looked) {
+        if ((misfit > 1.0 || noises > misfit_growth * w.known_noises) && w.known > 0.0 && !looked) {
             status = leave_out_unpredictable(p, stairs, x, &cut, err);
             looked = true;
             if (cut)
                 continue;
         }
-        if (misfit > 1.0 && known > 0.0 && factor > least && retries-- > 0) {
-            factor = sqrt(factor);
-            s = known / factor;
+        if (misfit > 1.0 && w.known > 0.0 && w.factor > least && retries-- > 0) {
+            w.factor = sqrt(w.factor);
+            w.s = w.known / w.factor;
             continue;
         }
         memcpy(x, trial, p->n_unknowns * sizeof *trial);
-        known = misfit > 1.0 ? 0.0 : s, known_noises = noises;
-        if (known > 0.0) {
-            p->explained_ps = known;
-            memcpy(p->explained, p->theta, p->n_refs * sizeof *p->explained);
-            fit_problem_to_theta(p, x, p->explained);
-        }
-        factor = known > 0.0 ? fmin(factor * factor, usual) : usual;
-        s /= factor;
+        status = next_window(p, stairs, x, misfit, &w, err);
     }
     free(trial);
     return status;

@@ -67,7 +67,7 @@ static enum bf_status try_start(struct refit_search *t, const double theta[], st
     return status == BF_NUMERIC ? BF_OK : status; /* a start without a value is no start */
 }
 
-/* Ranks the model's values, the caller's starts and a grid of thresholds and places in a short window. */
+/* Ranks the model's values and a grid of thresholds and places in a short window. */
 static enum bf_status rank_starts(struct refit_search *t, struct starts *kept, struct bf_error *err)
 {
     static const double floor = 0.02;
@@ -79,14 +79,12 @@ static enum bf_status rank_starts(struct refit_search *t, struct starts *kept, s
     struct start_grid grid = start_grid_new(p, t->first_effect, p->model->n_effects, 1, false);
     fit_problem_to_theta(p, x, theta);
     enum bf_status status = BF_OK;
-    if (grid.n + t->n_starts <= 1) {
+    if (grid.n <= 1) {
         starts_add(kept, theta, 0.0);
     } else {
         status = fit_problem_stage(p, t->stairs.first_ps, floor, x, err);
         if (!status)
             fit_problem_weigh_priors(p, x);
-        for (size_t k = 0; k < t->n_starts && !status; k++)
-            status = try_start(t, t->starts + k * t->p->n_refs, kept, err);
         for (size_t k = 0; k < grid.n && !status && !fit_problem_interrupted(p); k++) {
             start_grid_at(&grid, p, k, theta);
             status = try_start(t, theta, kept, err);
@@ -97,7 +95,7 @@ static enum bf_status rank_starts(struct refit_search *t, struct starts *kept, s
     return status;
 }
 
-/* As rank_starts(), for nonlinear effects: the given values, the caller's starts, and those of law_starts(), after a few steps. */
+/* As rank_starts(), for nonlinear effects: the given values and those of law_starts(), after a few steps. */
 static enum bf_status rank_laws(struct refit_search *t, struct starts *kept, struct bf_error *err)
 {
     struct fit_problem *p = t->p;
@@ -109,8 +107,6 @@ static enum bf_status rank_laws(struct refit_search *t, struct starts *kept, str
     t->stairs.first_ps = scanned_ps;
     if (!status)
         status = try_start(t, t->theta0, kept, err);
-    for (size_t k = 0; k < t->n_starts && !status; k++)
-        status = try_start(t, t->starts + k * p->n_refs, kept, err);
     for (size_t k = 0; k < found.n && !status && !fit_problem_interrupted(p); k++)
         status = try_start(t, found.theta + k * p->n_refs, kept, err);
     starts_free(&found);

@@ -16,7 +16,7 @@ struct refit_search {
     bool quick;             /* half the starts, and only the best goes down */
     bool near;              /* theta0 is near the optimum: whole records at once, no other start */
     double *theta0;         /* [n_refs] where the rest begins */
-    size_t n_starts;        /* further starts */
+    size_t n_starts;        /* further starts, on whole records */
     const double *starts;   /* [n_starts][n_refs] */
     struct predict_options predict;
     struct progress *bar; /* may be NULL */

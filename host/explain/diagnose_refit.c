@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Refits on all threads: each worker takes the next job; answers are appended to the diagnosis under a lock. */
+#include "diagnose_relatives.h"
 #include "diagnose_shortlist.h"
 #include "plausible.h"
 
@@ -47,6 +48,27 @@ static bool takes_long(const struct hypothesis *h)
     return effect_kind(h->effects[h->n_effects - 1]) == KIND_LAW;
 }
 
+/* The places along the span, sixths of it from the root: the tip has an effect of its own. */
+enum { ALONG = 4, PARTS = 6 };
+
+/* [ALONG][n_parameters] of the model, with its last effect at each of them. Caller frees. */
+static double *starts_along(const struct diagnosis *d, const struct model *model)
+{
+    const size_t last = model->n_effects - 1;
+    const int place = effect_slot(model->effects[last].effect, BEAM_ROLE_PLACE);
+    const char **names = record_base_names(d->records, d->n_records);
+    struct parameter_ref *refs;
+    const size_t n = model_parameters(model, names, d->n_records, &refs);
+    double *starts = bf_alloc(ALONG * n + 1, sizeof *starts);
+    for (size_t k = 0; k < ALONG; k++)
+        for (size_t i = 0; i < n; i++) {
+            const bool moved = refs[i].role == ROLE_EFFECT && refs[i].owner == last && refs[i].slot == place;
+            starts[k * n + i] = moved ? model->length_m * (double)(k + 1) / PARTS : refs[i].value;
+        }
+    free(refs), free(names);
+    return starts;
+}
+
 /* A hypothesis whose fit has no value is dropped: the others decide, and the diagnosis is no longer sure. */
 static bool fit_job(struct refit_queue *queue, struct refit_job *job, int threads, double abandon_above,
                     struct hypothesis *h)
@@ -69,7 +91,11 @@ static bool fit_job(struct refit_queue *queue, struct refit_job *job, int thread
         h->effects[i] = h->model.effects[h->n_base + i].effect;
     if (takes_long(h) && !w->options->everything)
         options.interrupted = is_superseded, options.context = queue;
-    if (refit_run(&h->model, d->records, d->n_records, &options, &h->fit, &err) != BF_OK)
+    double *starts = job->along ? starts_along(d, &h->model) : NULL;
+    options.n_starts = job->along ? ALONG : 0, options.starts = starts;
+    const enum bf_status status = refit_run(&h->model, d->records, d->n_records, &options, &h->fit, &err);
+    free(starts);
+    if (status != BF_OK)
         return false;
     refit_into_model(d->records, d->n_records, h->fit.value, h->fit.sd, &h->model);
     h->n_added = h->fit.n_unknowns > d->baseline.fit.n_unknowns ? h->fit.n_unknowns - d->baseline.fit.n_unknowns : 1;
@@ -127,16 +153,18 @@ static bool run_job(struct refit_queue *queue, struct refit_job *job, int thread
     return found;
 }
 
-/* χ²/n that is far above what the best refit with as many effects leaves. */
-static double abandon_limit(const struct diagnosis *d, size_t n_effects)
+/* χ²/n that is far above what the best refit with as many effects leaves, or above what the job is of any use at. */
+static double abandon_limit(const struct diagnosis *d, const struct refit_job *job)
 {
+    const size_t n_effects = job->n_effects;
     double best = 0.0;
     for (size_t i = 0; i < d->n_hypotheses; i++) {
         const double left = fmax(d->hypotheses[i].fit.chi2_per_row, 1.0);
         if (d->hypotheses[i].n_effects == n_effects && (best == 0.0 || left < best))
             best = left;
     }
-    return diagnose_worth * diagnose_worth * best;
+    const double far = diagnose_worth * diagnose_worth * best, useless = job->useless * job->useless;
+    return useless > 0.0 && (far == 0.0 || useless < far) ? useless : far;
 }
 
 static void *work(void *argument)
@@ -148,8 +176,7 @@ static void *work(void *argument)
         struct refit_job *job = &queue->jobs[queue->next++];
         const size_t left = queue->n - queue->next + 1;
         const int threads = left >= (size_t)w->threads ? 1 : w->threads / (int)left;
-        const double abandon_above =
-            w->options->everything || job->to_the_end ? 0.0 : abandon_limit(w->d, job->n_effects);
+        const double abandon_above = w->options->everything || job->to_the_end ? 0.0 : abandon_limit(w->d, job);
         (void)pthread_mutex_unlock(&queue->lock);
         struct hypothesis h;
         bound_law(w, job);

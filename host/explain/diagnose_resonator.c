@@ -21,6 +21,7 @@
 /* All that is set by hand. */
 static const struct resonator_limits {
     double lead;        /* rms: for each parameter but the strength it leaves this part of what others leave, at most */
+    double spare;       /* times what it may leave at most: above, a refit is given up */
     double damping;     /* ratio: above, it is a damper and no mode */
     double heaviest;    /* times the beam's mass: above, it holds the beam as a support does */
     double below_first; /* of the first mode: below, it stands still */
@@ -34,6 +35,7 @@ static const struct resonator_limits {
     double near; /* of a frequency: so near it a pole of the free linear model is that mode */
     double in_band; /* of the Nyquist frequency: up to here a mode in the records is seen */
 } limits = {.lead = 0.89,
+            .spare = 1.1,
             .damping = 0.3,
             .heaviest = 2.0,
             .below_first = 0.3,
@@ -50,6 +52,12 @@ static const double places[PLACES] = {1.0, 0.6};       /* of the length */
 static const double given_places[PLACES] = {0.3, 0.6}; /* a quick look from a place on either side of a node */
 /* Evaluations of a quick look, and how many of those that it has brought farthest are refitted to the end. */
 enum { QUICK_RUNS = 100, BROUGHT_FAR = 2 };
+
+/* The baseline's first mode in which the beam bends, or swings on what holds it. */
+static double first_Hz(const struct diagnosis *d)
+{
+    return d->mode_Hz[diagnose_rigid_motions(d->mode_Hz, d->n_modes)];
+}
 
 /* It swings, the model has none of it and has where it can act, and it is not left out. */
 static bool is_candidate(const struct diagnose_state *w, const struct beam_effect *effect)
@@ -76,16 +84,18 @@ static const struct model_effect *mode_of(const struct hypothesis *h)
 /* What swings in the model already takes what another one would. */
 static bool is_worth_trying(const struct diagnosis *d)
 {
-    return d->n_modes > 0 && own_mode(d->model, 0) == NULL && !diagnose_is_complete(d) && !diagnose_linear_is_out(d);
+    return d->n_modes > diagnose_rigid_motions(d->mode_Hz, d->n_modes) && own_mode(d->model, 0) == NULL &&
+           !diagnose_is_complete(d) && !diagnose_linear_is_out(d);
 }
 
-/* Modes and the middles between them, the lowest first: mode_Hz[n_modes]. Returns how many. */
+/* Modes and the middles between them, the lowest first: mode_Hz[n_modes], without those of the beam as a whole. Returns how many. */
 static size_t start_frequencies(const double mode_Hz[], size_t n_modes, double frequency_Hz[FREQUENCIES])
 {
+    const size_t first = diagnose_rigid_motions(mode_Hz, n_modes);
     size_t n = 0;
-    if (n_modes > 0)
-        frequency_Hz[n++] = 0.6 * mode_Hz[0];
-    for (size_t m = 0; m < n_modes && n < FREQUENCIES; m++) {
+    if (n_modes > first)
+        frequency_Hz[n++] = 0.6 * mode_Hz[first];
+    for (size_t m = first; m < n_modes && n < FREQUENCIES; m++) {
         frequency_Hz[n++] = mode_Hz[m];
         if (m + 1 < n_modes && n < FREQUENCIES)
             frequency_Hz[n++] = sqrt(mode_Hz[m] * mode_Hz[m + 1]);
@@ -184,9 +194,9 @@ static size_t lay_starts(const struct model *model, const struct beam_effect *ef
     return n;
 }
 
-/* part: of the beam's mass or flexibility. most_runs 0: to the end. Ranks. */
+/* part: of the beam's mass or flexibility. most_runs 0: to the end. useless: as in a job. Ranks. */
 static void refit_starts(struct diagnose_state *w, const struct hypothesis *from, const struct beam_effect *effect,
-                         double part, struct start starts[], size_t n, size_t most_runs)
+                         double part, struct start starts[], size_t n, size_t most_runs, double useless)
 {
     struct refit_job jobs[FREQUENCIES * PLACES];
     struct start *taken[FREQUENCIES * PLACES];
@@ -194,56 +204,13 @@ static void refit_starts(struct diagnose_state *w, const struct hypothesis *from
     w->n_tried += n;
     for (size_t k = 0; k < n; k++)
         if (job_at(w, from, effect, starts[k].frequency_Hz, starts[k].at_m, part, &jobs[n_jobs])) {
-            jobs[n_jobs].most_runs = most_runs;
+            jobs[n_jobs].most_runs = most_runs, jobs[n_jobs].useless = useless;
             taken[n_jobs++] = &starts[k];
         }
     diagnose_refits(w, jobs, n_jobs, 0.0);
     diagnose_rank(w->d, w->n_tried);
     for (size_t k = 0; k < n_jobs; k++)
         taken[k]->left = jobs[k].left, taken[k]->unfinished = jobs[k].unfinished;
-}
-
-static void try_all(struct diagnose_state *w, const struct hypothesis *from, const struct beam_effect *effect)
-{
-    struct start starts[FREQUENCIES * PLACES];
-    const size_t n = lay_starts(w->d->model, effect, w->d->mode_Hz, w->d->n_modes, places, starts);
-    refit_starts(w, from, effect, limits.part, starts, n, 0);
-}
-
-/* ---- From the model as given ---- */
-
-static int by_left(const void *a, const void *b)
-{
-    const double x = ((const struct start *)a)->left, y = ((const struct start *)b)->left;
-    return (x > y) - (x < y);
-}
-
-/* A quick look from each start; what has come farthest goes to its end. */
-static void look_from_given(struct diagnose_state *w, const struct hypothesis *given, const double mode_Hz[],
-                            size_t n_modes, const struct beam_effect *effect)
-{
-    struct start starts[FREQUENCIES * PLACES];
-    const size_t n = lay_starts(&given->model, effect, mode_Hz, n_modes, given_places, starts);
-    size_t far = 0;
-    refit_starts(w, given, effect, limits.large_part, starts, n, QUICK_RUNS);
-    qsort(starts, n, sizeof *starts, by_left);
-    while (far < BROUGHT_FAR && far < n && starts[far].unfinished)
-        far++;
-    if (!diagnose_far_ahead(w->d, 1) && !progress_interrupted())
-        refit_starts(w, given, effect, limits.large_part, starts, far, 0);
-}
-
-/* A free linear model takes what no single effect has: a mode may be missing. */
-static bool is_outdone(const struct diagnosis *d)
-{
-    return diagnose_is_far(&d->baseline) && d->attainable.modes > 0 && !diagnose_far_ahead(d, 1) &&
-           diagnose_best_left(d, 1) > limits.outdone * fmax(diagnose_floor(d), 1.0);
-}
-
-static double value_of(const struct model_effect *own, enum beam_role role)
-{
-    const int slot = effect_slot(own->effect, role);
-    return slot >= 0 ? own->parameters[slot].value : (double)NAN;
 }
 
 /* Explanations in which nothing swings. */
@@ -265,10 +232,59 @@ static struct others others_leave(const struct diagnosis *d)
     return others;
 }
 
+/* Of what others leave, in units of the noise: with this effect no more than that may be left. */
+static double most_left(const struct beam_effect *effect, const struct others *others)
+{
+    return pow(limits.lead, effect->n_parameters - 1) * others->least;
+}
+
+static void try_all(struct diagnose_state *w, const struct hypothesis *from, const struct beam_effect *effect)
+{
+    struct start starts[FREQUENCIES * PLACES];
+    const size_t n = lay_starts(w->d->model, effect, w->d->mode_Hz, w->d->n_modes, places, starts);
+    const struct others others = others_leave(w->d);
+    refit_starts(w, from, effect, limits.part, starts, n, 0, limits.spare * fmax(most_left(effect, &others), 1.0));
+}
+
+/* ---- From the model as given ---- */
+
+static int by_left(const void *a, const void *b)
+{
+    const double x = ((const struct start *)a)->left, y = ((const struct start *)b)->left;
+    return (x > y) - (x < y);
+}
+
+/* A quick look from each start; what has come farthest goes to its end. */
+static void look_from_given(struct diagnose_state *w, const struct hypothesis *given, const double mode_Hz[],
+                            size_t n_modes, const struct beam_effect *effect)
+{
+    struct start starts[FREQUENCIES * PLACES];
+    const size_t n = lay_starts(&given->model, effect, mode_Hz, n_modes, given_places, starts);
+    size_t far = 0;
+    refit_starts(w, given, effect, limits.large_part, starts, n, QUICK_RUNS, 0.0);
+    qsort(starts, n, sizeof *starts, by_left);
+    while (far < BROUGHT_FAR && far < n && starts[far].unfinished)
+        far++;
+    if (!diagnose_far_ahead(w->d, 1) && !progress_interrupted())
+        refit_starts(w, given, effect, limits.large_part, starts, far, 0, 0.0);
+}
+
+/* A free linear model takes what no single effect has: a mode may be missing. */
+static bool is_outdone(const struct diagnosis *d)
+{
+    return diagnose_is_far(&d->baseline) && d->attainable.modes > 0 && !diagnose_far_ahead(d, 1) &&
+           diagnose_best_left(d, 1) > limits.outdone * fmax(diagnose_floor(d), 1.0);
+}
+
+static double value_of(const struct model_effect *own, enum beam_role role)
+{
+    const int slot = effect_slot(own->effect, role);
+    return slot >= 0 ? own->parameters[slot].value : (double)NAN;
+}
+
 static bool stands_out(const struct hypothesis *h, const struct others *others)
 {
-    const double lead = pow(limits.lead, mode_of(h)->effect->n_parameters - 1);
-    return (h->explains && !others->explains) || h->fitted.noise_ratio <= lead * others->least;
+    return (h->explains && !others->explains) || h->fitted.noise_ratio <= most_left(mode_of(h)->effect, others);
 }
 
 static bool is_seen(const struct attainable *a, double mode_Hz)
@@ -292,8 +308,8 @@ static bool modes_are_seen(const struct diagnosis *d, const struct hypothesis *h
         diagnose_modes_in_band(d, &h->model, mode_Hz, &n_modes, &ignored) != BF_OK)
         return true;
     for (size_t m = 0; m < n_modes; m++)
-        hidden += mode_Hz[m] > limits.below_first * d->mode_Hz[0] &&
-                  mode_Hz[m] < limits.in_band * diagnose_band_Hz(d) && !is_seen(&d->attainable, mode_Hz[m]);
+        hidden += mode_Hz[m] > limits.below_first * first_Hz(d) && mode_Hz[m] < limits.in_band * diagnose_band_Hz(d) &&
+                  !is_seen(&d->attainable, mode_Hz[m]);
     return hidden <= 1;
 }
 
@@ -305,7 +321,7 @@ static bool is_mode(const struct diagnosis *d, const struct hypothesis *h, const
     const bool heavy = !own->effect->releases_root &&
                        value_of(own, BEAM_ROLE_STRENGTH) > limits.heaviest * whole_of(own->effect, &h->model);
     return stands_out(h, others) && damping < limits.damping && !heavy && diagnose_decays(d, f_Hz, damping) &&
-           f_Hz > limits.below_first * d->mode_Hz[0] && f_Hz < diagnose_band_Hz(d) && modes_are_seen(d, h);
+           f_Hz > limits.below_first * first_Hz(d) && f_Hz < diagnose_band_Hz(d) && modes_are_seen(d, h);
 }
 
 /* What is no mode is no explanation either. */

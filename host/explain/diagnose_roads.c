@@ -18,8 +18,8 @@
 enum { MOST_FIRST = 3, MOST_GIVEN = 32, MOST_AT_ONCE = 8 };
 /* Refits to their ends of what is far behind the best: what it is held against. */
 enum { MOST_RIVALS = 3 };
-/* Places of a rigid support, or of a heavy mass, that are tried, and the starts of a candidate at most: with either sign, and those. */
-enum { SUPPORTS = 4, ROADS = 2 + SUPPORTS };
+/* Starts of a candidate at most: with either sign, and as a rigid support or a heavy mass. */
+enum { ROADS = 3 };
 /* Of EI/l³: a spring that holds the beam. From a soft one a fit does not find the support, whose place is all that the records tell; nor from a gram a mass as heavy as the beam. */
 static const double rigid = 1e3;
 /* Evaluations in which the refit of an effect that is there has found it (50 to 100 do); that of another may take ten times as many to end far off. */
@@ -82,28 +82,26 @@ struct road {
     const struct candidate *candidate;
     double start[BEAM_EFFECT_PARAMETERS];
     bool usual; /* the first start of its candidate */
+    bool along; /* its strength at places along the span, too */
     int own;    /* 1 + the parameter that has a value of its own in each record; 0: none */
     bool done;
     double left;
 };
 
-/* What laboratories put on a beam, along the span, as starts: a rigid support, a mass as heavy as the beam. roads[SUPPORTS], returns how many. */
+/* What laboratories put on a beam, as a start: a rigid support, a mass as heavy as the beam, anywhere along the span. roads[1], returns how many. */
 static size_t lay_large(const struct model *from, const struct candidate *candidate, struct road roads[])
 {
     const struct beam_effect *effect = candidate->effect;
     const double length_m = from->length_m, EI = from->materials[model_plain_material(from)].EI.value;
-    const int strength = effect_slot(effect, BEAM_ROLE_STRENGTH), place = effect_slot(effect, BEAM_ROLE_PLACE);
+    const int strength = effect_slot(effect, BEAM_ROLE_STRENGTH);
     if (!diagnose_follows_much(effect, from)) /* neither a spring nor a mass at a free place */
         return 0;
     const double large =
         diagnose_is_mass(effect, from) ? model_mass_kg(from) : rigid * EI / (length_m * length_m * length_m);
-    for (int k = 0; k < SUPPORTS; k++) {
-        roads[k] = (struct road){.candidate = candidate};
-        memcpy(roads[k].start, candidate->start, sizeof roads[k].start);
-        roads[k].start[strength] = fmin(large, candidate->upper[strength]);
-        roads[k].start[place] = length_m * (k + 1) / (SUPPORTS + 2);
-    }
-    return SUPPORTS;
+    *roads = (struct road){.candidate = candidate, .along = true};
+    memcpy(roads->start, candidate->start, sizeof roads->start);
+    roads->start[strength] = fmin(large, candidate->upper[strength]);
+    return 1;
 }
 
 /* The other starts of a candidate: far from the truth either sign may lead astray (a strut near buckling), and a soft spring or a small mass. */
@@ -152,8 +150,11 @@ static void refit_roads(struct shortlist *s, const struct model *from, struct ro
         struct refit_job *job = &jobs[n_jobs];
         if (roads[k].done)
             continue;
-        *job = (struct refit_job){
-            .n_effects = s->n_effects, .n_tried = s->w->n_tried, .first_new = from->n_effects, .most_runs = most_runs};
+        *job = (struct refit_job){.n_effects = s->n_effects,
+                                  .n_tried = s->w->n_tried,
+                                  .first_new = from->n_effects,
+                                  .most_runs = most_runs,
+                                  .along = roads[k].along};
         roads[k].done = candidate_model(from, roads[k].candidate, roads[k].start, &job->model, &ignored) != BF_OK;
         if (roads[k].done)
             continue;

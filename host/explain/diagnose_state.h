@@ -48,10 +48,13 @@ struct refit_job {
     bool to_the_end;   /* not given up, however much it leaves: a pair may grow from it */
     bool places_tried; /* the hypothesis is not refitted from other places again */
     bool near;         /* the values are near the optimum */
-    size_t most_runs;  /* evaluations, after which it is left unfinished; 0: as many as it takes */
-    bool kept;         /* and then is a hypothesis that has not converged; else it is none */
-    bool unfinished;   /* out: so it was, or another one has explained the records */
-    double left;       /* out: χ²/n that it had come to; infinite: it has no value */
+    bool along;        /* begins with the last effect at places along the span, too */
+    double
+        useless; /* rms over the noise: it is given up where it will leave more; 0: where it leaves far more than the best */
+    size_t most_runs; /* evaluations, after which it is left unfinished; 0: as many as it takes */
+    bool kept;        /* and then is a hypothesis that has not converged; else it is none */
+    bool unfinished;  /* out: so it was, or another one has explained the records */
+    double left;      /* out: χ²/n that it had come to; infinite: it has no value */
 };
 
 /* diagnose_baseline.c: noise of all channels; the model given, fitted; its predictor. */
@@ -62,6 +65,8 @@ enum bf_status diagnose_baseline(struct diagnose_state *w, struct bf_error *err)
 double diagnose_band_Hz(const struct diagnosis *d);
 enum bf_status diagnose_modes_in_band(const struct diagnosis *d, const struct model *model,
                                       double mode_Hz[DIAGNOSE_MODES], size_t *n_modes, struct bf_error *err);
+/* How many of them, the first ones, are motions as a whole of a beam that nothing holds. */
+size_t diagnose_rigid_motions(const double mode_Hz[], size_t n_modes);
 
 /*
  * The baseline is fitted again from the values that the best explanation has found, without its effects, and from those of up to three more that take nearly all alone;

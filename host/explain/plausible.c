@@ -4,6 +4,7 @@
  * kilograms on a beam of one, hum that happens to have the beam's own frequency, a sensor too slow for the beam's first mode. The fit itself knows no prior of an effect; here the value has one.
  */
 #include "plausible.h"
+#include "diagnose_state.h"
 
 #include <math.h>
 
@@ -118,9 +119,10 @@ static double nats_of_filter(const struct diagnosis *d, const struct model_effec
     struct beam_filter_output out = {0};
     for (int slot = 0; slot < own->effect->n_parameters; slot++)
         p[slot] = (beam_real)own->parameters[slot].value;
-    if (own->effect->filter == NULL || d->n_modes == 0 || own->effect->filter(p, &out) != 0)
+    const size_t first = diagnose_rigid_motions(d->mode_Hz, d->n_modes);
+    if (own->effect->filter == NULL || d->n_modes == first || own->effect->filter(p, &out) != 0)
         return 0.0;
-    const double omega = 2.0 * M_PI * d->mode_Hz[0];
+    const double omega = 2.0 * M_PI * d->mode_Hz[first];
     const double passed = hypot((double)out.value.b0, omega * (double)out.value.b1) /
                           hypot((double)out.value.a0, omega * (double)out.value.a1);
     return beyond(1.0 / fmax(passed, 1e-12), usual_loss);
