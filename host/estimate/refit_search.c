@@ -321,8 +321,21 @@ static enum bf_status refine_near(struct refit_search *t, double x[], struct opt
     return status;
 }
 
-/* The best end, or what one of the starts comes to on whole records at once, where that is lower. */
-static enum bf_status take_best(struct refit_search *t, const struct best_end *best, struct tried *starts, double x[],
+/* What a start comes to on whole records at once, where it is below the end that there is, and that is lower. */
+static enum bf_status from_start(struct refit_search *t, const double theta[], double x[],
+                                 struct optimise_result *found, struct bf_error *err)
+{
+    struct tried one = {0};
+    if (t->quick || fit_problem_interrupted(t->p))
+        return BF_OK;
+    tried_add(&one, t->p, theta);
+    const enum bf_status status = best_of_tried(&one, t->p, &t->stairs, x, found, err);
+    tried_free(&one);
+    return status;
+}
+
+/* The best end, or that of one of the starts. */
+static enum bf_status take_best(struct refit_search *t, const struct best_end *best, double x[],
                                 struct optimise_result *found, struct bf_error *err)
 {
     struct fit_problem *p = t->p;
@@ -333,8 +346,10 @@ static enum bf_status take_best(struct refit_search *t, const struct best_end *b
     enum bf_status status = fit_problem_whole(p, x, err);
     if (!status && t->stairs.gentle && !fit_problem_interrupted(p))
         status = best_raise_vanished(p, &t->stairs, x, found, err);
-    if (!status && !t->quick && !fit_problem_interrupted(p))
-        status = best_of_tried(starts, p, &t->stairs, x, found, err);
+    if (!status)
+        status = from_start(t, t->theta0, x, found, err);
+    for (size_t k = 0; k < t->n_starts && !status; k++)
+        status = from_start(t, t->starts + k * p->n_refs, x, found, err);
     return status;
 }
 
@@ -347,10 +362,6 @@ enum bf_status refit_search_run(struct refit_search *t, double x[], struct optim
     struct best_end best = {.theta = bf_alloc(p->n_refs, sizeof *best.theta),
                             .explained = bf_alloc(p->n_refs, sizeof *best.explained),
                             .horizon_s = bf_alloc(p->n_records, sizeof *best.horizon_s)};
-    struct tried starts = {0};
-    tried_add(&starts, p, t->theta0);
-    for (size_t k = 0; k < t->n_starts; k++)
-        tried_add(&starts, p, t->starts + k * p->n_refs);
     t->stairs.predict = &t->predict;
     t->stairs.gentle = model_has_law(p->model) && !t->quick;
     enum bf_status status = law ? descend_trial(t, &best, err) : BF_OK;
@@ -362,8 +373,7 @@ enum bf_status refit_search_run(struct refit_search *t, double x[], struct optim
     if (!status && is_cut(t, &best) && explained(&best) && !fit_problem_interrupted(p))
         status = move_horizon(t, &best, err);
     if (best.have)
-        status = take_best(t, &best, &starts, x, found, err);
-    tried_free(&starts);
+        status = take_best(t, &best, x, found, err);
     free(best.theta), free(best.explained), free(best.horizon_s);
     return status;
 }

@@ -93,7 +93,7 @@ static size_t lay_large(const struct model *from, const struct candidate *candid
 {
     const struct beam_effect *effect = candidate->effect;
     const double length_m = from->length_m, EI = from->materials[model_plain_material(from)].EI.value;
-    const int strength = effect_slot(effect, BEAM_ROLE_STRENGTH);
+    const int strength = effect_slot(effect, BEAM_ROLE_STRENGTH), place = effect_slot(effect, BEAM_ROLE_PLACE);
     if (!diagnose_follows_much(effect, from)) /* neither a spring nor a mass at a free place */
         return 0;
     const double large =
@@ -101,6 +101,8 @@ static size_t lay_large(const struct model *from, const struct candidate *candid
     *roads = (struct road){.candidate = candidate, .along = true};
     memcpy(roads->start, candidate->start, sizeof roads->start);
     roads->start[strength] = fmin(large, candidate->upper[strength]);
+    roads->start[place] =
+        length_m / 3.0; /* the reduced space is of this place: at the tip it would be of another beam */
     return 1;
 }
 
