@@ -240,5 +240,7 @@ void modes_free(struct modes *modes);
 /* Undamped frequencies of n_modes modes with n_splines splines; uniform: equidistant knots. NAN beyond what they have. */
 enum bf_status modes_frequencies(const struct model *model, size_t n_splines, bool uniform, size_t n_modes,
                                  double frequency_Hz[], struct bf_error *err);
+/* How many of frequency_Hz[n], ascending, are motions as a whole of a beam that nothing holds: the first ones, next to zero. */
+size_t modes_rigid(const double frequency_Hz[], size_t n);
 
 #endif

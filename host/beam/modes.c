@@ -83,6 +83,15 @@ enum bf_status modes_frequencies(const struct model *model, size_t n_splines, bo
     return BF_OK;
 }
 
+size_t modes_rigid(const double frequency_Hz[], size_t n)
+{
+    static const double rigid = 1e-4; /* of the highest: what is computed is not zero */
+    size_t first = 0;
+    while (first < n && frequency_Hz[first] < rigid * frequency_Hz[n - 1])
+        first++;
+    return first;
+}
+
 /* ---- The deployed space: lowest modes and static responses, ten in all ---- */
 
 static size_t count_statics(const struct model *model)

@@ -75,15 +75,6 @@ enum bf_status diagnose_modes_in_band(const struct diagnosis *d, const struct mo
     return status;
 }
 
-size_t diagnose_rigid_motions(const double mode_Hz[], size_t n_modes)
-{
-    static const double rigid = 1e-4; /* of the highest frequency: the computed one is not zero */
-    size_t n = 0;
-    while (n < n_modes && mode_Hz[n] < rigid * mode_Hz[n_modes - 1])
-        n++;
-    return n;
-}
-
 /* One fact a mode: the frequencies of the fitted baseline part the bands. */
 static enum bf_status find_facts(struct diagnose_state *w, struct bf_error *err)
 {

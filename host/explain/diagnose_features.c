@@ -10,6 +10,8 @@
 
 #include <math.h>
 
+#include "beam/beam.h"
+
 /* All that is set by hand, but for the weights. */
 static const struct feature_limits {
     double least_excess; /* of the noise's power: a misfit that is smaller cannot be told from none */
@@ -139,7 +141,7 @@ static bool follow_every_mode(const struct diagnosis *d, const struct hypothesis
     size_t n = 0;
     for (size_t e = 0; e < h->n_effects; e++)
         n += diagnose_follows_much(h->effects[e], d->model);
-    return n > 1 && 2 * n + 1 >= d->n_modes - diagnose_rigid_motions(d->mode_Hz, d->n_modes);
+    return n > 1 && 2 * n + 1 >= d->n_modes - modes_rigid(d->mode_Hz, d->n_modes);
 }
 
 /*

@@ -56,7 +56,7 @@ enum { QUICK_RUNS = 100, BROUGHT_FAR = 2 };
 /* The baseline's first mode in which the beam bends, or swings on what holds it. */
 static double first_Hz(const struct diagnosis *d)
 {
-    return d->mode_Hz[diagnose_rigid_motions(d->mode_Hz, d->n_modes)];
+    return d->mode_Hz[modes_rigid(d->mode_Hz, d->n_modes)];
 }
 
 /* It swings, the model has none of it and has where it can act, and it is not left out. */
@@ -84,14 +84,14 @@ static const struct model_effect *mode_of(const struct hypothesis *h)
 /* What swings in the model already takes what another one would. */
 static bool is_worth_trying(const struct diagnosis *d)
 {
-    return d->n_modes > diagnose_rigid_motions(d->mode_Hz, d->n_modes) && own_mode(d->model, 0) == NULL &&
+    return d->n_modes > modes_rigid(d->mode_Hz, d->n_modes) && own_mode(d->model, 0) == NULL &&
            !diagnose_is_complete(d) && !diagnose_linear_is_out(d);
 }
 
 /* Modes and the middles between them, the lowest first: mode_Hz[n_modes], without those of the beam as a whole. Returns how many. */
 static size_t start_frequencies(const double mode_Hz[], size_t n_modes, double frequency_Hz[FREQUENCIES])
 {
-    const size_t first = diagnose_rigid_motions(mode_Hz, n_modes);
+    const size_t first = modes_rigid(mode_Hz, n_modes);
     size_t n = 0;
     if (n_modes > first)
         frequency_Hz[n++] = 0.6 * mode_Hz[first];

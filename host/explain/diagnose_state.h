@@ -65,8 +65,6 @@ enum bf_status diagnose_baseline(struct diagnose_state *w, struct bf_error *err)
 double diagnose_band_Hz(const struct diagnosis *d);
 enum bf_status diagnose_modes_in_band(const struct diagnosis *d, const struct model *model,
                                       double mode_Hz[DIAGNOSE_MODES], size_t *n_modes, struct bf_error *err);
-/* How many of them, the first ones, are motions as a whole of a beam that nothing holds. */
-size_t diagnose_rigid_motions(const double mode_Hz[], size_t n_modes);
 
 /*
  * The baseline is fitted again from the values that the best explanation has found, without its effects, and from those of up to three more that take nearly all alone;

@@ -4,9 +4,10 @@
  * kilograms on a beam of one, hum that happens to have the beam's own frequency, a sensor too slow for the beam's first mode. The fit itself knows no prior of an effect; here the value has one.
  */
 #include "plausible.h"
-#include "diagnose_state.h"
 
 #include <math.h>
+
+#include "beam/beam.h"
 
 /* Of EI or of the buckling load: up to this part nothing is said; e times as much, and more, is improbable as a normal logarithm of deviation 1. */
 static const double usual_share = 0.1;
@@ -119,7 +120,7 @@ static double nats_of_filter(const struct diagnosis *d, const struct model_effec
     struct beam_filter_output out = {0};
     for (int slot = 0; slot < own->effect->n_parameters; slot++)
         p[slot] = (beam_real)own->parameters[slot].value;
-    const size_t first = diagnose_rigid_motions(d->mode_Hz, d->n_modes);
+    const size_t first = modes_rigid(d->mode_Hz, d->n_modes);
     if (own->effect->filter == NULL || d->n_modes == first || own->effect->filter(p, &out) != 0)
         return 0.0;
     const double omega = 2.0 * M_PI * d->mode_Hz[first];

@@ -204,6 +204,7 @@ static void uniform_beams_have_the_exact_roots(void **state)
         assert_int_equal(modes_frequencies(&model, 160, false, MODES + rigid, found, &err), BF_OK);
         for (size_t k = 0; k < rigid; k++)
             assert_true(found[k] < 1e-2 * found[rigid]);
+        assert_int_equal(modes_rigid(found, MODES + rigid), rigid);
         for (size_t k = 0; k < MODES; k++) {
             double root = exact_uniform_root(support, (int)k) / model.length_m;
             double exact = root * root * sqrt(0.5 / 0.1) / (2.0 * acos(-1.0));

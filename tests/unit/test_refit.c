@@ -192,6 +192,30 @@ static void what_explains_nothing_converges(void **state)
 }
 
 /* Residuals and totals of the answer agree with each other and with the definition. */
+/* From a beam a thousand times as stiff a search does not come back; a start from which whole records lead down does. */
+static void a_start_that_leaves_less_is_gone_down_from(void **state)
+{
+    (void)state;
+    struct rig rig;
+    struct refit_result there, alone, result;
+    make_rig("effect point_mass mass_kg=0.004 at_m=0.3", &rig);
+    refit(&rig, "point_mass", NULL, &there);
+    for (size_t m = 0; m < rig.baseline.n_materials; m++)
+        rig.baseline.materials[m].EI.value *= 1e3;
+    refit(&rig, "point_mass", NULL, &alone);
+    double *start = bf_alloc(there.n_parameters, sizeof *start);
+    memcpy(start, there.value, there.n_parameters * sizeof *start);
+    start[index_of(&rig, "point_mass", "at_m")] = 0.31;
+    const struct refit_options options = {.n_starts = 1, .starts = start};
+    refit(&rig, "point_mass", &options, &result);
+    assert_true(alone.chi2_per_row > 1e4);
+    assert_true(result.chi2_per_row < 0.01 * alone.chi2_per_row);
+    assert_true(fabs(result.value[index_of(&rig, "point_mass", "at_m")] - 0.3) < 0.01);
+    free(start);
+    refit_free(&there), refit_free(&alone), refit_free(&result);
+    free_rig(&rig);
+}
+
 static void the_answer_is_consistent(void **state)
 {
     (void)state;
@@ -372,6 +396,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_hidden_mass_is_found_at_its_place),
         cmocka_unit_test(what_explains_nothing_converges),
+        cmocka_unit_test(a_start_that_leaves_less_is_gone_down_from),
         cmocka_unit_test(the_answer_is_consistent),
         cmocka_unit_test(a_quick_refit_ranks_alike),
         cmocka_unit_test(a_vanished_parameter_comes_back),
