@@ -1,11 +1,29 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "law_hold.h"
 
-/* m_j = ∫₀¹ e^(a(1−s)) s^j ds = Σ_i a^i j!/(i + j + 1)!, and dm_j/da; |a| ≤ 4: the last term is below 1e-17. */
+/* |a| ≤ 4: the last term of the series is below 1e-17; above, the recursion loses no more than two digits. */
 enum { TERMS = 40 };
+static const double series_below = 4.0;
 
+/* m_j = ∫₀¹ e^(a(1−s)) s^j ds = (j m_(j−1) − 1)/a, m_0 = (e^a − 1)/a, and dm_j/da. */
+static void moments_of_large(double complex a, double complex m[HOLD_CUBIC], double complex d_m[HOLD_CUBIC])
+{
+    const double complex e = cexp(a);
+    m[0] = (e - 1.0) / a;
+    d_m[0] = (e - m[0]) / a;
+    for (size_t j = 1; j < HOLD_CUBIC; j++) {
+        m[j] = ((double)j * m[j - 1] - 1.0) / a;
+        d_m[j] = ((double)j * d_m[j - 1] - m[j]) / a;
+    }
+}
+
+/* The same as Σ_i a^i j!/(i + j + 1)! where that cancels. */
 static void moments(double complex a, double complex m[HOLD_CUBIC], double complex d_m[HOLD_CUBIC])
 {
+    if (cabs(a) > series_below) {
+        moments_of_large(a, m, d_m);
+        return;
+    }
     double factor = 1.0; /* j!/(j + 1)! and so on */
     for (size_t j = 0; j < HOLD_CUBIC; j++) {
         factor = 1.0 / (double)(j + 1);

@@ -26,7 +26,10 @@ static bool all_smooth(const struct law_run *l)
     return true;
 }
 
-/* Poles that move on the grid are stepped; the others add Re(αα'/p) to the compliance (their static response). */
+/*
+ * Poles that move on the grid are stepped; the others add Re(αα'/p) to the compliance (their static response). Real ones are stepped however fast they are: of an overdamped
+ * mode the fast one carries the velocity that a force makes at once, and the slow one alone would have it the wrong way round.
+ */
 static void split_poles(struct law_run *l)
 {
     const struct system *s = l->system->system;
@@ -36,7 +39,7 @@ static void split_poles(struct law_run *l)
     l->multiplicity = bf_alloc(s->n_poles, sizeof *l->multiplicity);
     for (size_t k = 0; k < s->n_poles; k++) {
         double multiplicity = k < s->n_pairs ? 2.0 : 1.0;
-        if (cabs(s->p[k]) * l->h_s <= far_step) {
+        if (k >= s->n_pairs || cabs(s->p[k]) * l->h_s <= far_step) {
             l->pole[l->n_dynamic] = k;
             l->multiplicity[l->n_dynamic] = multiplicity;
             l->hold[l->n_dynamic++] = law_hold(s->p[k], l->h_s, l->held);
