@@ -243,6 +243,7 @@ static void find_uses(struct law *law)
     double p[BEAM_EFFECT_PARAMETERS] = {0};
     typical_values(law->effect, p);
     law->uses_w = law->uses_v = law->uses_w_old = law->g_at != NULL || law->effect->n_law_states > 0;
+    law->resists = false;
     for (int i = 1; i <= 8; i++) {
         double x = (i % 2 ? 1.0 : -1.0) * pow(10.0, -0.5 * i);
         struct beam_law_input in = {
@@ -253,10 +254,11 @@ static void find_uses(struct law *law)
             continue;
         for (size_t k = 0; k < BEAM_LAW_WIDTH * BEAM_LAW_WIDTH; k++) {
             law->uses_w = law->uses_w || fabs((&o.f_w[0][0])[k]) > 0.0;
-            law->uses_v = law->uses_v || fabs((&o.f_v[0][0])[k]) > 0.0;
+            law->resists = law->resists || fabs((&o.f_v[0][0])[k]) > 0.0;
             law->uses_w_old = law->uses_w_old || fabs((&o.f_w_old[0][0])[k]) > 0.0;
         }
     }
+    law->uses_v = law->uses_v || law->resists;
 }
 
 enum bf_status law_new(const struct model *model, const struct reduced *reduced, const struct parameter_map *map,

@@ -26,20 +26,30 @@ static bool all_smooth(const struct law_run *l)
     return true;
 }
 
+/* A force with a kink turns with the velocity: dry friction. */
+static bool any_resists(const struct law_run *l)
+{
+    for (size_t e = 0; e < l->n_laws; e++)
+        if (l->laws[e].law->resists)
+            return true;
+    return false;
+}
+
 /*
- * Poles that move on the grid are stepped; the others add Re(αα'/p) to the compliance (their static response). Real ones are stepped however fast they are: of an overdamped
- * mode the fast one carries the velocity that a force makes at once, and the slow one alone would have it the wrong way round.
+ * Poles that move on the grid are stepped; the others add Re(αα'/p) to the compliance (their static response). The velocity that a force makes at once is that of the
+ * fastest modes: friction without them is off by tens of per cent. Of an overdamped mode the slow pole alone has it the wrong way round, so real ones are always stepped.
  */
 static void split_poles(struct law_run *l)
 {
     const struct system *s = l->system->system;
-    double far_step = l->held == HOLD_CUBIC ? far_smooth : far_kinked;
+    const bool all = l->held == HOLD_LINE && any_resists(l);
+    const double far_step = l->held == HOLD_CUBIC ? far_smooth : far_kinked;
     l->pole = bf_alloc(s->n_poles, sizeof *l->pole);
     l->hold = bf_alloc(s->n_poles, sizeof *l->hold);
     l->multiplicity = bf_alloc(s->n_poles, sizeof *l->multiplicity);
     for (size_t k = 0; k < s->n_poles; k++) {
         double multiplicity = k < s->n_pairs ? 2.0 : 1.0;
-        if (k >= s->n_pairs || cabs(s->p[k]) * l->h_s <= far_step) {
+        if (all || k >= s->n_pairs || cabs(s->p[k]) * l->h_s <= far_step) {
             l->pole[l->n_dynamic] = k;
             l->multiplicity[l->n_dynamic] = multiplicity;
             l->hold[l->n_dynamic++] = law_hold(s->p[k], l->h_s, l->held);

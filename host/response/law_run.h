@@ -7,7 +7,7 @@
  * Unknowns are the forces f on the contact coordinates w = Gᵀx, on a grid of `oversample` steps a sample:
  *     w = w_lin + Σ_k Re(α_k q_k) + far,   q_k' = p_k q_k − Σ_c α_kc f_c,   f = law(w, w', w″)
  * w_lin is the band-limited linear response to the inputs; q_k is stepped exactly with f a polynomial through its last
- * samples (law_hold.h); poles far above the grid act through their static compliance. Each step solves
+ * samples (law_hold.h); poles far above the grid act through their static compliance, but on dry friction (law_run.c). Each step solves
  * f = law(w_free + S_w f, v_free + S_v f, a_free + S_a f). Accelerations a = w″ = a_lin + Σ_k Re(α_k p_k (p_k q_k − Σ_c α_kc f_c))
  * are followed where a law has inertia of its own (law_axial.h), else every member of theirs is NULL or 0.
  *

@@ -383,6 +383,7 @@ struct law {
     double *g_at, *g_width; /* [n] derivative of a point law's functional; NULL when its place is no parameter */
     size_t at_parameter, width_parameter; /* in the parameter vector; SIZE_MAX: none */
     bool uses_w, uses_v, uses_w_old;      /* the force depends on the coordinate, its rate, its value a step ago */
+    bool resists;                         /* on the rate, by itself: friction, drag */
     bool smooth;                          /* no internal state, and tangents without jumps */
     size_t n_points, width;
     size_t stride;      /* n_points rounded up to the length of vectors */
