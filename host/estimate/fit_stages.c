@@ -217,7 +217,6 @@ static enum bf_status next_window(struct fit_problem *p, const struct staircase 
                                   double misfit, struct windows *w, struct bf_error *err)
 {
     const double s = w->s;
-    w->known_noises = p->floor > 0.0 ? HUGE_VAL : staircase_misfit(p);
     w->known = 0.0;
     w->factor = misfit > 1.0 ? usual_factor : fmin(w->factor * w->factor, usual_factor);
     w->s /= w->factor;
@@ -264,6 +263,7 @@ static enum bf_status careful_windows(struct fit_problem *p, const struct stairc
             continue;
         }
         memcpy(x, trial, p->n_unknowns * sizeof *trial);
+        w.known_noises = noises;
         status = next_window(p, stairs, x, misfit, &w, err);
     }
     free(trial);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "law_hold.h"
 
-/* |a| ≤ 4: the last term of the series is below 1e-17; above, the recursion loses no more than two digits. */
+/* |a| ≤ 4: the last term of the series is below 1e-17; above, the recursion is right to 1e-15 where Re a ≤ 0. */
 enum { TERMS = 40 };
 static const double series_below = 4.0;
 

@@ -26,11 +26,11 @@ static bool all_smooth(const struct law_run *l)
     return true;
 }
 
-/* A force with a kink turns with the velocity: dry friction. */
-static bool any_resists(const struct law_run *l)
+/* A force that jumps where the velocity changes its sign. Drag beside a contact is none: the contact alone has the kinks then. */
+static bool has_dry_friction(const struct law_run *l)
 {
     for (size_t e = 0; e < l->n_laws; e++)
-        if (l->laws[e].law->resists)
+        if (l->laws[e].law->resists && !l->laws[e].law->smooth)
             return true;
     return false;
 }
@@ -42,7 +42,7 @@ static bool any_resists(const struct law_run *l)
 static void split_poles(struct law_run *l)
 {
     const struct system *s = l->system->system;
-    const bool all = l->held == HOLD_LINE && any_resists(l);
+    const bool all = has_dry_friction(l);
     const double far_step = l->held == HOLD_CUBIC ? far_smooth : far_kinked;
     l->pole = bf_alloc(s->n_poles, sizeof *l->pole);
     l->hold = bf_alloc(s->n_poles, sizeof *l->hold);

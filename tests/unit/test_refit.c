@@ -191,7 +191,6 @@ static void what_explains_nothing_converges(void **state)
     free_rig(&rig);
 }
 
-/* Residuals and totals of the answer agree with each other and with the definition. */
 /* From a beam a thousand times as stiff a search does not come back; a start from which whole records lead down does. */
 static void a_start_that_leaves_less_is_gone_down_from(void **state)
 {
@@ -216,6 +215,7 @@ static void a_start_that_leaves_less_is_gone_down_from(void **state)
     free_rig(&rig);
 }
 
+/* Residuals and totals of the answer agree with each other and with the definition. */
 static void the_answer_is_consistent(void **state)
 {
     (void)state;
