@@ -149,12 +149,34 @@ static void a_refit_without_a_value_is_counted(void **state)
     bench_free(b);
 }
 
+/* Damping does not take what a mass does: where only the noise is of use its refit is given up, where a little less than the baseline leaves is, it goes to its end. */
+static void what_will_be_of_no_use_is_given_up(void **state)
+{
+    (void)state;
+    size_t evaluations[2];
+    for (int i = 0; i < 2; i++) {
+        struct bench *b = with_mass();
+        struct diagnose_state w = begun(b);
+        struct refit_job job = {
+            .model = make("{kind: square_root_damping, coefficient_Ns: 1e-3}"), .first_new = 1, .n_effects = 1};
+        job.useless = i == 0 ? 1.0 : 2.0 * b->d.baseline.fitted.noise_ratio;
+        diagnose_refits(&w, &job, 1, 0.0);
+        assert_int_equal(b->d.n_hypotheses, 1);
+        assert_int_equal(b->d.hypotheses[0].fit.abandoned, i == 0);
+        evaluations[i] = b->d.hypotheses[0].fit.evaluations;
+        state_free(&w);
+        bench_free(b);
+    }
+    assert_true(evaluations[0] < evaluations[1]);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(what_runs_out_is_kept_where_it_is_asked_for),
         cmocka_unit_test(what_ends_in_time_is_as_without_a_bound),
         cmocka_unit_test(only_laws_are_bounded),
+        cmocka_unit_test(what_will_be_of_no_use_is_given_up),
         cmocka_unit_test(a_refit_without_a_value_is_counted),
         cmocka_unit_test(what_a_linear_model_leaves_at_the_noise_passes_for_linear),
         cmocka_unit_test(what_takes_nothing_is_outdone),
