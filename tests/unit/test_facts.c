@@ -142,17 +142,33 @@ static void a_value_for_each_record_is_paid_for_in_each(void **state)
 
 static const double FIRST_MODE_HZ = 20.0;
 
-/* Nats of one effect, as a YAML list item, in a hypothesis of its own. */
-static double nats_of(const char *effect, const struct attainable *attainable)
+/* Nats of one effect, as a YAML list item, in a hypothesis of its own; motions of the beam as a whole, at no frequency, come before its first mode. */
+static double nats_beside_motions(const char *effect, const struct attainable *attainable, size_t rigid)
 {
     const struct record record = {.n = 4096, .dt_s = 1e-3};
-    struct diagnosis d = {
-        .attainable = *attainable, .records = &record, .n_records = 1, .n_modes = 1, .mode_Hz = {FIRST_MODE_HZ}};
+    struct diagnosis d = {.attainable = *attainable, .records = &record, .n_records = 1, .n_modes = rigid + 1};
+    d.mode_Hz[rigid] = FIRST_MODE_HZ;
     struct hypothesis h = {.n_effects = 1};
     fixture_model(&h.model, effect);
     const double nats = implausible_nats(&d, &h);
     model_free(&h.model);
     return nats;
+}
+
+static double nats_of(const char *effect, const struct attainable *attainable)
+{
+    return nats_beside_motions(effect, attainable, 0);
+}
+
+/* Nobody measures the motion as a whole of a beam that nothing holds: a sensor that forgets it is believable, one that forgets the first bending is not. */
+static void a_free_beam_has_its_first_mode_after_its_motions(void **state)
+{
+    (void)state;
+    static const char *const sensors[] = {"  - {kind: sensor_highpass, tau_s: 0.19}\n",
+                                          "  - {kind: sensor_highpass, tau_s: 1e-4}\n"};
+    const struct attainable none = {0};
+    for (int i = 0; i < 2; i++)
+        assert_true(nats_beside_motions(sensors[i], &none, 2) == nats_of(sensors[i], &none));
 }
 
 /* A sensor that is too slow for the first mode, or that forgets it, measures nothing. */
@@ -238,6 +254,7 @@ int main(void)
         cmocka_unit_test(what_leaks_into_a_band_is_no_misfit_there),
         cmocka_unit_test(parameters_have_their_price),
         cmocka_unit_test(a_value_for_each_record_is_paid_for_in_each),
+        cmocka_unit_test(a_free_beam_has_its_first_mode_after_its_motions),
         cmocka_unit_test(a_sensor_that_loses_the_first_mode_costs),
         cmocka_unit_test(a_mass_far_heavier_than_the_beam_costs),
         cmocka_unit_test(an_unbelievable_strength_costs),
