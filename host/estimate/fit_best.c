@@ -65,6 +65,8 @@ enum bf_status best_of_tried(struct tried *tried, struct fit_problem *p, const s
 enum bf_status best_raise_vanished(struct fit_problem *p, const struct staircase *stairs, double x[],
                                    struct optimise_result *found, struct bf_error *err)
 {
+    if (starts_none_vanished(p, x))
+        return BF_OK;
     double *theta = tried_theta(p, x), *raised = tried_theta(p, x);
     enum bf_status status = starts_restore_vanished(p, raised, err);
     if (!status && memcmp(theta, raised, p->n_refs * sizeof *theta) != 0)

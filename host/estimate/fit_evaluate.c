@@ -247,22 +247,30 @@ static enum bf_status evaluate_here(struct fit_problem *p, const double x[], boo
     return status;
 }
 
+bool fit_problem_holds(const struct fit_problem *p, const double x[])
+{
+    static const double rounding = 1e-14;
+    bool same = p->held_at != HOLDS_NOTHING;
+    for (size_t i = 0; i < p->n_unknowns && same; i++)
+        same = fabs(x[i] - p->at[i]) <= rounding * fmax(1.0, fabs(x[i]));
+    return same;
+}
+
 enum bf_status fit_problem_evaluate(struct fit_problem *p, const double x[], bool with_jacobian, double *data_square,
                                     struct bf_error *err)
 {
+    const enum fit_holds wanted = with_jacobian ? HOLDS_JACOBIAN : HOLDS_VALUE;
     *data_square = HUGE_VAL;
-    enum bf_status status = BF_OK;
-    if (!p->at_valid || memcmp(p->at, x, p->n_unknowns * sizeof *x) != 0) {
-        p->at_valid = false;
+    if (p->held_at < wanted || !fit_problem_holds(p, x)) {
+        p->held_at = HOLDS_NOTHING;
         fit_problem_to_theta(p, x, p->theta);
-        status =
+        const enum bf_status status =
             p->shares != NULL ? shares_evaluate(p, x, with_jacobian, err) : evaluate_here(p, x, with_jacobian, err);
-    }
-    if (!status && with_jacobian) {
+        if (status)
+            return status;
         memcpy(p->at, x, p->n_unknowns * sizeof *x);
-        p->at_valid = true;
+        p->held_at = wanted;
     }
-    if (!status)
-        *data_square = p->half_square;
-    return status;
+    *data_square = p->half_square;
+    return BF_OK;
 }

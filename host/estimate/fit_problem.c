@@ -196,6 +196,7 @@ static void begin(struct fit_problem *p, const struct model *model, const struct
     p->base = bf_alloc(n_refs, sizeof *p->base), p->theta = bf_alloc(n_refs, sizeof *p->theta);
     p->at = bf_alloc(n_refs, sizeof *p->at), p->explained = bf_alloc(n_refs, sizeof *p->explained);
     p->horizon_s = bf_alloc(n_records, sizeof *p->horizon_s);
+    p->weighed_s = bf_alloc(n_records, sizeof *p->weighed_s);
     p->want = bf_alloc(n_refs, sizeof *p->want), p->held = bf_alloc(n_refs, sizeof *p->held);
     p->drives = bf_alloc(n_records, sizeof *p->drives);
     p->levels = bf_alloc(n_records, sizeof *p->levels);
@@ -264,7 +265,7 @@ void fit_problem_make_jacobian(struct fit_problem *p)
 
 void fit_problem_rest(struct fit_problem *p)
 {
-    p->at_valid = false;
+    p->held_at = HOLDS_NOTHING;
     free(p->jacobian);
     if (p->compressed)
         free(p->beside);
@@ -278,7 +279,7 @@ void fit_problem_free(struct fit_problem *p)
     fit_problem_free_rows(p);
     free(p->unknowns), free(p->lower), free(p->upper), free(p->base), free(p->theta), free(p->want), free(p->held);
     free(p->drives), free(p->levels), free(p->sigma), free(p->weight), free(p->residual);
-    free(p->coefficients), free(p->at), free(p->explained), free(p->horizon_s), free(p->states);
+    free(p->coefficients), free(p->at), free(p->explained), free(p->horizon_s), free(p->weighed_s), free(p->states);
     *p = (struct fit_problem){0};
 }
 
@@ -319,10 +320,11 @@ void fit_problem_rescale(struct fit_problem *p, double x[])
         if (info->role == BEAM_ROLE_PLACE || info->flags & BEAM_PARAMETER_PER_RECORD || !isfinite(scale))
             continue;
         u->scale = scale;
-        x[i] *= factor, p->base[i] *= factor;
+        x[i] *= factor, p->base[i] *= factor, p->at[i] *= factor;
+        for (size_t k = 0; k < p->n_jacobian && p->held_at == HOLDS_JACOBIAN; k++)
+            p->jacobian[i * p->n_jacobian + k] /= factor;
         set_prior(u, ref->info);
         set_bounds(p, i, p->theta[u->ref]);
-        p->at_valid = false;
     }
 }
 
@@ -330,5 +332,5 @@ void fit_problem_hold(struct fit_problem *p, size_t i, bool held)
 {
     p->held[i] = held;
     p->want[p->unknowns[i].ref] = !held;
-    p->at_valid = false;
+    p->held_at = HOLDS_NOTHING;
 }

@@ -33,6 +33,13 @@ struct fit_drive {
     size_t n_inputs; /* of the model that were recorded */
 };
 
+/* What of the last evaluation holds. */
+enum fit_holds {
+    HOLDS_NOTHING,
+    HOLDS_VALUE /* residual, fitted, half_square */,
+    HOLDS_JACOBIAN /* these, and the Jacobian */
+};
+
 struct fit_problem {
     const struct model *model;
     const struct record *records;
@@ -53,6 +60,7 @@ struct fit_problem {
     double latest_s;                 /* largest onset of any record, wherever it is */
     double *
         horizon_s; /* [n_records] since the first row of the record: rows from here on have no weight; INFINITY: all count */
+    double *weighed_s; /* [n_records] the same when the rows were weighed */
     size_t n_channels; /* whose samples are here */
     size_t n_signals;  /* the same and those of the shares */
     double *sigma;     /* [n_channels] noise, unit of the channel */
@@ -83,12 +91,12 @@ struct fit_problem {
     double *beside; /* [n_jacobian] residual, or that of the compressed rows */
     double *levels; /* [n_records] factor of the record; 1 where it is known */
     size_t n_nuisance;
-    double *coefficients; /* [n_nuisance] */
-    double *states;       /* [n_nuisance] the same at the last evaluation with a Jacobian; NULL: there was none */
-    double *at; /* [n_unknowns] x of the last evaluation with a Jacobian, while residual and Jacobian hold it */
-    bool at_valid;
-    size_t runs;                        /* predictor evaluations so far */
-    bool stop;                          /* set by the caller or by Ctrl-C */
+    double *coefficients;   /* [n_nuisance] */
+    double *states;         /* [n_nuisance] the same at the last evaluation with a Jacobian; NULL: there was none */
+    double *at;             /* [n_unknowns] x of the last evaluation */
+    enum fit_holds held_at; /* what is still that of x = at */
+    size_t runs;            /* predictor evaluations so far */
+    bool stop;              /* set by the caller or by Ctrl-C */
     bool (*interrupted)(void *context); /* asked before every evaluation, besides Ctrl-C; may be NULL */
     void *context;
     double prior_scale;  /* ≥ 1, see fit_problem_weigh_priors() */
@@ -123,6 +131,8 @@ void fit_problem_make_jacobian(struct fit_problem *p);
 /* Begin a stage: window, weights, and the reduced space rebuilt at x. */
 enum bf_status fit_problem_stage(struct fit_problem *p, double decay_ps, double floor, const double x[],
                                  struct bf_error *err);
+/* Of a stage without a floor: the least that such a floor would leave of a channel's weights. */
+double fit_problem_floor_part(const struct fit_problem *p, double floor);
 /* On failure the reduced space is that of the last base again. */
 enum bf_status fit_problem_rebase(struct fit_problem *p, const double x[], struct bf_error *err);
 /* The same, and each measured frequency goes to the mode that is nearest now; as at the beginning of a stage. */
@@ -145,7 +155,9 @@ void fit_problem_rescale(struct fit_problem *p, double x[]);
 void fit_problem_hold(struct fit_problem *p, size_t i, bool held);
 bool fit_problem_interrupted(const struct fit_problem *p);
 
-/* Fills residual, fitted (and jacobian). data_square: ½‖data rows‖². BF_NUMERIC when there is no value at x. */
+/* The last evaluation was at x, to rounding, and holds. */
+bool fit_problem_holds(const struct fit_problem *p, const double x[]);
+/* Fills residual, fitted (and jacobian), unless they hold. data_square: ½‖data rows‖². BF_NUMERIC when there is no value at x. */
 enum bf_status fit_problem_evaluate(struct fit_problem *p, const double x[], bool with_jacobian, double *data_square,
                                     struct bf_error *err);
 /*
@@ -159,7 +171,7 @@ enum bf_status fit_problem_evaluate(struct fit_problem *p, const double x[], boo
  * evaluation without derivatives. The scale is 1 where x has no value.
  */
 void fit_problem_weigh_priors(struct fit_problem *p, const double x[]);
-/* The stage of whole records without a floor at x, its priors weighed there. */
+/* The stage of whole records without a floor at x, its priors weighed there. Nothing where the problem is in it and holds x. */
 enum bf_status fit_problem_whole(struct fit_problem *p, const double x[], struct bf_error *err);
 /* That scale at the last evaluation, with or without priors: how many times the data say the same, ≥ 1. */
 double fit_problem_form_scale(const struct fit_problem *p);

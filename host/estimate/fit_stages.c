@@ -72,6 +72,8 @@ enum bf_status staircase_last(struct fit_problem *p, const struct staircase *sta
     static const double same_scale = 0.1;
     enum bf_status status = fit_problem_whole(p, x, err);
     int values = 0, derivatives = 0;
+    const double limit = p->rebase_limit;
+    p->rebase_limit = unmoved; /* a space made where a derivative is taken spares a round of derivatives */
     for (int round = 0; round < stairs->rounds && !status; round++) {
         struct optimise_options options = {
             .iterations = stairs->iterations, .tolerance = 1e-4, .give_up_above = give_up_above(p)};
@@ -90,6 +92,7 @@ enum bf_status staircase_last(struct fit_problem *p, const struct staircase *sta
         if (moved)
             status = fit_problem_pair(p, x, err);
     }
+    p->rebase_limit = limit;
     out->values = values, out->derivatives = derivatives;
     return status;
 }
@@ -98,18 +101,25 @@ enum bf_status staircase_last(struct fit_problem *p, const struct staircase *sta
  * An early window only has to bring x to where the next converges, and a model that lacks something must not be driven
  * by the little it cannot explain: the floor caps the weights at a share of the signal.
  */
-enum bf_status staircase_step(struct fit_problem *p, double decay_ps, int iterations, double x[],
-                              struct optimise_result *out, struct bf_error *err)
+static enum bf_status step_until(struct fit_problem *p, double decay_ps, double enough, int iterations, double x[],
+                                 struct optimise_result *out, struct bf_error *err)
 {
     fit_problem_rescale(p, x);
     enum bf_status status = fit_problem_stage(p, decay_ps, floor_share, x, err);
-    const struct optimise_options options = {.iterations = iterations, .tolerance = 1e-2, .relative = 1e-2};
+    const struct optimise_options options = {
+        .iterations = iterations, .tolerance = 1e-2, .relative = 1e-2, .enough = 0.5 * p->noise_rows * enough * enough};
     const struct least_squares view = fit_problem_view(p);
     if (!status)
         fit_problem_weigh_priors(p, x);
     if (!status)
         status = optimise_local(&view, &options, x, out, err);
     return status;
+}
+
+enum bf_status staircase_step(struct fit_problem *p, double decay_ps, int iterations, double x[],
+                              struct optimise_result *out, struct bf_error *err)
+{
+    return step_until(p, decay_ps, 0.0, iterations, x, out, err);
 }
 
 /* What is explained to below the floor can be stretched further. */
@@ -140,7 +150,7 @@ double staircase_misfit(const struct fit_problem *p)
 static enum bf_status careful_step(struct fit_problem *p, double decay_ps, double x[], struct optimise_result *out,
                                    double *misfit, struct bf_error *err)
 {
-    enum bf_status status = staircase_step(p, decay_ps, STEP_ITERATIONS, x, out, err);
+    enum bf_status status = step_until(p, decay_ps, 1.0, STEP_ITERATIONS, x, out, err);
     *misfit = HUGE_VAL;
     if (status || out->end == OPTIMISE_INTERRUPTED)
         return status;
@@ -206,8 +216,8 @@ static enum bf_status look_ahead(struct fit_problem *p, const struct staircase *
         misfit = staircase_misfit(p);
         if (misfit <= 1.0)
             explained_until(p, w, s, x);
-        if (misfit <= converges)
-            w->s = misfit <= 1.0 ? s / usual_factor : s;
+        if (misfit <= converges) /* after the last one come whole records */
+            w->s = misfit <= 1.0 || !is_window(stairs, s / usual_factor) ? s / usual_factor : s;
     }
     return status == BF_NUMERIC ? BF_OK : status; /* a motion without bound is not near */
 }

@@ -82,22 +82,44 @@ void starts_to_x(struct fit_problem *p, const double theta[], double x[])
     fit_problem_rescale(p, x);
 }
 
+static const double floor_share = 0.02, vanished = 0.1; /* of the signal; in floors */
+
+/* Root mean square that a row changes by with ln θ. */
+static double size_of(const struct fit_problem *p, size_t i)
+{
+    return dense_norm(p->n_jacobian, p->jacobian + i * p->n_jacobian) / sqrt((double)p->n_rows);
+}
+
+static bool can_vanish(const struct fit_problem *p, size_t i)
+{
+    return p->unknowns[i].logarithmic && p->refs[p->unknowns[i].ref].role != ROLE_EFFECT;
+}
+
+bool starts_none_vanished(const struct fit_problem *p, const double x[])
+{
+    if (p->shares != NULL || p->held_at != HOLDS_JACOBIAN || !fit_problem_holds(p, x))
+        return false;
+    const double part = fit_problem_floor_part(p, floor_share);
+    bool none = true;
+    for (size_t i = 0; i < p->n_unknowns && none; i++)
+        none = !can_vanish(p, i) || part * size_of(p, i) > vanished;
+    return none;
+}
+
 enum bf_status starts_restore_vanished(struct fit_problem *p, double theta[], struct bf_error *err)
 {
-    static const double floor = 0.02, vanished = 0.1, restored = 0.5, most = 1e6; /* vanished, restored: in floors */
+    static const double restored = 0.5, most = 1e6; /* restored: in floors */
     double square, *x = bf_alloc(p->n_unknowns + 1, sizeof *x);
     starts_to_x(p, theta, x);
-    enum bf_status status = fit_problem_stage(p, 0.0, floor, x, err);
+    enum bf_status status = fit_problem_stage(p, 0.0, floor_share, x, err);
     if (!status)
         status = fit_problem_evaluate(p, x, true, &square, err);
     for (size_t i = 0; i < p->n_unknowns && !status; i++) {
-        const struct unknown *u = &p->unknowns[i];
-        const enum parameter_role role = p->refs[u->ref].role;
-        const double size = dense_norm(p->n_jacobian, p->jacobian + i * p->n_jacobian) / sqrt((double)p->n_rows);
-        if (!u->logarithmic || role == ROLE_EFFECT || size > vanished)
+        const size_t r = p->unknowns[i].ref;
+        if (!can_vanish(p, i) || size_of(p, i) > vanished)
             continue;
-        const double factor = fmin(restored / size, most);
-        theta[u->ref] *= role == ROLE_EI ? 1.0 / factor : factor;
+        const double factor = fmin(restored / size_of(p, i), most);
+        theta[r] *= p->refs[r].role == ROLE_EI ? 1.0 / factor : factor;
     }
     free(x);
     return status;

@@ -27,6 +27,8 @@ void starts_to_x(struct fit_problem *p, const double theta[], double x[]);
  * parameters of effects are left alone. Cost: one Jacobian.
  */
 enum bf_status starts_restore_vanished(struct fit_problem *p, double theta[], struct bf_error *err);
+/* The problem, in the stage of whole records, has a Jacobian at x[n_unknowns] that says that nothing would be restored. */
+bool starts_none_vanished(const struct fit_problem *p, const double x[]);
 
 enum { GRID_VALUES = 26 };
 

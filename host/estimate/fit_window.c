@@ -8,12 +8,33 @@
 #include "fit_shares.h"
 #include "maths/maths.h"
 
+/* Root mean square of what was measured from the onset on, as the weights have it. */
+static double weighed_rms(const struct fit_problem *p, size_t c)
+{
+    const struct predict_channel *channel = &p->channels[c];
+    const double *w = p->weight + channel->row;
+    double square = 0.0, sum = 0.0;
+    for (size_t k = 0; k < channel->n; k++)
+        if ((double)k * channel->dt_s >= p->drives[channel->record].onset_s) {
+            square += w[k] * w[k] * channel->measured[k] * channel->measured[k];
+            sum += w[k] * w[k];
+        }
+    return sum > 0.0 ? sqrt(square / sum) : 0.0;
+}
+
+double fit_problem_floor_part(const struct fit_problem *p, double floor)
+{
+    double least = 1.0;
+    for (size_t c = 0; c < p->n_channels; c++)
+        least = fmin(least, p->sigma[c] / hypot(p->sigma[c], floor * weighed_rms(p, c)));
+    return least;
+}
+
 /* Rows of one channel: the decay, and the floor that keeps model error from dominating early stages. */
 static void weigh_channel(struct fit_problem *p, size_t c)
 {
     const struct predict_channel *channel = &p->channels[c];
     double *w = p->weight + channel->row;
-    double square = 0.0, sum = 0.0;
     for (size_t k = 0; k < channel->n; k++) {
         const double t = (double)k * channel->dt_s - p->drives[channel->record].onset_s;
         if ((double)k * channel->dt_s >= p->horizon_s[channel->record]) {
@@ -22,13 +43,8 @@ static void weigh_channel(struct fit_problem *p, size_t c)
         }
         p->n_used++;
         w[k] = t > 0.0 && p->decay_ps > 0.0 ? exp(-p->decay_ps * t) : 1.0;
-        if (t >= 0.0) {
-            square += w[k] * w[k] * channel->measured[k] * channel->measured[k];
-            sum += w[k] * w[k];
-        }
     }
-    const double rms = sum > 0.0 ? sqrt(square / sum) : 0.0;
-    double sigma = sqrt(p->sigma[c] * p->sigma[c] + p->floor * p->floor * rms * rms);
+    double sigma = hypot(p->sigma[c], p->floor * weighed_rms(p, c));
     if (!(sigma > 0.0))
         sigma = 1.0; /* a channel of zeros says nothing about scale */
     for (size_t k = 0; k < channel->n; k++)
@@ -64,7 +80,7 @@ static enum bf_status rebase_to(struct fit_problem *p, const double theta[], enu
 static enum bf_status rebase(struct fit_problem *p, const double x[], enum reason reason, struct bf_error *err)
 {
     struct bf_error ignored;
-    p->at_valid = false;
+    p->held_at = HOLDS_NOTHING;
     fit_problem_to_theta(p, x, p->theta);
     enum bf_status status = rebase_to(p, p->theta, reason, err);
     if (status == BF_OK) {
@@ -140,6 +156,7 @@ static void weigh_rows(struct fit_problem *p)
     p->weight = bf_grow(p->weight, p->n_rows, sizeof *p->weight);
     p->residual = bf_grow(p->residual, p->n_rows, sizeof *p->residual);
     p->n_used = 0;
+    memcpy(p->weighed_s, p->horizon_s, p->n_records * sizeof *p->weighed_s);
     for (size_t k = p->n_sample_rows; k < p->n_rows; k++)
         p->weight[k] = 0.0;
     weigh_lines(p);

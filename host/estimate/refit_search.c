@@ -346,9 +346,10 @@ static enum bf_status take_best(struct refit_search *t, const struct best_end *b
     enum bf_status status = fit_problem_whole(p, x, err);
     if (!status && t->stairs.gentle && !fit_problem_interrupted(p))
         status = best_raise_vanished(p, &t->stairs, x, found, err);
-    if (!status)
+    const bool more = !explained(best); /* at the noise no other start is worth a prediction */
+    if (!status && more)
         status = from_start(t, t->theta0, x, found, err);
-    for (size_t k = 0; k < t->n_starts && !status; k++)
+    for (size_t k = 0; k < t->n_starts && !status && more; k++)
         status = from_start(t, t->starts + k * p->n_refs, x, found, err);
     return status;
 }

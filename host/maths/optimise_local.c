@@ -277,9 +277,30 @@ static enum bf_status arrive(struct search *s, double before, struct bf_error *e
     return linearise(s, err);
 }
 
+static bool is_enough(const struct search *s)
+{
+    return s->options.enough > 0.0 && s->out->half_square <= s->options.enough;
+}
+
+/* Nothing to be done at the start. */
+static enum bf_status enough_there(struct search *s, bool *enough, struct bf_error *err)
+{
+    *enough = false;
+    if (!(s->options.enough > 0.0))
+        return BF_OK;
+    s->out->values++;
+    const enum bf_status status = s->problem->value(s->problem->context, s->x, &s->out->half_square, err);
+    *enough = !status && is_enough(s);
+    return status;
+}
+
 static enum bf_status descend(struct search *s, struct bf_error *err)
 {
-    enum bf_status status = linearise(s, err);
+    bool enough;
+    enum bf_status status = enough_there(s, &enough, err);
+    if (status || enough)
+        return status;
+    status = linearise(s, err);
     s->out->end = OPTIMISE_ITERATIONS;
     for (int i = 0; i < s->options.iterations && !status; i++) {
         if (small_enough(s)) {
@@ -295,6 +316,10 @@ static enum bf_status descend(struct search *s, struct bf_error *err)
         status = try_step(s, &moved, err);
         if (!status && !moved && s->radius < 1e-10) {
             s->out->end = OPTIMISE_STALLED;
+            break;
+        }
+        if (!status && moved && is_enough(s)) {
+            s->out->end = OPTIMISE_CONVERGED;
             break;
         }
         if (!status && moved)

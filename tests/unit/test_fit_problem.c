@@ -113,6 +113,70 @@ static void projection_equals_the_joint_solution(void **state)
     record_free(&records[0]);
 }
 
+/*
+ * What holds is not computed again: the same x, a strength in another unit, whole records once more. Other rows, and another x, are.
+ */
+static void what_holds_is_not_computed_again(void **state)
+{
+    (void)state;
+    struct bf_error err;
+    struct record record;
+    struct model model;
+    struct predictor *predictor;
+    struct parameter_ref *refs;
+    struct fit_problem p;
+    double sigma[2], x[16], value, again;
+    const char *names[1] = {"tap.csv"};
+    seed = 22;
+    make_record(names[0], 0.02, 1.0, &record, sigma);
+    make_model_with(&handbook, "\n  - {kind: point_mass, mass_kg: 0.001, at_m: 0.3}", &model);
+    assert_int_equal(predictor_new(&model, &record, 1, NULL, &predictor, &err), BF_OK);
+    const size_t n_refs = model_parameters(&model, names, 1, &refs);
+    assert_int_equal(fit_problem_new(&p, &model, predictor, &record, 1, names, refs, n_refs, sigma, &err), BF_OK);
+    fit_problem_to_x(&p, p.theta, x);
+    assert_int_equal(fit_problem_whole(&p, x, &err), BF_OK);
+    assert_int_equal(fit_problem_evaluate(&p, x, true, &value, &err), BF_OK);
+    const size_t runs = p.runs;
+
+    size_t mass = 0;
+    while (p.refs[p.unknowns[mass].ref].role != ROLE_EFFECT)
+        mass++;
+    p.unknowns[mass].least_scale *= 7.0; /* the unit must become larger */
+    const double unit = p.unknowns[mass].scale, in_units = x[mass];
+    fit_problem_rescale(&p, x);
+    assert_true(p.unknowns[mass].scale > 2.0 * unit);
+    assert_near(x[mass] * p.unknowns[mass].scale, in_units * unit, 1e-12 * fabs(in_units * unit));
+    assert_int_equal(fit_problem_whole(&p, x, &err), BF_OK);
+    assert_int_equal(fit_problem_evaluate(&p, x, true, &again, &err), BF_OK);
+    assert_int_equal(p.runs, runs);
+    assert_true(again == value);
+
+    p.held_at = HOLDS_NOTHING;
+    double *rescaled = bf_alloc(p.n_rows * p.n_unknowns, sizeof *rescaled);
+    memcpy(rescaled, p.jacobian, p.n_rows * p.n_unknowns * sizeof *rescaled);
+    assert_int_equal(fit_problem_evaluate(&p, x, true, &again, &err), BF_OK);
+    assert_int_equal(p.runs, runs + 1);
+    for (size_t i = 0; i < p.n_unknowns; i++)
+        for (size_t k = 0; k < p.n_rows; k++)
+            assert_near(rescaled[i * p.n_rows + k], p.jacobian[i * p.n_rows + k],
+                        1e-9 * dense_norm(p.n_rows, p.jacobian + i * p.n_rows));
+
+    p.horizon_s[0] = 0.5 * (double)record.n * record.dt_s;
+    assert_int_equal(fit_problem_whole(&p, x, &err), BF_OK);
+    assert_int_equal(fit_problem_evaluate(&p, x, false, &again, &err), BF_OK);
+    assert_true(again < value && p.n_used < p.n_rows);
+    x[0] += 1e-9;
+    const size_t before = p.runs;
+    assert_int_equal(fit_problem_evaluate(&p, x, false, &again, &err), BF_OK);
+    assert_int_equal(p.runs, before + 1);
+    free(rescaled);
+    fit_problem_free(&p);
+    free(refs);
+    predictor_free(predictor);
+    model_free(&model);
+    record_free(&record);
+}
+
 /* Of some lengths (L/s)·s is one unit of the last digit more than L: nothing may lie beyond the end for that. */
 static void a_bound_is_reached_and_not_passed(void **state)
 {
@@ -136,9 +200,8 @@ static void a_bound_is_reached_and_not_passed(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_projected_gradient_is_the_gradient),
-        cmocka_unit_test(so_it_is_with_laws),
-        cmocka_unit_test(projection_equals_the_joint_solution),
+        cmocka_unit_test(the_projected_gradient_is_the_gradient), cmocka_unit_test(so_it_is_with_laws),
+        cmocka_unit_test(projection_equals_the_joint_solution),   cmocka_unit_test(what_holds_is_not_computed_again),
         cmocka_unit_test(a_bound_is_reached_and_not_passed),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

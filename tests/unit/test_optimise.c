@@ -123,6 +123,25 @@ static void what_is_above_the_noise_ends_a_descent(void **state)
     assert_int_equal(other.derivatives, end.derivatives);
 }
 
+/* What is enough is not looked at closer: one derivative less, and none where the start is enough already. */
+static void enough_ends_a_descent_without_another_derivative(void **state)
+{
+    (void)state;
+    struct bf_error err;
+    struct problem p = {.m = 3, .n = 2, .residual = unexplained};
+    const struct least_squares problem = view(&p, NULL, NULL);
+    struct optimise_result end, enough;
+    double x[2] = {3.0, -2.0}, there[2] = {3.0, -2.0};
+    assert_int_equal(optimise_local(&problem, NULL, x, &end, &err), BF_OK);
+    const struct optimise_options options = {.enough = 1.001 * end.half_square};
+    assert_int_equal(optimise_local(&problem, &options, there, &enough, &err), BF_OK);
+    assert_int_equal(enough.end, OPTIMISE_CONVERGED);
+    assert_true(enough.half_square <= options.enough && enough.derivatives < end.derivatives);
+    assert_int_equal(optimise_local(&problem, &options, there, &enough, &err), BF_OK);
+    assert_int_equal(enough.derivatives, 0);
+    assert_int_equal(enough.values, 1);
+}
+
 /* With x₀ ≤ 0.8 the minimum lies on the bound: r₁ = 0.2, x₁ = 0.64. */
 static void a_bound_is_kept_and_reached(void **state)
 {
@@ -384,6 +403,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(rosenbrock_is_solved),
         cmocka_unit_test(what_is_above_the_noise_ends_a_descent),
+        cmocka_unit_test(enough_ends_a_descent_without_another_derivative),
         cmocka_unit_test(a_bound_is_kept_and_reached),
         cmocka_unit_test(a_null_direction_is_not_moved),
         cmocka_unit_test(far_bounds_do_not_fake_convergence),
