@@ -108,5 +108,7 @@ enum bf_status diagnose_single_places(struct diagnose_state *w, double span, str
         h->places_tried = true;
         n++;
     }
+    for (size_t k = 0; k < jobs.n; k++)
+        jobs.job[k].to_the_end = false; /* where another takes most of the misfit, no set grows from what takes nothing */
     return diagnose_try(w, jobs.job, jobs.n, status, span);
 }

@@ -153,7 +153,23 @@ static bool run_job(struct refit_queue *queue, struct refit_job *job, int thread
     return found;
 }
 
-/* χ²/n that is far above what the best refit with as many effects leaves, or above what the job is of any use at. */
+static double lower(double limit, double other)
+{
+    return other > 0.0 && (limit == 0.0 || other < limit) ? other : limit;
+}
+
+/* χ²/n above which an effect alone takes next to nothing, where another takes most; 0: none does. */
+static double next_to_nothing(const struct diagnosis *d, double best)
+{
+    static const double most = 0.5, nothing = 0.1; /* of the power */
+    const double before = d->baseline.fit.chi2_per_row;
+    return best > 0.0 && best <= (1.0 - most) * before ? (1.0 - nothing) * before : 0.0;
+}
+
+/*
+ * χ²/n that is far above what the best refit with as many effects leaves, or above what the job is of any use at. Half of the evaluations of a beam that
+ * lacks one effect were for the last digits of what others leave, which is what was there without them.
+ */
 static double abandon_limit(const struct diagnosis *d, const struct refit_job *job)
 {
     const size_t n_effects = job->n_effects;
@@ -163,8 +179,8 @@ static double abandon_limit(const struct diagnosis *d, const struct refit_job *j
         if (d->hypotheses[i].n_effects == n_effects && (best == 0.0 || left < best))
             best = left;
     }
-    const double far = diagnose_worth * diagnose_worth * best, useless = job->useless * job->useless;
-    return useless > 0.0 && (far == 0.0 || useless < far) ? useless : far;
+    const double limit = lower(diagnose_worth * diagnose_worth * best, job->useless * job->useless);
+    return n_effects == 1 ? lower(limit, next_to_nothing(d, best)) : limit;
 }
 
 static void *work(void *argument)

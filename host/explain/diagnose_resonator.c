@@ -32,7 +32,8 @@ static const struct resonator_limits {
     double outdone;     /* times what a free linear model leaves: what leaves more may have missed a mode */
     double
         as_well; /* times what it leaves: a free linear model that leaves no more has found the modes that there are */
-    double near; /* of a frequency: so near it a pole of the free linear model is that mode */
+    double beaten;  /* of what a free linear model leaves, and of the noise: no refit leaves less */
+    double near;    /* of a frequency: so near it a pole of the free linear model is that mode */
     double in_band; /* of the Nyquist frequency: up to here a mode in the records is seen */
 } limits = {.lead = 0.89,
             .spare = 1.1,
@@ -45,6 +46,7 @@ static const struct resonator_limits {
             .takes = 0.25,
             .outdone = 2.0,
             .as_well = 1.1,
+            .beaten = 0.9,
             .near = 0.1,
             .in_band = 0.8};
 enum { FREQUENCIES = 8, PLACES = 2 };
@@ -238,11 +240,20 @@ static double most_left(const struct beam_effect *effect, const struct others *o
     return pow(limits.lead, effect->n_parameters - 1) * others->least;
 }
 
+/* What others explain it would have to outdo by so much that not even the noise would be left, nor what the best free linear model leaves. */
+static bool cannot_stand_out(const struct diagnosis *d, const struct beam_effect *effect, const struct others *others)
+{
+    const double floor = d->attainable.modes > 0 ? fmin(diagnose_floor(d), 1.0) : 0.0;
+    return others->explains && most_left(effect, others) < limits.beaten * floor;
+}
+
 static void try_all(struct diagnose_state *w, const struct hypothesis *from, const struct beam_effect *effect)
 {
     struct start starts[FREQUENCIES * PLACES];
     const size_t n = lay_starts(w->d->model, effect, w->d->mode_Hz, w->d->n_modes, places, starts);
     const struct others others = others_leave(w->d);
+    if (cannot_stand_out(w->d, effect, &others))
+        return;
     refit_starts(w, from, effect, limits.part, starts, n, 0, limits.spare * fmax(most_left(effect, &others), 1.0));
 }
 
