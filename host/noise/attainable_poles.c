@@ -50,11 +50,11 @@ static enum bf_status fill_derivative(const struct attainable_problem *p, const 
                                       const double x[], double V[], struct bf_error *err)
 {
     const size_t m = p->m, block = attainable_block(p);
-    double *c = bf_alloc(2 * m, sizeof *c);
     enum bf_status status = BF_OK;
     for (size_t q = 0; q < s->n_parts && status == BF_OK; q++) {
         const struct attainable_part *part = &s->parts[q];
         const size_t states = part->rows->n_states, extra = states + part->rows->n_residues;
+        double *c = bf_alloc(states + 1, sizeof *c);
         const size_t n_sources = part->record->n_sources;
         for (size_t i = 0; i < n_sources; i++)
             for (size_t k = 0; k < m; k++)
@@ -63,8 +63,8 @@ static enum bf_status fill_derivative(const struct attainable_problem *p, const 
         status = find_states(p, s, part, c, err);
         for (size_t k = 0; k < m && states > 0; k++)
             add_pair(part, x + 2 * k, c + 2 * k, 2 * k, extra + 2 * (n_sources * m + k), s->n, V, k);
+        free(c);
     }
-    free(c);
     return status;
 }
 

@@ -42,6 +42,8 @@ struct attainable_record {
     bool moving;        /* does not begin at rest */
     bool periodic;      /* one period of a steady state */
     double dt_s, window_rate;
+    size_t n_rings; /* recorder_rings() */
+    double complex ring[RECORDER_RINGS];
     bool open, measured;       /* on its line, see attainable_open(); its channels, too */
     struct response_grid grid; /* of lead + n + after samples, while open */
     size_t n_sources, n_data;
@@ -51,7 +53,7 @@ struct attainable_record {
 
 /*
  * The rows of a record compressed: R of X = Q R with columns [states, residues, extra, measured]. What is orthogonal to
- * the states starts at row n_states. extra: derivatives of the pole columns, or measured channels seen through the poles.
+ * the states, a pair of columns for each pair of poles and then those of a recorder that rings, starts at row n_states. extra: derivatives of the pole columns, or measured channels seen through the poles.
  */
 struct attainable_rows {
     size_t n, n_states, n_residues, n_extra;

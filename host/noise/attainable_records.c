@@ -70,6 +70,7 @@ static struct attainable_record cut(const struct attainable_record *whole, size_
     r.n = to - from;
     r.first = from == 0;
     r.moving = whole->moving || from > 0;
+    r.n_rings = from > 0 ? 0 : whole->n_rings;
     r.lead = from < GUARD ? from : GUARD;
     r.after = whole->n - to < GUARD ? whole->n - to : GUARD;
     r.sources = bf_alloc(r.n_sources + 1, sizeof *r.sources);
@@ -109,6 +110,7 @@ void attainable_add_record(struct attainable_problem *p, const struct model *mod
     whole.moving = whole.moving && !whole.periodic;
     for (size_t i = 0; i < model->n_inputs && !decay; i++)
         add_input(p, model, record, i, &whole);
+    whole.n_rings = recorder_rings(record, whole.ring);
     add_pieces(p, &whole);
     free(whole.sources), free(whole.data);
 }

@@ -88,6 +88,20 @@ static void put_states(struct sheet *s, const double x[2], size_t column, size_t
     }
 }
 
+/* Of the recorder's filter, from `column` on. */
+static void put_rings(struct sheet *s, size_t column)
+{
+    static const double silent = 1e-18;
+    const struct attainable_record *record = s->record;
+    for (size_t i = 0; i < record->n_rings; i++) {
+        const double complex step = cexp(record->ring[i / 2]);
+        double *const x = s->X + (column + i) * s->rows;
+        double complex z = 1.0;
+        for (size_t k = 0; k < record->n && cabs(z) > silent; k++, z *= step) /* the rest is zero */
+            x[k] = i % 2 == 0 ? creal(z) : cimag(z);
+    }
+}
+
 /* ---- One record ---- */
 
 static enum bf_status fill(const struct attainable_problem *p, const double x[], enum attainable_extra extra,
@@ -105,6 +119,7 @@ static enum bf_status fill(const struct attainable_problem *p, const double x[],
     }
     for (size_t k = 0; k < p->m && record->moving; k++, next += derivatives ? 2 : 0)
         put_states(s, x + 2 * k, 2 * k, derivatives ? next : 0);
+    put_rings(s, 2 * p->m);
     for (size_t d = 0; d < record->n_data && extra == EXTRA_MEASURED; d++)
         for (size_t k = 0; k < p->m && status == BF_OK; k++, next += 2)
             status = put_pair(s, record->data[d].Y, x + 2 * k, next, 0, err);
@@ -138,10 +153,10 @@ static enum bf_status compress(const struct attainable_problem *p, const double 
     enum bf_status status = attainable_open(record, extra == EXTRA_MEASURED, err);
     if (status != BF_OK)
         return status;
-    const size_t pairs = 2 * p->m, states = record->moving ? pairs : 0;
+    const size_t pairs = 2 * p->m, moving = record->moving ? pairs : 0, states = moving + record->n_rings;
     *rows = (struct attainable_rows){.n_states = states, .n_residues = record->n_sources * attainable_block(p)};
     if (extra == EXTRA_DERIVATIVES)
-        rows->n_extra = record->n_sources * pairs + states;
+        rows->n_extra = record->n_sources * pairs + moving;
     else if (extra == EXTRA_MEASURED)
         rows->n_extra = record->n_data * pairs;
     rows->n = states + rows->n_residues + rows->n_extra + record->n_data;

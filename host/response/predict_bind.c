@@ -22,6 +22,7 @@ static enum bf_status bind_record(struct predictor *p, size_t r, struct bf_error
                                                : "a spectrum without phase has no motion in it");
     *plan = (struct record_plan){.record = record, .first_channel = p->n_channels};
     plan->recorder = recorder_filter_read(record);
+    plan->n_rings = recorder_rings(record, plan->ring);
     plan->free_decay = record_is_free_decay(record);
     plan->periodic = record_is_periodic(record);
     plan->input = bf_alloc(p->model.n_inputs, sizeof *plan->input);

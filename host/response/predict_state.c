@@ -44,10 +44,15 @@ bool filter_remembers(const struct predictor *p, size_t e, size_t output)
            not_zero(filter.value.a1);
 }
 
+size_t recorder_unknowns(const struct predictor *p, size_t record)
+{
+    return p->plans[record].n_channels * p->plans[record].n_rings;
+}
+
 static size_t filter_unknowns(const struct predictor *p, size_t record)
 {
     const struct record_plan *plan = &p->plans[record];
-    size_t n = 0;
+    size_t n = recorder_unknowns(p, record);
     for (size_t c = 0; c < plan->n_channels; c++)
         for (size_t e = 0; e < p->model.n_effects; e++)
             n += filter_remembers(p, e, p->channels[plan->first_channel + c].output);

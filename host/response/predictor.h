@@ -27,6 +27,8 @@ struct record_plan {
     bool free_decay;
     bool periodic; /* one period of a steady state, never cut by a window */
     struct recorder_filter recorder;
+    size_t n_rings; /* recorder_rings() */
+    double complex ring[RECORDER_RINGS];
     double complex *A;         /* [m] of that filter; NULL: not stated, or inputs are held */
     const double **input;      /* [n_inputs] column of the record or NULL */
     size_t *source;            /* [n_inputs] where the input acts in this record: index into predictor->inputs */
@@ -280,6 +282,8 @@ size_t state_unknowns(const struct predictor *p, size_t record);
 size_t state_modes_of(const struct predictor *p, size_t record);
 /* Terms of a free beam's motion as a whole, in each channel. */
 enum { WHOLE_TERMS = 3 };
+/* Of the recorder's filter, n_rings on each channel. */
+size_t recorder_unknowns(const struct predictor *p, size_t record);
 size_t whole_unknowns(const struct predictor *p, size_t record);
 /* The prediction is not linear in initial states: what the laws and maps do depends on them. */
 bool states_bend(const struct predictor *p);

@@ -9,7 +9,7 @@
 
 /* 1/A is bounded by about 1/(2 √this): what the filter has taken out cannot be brought back. */
 static const double inverse_floor = 0.01;
-enum { HIGHEST_ORDER = 24 };
+enum { HIGHEST_ORDER = 2 * RECORDER_RINGS };
 
 /* "Butterworth order N at F Hz…", whatever the locale. */
 static bool read_filter(const char *text, long *order, double *corner_Hz)
@@ -41,21 +41,34 @@ struct recorder_filter recorder_filter_read(const struct record *record)
     return filter;
 }
 
+/* Relative to the corner; the upper half of the left half circle comes first. */
+static double complex butterworth_pole(const struct recorder_filter *filter, size_t i)
+{
+    return cexp(CMPLX(0.0, acos(-1.0) * (0.5 + (2.0 * (double)i + 1.0) / (2.0 * filter->order))));
+}
+
 /* Butterworth low-pass at s relative to its corner: H(s) H(−s) = 1/(1 + (−s²)^n). */
 static double complex butterworth(const struct recorder_filter *filter, double complex s)
 {
-    const double pi = acos(-1.0);
     double complex result = 1.0, square = -s * s;
     if (filter->twice) {
         for (int i = 0; i < filter->order; i++)
             result *= square;
         return 1.0 / (1.0 + result);
     }
-    for (int k = 0; k < filter->order; k++) {
-        double angle = pi * (0.5 + (2.0 * k + 1.0) / (2.0 * filter->order));
-        result /= s - cexp(CMPLX(0.0, angle)); /* the product of −poles is 1 */
-    }
+    for (int k = 0; k < filter->order; k++)
+        result /= s - butterworth_pole(filter, (size_t)k); /* the product of −poles is 1 */
     return result;
+}
+
+size_t recorder_rings(const struct record *record, double complex poles[RECORDER_RINGS])
+{
+    const struct recorder_filter filter = recorder_filter_read(record);
+    if (!record_is_free_decay(record) || filter.twice)
+        return 0;
+    for (int i = 0; 2 * i < filter.order; i++)
+        poles[i] = 2.0 * acos(-1.0) * filter.corner_samples * butterworth_pole(&filter, (size_t)i);
+    return (size_t)filter.order;
 }
 
 double complex *recorder_line(const struct recorder_filter *filter, const struct response_grid *grid,

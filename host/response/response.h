@@ -31,6 +31,15 @@ enum bf_status intersample_from_text(const char *text, enum intersample *out, st
 bool record_is_driven(const struct model *model, const struct record *record);
 
 /*
+ * RECORDER RINGS — whatever has set the beam moving in a free decay went through the recorder's filter, too, and that rings for some samples more: e^(q k),
+ * k the sample, with an unknown amplitude on each channel. Poles q of the filter that a record of a free decay states (or has been taken to have), 1/sample: one of each pair, and a
+ * real one last. Returns the order, which is the number of real columns that they make: Re and Im of each; 0 where no such filter is stated, or one that ran
+ * forward and backward.
+ */
+enum { RECORDER_RINGS = 12 };
+size_t recorder_rings(const struct record *record, double complex poles[RECORDER_RINGS]);
+
+/*
  * PREDICT — model + inputs of records -> prediction of the outputs, with exact derivatives by every parameter.
  *
  * A predictor is built once for a model's structure and a list of records; then predictor_run() evaluates it at a

@@ -311,6 +311,74 @@ static double value_at(const struct attainable_problem *p, const double x[])
     return value;
 }
 
+static double derivative_at(const struct attainable_problem *p, const double x[], double gradient[])
+{
+    struct attainable_rows *rows = bf_alloc(p->n_records, sizeof *rows);
+    struct bf_error err;
+    double value, gram[4 * MODES * MODES];
+    if (attainable_compress(p, x, EXTRA_DERIVATIVES, rows, &err) != BF_OK ||
+        attainable_derivative(p, x, rows, &value, gradient, gram, &err) != BF_OK)
+        fail_msg("%s", err.text);
+    attainable_rows_free(rows, p->n_records);
+    free(rows);
+    return value;
+}
+
+/* ½χ² a sample at the true poles, and its gradient against differences. */
+static double left_at_the_poles(const struct model *model, const struct record *record)
+{
+    struct attainable_problem p = {.m = MODES, .n_slots = 1, .n_outputs = 2};
+    double x[2 * MODES], gradient[2 * MODES], *noise;
+    struct bf_error err;
+    assert_int_equal(attainable_noise(model, record, 1, &noise, &err), BF_OK);
+    attainable_add_record(&p, model, record, 0, noise);
+    free(noise);
+    for (int m = 0; m < MODES; m++) {
+        x[2 * m] = log(2.0 * M_PI * mode_Hz[m]);
+        x[2 * m + 1] = x[2 * m] + log(damping[m] * 1.02);
+    }
+    const double value = derivative_at(&p, x, gradient);
+    assert_true(fabs(value_at(&p, x) / value - 1.0) < 1e-9);
+    for (int i = 0; i < 2 * MODES; i++) {
+        const double at = x[i], h = 1e-5;
+        x[i] = at + h;
+        double difference = value_at(&p, x);
+        x[i] = at - h;
+        difference = (difference - value_at(&p, x)) / (2.0 * h);
+        x[i] = at;
+        if (fabs(difference - gradient[i]) > 1e-4 * fabs(gradient[i]) + 1e-7 * value / h)
+            fail_msg("derivative %d: %.9g, by differences %.9g", i, gradient[i], difference);
+    }
+    const double samples = (double)p.n_channels * (double)record->n;
+    attainable_problem_free(&p);
+    return value / samples;
+}
+
+/* What set the beam moving still rings in the recorder's filter, which the record states: that is no mode of the beam's. */
+static void a_recorder_that_rings_is_no_mode(void **state)
+{
+    (void)state;
+    static const double corner =
+        0.3; /* of the sampling frequency; Butterworth of order 3: a pair of poles at 120 degrees, and a real one */
+    struct model model = read_model();
+    struct record record = make_record(2, 1.0, 0.0, 34);
+    char text[64];
+    const double before = left_at_the_poles(&model, &record);
+    for (size_t c = 1; c <= 2; c++) {
+        const double size = 5.0 * signal_rms(record.columns[c].x, N);
+        for (size_t k = 0; k < 40; k++) {
+            const double t = 2.0 * M_PI * corner * (double)k;
+            record.columns[c].x[k] += size * (exp(-0.5 * t) * sin(sqrt(0.75) * t + (double)c) + 0.5 * exp(-t));
+        }
+    }
+    assert_true(left_at_the_poles(&model, &record) > 2.0 * before);
+    (void)snprintf(text, sizeof text, "Butterworth order 3 at %.9g Hz", corner / dt);
+    record_add_meta(&record, RECORD_FILTER, text);
+    assert_true(fabs(left_at_the_poles(&model, &record) / before - 1.0) < 0.05);
+    record_free(&record);
+    model_free(&model);
+}
+
 /* Power of the answer to white noise of rms 1, or to what is kept of it, mean over draws. */
 static double answered(int channel, const struct column_noise *cells)
 {
@@ -465,6 +533,7 @@ int main(void)
         cmocka_unit_test(two_records_of_one_beam_end_at_their_noise),
         cmocka_unit_test(what_is_held_out_ends_at_its_noise_unless_its_input_is_wrong),
         cmocka_unit_test(a_free_decay_ends_at_its_noise),
+        cmocka_unit_test(a_recorder_that_rings_is_no_mode),
         cmocka_unit_test(records_that_begin_in_motion_keep_the_floor),
         cmocka_unit_test(an_unknown_level_is_no_misfit),
         cmocka_unit_test(a_cube_stays_above_the_noise),
