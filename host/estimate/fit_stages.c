@@ -216,8 +216,8 @@ static enum bf_status look_ahead(struct fit_problem *p, const struct staircase *
         misfit = staircase_misfit(p);
         if (misfit <= 1.0)
             explained_until(p, w, s, x);
-        if (misfit <= converges) /* after the last one come whole records */
-            w->s = misfit <= 1.0 || !is_window(stairs, s / usual_factor) ? s / usual_factor : s;
+        if (misfit <= converges)
+            w->s = misfit <= 1.0 ? s / usual_factor : s;
     }
     return status == BF_NUMERIC ? BF_OK : status; /* a motion without bound is not near */
 }

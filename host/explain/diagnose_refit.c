@@ -158,12 +158,16 @@ static double lower(double limit, double other)
     return other > 0.0 && (limit == 0.0 || other < limit) ? other : limit;
 }
 
-/* χ²/n above which an effect alone takes next to nothing, where another takes most; 0: none does. */
-static double next_to_nothing(const struct diagnosis *d, double best)
+/*
+ * χ²/n above which a linear effect alone takes next to nothing, where another takes most; 0: none does. A law is still above it when it is half
+ * way to where it takes most (the air's drag on a measured strip).
+ */
+static double next_to_nothing(const struct diagnosis *d, const struct refit_job *job, double best)
 {
     static const double most = 0.5, nothing = 0.1; /* of the power */
     const double before = d->baseline.fit.chi2_per_row;
-    return best > 0.0 && best <= (1.0 - most) * before ? (1.0 - nothing) * before : 0.0;
+    const bool outdone = job->n_effects == 1 && best > 0.0 && best <= (1.0 - most) * before;
+    return outdone && !model_has_law(&job->model) ? (1.0 - nothing) * before : 0.0;
 }
 
 /*
@@ -180,7 +184,7 @@ static double abandon_limit(const struct diagnosis *d, const struct refit_job *j
             best = left;
     }
     const double limit = lower(diagnose_worth * diagnose_worth * best, job->useless * job->useless);
-    return n_effects == 1 ? lower(limit, next_to_nothing(d, best)) : limit;
+    return lower(limit, next_to_nothing(d, job, best));
 }
 
 static void *work(void *argument)
