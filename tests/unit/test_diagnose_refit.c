@@ -170,6 +170,37 @@ static void what_will_be_of_no_use_is_given_up(void **state)
     assert_true(evaluations[0] < evaluations[1]);
 }
 
+/*
+ * Where another effect takes most of the misfit, a linear one that takes next to nothing is given up before it leaves three times as much as the best; not where
+ * none takes most, nor a law, which has a longer way down.
+ */
+static void what_takes_next_to_nothing_is_given_up_beside_what_takes_most(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *effect;
+        double best; /* of the baseline's χ²/n */
+        bool abandoned;
+    } cases[] = {{"{kind: square_root_damping, coefficient_Ns: 1e-3}", 0.4, true},
+                 {"{kind: square_root_damping, coefficient_Ns: 1e-3}", 0.6, false},
+                 {"{kind: quadratic_drag, coefficient_Ns2pm3: 0.05}", 0.4, false}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        struct bench *b = with_mass();
+        struct diagnose_state w = begun(b);
+        struct refit_job first = {
+            .model = make("{kind: point_mass, mass_kg: 1e-3, at_m: 0.3}"), .first_new = 1, .n_effects = 1};
+        diagnose_refits(&w, &first, 1, 0.0);
+        assert_int_equal(b->d.n_hypotheses, 1);
+        b->d.hypotheses[0].fit.chi2_per_row = cases[i].best * b->d.baseline.fit.chi2_per_row;
+        struct refit_job job = {.model = make(cases[i].effect), .first_new = 1, .n_effects = 1};
+        diagnose_refits(&w, &job, 1, 0.0);
+        assert_int_equal(b->d.n_hypotheses, 2);
+        assert_int_equal(b->d.hypotheses[1].fit.abandoned, cases[i].abandoned);
+        state_free(&w);
+        bench_free(b);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -177,6 +208,7 @@ int main(void)
         cmocka_unit_test(what_ends_in_time_is_as_without_a_bound),
         cmocka_unit_test(only_laws_are_bounded),
         cmocka_unit_test(what_will_be_of_no_use_is_given_up),
+        cmocka_unit_test(what_takes_next_to_nothing_is_given_up_beside_what_takes_most),
         cmocka_unit_test(a_refit_without_a_value_is_counted),
         cmocka_unit_test(what_a_linear_model_leaves_at_the_noise_passes_for_linear),
         cmocka_unit_test(what_takes_nothing_is_outdone),
