@@ -344,9 +344,9 @@ static enum bf_status take_best(struct refit_search *t, const struct best_end *b
     p->explained_ps = best->explained_ps;
     memcpy(p->horizon_s, best->horizon_s, p->n_records * sizeof *best->horizon_s);
     enum bf_status status = fit_problem_whole(p, x, err);
-    if (!status && t->stairs.gentle && !fit_problem_interrupted(p))
-        status = best_raise_vanished(p, &t->stairs, x, found, err);
     const bool more = !explained(best); /* at the noise no other start is worth a prediction */
+    if (!status && (more || t->stairs.gentle) && found->end != OPTIMISE_GAVE_UP && !fit_problem_interrupted(p))
+        status = best_raise_vanished(p, &t->stairs, x, found, err);
     if (!status && more)
         status = from_start(t, t->theta0, x, found, err);
     for (size_t k = 0; k < t->n_starts && !status && more; k++)
