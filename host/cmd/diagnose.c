@@ -218,12 +218,12 @@ static enum bf_status run_with(const struct arguments *a, const struct model *mo
  */
 static bool factors_are_doubtful(const struct channel_factors *factors, const struct diagnosis *diagnosis)
 {
-    static const double much = 0.1; /* of the signal */
+    static const double much = 3.0; /* times the noise */
     for (size_t i = 0; i < factors->n; i++)
         if (factors->all[i].kind != FACTOR_CHANNEL)
             return false;
     return factors->n > 0 && diagnosis->verdict == VERDICT_UNKNOWN && !diagnosis->interrupted &&
-           diagnosis->baseline.fitted.nrmse > much;
+           diagnosis->baseline.fitted.noise_ratio > much;
 }
 
 static double left_at_best(const struct diagnosis *diagnosis)
