@@ -73,7 +73,9 @@ enum bf_status staircase_last(struct fit_problem *p, const struct staircase *sta
     enum bf_status status = fit_problem_whole(p, x, err);
     int values = 0, derivatives = 0;
     const double limit = p->rebase_limit;
-    p->rebase_limit = unmoved; /* a space made where a derivative is taken spares a round of derivatives */
+    /* Of a law a derivative costs far more than the space, which, made there, spares a round of them. */
+    if (stairs->gentle)
+        p->rebase_limit = unmoved;
     for (int round = 0; round < stairs->rounds && !status; round++) {
         struct optimise_options options = {
             .iterations = stairs->iterations, .tolerance = 1e-4, .give_up_above = give_up_above(p)};
@@ -84,10 +86,11 @@ enum bf_status staircase_last(struct fit_problem *p, const struct staircase *sta
         if (status || out->end == OPTIMISE_INTERRUPTED || out->end == OPTIMISE_GAVE_UP)
             break;
         const double scale = p->prior_scale;
-        const bool moved = fit_problem_moved(p, x) >= unmoved;
+        const bool moved = fit_problem_moved(p, x) >= unmoved,
+                   unfinished = stairs->gentle && out->end == OPTIMISE_ITERATIONS;
         if (scale > 1.0)
             fit_problem_weigh_priors(p, x);
-        if (!moved && fabs(p->prior_scale - scale) <= same_scale * scale)
+        if (!moved && !unfinished && fabs(p->prior_scale - scale) <= same_scale * scale)
             break;
         if (moved)
             status = fit_problem_pair(p, x, err);

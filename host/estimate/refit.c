@@ -80,6 +80,7 @@ static enum bf_status work_new(struct refit_work *w, const struct model *model, 
                                       .near = options->near,
                                       .predict = predict,
                                       .theta0 = w->theta0,
+                                      .raise_below = options->raise_below,
                                       .n_starts = options->n_starts,
                                       .starts = options->starts};
     w->search.stairs.nats = 2e-3;

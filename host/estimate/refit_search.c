@@ -345,7 +345,8 @@ static enum bf_status take_best(struct refit_search *t, const struct best_end *b
     memcpy(p->horizon_s, best->horizon_s, p->n_records * sizeof *best->horizon_s);
     enum bf_status status = fit_problem_whole(p, x, err);
     const bool more = !explained(best); /* at the noise no other start is worth a prediction */
-    if (!status && (more || t->stairs.gentle) && found->end != OPTIMISE_GAVE_UP && !fit_problem_interrupted(p))
+    const bool near = 2.0 * found->half_square <= t->raise_below * (double)p->n_used;
+    if (!status && (t->stairs.gentle || (more && near)) && !fit_problem_interrupted(p))
         status = best_raise_vanished(p, &t->stairs, x, found, err);
     if (!status && more)
         status = from_start(t, t->theta0, x, found, err);

@@ -18,6 +18,8 @@ struct refit_search {
     double *theta0;         /* [n_refs] where the rest begins */
     size_t n_starts;        /* further starts, on whole records */
     const double *starts;   /* [n_starts][n_refs] */
+    double
+        raise_below; /* χ²/n: what leaves less, but not the noise, is asked whether a parameter has vanished on the way (best_raise_vanished()); laws always are */
     struct predict_options predict;
     struct progress *bar; /* may be NULL */
     size_t tried;         /* out: starts that were tried */

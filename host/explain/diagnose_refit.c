@@ -73,12 +73,14 @@ static double *starts_along(const struct diagnosis *d, const struct model *model
 static bool fit_job(struct refit_queue *queue, struct refit_job *job, int threads, double abandon_above,
                     struct hypothesis *h)
 {
+    static const double takes_most = 0.5; /* of χ²/n without it */
     const struct diagnose_state *w = queue->w;
     const struct diagnosis *d = w->d;
     struct bf_error err;
     struct refit_options options = {.sigma = w->sigma,
                                     .threads = threads,
                                     .abandon_above = abandon_above,
+                                    .raise_below = takes_most * d->baseline.fit.chi2_per_row,
                                     .most_runs = job->most_runs,
                                     .first_new = job->first_new,
                                     .near = job->near,
