@@ -218,12 +218,11 @@ static enum bf_status run_with(const struct arguments *a, const struct model *mo
  */
 static bool factors_are_doubtful(const struct channel_factors *factors, const struct diagnosis *diagnosis)
 {
-    static const double much = 3.0; /* times the noise */
     for (size_t i = 0; i < factors->n; i++)
         if (factors->all[i].kind != FACTOR_CHANNEL)
             return false;
     return factors->n > 0 && diagnosis->verdict == VERDICT_UNKNOWN && !diagnosis->interrupted &&
-           diagnosis->baseline.fitted.noise_ratio > much;
+           diagnose_is_far(&diagnosis->baseline);
 }
 
 static double left_at_best(const struct diagnosis *diagnosis)

@@ -307,8 +307,7 @@ struct refit_options {
     const double *sigma;  /* noise rms per channel in the order of predictor_channels(), > 0; unit of the channel */
     int threads;          /* for records of nonlinear models; 0: 1 */
     double abandon_above; /* χ²/n: stop when ten more steps like the next would not get below it; 0: never */
-    double
-        raise_below; /* χ²/n: what leaves less goes down once more from where no damping has vanished; 0: none does */
+    double raise_below;   /* χ²/n: what leaves less is fitted again with vanished dampings restored; 0: nothing is */
     size_t most_runs; /* evaluations of the prediction, after which it ends as interrupted; 0: as many as it takes */
     bool quick;       /* best start, few steps: good enough to rank, not for values; sd is NaN */
     bool near;        /* the model's values are near the optimum: whole records at once, no other start; sd is NaN */

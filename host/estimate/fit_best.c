@@ -79,9 +79,8 @@ enum bf_status best_raise_vanished(struct fit_problem *p, const struct staircase
 
 enum bf_status best_polish(struct fit_problem *p, double x[], double half_square, double *gain, struct bf_error *err)
 {
-    static const double same = 1e-3; /* the reduced space is exact to second order in this */
     const struct least_squares view = fit_problem_view(p);
-    const double before = fmax(fit_problem_moved(p, x), same);
+    const double before = fmax(fit_problem_moved(p, x), fit_problem_unmoved);
     double *given = bf_alloc(p->n_unknowns, sizeof *given), square = half_square;
     memcpy(given, x, p->n_unknowns * sizeof *given);
     enum bf_status status = optimise_polish(&view, 4, x, gain, err);

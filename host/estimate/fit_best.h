@@ -22,7 +22,7 @@ enum bf_status best_of_tried(struct tried *tried, struct fit_problem *p, const s
 /*
  * A descent that begins with a small damping may leave it where it changes nothing, and its logarithm has no gradient there: whole records once
  * more from where it is seen again (starts_restore_vanished()). The lower of the two ends is left in x and found, as above. Cost: a
- * Jacobian, which none is where the problem holds one that says that nothing has, and the descent where something had vanished.
+ * Jacobian and a descent; nothing where the problem holds a Jacobian that says that nothing has vanished.
  */
 enum bf_status best_raise_vanished(struct fit_problem *p, const struct staircase *stairs, double x[],
                                    struct optimise_result *found, struct bf_error *err);

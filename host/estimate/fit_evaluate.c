@@ -249,7 +249,7 @@ static enum bf_status evaluate_here(struct fit_problem *p, const double x[], boo
 
 bool fit_problem_holds(const struct fit_problem *p, const double x[])
 {
-    static const double rounding = 1e-14;
+    static const double rounding = 1e-14; /* of x: from x to θ and back */
     bool same = p->held_at != HOLDS_NOTHING;
     for (size_t i = 0; i < p->n_unknowns && same; i++)
         same = fabs(x[i] - p->at[i]) <= rounding * fmax(1.0, fabs(x[i]));

@@ -137,6 +137,8 @@ double fit_problem_floor_part(const struct fit_problem *p, double floor);
 enum bf_status fit_problem_rebase(struct fit_problem *p, const double x[], struct bf_error *err);
 /* The same, and each measured frequency goes to the mode that is nearest now; as at the beginning of a stage. */
 enum bf_status fit_problem_pair(struct fit_problem *p, const double x[], struct bf_error *err);
+/* In such moves: the reduced space is exact to second order in this. */
+extern const double fit_problem_unmoved;
 /* Largest move of a structural unknown since the last rebase. */
 double fit_problem_moved(const struct fit_problem *p, const double x[]);
 

@@ -67,15 +67,14 @@ static double give_up_above(const struct fit_problem *p)
 enum bf_status staircase_last(struct fit_problem *p, const struct staircase *stairs, double x[],
                               struct optimise_result *out, struct bf_error *err)
 {
-    static const double unmoved = 1e-3; /* the reduced space is exact to second order in this */
     fit_problem_rescale(p, x);
     static const double same_scale = 0.1;
     enum bf_status status = fit_problem_whole(p, x, err);
     int values = 0, derivatives = 0;
     const double limit = p->rebase_limit;
-    /* Of a law a derivative costs far more than the space, which, made there, spares a round of them. */
+    /* A derivative of a law costs far more than a reduced space; made where it is taken, the space spares another round of derivatives. */
     if (stairs->gentle)
-        p->rebase_limit = unmoved;
+        p->rebase_limit = fit_problem_unmoved;
     for (int round = 0; round < stairs->rounds && !status; round++) {
         struct optimise_options options = {
             .iterations = stairs->iterations, .tolerance = 1e-4, .give_up_above = give_up_above(p)};
@@ -86,7 +85,7 @@ enum bf_status staircase_last(struct fit_problem *p, const struct staircase *sta
         if (status || out->end == OPTIMISE_INTERRUPTED || out->end == OPTIMISE_GAVE_UP)
             break;
         const double scale = p->prior_scale;
-        const bool moved = fit_problem_moved(p, x) >= unmoved,
+        const bool moved = fit_problem_moved(p, x) >= fit_problem_unmoved,
                    unfinished = stairs->gentle && out->end == OPTIMISE_ITERATIONS;
         if (scale > 1.0)
             fit_problem_weigh_priors(p, x);

@@ -82,7 +82,8 @@ void starts_to_x(struct fit_problem *p, const double theta[], double x[])
     fit_problem_rescale(p, x);
 }
 
-static const double floor_share = 0.02, vanished = 0.1; /* of the signal; in floors */
+static const double floor_share = 0.02; /* of the signal */
+static const double vanished = 0.1;     /* in floors */
 
 /* Root mean square that a row changes by with ln θ. */
 static double size_of(const struct fit_problem *p, size_t i)

@@ -63,13 +63,13 @@ void fit_problem_weigh_priors(struct fit_problem *p, const double x[])
     p->prior_scale = fit_problem_form_scale(p);
 }
 
+/* In the stage of whole records, its rows weighed as they would be now, with a value at x. */
 static bool is_whole(const struct fit_problem *p, const double x[])
 {
-    static const double unmoved = 1e-3; /* the reduced space is exact to second order in this */
     bool same = p->shares == NULL && !(p->decay_ps > 0.0) && !(p->floor > 0.0);
     for (size_t r = 0; r < p->n_records && same; r++)
         same = p->weighed_s[r] >= p->horizon_s[r] && p->weighed_s[r] <= p->horizon_s[r];
-    return same && fit_problem_holds(p, x) && fit_problem_moved(p, x) < unmoved;
+    return same && fit_problem_holds(p, x) && fit_problem_moved(p, x) < fit_problem_unmoved;
 }
 
 enum bf_status fit_problem_whole(struct fit_problem *p, const double x[], struct bf_error *err)

@@ -51,6 +51,8 @@ static void weigh_channel(struct fit_problem *p, size_t c)
         w[k] /= sigma;
 }
 
+const double fit_problem_unmoved = 1e-3;
+
 double fit_problem_moved(const struct fit_problem *p, const double x[])
 {
     double moved = 0.0;

@@ -18,8 +18,7 @@ struct refit_search {
     double *theta0;         /* [n_refs] where the rest begins */
     size_t n_starts;        /* further starts, on whole records */
     const double *starts;   /* [n_starts][n_refs] */
-    double
-        raise_below; /* χ²/n: what leaves less, but not the noise, is asked whether a parameter has vanished on the way (best_raise_vanished()); laws always are */
+    double raise_below;     /* as of struct refit_options; best_raise_vanished(), which laws always go through */
     struct predict_options predict;
     struct progress *bar; /* may be NULL */
     size_t tried;         /* out: starts that were tried */

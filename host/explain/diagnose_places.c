@@ -19,6 +19,7 @@ enum {
 /* On a weak misfit a single effect that leaves at most this many times the noise may be the cause at a wrong place. */
 static const double weak_ratio = 1.05;
 struct place_jobs {
+    bool to_the_end; /* as of struct refit_job */
     size_t n;
     struct refit_job job[ALL_JOBS];
 };
@@ -50,8 +51,8 @@ static bool is_wanted(const struct diagnosis *d, const struct hypothesis *h)
 static enum bf_status push_copy(const struct hypothesis *h, struct place_jobs *jobs, struct bf_error *err)
 {
     struct refit_job *job = &jobs->job[jobs->n];
-    *job =
-        (struct refit_job){.n_effects = h->n_effects, .n_tried = h->n_tried, .to_the_end = true, .places_tried = true};
+    *job = (struct refit_job){
+        .n_effects = h->n_effects, .n_tried = h->n_tried, .to_the_end = jobs->to_the_end, .places_tried = true};
     const enum bf_status status = model_copy(&h->model, &job->model, err);
     job->first_new = h->model.n_effects; /* every value is a fitted one */
     jobs->n += status == BF_OK;
@@ -82,7 +83,7 @@ static enum bf_status push_jobs(const struct hypothesis *h, struct place_jobs *j
 enum bf_status diagnose_other_places(struct diagnose_state *w, double span, struct bf_error *err)
 {
     struct diagnosis *d = w->d;
-    struct place_jobs jobs = {0};
+    struct place_jobs jobs = {.to_the_end = true};
     enum bf_status status = BF_OK;
     for (size_t i = 0, chosen = 0; i < d->n_hypotheses && chosen <= MOST_WEAK && !status; i++)
         if (is_wanted(d, &d->hypotheses[i])) {
@@ -108,7 +109,5 @@ enum bf_status diagnose_single_places(struct diagnose_state *w, double span, str
         h->places_tried = true;
         n++;
     }
-    for (size_t k = 0; k < jobs.n; k++)
-        jobs.job[k].to_the_end = false; /* where another takes most of the misfit, no set grows from what takes nothing */
     return diagnose_try(w, jobs.job, jobs.n, status, span);
 }

@@ -161,8 +161,8 @@ static double lower(double limit, double other)
 }
 
 /*
- * χ²/n above which a linear effect alone takes next to nothing, where another takes most; 0: none does. A law is still above it when it is half
- * way to where it takes most (the air's drag on a measured strip).
+ * χ²/n above which a linear effect alone takes next to nothing, where another takes most; 0: no other does. Not of a law: its steps go uphill between windows,
+ * and one that takes most in the end promises nothing on the way (the air's drag on a measured strip).
  */
 static double next_to_nothing(const struct diagnosis *d, const struct refit_job *job, double best)
 {
@@ -173,8 +173,8 @@ static double next_to_nothing(const struct diagnosis *d, const struct refit_job 
 }
 
 /*
- * χ²/n that is far above what the best refit with as many effects leaves, or above what the job is of any use at. Half of the evaluations of a beam that
- * lacks one effect were for the last digits of what others leave, which is what was there without them.
+ * χ²/n that is far above what the best refit with as many effects leaves, or above what the job is of any use at, or next to what the model leaves without
+ * the effect: the last digits of what takes nothing would cost as much as the search for what takes most.
  */
 static double abandon_limit(const struct diagnosis *d, const struct refit_job *job)
 {

@@ -213,8 +213,6 @@ enum bf_status diagnose_try(struct diagnose_state *w, struct refit_job jobs[], s
 extern const double
     diagnose_far_misfit;            /* rms over the noise: below it effects of different kinds fit the records alike */
 extern const double diagnose_worth; /* a candidate that will leave more than this times the best is given up */
-/* The misfit is many times the noise; only the true kind of effect then comes down to the noise. Otherwise the misfit is weak. */
-bool diagnose_is_far(const struct hypothesis *h);
 /* The records show a nonlinear beam, and a free linear model leaves much of them: no linear effect explains them. */
 bool diagnose_linear_is_out(const struct diagnosis *d);
 /* The effect is left out on request (--without). */

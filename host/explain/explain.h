@@ -184,6 +184,8 @@ struct diagnosis {
 enum bf_status diagnose_run(const struct model *model, const struct record records[], size_t n_records,
                             const struct record checks[], size_t n_checks, const struct diagnose_options *options,
                             struct diagnosis *out, struct bf_error *err);
+/* It leaves many times the noise; only the true kind of effect then comes down to the noise. Otherwise the misfit is weak. */
+bool diagnose_is_far(const struct hypothesis *h);
 void diagnose_free(struct diagnosis *diagnosis);
 
 /*

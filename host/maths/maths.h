@@ -479,9 +479,8 @@ struct optimise_options {
     double noise;      /* ½‖r‖² of noise alone; only with `form` */
     double
         give_up_above; /* stop when ten times the predicted fall of ½‖r‖² would not bring it down to this; 0: never */
-    double
-        enough; /* stop, without another derivative, when ½‖r‖² is not above this; `decrement` is then none; 0: never */
-    double rank; /* directions with eigenvalue of JᵀJ below rank × the largest are not moved; 0: 1e-13 */
+    double enough; /* stop without another derivative when ½‖r‖² is at most this: no `decrement` then; 0: never */
+    double rank;   /* directions with eigenvalue of JᵀJ below rank × the largest are not moved; 0: 1e-13 */
 };
 
 enum optimise_end { OPTIMISE_CONVERGED, OPTIMISE_ITERATIONS, OPTIMISE_STALLED, OPTIMISE_INTERRUPTED, OPTIMISE_GAVE_UP };

@@ -53,7 +53,8 @@ struct attainable_record {
 
 /*
  * The rows of a record compressed: R of X = Q R with columns [states, residues, extra, measured]. What is orthogonal to
- * the states, a pair of columns for each pair of poles and then those of a recorder that rings, starts at row n_states. extra: derivatives of the pole columns, or measured channels seen through the poles.
+ * the states (two columns for each pair of poles, then the recorder's) starts at row n_states. extra: derivatives of the pole columns, or measured channels
+ * seen through the poles.
  */
 struct attainable_rows {
     size_t n, n_states, n_residues, n_extra;

@@ -88,20 +88,6 @@ static void put_states(struct sheet *s, const double x[2], size_t column, size_t
     }
 }
 
-/* Of the recorder's filter, from `column` on. */
-static void put_rings(struct sheet *s, size_t column)
-{
-    static const double silent = 1e-18;
-    const struct attainable_record *record = s->record;
-    for (size_t i = 0; i < record->n_rings; i++) {
-        const double complex step = cexp(record->ring[i / 2]);
-        double *const x = s->X + (column + i) * s->rows;
-        double complex z = 1.0;
-        for (size_t k = 0; k < record->n && cabs(z) > silent; k++, z *= step) /* the rest is zero */
-            x[k] = i % 2 == 0 ? creal(z) : cimag(z);
-    }
-}
-
 /* ---- One record ---- */
 
 static enum bf_status fill(const struct attainable_problem *p, const double x[], enum attainable_extra extra,
@@ -119,7 +105,8 @@ static enum bf_status fill(const struct attainable_problem *p, const double x[],
     }
     for (size_t k = 0; k < p->m && record->moving; k++, next += derivatives ? 2 : 0)
         put_states(s, x + 2 * k, 2 * k, derivatives ? next : 0);
-    put_rings(s, 2 * p->m);
+    for (size_t i = 0; i < record->n_rings; i++)
+        recorder_ring(record->ring, i, record->n, s->X + (2 * p->m + i) * s->rows);
     for (size_t d = 0; d < record->n_data && extra == EXTRA_MEASURED; d++)
         for (size_t k = 0; k < p->m && status == BF_OK; k++, next += 2)
             status = put_pair(s, record->data[d].Y, x + 2 * k, next, 0, err);

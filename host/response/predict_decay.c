@@ -2,8 +2,8 @@
 /*
  * Unknown initial states: y(t) = Σ_k 2 Re(a_k c_k p_k^ν F(p_k) e^(p_k t)) with unknown complex amplitudes a_k, one for each
  * vibrating mode in the band; two columns (real and imaginary part of a_k) for each. A sensor's filter was at work before the
- * record began, too: one more column e^(p t) for its pole p on that channel; and so was the recorder's, where a free decay states it. A blow has set a free beam moving as a whole, too, which the air slows down and
- * what it hangs on turns back, far below its first mode: three columns on each channel, polynomials of time. Where laws or maps act on this motion, the
+ * record began, too: one more column e^(p t) for its pole p on that channel; so was the recorder's, of which each pair of poles makes two columns on every
+ * channel of a free decay. A blow has set a free beam moving as a whole, too, which the air slows down and what it hangs on turns back, far below its first mode: three columns on each channel, polynomials of time. Where laws or maps act on this motion, the
  * amplitudes' part is added to y here, and predict_law.c adds what laws do about it.
  */
 #include "predictor.h"
@@ -174,22 +174,14 @@ static enum bf_status filter_columns(const struct run *run, size_t record, size_
     return status;
 }
 
-/* Whatever has set the beam moving went through the recorder's filter, which rings for some samples more: so far it is from `first` on in the nuisance. */
-static void recorder_columns(const struct run *run, size_t record, size_t first)
+/* The recorder's filter, which rings of what has set the beam moving: its columns begin at `first` of the nuisance. */
+static void recorder_columns(const struct predictor *p, size_t record, size_t first)
 {
-    const struct predictor *p = run->p;
     const struct record_plan *plan = &p->plans[record];
-    static const double silent = 1e-18;
     for (size_t c = 0; c < plan->n_channels; c++) {
         const struct predict_channel *channel = &p->channels[plan->first_channel + c];
-        double *const column = p->nuisance + (first + plan->n_rings * c) * p->n_rows + channel->row;
-        for (size_t i = 0; i < plan->n_rings; i++)
-            for (size_t k = 0; k < channel->n; k++) {
-                const double complex z = cexp(plan->ring[i / 2] * (double)k);
-                column[i * p->n_rows + k] = i % 2 == 0 ? creal(z) : cimag(z);
-                if (cabs(z) < silent) /* the rest is zero */
-                    break;
-            }
+        for (size_t i = 0; i < plan->n_rings; i++, first++)
+            recorder_ring(plan->ring, i, channel->n, p->nuisance + first * p->n_rows + channel->row);
     }
 }
 
@@ -246,7 +238,7 @@ enum bf_status predict_decay(const struct run *run, size_t record, struct bf_err
         status = filter_columns(run, record, plan->first_nuisance + 2 * modes, err);
     const size_t whole = plan->first_nuisance + state_unknowns(p, record) - whole_unknowns(p, record);
     if (status == BF_OK)
-        recorder_columns(run, record, whole - recorder_unknowns(p, record));
+        recorder_columns(p, record, whole - recorder_unknowns(p, record));
     if (status == BF_OK && plan->free_state)
         whole_columns(p, record, whole);
     for (size_t c = 0; status == BF_OK && states_bend(p) && c < plan->n_channels; c++)

@@ -71,6 +71,19 @@ size_t recorder_rings(const struct record *record, double complex poles[RECORDER
     return (size_t)filter.order;
 }
 
+void recorder_ring(const double complex poles[], size_t i, size_t n, double column[])
+{
+    static const double silent = 1e-18;
+    double complex z = 1.0;
+    for (size_t k = 0; k < n; k++) {
+        if (cabs(z) > silent)
+            z = cexp(poles[i / 2] * (double)k);
+        else
+            z = 0.0;
+        column[k] = i % 2 == 0 ? creal(z) : cimag(z);
+    }
+}
+
 double complex *recorder_line(const struct recorder_filter *filter, const struct response_grid *grid,
                               double complex *old)
 {

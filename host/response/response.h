@@ -31,13 +31,16 @@ enum bf_status intersample_from_text(const char *text, enum intersample *out, st
 bool record_is_driven(const struct model *model, const struct record *record);
 
 /*
- * RECORDER RINGS — whatever has set the beam moving in a free decay went through the recorder's filter, too, and that rings for some samples more: e^(q k),
- * k the sample, with an unknown amplitude on each channel. Poles q of the filter that a record of a free decay states (or has been taken to have), 1/sample: one of each pair, and a
- * real one last. Returns the order, which is the number of real columns that they make: Re and Im of each; 0 where no such filter is stated, or one that ran
- * forward and backward.
+ * RECORDER RINGS — what has set a beam moving went through the recorder's filter, too, which rings for some samples after a free decay has begun: e^(q k) in
+ * sample k, of every pole q of the filter (1/sample), with an unknown amplitude on each channel.
+ *
+ * recorder_rings: of the filter that a record of a free decay states, or is taken to have, one pole of each pair, and a real one last. Returns the filter's
+ * order, the number of columns; 0 where there is none, or one that ran forward and backward.
+ * recorder_ring: column i of them, Re e^(q k) and Im e^(q k) in turn. O(n) stores, and an exponential for each sample before it is below 1e-18.
  */
 enum { RECORDER_RINGS = 12 };
 size_t recorder_rings(const struct record *record, double complex poles[RECORDER_RINGS]);
+void recorder_ring(const double complex poles[], size_t i, size_t n, double column[]);
 
 /*
  * PREDICT — model + inputs of records -> prediction of the outputs, with exact derivatives by every parameter.
