@@ -180,8 +180,10 @@ static enum bf_status first_descent(struct fit_work *w, const struct fit_options
                                     struct bf_error *err)
 {
     struct fit_problem *p = &w->problem;
-    if (options->start == FIT_NEAR)
+    if (options->start == FIT_NEAR) {
+        (void)fit_problem_release(p, w->x);
         return staircase_last(p, stairs, w->x, found, err);
+    }
     double *theta = bf_alloc(w->n_refs, sizeof *theta);
     for (size_t i = 0; i < w->n_refs; i++)
         theta[i] = w->refs[i].value;
@@ -230,6 +232,8 @@ static enum bf_status descend(struct fit_work *w, const struct fit_options *opti
     if (!status && wanted && p->n_unknowns > 0 && !progress_interrupted())
         status = search(w, &stairs, bar, found, out, err);
     stairs.tried = NULL;
+    if (!status && p->n_unknowns > 0 && fit_problem_release(p, w->x) && !progress_interrupted())
+        status = staircase_last(p, &stairs, w->x, found, err);
     if (!status && missed && p->predictor != NULL && !progress_interrupted())
         status = best_raise_vanished(p, &stairs, w->x, found, err);
     if (!missed)

@@ -52,8 +52,11 @@ static void set_bounds(struct fit_problem *p, size_t i, double value)
         p->upper[i] = info->max / u->scale;
         return;
     }
-    p->lower[i] = fmax(info->min > 0.0 ? log(info->min) : -HUGE_VAL, log(value) - unlimited);
-    p->upper[i] = fmin(info->max > 0.0 ? log(info->max) : HUGE_VAL, log(value) + unlimited);
+    const double most = isfinite(info->max) ? info->max
+                        : p->released       ? HUGE_VAL
+                                            : model_most_damping(p->model, &p->refs[u->ref]);
+    p->lower[i] = fmax(info->min > 0.0 ? log(info->min) : -HUGE_VAL, log(fmin(value, most)) - unlimited);
+    p->upper[i] = fmin(log(most), log(value) + unlimited);
 }
 
 static void find_unknowns(struct fit_problem *p, const struct model *model)
@@ -277,6 +280,7 @@ void fit_problem_rest(struct fit_problem *p)
 void fit_problem_free(struct fit_problem *p)
 {
     fit_problem_free_rows(p);
+    fit_problem_free_parts(p);
     free(p->unknowns), free(p->lower), free(p->upper), free(p->base), free(p->theta), free(p->want), free(p->held);
     free(p->drives), free(p->levels), free(p->sigma), free(p->weight), free(p->residual);
     free(p->coefficients), free(p->at), free(p->explained), free(p->horizon_s), free(p->weighed_s), free(p->states);
@@ -326,6 +330,18 @@ void fit_problem_rescale(struct fit_problem *p, double x[])
         set_prior(u, ref->info);
         set_bounds(p, i, p->theta[u->ref]);
     }
+}
+
+bool fit_problem_release(struct fit_problem *p, const double x[])
+{
+    bool on_bound = false;
+    p->released = true;
+    for (size_t i = 0; i < p->n_unknowns; i++) {
+        const double lower = p->lower[i], upper = p->upper[i];
+        set_bounds(p, i, p->theta[p->unknowns[i].ref]);
+        on_bound = on_bound || (x[i] <= lower && p->lower[i] < lower) || (x[i] >= upper && p->upper[i] > upper);
+    }
+    return on_bound;
 }
 
 void fit_problem_hold(struct fit_problem *p, size_t i, bool held)

@@ -64,6 +64,7 @@ struct fit_problem {
     size_t n_channels; /* whose samples are here */
     size_t n_signals;  /* the same and those of the shares */
     double *sigma;     /* [n_channels] noise, unit of the channel */
+    bool released;     /* bounds are those of the file alone: see fit_problem_release() */
     /* stage */
     double decay_ps, floor; /* s and the relative floor of the weights */
     double rebase_limit;    /* largest move in x of a structural parameter before the reduced space is rebuilt */
@@ -75,6 +76,8 @@ struct fit_problem {
     double
         noise_rows; /* Σ (w/max w)² of the samples: so many rows of noise; a window or a floor makes rows count less */
     double *weight; /* [n_rows] */
+    struct linear_part
+        *parts; /* [n_records] of fit_evaluate.c: what is linear in each record; NULL before the first evaluation */
     /* last evaluation */
     double *theta;      /* [n_refs] */
     double half_square; /* ½‖data rows‖² */
@@ -127,6 +130,8 @@ void fit_problem_rest(struct fit_problem *p);
 /* Inside fit_problem.c, fit_window.c and fit_evaluate.c: fitted rows, jacobian and beside freed; jacobian and beside made. */
 void fit_problem_free_rows(struct fit_problem *p);
 void fit_problem_make_jacobian(struct fit_problem *p);
+/* fit_evaluate.c */
+void fit_problem_free_parts(struct fit_problem *p);
 
 /* Begin a stage: window, weights, and the reduced space rebuilt at x. */
 enum bf_status fit_problem_stage(struct fit_problem *p, double decay_ps, double floor, const double x[],
@@ -147,6 +152,12 @@ void fit_problem_to_x(const struct fit_problem *p, const double theta[], double 
 void fit_problem_to_theta(const struct fit_problem *p, const double x[], double theta[]);
 /* dθ/dx of unknown i. */
 double fit_problem_slope(const struct fit_problem *p, size_t i, const double x[]);
+
+/*
+ * Where the file sets no bound of it, damping goes as far as model_most_damping(): records that the model cannot explain are often followed better by a beam of which nothing
+ * swings than by one that swings elsewhere. From here on the file's bounds are all that there is; returns whether x[n_unknowns] lies on another one.
+ */
+bool fit_problem_release(struct fit_problem *p, const double x[]);
 
 /*
  * A step of 1 must stay large: the scale of an effect's strength that has outgrown it becomes its size; x[n_unknowns] follows.

@@ -55,7 +55,7 @@ static void measure_fitted(const struct diagnose_state *w, struct hypothesis *h)
                                     .ratio = bf_alloc(fit->n_channels, sizeof(double)),
                                     .doubt = bf_alloc(fit->n_channels, sizeof(double)),
                                     .record = bf_alloc(fit->n_channels, sizeof(size_t))};
-    double nrmse = 0.0, ratio = 0.0;
+    double nrmse = 0.0, ratio = 0.0, silent = 0.0;
     for (size_t c = 0; c < fit->n_channels; c++) {
         const struct predict_channel *channel = &fit->channels[c];
         const size_t n = rows_in_use(fit, channel);
@@ -66,10 +66,12 @@ static void measure_fitted(const struct diagnose_state *w, struct hypothesis *h)
         add_channel(e, c, rms / w->sigma[c], sqrt(hum) / w->sigma[c],
                     w->d->noise[c].rms > 0.0 ? noise_doubt(&w->d->noise[c]) : 0.0); /* a guess has none */
         ratio += e->ratio[c] * e->ratio[c];
+        silent += size * size / (w->sigma[c] * w->sigma[c]);
         nrmse += size > 0.0 ? rms * rms / (size * size) : 0.0;
     }
     e->nrmse = sqrt(nrmse / (double)fit->n_channels);
     e->noise_ratio = sqrt(ratio / (double)fit->n_channels);
+    e->silent_ratio = sqrt(silent / (double)fit->n_channels);
     e->humless_ratio = sqrt(e->humless_ratio / (double)fit->n_channels);
     struct misfit_channel *channels = hypothesis_channels(w->d, h);
     misfit_measure(channels, w->whiteners, fit->n_channels, &e->misfit);
@@ -103,14 +105,17 @@ void hypothesis_take_check(struct hypothesis *h, const struct fit_channel_error 
     e->bins = bf_alloc(n, sizeof *e->bins), e->doubt = bf_alloc(n, sizeof *e->doubt);
     e->record = bf_alloc(n, sizeof *e->record);
     e->worst_ratio = e->humless_ratio = e->humless_worst = 0.0;
+    double silent = 0.0;
     fit_totals(channels, n, &e->nrmse, &e->noise_ratio);
     for (size_t c = 0; c < n; c++) {
-        const double ratio = channels[c].noise_ratio;
+        const double ratio = channels[c].noise_ratio, silent_ratio = ratio / channels[c].nrmse;
+        silent += silent_ratio * silent_ratio;
         e->record[c] = channels[c].record;
         e->bins[c] = all_bins(&noise[c], channels[c].n);
         add_channel(e, c, ratio, channels[c].hum_ratio, isfinite(ratio) ? noise_doubt(&noise[c]) : 0.0);
     }
     e->humless_ratio = sqrt(e->humless_ratio / (double)n);
+    e->silent_ratio = sqrt(silent / (double)n);
 }
 
 static enum bf_status measure_check(const struct diagnose_state *w, struct hypothesis *h, struct bf_error *err)
@@ -147,6 +152,12 @@ enum bf_status hypothesis_measure_apart(const struct diagnose_state *w, struct h
 double hypothesis_excess(const struct hypothesis_errors *e)
 {
     return fmax(e->noise_ratio * e->noise_ratio - 1.0, 0.0);
+}
+
+double hypothesis_misfit(const struct hypothesis_errors *baseline)
+{
+    const double silent = baseline->silent_ratio * baseline->silent_ratio - 1.0, left = hypothesis_excess(baseline);
+    return silent > 0.0 && silent < left ? silent : left;
 }
 
 bool hypothesis_has_law(const struct hypothesis *h)
@@ -195,8 +206,8 @@ bool diagnose_has_ended(const struct diagnosis *d, const struct beam_effect *eff
 bool hypothesis_takes_nearly_all(const struct diagnosis *d, const struct hypothesis *h)
 {
     static const double thousandth = 1e-3; /* of the power above the noise */
-    const bool fitted = hypothesis_excess(&h->fitted) <= thousandth * hypothesis_excess(&d->baseline.fitted);
-    const bool held_out = hypothesis_excess(&h->check) <= thousandth * hypothesis_excess(&d->baseline.check);
+    const bool fitted = hypothesis_excess(&h->fitted) <= thousandth * hypothesis_misfit(&d->baseline.fitted);
+    const bool held_out = hypothesis_excess(&h->check) <= thousandth * hypothesis_misfit(&d->baseline.check);
     return h->fit.converged && fitted && (h->check.n_channels == 0 || held_out);
 }
 

@@ -46,7 +46,8 @@ static double share_explained(const struct hypothesis_errors *before, const stru
 {
     if (before->n_channels == 0 || after->n_channels == 0)
         return nan("");
-    return hypothesis_excess(before) > 0.0 ? 1.0 - hypothesis_excess(after) / hypothesis_excess(before) : 0.0;
+    const double misfit = hypothesis_misfit(before);
+    return misfit > 0.0 ? 1.0 - hypothesis_excess(after) / misfit : 0.0;
 }
 
 static void measure_explained(struct diagnosis *d, struct hypothesis *h)

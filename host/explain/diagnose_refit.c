@@ -117,7 +117,7 @@ static bool is_promising(const struct diagnosis *d, const struct hypothesis *h)
 {
     static const double hundredth = 0.01, half = 0.5; /* of the power above the noise */
     static const double little_more = 1.1;            /* times the rms that a free linear model leaves */
-    const double left = hypothesis_excess(&h->fitted), before = hypothesis_excess(&d->baseline.fitted);
+    const double left = hypothesis_excess(&h->fitted), before = hypothesis_misfit(&d->baseline.fitted);
     const bool at_floor = d->attainable.modes > 0 && h->fitted.noise_ratio <= little_more * diagnose_floor(d);
     return left <= hundredth * before || (at_floor && left <= half * before);
 }

@@ -61,7 +61,7 @@ static double least_left_of_all(const struct diagnosis *d, size_t n_effects)
 /* What takes next to nothing is no part of a pair, whatever its evidence. */
 static bool helps(const struct diagnosis *d, const struct hypothesis *h)
 {
-    return hypothesis_excess(&h->fitted) <= least_progress * hypothesis_excess(&d->baseline.fitted);
+    return hypothesis_excess(&h->fitted) <= least_progress * hypothesis_misfit(&d->baseline.fitted);
 }
 
 static bool is_root(const struct diagnosis *d, const struct hypothesis *h, size_t n_effects, bool stepping)

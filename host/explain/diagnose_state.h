@@ -180,6 +180,8 @@ void hypothesis_take_check(struct hypothesis *h, const struct fit_channel_error 
 void hypothesis_free(struct hypothesis *h);
 /* Power above the noise, in units of it; 0 at the noise. */
 double hypothesis_excess(const struct hypothesis_errors *e);
+/* Of that, what there is to explain where the baseline leaves it: of a baseline that leaves more than no model at all, the signal. */
+double hypothesis_misfit(const struct hypothesis_errors *baseline);
 /* One of its added effects is a law, so that its prediction steps through time. */
 bool hypothesis_has_law(const struct hypothesis *h);
 /* A refit of this effect alone has come to its end. */

@@ -43,6 +43,7 @@ struct diagnose_options {
 /* Residual and errors of one model on one set of records. */
 struct hypothesis_errors {
     double nrmse, noise_ratio;           /* root mean square over channels; NaN without records */
+    double silent_ratio;                 /* noise_ratio of a model that predicts nothing; 0: not known */
     double worst_ratio;                  /* of a single channel, two standard errors of its noise's level taken off */
     double humless_ratio, humless_worst; /* the same of what is no steady line of the mains (mains_power()) */
     struct misfit misfit;                /* whitened; empty for held-out records */

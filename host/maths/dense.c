@@ -35,10 +35,14 @@ static enum bf_status not_finite(struct bf_error *err)
     return bf_fail(err, BF_NUMERIC, "dense algebra: a matrix holds a number that is not finite");
 }
 
-/* Our matrices are small and the program's threads take records and candidates: BLAS threads would only spin. */
+/*
+ * Our matrices are small and the program's threads take records and candidates: BLAS threads would only spin. What is not finite is found here, and LAPACKE need not look
+ * for it element by element once more.
+ */
 __attribute__((constructor)) static void one_thread_each(void)
 {
     openblas_set_num_threads(1);
+    LAPACKE_set_nancheck(0);
 }
 
 enum bf_status dense_symmetric_eigen(size_t n, const double K[], const double M[], double values[], double vectors[],
@@ -113,6 +117,8 @@ enum bf_status dense_cholesky_solve(size_t n, size_t n_rhs, const double A[], do
 {
     if (n == 0 || n_rhs == 0)
         return BF_OK;
+    if (!all_finite(n * n, A) || !all_finite(n * n_rhs, B))
+        return not_finite(err);
     double *a = copy_of(n * n, A);
     const int info = LAPACKE_dposv(LAPACK_COL_MAJOR, 'L', (int)n, (int)n_rhs, a, (int)n, B, (int)n);
     free(a);
@@ -123,7 +129,7 @@ enum bf_status dense_lu_solve(size_t n, size_t n_rhs, const double A[], double B
 {
     if (n == 0 || n_rhs == 0)
         return BF_OK;
-    if (!all_finite(n * n, A))
+    if (!all_finite(n * n, A) || !all_finite(n * n_rhs, B))
         return not_finite(err);
     double *a = copy_of(n * n, A);
     lapack_int *pivot = bf_alloc(n, sizeof *pivot);
@@ -233,6 +239,8 @@ enum bf_status dense_qr_triangle(size_t m, size_t n, const double A[], double R[
         return bf_fail(err, BF_NUMERIC, "dense algebra: QR needs as many rows (%zu) as columns (%zu)", m, n);
     if (n == 0)
         return BF_OK;
+    if (!all_finite(m * n, A))
+        return not_finite(err);
     if (m > 4 * (size_t)QR_BLOCK)
         return triangle_by_blocks(m, n, A, R, err);
     double *a = copy_of(m * n, A), *tau = bf_alloc(n, sizeof *tau);
@@ -268,6 +276,55 @@ enum bf_status dense_orthonormal(size_t m, size_t n, const double A[], double to
     }
     free(tau), free(pivot);
     return info ? failed(err, "QR with pivoting", info) : BF_OK;
+}
+
+/* Q ← Q R⁻¹ with RᵀR = QᵀQ; R's lower triangle is zero. False where that matrix is not positive definite, or its root's diagonal has an element below `least`. */
+static bool orthonormalise_once(size_t m, size_t n, double Q[], double R[], double least)
+{
+    const int rows = (int)m, columns = (int)n;
+    memset(R, 0, n * n * sizeof *R);
+    cblas_dsyrk(CblasColMajor, CblasUpper, CblasTrans, columns, rows, 1.0, Q, rows, 0.0, R, columns);
+    if (LAPACKE_dpotrf_work(LAPACK_COL_MAJOR, 'U', columns, R, columns) != 0)
+        return false;
+    for (size_t j = 0; j < n; j++)
+        if (!(R[j + j * n] >= least))
+            return false;
+    cblas_dtrsm(CblasColMajor, CblasRight, CblasUpper, CblasNoTrans, CblasNonUnit, rows, columns, 1.0, R, columns, Q,
+                rows);
+    return true;
+}
+
+bool dense_cholesky_qr(size_t m, size_t n, const double A[], double tolerance, double Q[], double R[])
+{
+    static const double independent = 1e-5, sure = 0.5; /* of a column of norm 1, beside those before it */
+    if (n == 0 || m < n)
+        return n == 0;
+    double *norm = bf_alloc(n, sizeof *norm), *again = bf_alloc(n * n, sizeof *again);
+    bool good = true;
+    double largest = 0.0;
+    for (size_t j = 0; j < n && good; j++) {
+        norm[j] = dense_norm(m, A + j * m);
+        largest = fmax(largest, norm[j]);
+        good = norm[j] > 0.0 && isfinite(norm[j]);
+        for (size_t k = 0; k < m && good; k++)
+            Q[k + j * m] = A[k + j * m] / norm[j];
+    }
+    good = good && orthonormalise_once(m, n, Q, R, independent) && orthonormalise_once(m, n, Q, again, sure);
+    if (good) /* R = R₂ R₁ diag(norm) */
+        cblas_dtrmm(CblasColMajor, CblasLeft, CblasUpper, CblasNoTrans, CblasNonUnit, (int)n, (int)n, 1.0, again,
+                    (int)n, R, (int)n);
+    for (size_t j = 0; j < n && good; j++) {
+        cblas_dscal((int)n, norm[j], R + j * n, 1);
+        good = R[j + j * n] > tolerance * largest;
+    }
+    free(norm), free(again);
+    return good;
+}
+
+void dense_back_substitute(size_t n, const double R[], double x[])
+{
+    if (n > 0)
+        cblas_dtrsv(CblasColMajor, CblasUpper, CblasNoTrans, CblasNonUnit, (int)n, R, (int)n, x, 1);
 }
 
 enum bf_status dense_least_squares(size_t m, size_t n, const double A[], const double b[], double tolerance, double x[],

@@ -340,6 +340,16 @@ size_t model_parameters(const struct model *model, const char *const record_name
 void model_set_parameters(struct model *model, const struct parameter_ref refs[], size_t n, const double value[],
                           const double sd[], const char *const record_names[]);
 
+/* DAMPING — how much of it a beam can have that swings. */
+
+/* Of the uniform beam of the plain material on the model's support, rad/s; for the size of things. */
+double model_first_mode_radps(const struct model *model);
+/*
+ * The cDI or γ whose forces are as large as those of stiffness or mass in the first mode (a loss factor of 1, half of critical); beyond it nothing swings. Infinite for any
+ * other parameter.
+ */
+double model_most_damping(const struct model *model, const struct parameter_ref *ref);
+
 /* STARTING MODEL — a commented model file from a ruler and a handbook. */
 
 /* Handbook values. */

@@ -115,8 +115,7 @@ static void check_stiffness_and_mass(const struct model *m, const struct materia
 
 static void check_damping(const struct model *m, const struct material *beam, struct warnings *w)
 {
-    double omega =
-        3.516 / (m->length_m * m->length_m) * sqrt(beam->EI.value / beam->rho.value); /* cantilever, mode 1 */
+    const double omega = model_first_mode_radps(m);
     double external = m->gamma.value / (2.0 * beam->rho.value * omega);
     if (external > 0.2)
         warn(w, "%s = %g alone damps the first mode by %.0f %% of critical: is it in N·s/m² (per metre of beam)?",

@@ -114,6 +114,22 @@ static void what_takes_a_large_misfit_alone_is_surer(void **state)
 }
 
 /* It takes three quarters: what takes the rest may as well be the cause of all. */
+/* Of a baseline that leaves twice as much as no model at all the signal is what there is to explain: what makes the beam silent has explained nothing of it. */
+static void silence_explains_nothing(void **state)
+{
+    struct diagnosis d;
+    struct hypothesis h[] = {refit("tip_mass", NULL, 1, 15.0, 15.0),
+                             refit("square_root_damping", NULL, 1, 100.0, 100.0)};
+    decide(&d, *state, 200.0, 200.0, h, 2);
+    const double against_nothing = d.hypotheses[1].explained;
+    d.baseline.fitted.silent_ratio = d.baseline.check.silent_ratio = 100.0;
+    diagnose_rank(&d, 1);
+    assert_true(against_nothing > 0.7);
+    assert_true(fabs(d.hypotheses[1].explained) < 1e-12 && fabs(d.hypotheses[1].held_out_explained) < 1e-12);
+    assert_true(d.hypotheses[0].explained > 0.97 && d.hypotheses[0].explained < 0.98);
+    done(&d);
+}
+
 static void what_leaves_a_quarter_is_not_alone(void **state)
 {
     struct diagnosis d;
@@ -166,6 +182,7 @@ int main(void)
         cmocka_unit_test(of_a_large_misfit_a_mass_is_surer),
         cmocka_unit_test(a_spring_is_sure_only_where_it_leaves_nothing),
         cmocka_unit_test(what_takes_a_large_misfit_alone_is_surer),
+        cmocka_unit_test(silence_explains_nothing),
         cmocka_unit_test(what_leaves_a_quarter_is_not_alone),
         cmocka_unit_test(a_special_case_that_leaves_four_times_as_much_is_not_named),
         cmocka_unit_test(a_spring_that_attracts_has_explained_nothing),

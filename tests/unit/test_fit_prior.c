@@ -76,11 +76,26 @@ static void intervals_widen_with_the_error_of_form(void **state)
     bench_free(b);
 }
 
+/* What no beam that swings explains is left as a beam leaves it of which nothing swings, and not above: what is plausible comes first, not alone. */
+static void nothing_is_left_above_silence(void **state)
+{
+    static const char *const none[] = {NULL};
+    struct bench *b = bench_new("{kind: point_mass, mass_kg: 2, at_m: 0.38}", 2, LONG, 0.003, none);
+    struct fit_result fit;
+    (void)state;
+    (void)fitted_rho(b, true, &fit);
+    print_message("error %g\n", fit.nrmse);
+    assert_true(fit.nrmse < 1.01);
+    fit_free(&fit);
+    bench_free(b);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(an_error_of_form_does_not_override_a_prior),
         cmocka_unit_test(at_the_noise_the_records_decide),
+        cmocka_unit_test(nothing_is_left_above_silence),
         cmocka_unit_test(intervals_widen_with_the_error_of_form),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

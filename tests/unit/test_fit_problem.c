@@ -177,6 +177,55 @@ static void what_holds_is_not_computed_again(void **state)
     record_free(&record);
 }
 
+/* Damping is looked for up to where nothing swings; what a file allows stays allowed, and released, everything is. The start may lie outside. */
+static void what_no_beam_has_is_not_looked_for(void **state)
+{
+    (void)state;
+    static const double omega = 3.516015269 / (0.4 * 0.4); /* √(EI/ρ) of the beam below is 1 */
+    static const struct beam overdamped = {0.1, 0.2, 0.1, 0.3, 1.0, 60.0, ", max: 40", ", fixed: true", ""};
+    struct bf_error err;
+    struct record record;
+    struct model model;
+    struct predictor *predictor;
+    struct parameter_ref *refs;
+    struct fit_problem p;
+    double sigma[2], x[16];
+    const char *names[1] = {"tap.csv"};
+    seed = 23;
+    make_record(names[0], 0.02, 1.0, &record, sigma);
+    make_model(&overdamped, &model);
+    assert_int_equal(predictor_new(&model, &record, 1, NULL, &predictor, &err), BF_OK);
+    const size_t n_refs = model_parameters(&model, names, 1, &refs);
+    assert_int_equal(fit_problem_new(&p, &model, predictor, &record, 1, names, refs, n_refs, sigma, &err), BF_OK);
+    fit_problem_to_x(&p, p.theta, x);
+    size_t damping = 0;
+    for (size_t i = 0; i < p.n_unknowns; i++) {
+        const struct parameter_ref *ref = &refs[p.unknowns[i].ref];
+        if (ref->role == ROLE_CDI)
+            damping = i;
+        if (strcmp(ref->label, "EI_beam_Nm2") == 0)
+            assert_near(exp(p.upper[i]), 40.0, 1e-9);
+    }
+    assert_near(exp(p.upper[damping]), 0.1 / omega, 1e-3 * 0.1 / omega);
+    assert_true(x[damping] > p.upper[damping]);
+    double inside[16];
+    memcpy(inside, x, sizeof inside);
+    inside[damping] = p.upper[damping] - 1.0;
+    struct fit_problem same = p;
+    double lower[16], upper[16];
+    memcpy(lower, p.lower, p.n_unknowns * sizeof *lower), memcpy(upper, p.upper, p.n_unknowns * sizeof *upper);
+    same.lower = lower, same.upper = upper;
+    assert_false(fit_problem_release(&same, inside));
+    inside[damping] = p.upper[damping];
+    assert_true(fit_problem_release(&p, inside));
+    assert_true(p.upper[damping] > log(1e3 / omega));
+    fit_problem_free(&p);
+    free(refs);
+    predictor_free(predictor);
+    model_free(&model);
+    record_free(&record);
+}
+
 /* Of some lengths (L/s)·s is one unit of the last digit more than L: nothing may lie beyond the end for that. */
 static void a_bound_is_reached_and_not_passed(void **state)
 {
@@ -202,7 +251,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_projected_gradient_is_the_gradient), cmocka_unit_test(so_it_is_with_laws),
         cmocka_unit_test(projection_equals_the_joint_solution),   cmocka_unit_test(what_holds_is_not_computed_again),
-        cmocka_unit_test(a_bound_is_reached_and_not_passed),
+        cmocka_unit_test(what_no_beam_has_is_not_looked_for),     cmocka_unit_test(a_bound_is_reached_and_not_passed),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
