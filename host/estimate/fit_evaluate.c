@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* One evaluation of the weighted residual and its Jacobian, with the linear unknowns projected out. */
+#include "fit_linear_unknowns.h"
 #include "fit_problem.h"
 
 #include <math.h>
@@ -8,30 +9,6 @@
 #include <string.h>
 #include "fit_shares.h"
 #include "maths/maths.h"
-
-static const double dependent = 1e-10; /* columns that depend on others to this share are left out */
-
-/* The linear unknowns of one record: columns of its rows. The room for them stays from one evaluation to the next. */
-struct linear_part {
-    size_t row, m;    /* first row, number of rows */
-    size_t n;         /* columns */
-    size_t *nuisance; /* [n] which of the prediction's columns; the level comes first, as SIZE_MAX */
-    double *A;        /* [m × n] weighted */
-    double *Q;        /* [m × rank] orthonormal */
-    double *R;        /* [n × n] */
-    size_t rank;
-    double *c; /* [n] */
-};
-
-void fit_problem_free_parts(struct fit_problem *p)
-{
-    for (size_t r = 0; r < p->n_records && p->parts != NULL; r++) {
-        struct linear_part *part = &p->parts[r];
-        free(part->nuisance), free(part->A), free(part->Q), free(part->R), free(part->c);
-    }
-    free(p->parts);
-    p->parts = NULL;
-}
 
 static bool any_nonzero(const double *x, size_t n)
 {
@@ -53,7 +30,7 @@ static void record_rows(const struct fit_problem *p, size_t record, size_t *row,
     }
 }
 
-static void gather(const struct fit_problem *p, const struct prediction *y, size_t record, struct linear_part *part)
+static void gather(const struct fit_problem *p, const struct prediction *y, size_t record, struct linear_unknowns *part)
 {
     part->n = part->rank = 0;
     record_rows(p, record, &part->row, &part->m);
@@ -65,11 +42,7 @@ static void gather(const struct fit_problem *p, const struct prediction *y, size
             part->nuisance[part->n++] = k;
     if (part->n == 0)
         return;
-    part->A = bf_grow(part->A, part->m * part->n, sizeof *part->A);
-    part->Q = bf_grow(part->Q, part->m * part->n, sizeof *part->Q);
-    part->R = bf_grow(part->R, part->n * part->n, sizeof *part->R);
-    part->c = bf_grow(part->c, part->n, sizeof *part->c);
-    memset(part->c, 0, part->n * sizeof *part->c);
+    linear_unknowns_room(part, part->n);
     for (size_t j = 0; j < part->n; j++) {
         const double *column =
             part->nuisance[j] == SIZE_MAX ? y->y + part->row : y->nuisance + part->nuisance[j] * y->n_rows + part->row;
@@ -78,29 +51,9 @@ static void gather(const struct fit_problem *p, const struct prediction *y, size
     }
 }
 
-/* Coefficients c = argmin ‖A c − target‖ through Q: min ‖QᵀA c − Qᵀ target‖. */
-static enum bf_status solve_part(struct linear_part *part, const double target[], struct bf_error *err)
-{
-    if (dense_cholesky_qr(part->m, part->n, part->A, dependent, part->Q, part->R)) {
-        part->rank = part->n;
-        dense_gemv(true, part->m, part->n, 1.0, part->Q, target, 0.0, part->c);
-        dense_back_substitute(part->n, part->R, part->c);
-        return BF_OK;
-    }
-    enum bf_status status = dense_orthonormal(part->m, part->n, part->A, dependent, part->Q, &part->rank, err);
-    if (status || part->rank == 0)
-        return status;
-    double *QA = bf_alloc(part->rank * part->n, sizeof *QA), *Qb = bf_alloc(part->rank, sizeof *Qb);
-    dense_gemm(true, false, part->rank, part->n, part->m, 1.0, part->Q, part->A, 0.0, QA);
-    dense_gemv(true, part->m, part->rank, 1.0, part->Q, target, 0.0, Qb);
-    status = dense_least_squares(part->rank, part->n, QA, Qb, dependent, part->c, NULL, err);
-    free(QA), free(Qb);
-    return status;
-}
-
 /* Fills fitted and residual of one record, and remembers the coefficients. */
 static enum bf_status fit_record(struct fit_problem *p, const struct prediction *y, size_t record,
-                                 struct linear_part *part, struct bf_error *err)
+                                 struct linear_unknowns *part, struct bf_error *err)
 {
     gather(p, y, record, part);
     p->levels[record] = 1.0;
@@ -119,7 +72,7 @@ static enum bf_status fit_record(struct fit_problem *p, const struct prediction 
             target[row - part->row] = p->weight[row] * (channel->measured[k] - (level ? 0.0 : y->y[row]));
         }
     }
-    const enum bf_status status = solve_part(part, target, err);
+    const enum bf_status status = linear_unknowns_solve(part, target, err);
     free(target);
     for (size_t j = 0; j < part->n && !status; j++) {
         if (part->nuisance[j] == SIZE_MAX) {
@@ -156,7 +109,7 @@ static void weighted_jacobian(struct fit_problem *p, const struct prediction *y,
 }
 
 /* J ← (I − Q Qᵀ) J on the rows of one record. */
-static void project(struct fit_problem *p, const struct linear_part *part)
+static void project(struct fit_problem *p, const struct linear_unknowns *part)
 {
     if (part->n == 0 || part->rank == 0)
         return;

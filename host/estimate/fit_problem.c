@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include "fit_linear_unknowns.h"
 #include "fit_shares.h"
 #include "maths/maths.h"
 
@@ -280,8 +281,10 @@ void fit_problem_rest(struct fit_problem *p)
 void fit_problem_free(struct fit_problem *p)
 {
     fit_problem_free_rows(p);
-    fit_problem_free_parts(p);
-    free(p->unknowns), free(p->lower), free(p->upper), free(p->base), free(p->theta), free(p->want), free(p->held);
+    for (size_t r = 0; r < p->n_records && p->parts != NULL; r++)
+        linear_unknowns_free(&p->parts[r]);
+    free(p->parts), free(p->unknowns), free(p->lower), free(p->upper), free(p->base), free(p->theta), free(p->want),
+        free(p->held);
     free(p->drives), free(p->levels), free(p->sigma), free(p->weight), free(p->residual);
     free(p->coefficients), free(p->at), free(p->explained), free(p->horizon_s), free(p->weighed_s), free(p->states);
     *p = (struct fit_problem){0};

@@ -75,9 +75,8 @@ struct fit_problem {
     size_t n_rows, n_used;                  /* n_used: rows with a weight; of all shares */
     double
         noise_rows; /* Σ (w/max w)² of the samples: so many rows of noise; a window or a floor makes rows count less */
-    double *weight; /* [n_rows] */
-    struct linear_part
-        *parts; /* [n_records] of fit_evaluate.c: what is linear in each record; NULL before the first evaluation */
+    double *weight;                /* [n_rows] */
+    struct linear_unknowns *parts; /* [n_records] what is linear in each record; NULL before the first evaluation */
     /* last evaluation */
     double *theta;      /* [n_refs] */
     double half_square; /* ½‖data rows‖² */
@@ -130,8 +129,6 @@ void fit_problem_rest(struct fit_problem *p);
 /* Inside fit_problem.c, fit_window.c and fit_evaluate.c: fitted rows, jacobian and beside freed; jacobian and beside made. */
 void fit_problem_free_rows(struct fit_problem *p);
 void fit_problem_make_jacobian(struct fit_problem *p);
-/* fit_evaluate.c */
-void fit_problem_free_parts(struct fit_problem *p);
 
 /* Begin a stage: window, weights, and the reduced space rebuilt at x. */
 enum bf_status fit_problem_stage(struct fit_problem *p, double decay_ps, double floor, const double x[],
