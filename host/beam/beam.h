@@ -26,6 +26,8 @@
 
 struct fine_space {
     struct spline spline;
+    struct spline_values *
+        gauss; /* [4 · spline.n] of the points that forms are integrated with, element i (knots i, i + 1) from 4 i on */
     size_t lead, trail; /* functions left out at either end */
     size_t n;           /* degrees of freedom */
     double length_m;

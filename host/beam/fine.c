@@ -7,10 +7,11 @@
 #include <string.h>
 
 /* Gauss–Legendre, 4 points: exact to degree 7; a product of two cubics has degree 6. */
-static const double gauss_x[4] = {-0.86113631159405257522, -0.33998104358485626480, 0.33998104358485626480,
-                                  0.86113631159405257522};
-static const double gauss_w[4] = {0.34785484513745385737, 0.65214515486254614263, 0.65214515486254614263,
-                                  0.34785484513745385737};
+enum { GAUSS = 4 };
+static const double gauss_x[GAUSS] = {-0.86113631159405257522, -0.33998104358485626480, 0.33998104358485626480,
+                                      0.86113631159405257522};
+static const double gauss_w[GAUSS] = {0.34785484513745385737, 0.65214515486254614263, 0.65214515486254614263,
+                                      0.34785484513745385737};
 
 static void boundary(enum model_support support, bool root_released, size_t *lead, size_t *trail)
 {
@@ -67,6 +68,16 @@ static size_t add_law_spans(const struct model *model, double edges[], size_t n)
     return n;
 }
 
+void fine_fill_gauss(struct fine_space *space)
+{
+    const double *t = space->spline.knots;
+    space->gauss = bf_alloc(GAUSS * space->spline.n, sizeof *space->gauss);
+    for (size_t i = 3; i < space->spline.n; i++)
+        for (size_t q = 0; q < GAUSS && t[i] < t[i + 1]; q++)
+            spline_evaluate(&space->spline, 0.5 * (t[i] + t[i + 1]) + 0.5 * (t[i + 1] - t[i]) * gauss_x[q],
+                            &space->gauss[GAUSS * i + q]);
+}
+
 enum bf_status fine_new(const struct model *model, size_t n_splines, bool root_released, bool knots_on_edges,
                         struct fine_space *out, struct bf_error *err)
 {
@@ -83,12 +94,14 @@ enum bf_status fine_new(const struct model *model, size_t n_splines, bool root_r
         return status;
     boundary(model->support, root_released, &out->lead, &out->trail);
     out->n = out->spline.n - out->lead - out->trail;
+    fine_fill_gauss(out);
     return BF_OK;
 }
 
 void fine_free(struct fine_space *space)
 {
     spline_free(&space->spline);
+    free(space->gauss);
     *space = (struct fine_space){0};
 }
 
@@ -114,10 +127,13 @@ void fine_add_form(const struct fine_space *space, int derivative, double from_m
         double h = to - from, middle = 0.5 * (from + to);
         if (!(h > 0.0))
             continue;
-        for (int q = 0; q < 4; q++) {
-            struct spline_values values;
-            spline_evaluate(&space->spline, middle + 0.5 * h * gauss_x[q], &values);
-            add_outer(space, values.first, values.d[derivative], scale * 0.5 * h * gauss_w[q], band);
+        const bool whole = h == t[i + 1] - t[i];
+        for (size_t q = 0; q < GAUSS; q++) {
+            struct spline_values inside;
+            const struct spline_values *values = whole ? &space->gauss[GAUSS * i + q] : &inside;
+            if (!whole)
+                spline_evaluate(&space->spline, middle + 0.5 * h * gauss_x[q], &inside);
+            add_outer(space, values->first, values->d[derivative], scale * 0.5 * h * gauss_w[q], band);
         }
     }
 }

@@ -14,6 +14,8 @@ enum { FINE_BAND = 4 }; /* diagonal and three upper diagonals */
 enum bf_status fine_new(const struct model *model, size_t n_splines, bool root_released, bool knots_on_edges,
                         struct fine_space *out, struct bf_error *err);
 void fine_free(struct fine_space *space);
+/* Allocates and fills space->gauss from its splines, of a space that has none. */
+void fine_fill_gauss(struct fine_space *space);
 
 /*
  * Adds scale · ∫ D^k φ_i D^k φ_j dx over [from_m, to_m] to

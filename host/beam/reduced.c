@@ -157,6 +157,7 @@ enum bf_status reduced_move(const struct reduced *from, const struct model *from
         knots[k] = from->uniform ? old->knots[k] * (to_model->length_m / from_model->length_m)
                                  : stretched(from_model, to_model, old->knots[k]);
     out->space.length_m = to_model->length_m;
+    fine_fill_gauss(&out->space);
     out->V = bf_alloc(from->space.n * from->n, sizeof *out->V);
     memcpy(out->V, from->V, from->space.n * from->n * sizeof *out->V);
     out->frequency_rad = bf_alloc(from->n_modes, sizeof *out->frequency_rad);
