@@ -2,11 +2,12 @@
 /*
  * ground.h — what every stage uses, and what knows nothing of beams. Section by section:
  *
- *     ERROR                  how a function fails; memory that is never NULL
+ *     ERROR                  (ground_error.h) how a function fails; memory that is never NULL
  *     TEXT, NUMBER, DECIMAL  words and numbers, read and printed alike in every locale
  *     HASH, LINES            SHA-256; the lines of a text file of any size
- *     OPTIONS                the command line
- *     PROGRESS, WORKERS      a progress bar and Ctrl-C; several threads
+ *     OPTIONS                (ground_command.h) the command line
+ *     PROGRESS               (the same) a progress bar and Ctrl-C
+ *     WORKERS                several threads
  *     ATOMIC FILE            a file written whole or not at all
  *     OUTPUTS                which existing file may be replaced
  *     DEVICE KEY             the secret of a controller, and what it signs
@@ -22,60 +23,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-/*
- * ERROR — how a stage says what went wrong.
- *
- * Every function that can fail returns enum bf_status and takes a struct bf_error *err as its last argument.
- * On failure err->text is one line for a person, "file:line: what is wrong, what to do", without "beamfit: " and
- * without a newline; main() prints it and exits with the status. err must not be NULL.
- */
-
-enum bf_status {
-    BF_OK = 0,
-    BF_NO = 1,       /* a clear answer 'no' where a command asks a question */
-    BF_USAGE = 2,    /* the caller of the program must change the command line */
-    BF_BAD_FILE = 3, /* the owner of a file must change it (or its directory, or the disk) */
-    BF_NUMERIC = 4,  /* the computation failed */
-    BF_DEVICE = 5    /* a device or port */
-};
-
-struct bf_error {
-    enum bf_status status;
-    char text[1024];
-};
-
-/* Fill err and return status, so that `return bf_fail(err, BF_NUMERIC, "...", ...)` reads well. */
-enum bf_status bf_fail(struct bf_error *err, enum bf_status status, const char *format, ...)
-    __attribute__((format(printf, 3, 4)));
-
-/* "file:line: text"; line 0 leaves the line out. */
-enum bf_status bf_fail_at(struct bf_error *err, const char *file, long line, const char *format, ...)
-    __attribute__((format(printf, 4, 5)));
-
-/* A note for the person at the terminal, on standard error: "beamfit: warning: …" (never an error). */
-void bf_warn(const char *format, ...) __attribute__((format(printf, 1, 2)));
-
-/* Who is told of every warning besides, from whatever thread; NULL: nobody. Call while one thread runs. */
-typedef void bf_warn_listener(void *context, const char *text);
-void bf_warn_listen(bf_warn_listener *tell, void *context);
-
-/* malloc/calloc/realloc/strdup that end the program with a message (status 4) when memory is out. */
-void *bf_alloc(size_t count, size_t size);
-void *bf_grow(void *old, size_t count, size_t size);
-char *bf_strdup(const char *text);
-
-#ifdef __clang_analyzer__ /* clang's analyser does not see error.c: bf_fail() returns its status, bf_alloc() zeroed memory, never NULL */
-static inline void *bf_alloc_known(size_t count, size_t size)
-{
-    void *p = calloc(count > 0 ? count : 1, size > 0 ? size : 1);
-    if (p == NULL)
-        abort();
-    return p;
-}
-#define bf_fail(err, status, ...)        ((bf_fail)(err, status, __VA_ARGS__), (status))
-#define bf_fail_at(err, file, line, ...) ((bf_fail_at)(err, file, line, __VA_ARGS__), BF_BAD_FILE)
-#define bf_alloc(count, size)            bf_alloc_known(count, size)
-#endif
+#include "ground/ground_command.h"
+#include "ground/ground_error.h"
 
 /* TEXT — words for people: "did you mean", wrapping to the terminal, column widths of UTF-8. */
 
@@ -188,106 +137,6 @@ void lines_close(struct lines *lines);
 
 /* A whole file in memory with its SHA-256; caller frees *data. One NUL byte follows the n bytes. */
 enum bf_status lines_read_all(const char *path, char **data, size_t *n, char sha256[65], struct bf_error *err);
-
-/* OPTIONS — a table for each command: parsed, explained by --help and the manual page, completed by the shell; one wording of mistakes. */
-
-enum {
-    OPTION_WORD = 1,
-    OPTION_FORCE = -2,
-    OPTION_ANSWER_FORMAT = -3,
-    OPTION_SCHEMA = -4,
-    OPTION_ALL = -5,
-    OPTION_JSON = -6
-};
-
-/* Rows of a command that answers something, for options_format(). main() answers --json-schema. */
-#define OPTIONS_JSON                                                                                                   \
-    {OPTION_JSON, 0, "json", NULL, NULL, "the answer as JSON on standard output, and nothing else"},                   \
-    {                                                                                                                  \
-        OPTION_SCHEMA, 0, "json-schema", NULL, NULL, "what each name in that JSON is, as a JSON Schema, and no more"   \
-    }
-#define OPTIONS_ANSWER                                                                                                 \
-    OPTIONS_JSON,                                                                                                      \
-    {                                                                                                                  \
-        OPTION_ANSWER_FORMAT, 0, "format", "HOW", "text|json|markdown|html",                                           \
-            "the answer as text (default), json, markdown or html"                                                     \
-    }
-enum options_format { OPTIONS_TEXT, OPTIONS_AS_JSON, OPTIONS_MARKDOWN, OPTIONS_HTML };
-enum options_format options_format(void); /* of the command line so far */
-bool options_all(void);                   /* --all (OPTION_ALL) was there: text with every column */
-
-/*
- * One row of a table, which ends with {0}. A row with code 0 is no option: with a name it explains an argument, without one its words stand
- * above the rows that follow.
- */
-struct option_row {
-    int code;         /* what options_next() returns; OPTION_FORCE: --force, which it takes care of */
-    char letter;      /* of the short option; 0: none */
-    const char *name; /* of the long option, without dashes; NULL: only the letter */
-    const char
-        *value; /* what it takes, in capitals that also tell a shell what fits (tools/completion.c); NULL: nothing */
-    const char *of;   /* "bl|foh|zoh": all values that there are; NULL: any */
-    const char *what; /* in words, on one line */
-};
-
-/*
- * The code of the next option of argv[1 … argc − 1], its value in optarg; −1 at the end of the options, optind is then at the first word that is none.
- * A mistake fills err and returns '?': then return BF_USAGE. The message has the nearest option where one is near.
- */
-int options_next(int argc, char **argv, const struct option_row rows[], struct bf_error *err);
-
-/* The same, and a word that is no option is returned as OPTION_WORD where it stands, in optarg. */
-int options_next_or_word(int argc, char **argv, const struct option_row rows[], struct bf_error *err);
-
-/* The help of a command: text_print_help() of what stands above its options, of the options, and of what stands below. */
-void options_print_help(FILE *out, const char *above, const struct option_row rows[], const char *below,
-                        size_t columns);
-
-/* "-o, --output FILE", as --help and the manual page show it; "" for words between rows. */
-enum { OPTION_TERM = 120 };
-void option_term(const struct option_row *row, char term[OPTION_TERM]);
-
-/* A finite number, else BF_USAGE with a message that names `what`. */
-enum bf_status options_number(const char *what, const char *text, double *out, struct bf_error *err);
-
-/* The same, above 0 and at most `most` (INFINITY: any). */
-enum bf_status options_positive(const char *what, const char *text, double most, double *out, struct bf_error *err);
-
-/* A whole number in [least, most]. */
-enum bf_status options_count(const char *what, const char *text, long least, long most, long *out,
-                             struct bf_error *err);
-
-/* The place of text among names[n], else BF_USAGE with the nearest of them, or all. */
-enum bf_status options_choice(const char *what, const char *text, const char *const names[], size_t n, size_t *out,
-                              struct bf_error *err);
-
-/* BF_USAGE when --json (--format) and the output "-" (NULL: none) both want standard output. */
-enum bf_status options_one_answer(const char *output, struct bf_error *err);
-
-/* After options_next() has said −1, of a command without names: BF_USAGE when a word is left over. */
-enum bf_status options_only(int argc, char **argv, struct bf_error *err);
-
-/* PROGRESS — a progress bar with an estimate on a terminal (standard error), nothing when piped; and Ctrl-C as a flag. */
-
-struct progress;
-
-struct progress *progress_begin(const char *what);
-
-/* fraction in [0, 1]; note may be NULL, else one short phrase ("stage 3 of 6, error 0.041"). Cheap: redraws ≤ 10/s. */
-void progress_update(struct progress *progress, double fraction, const char *note);
-/* The same, always drawn: the beginning of another part of the work. */
-void progress_stage(struct progress *progress, double fraction, const char *note);
-void progress_end(struct progress *progress); /* clears the line */
-
-/* After progress_catch_interrupts(), Ctrl-C sets a flag once; a second Ctrl-C ends the program the ordinary way. */
-void progress_catch_interrupts(void);
-bool progress_interrupted(void);
-/* The same as Ctrl-C, from any thread; progress_catch_interrupts() forgets it. */
-void progress_interrupt(void);
-
-/* Who is told of progress besides, at most ten times a second, on the thread that works; NULL: nobody. Call while one thread runs. */
-typedef void progress_listener(void *context, const char *what, double fraction, const char *note);
-void progress_listen(progress_listener *tell, void *context);
 
 /* WORKERS — one function on several threads, for work that shares a queue: each takes the next piece until none is left. */
 
