@@ -6,53 +6,9 @@
 #include <stdint.h>
 #include <cmocka.h>
 #include <math.h>
-#include <stdio.h>
 #include "noise/attainable_problem.h"
 #include "noise/noise.h"
-#include "noise/noise_input.h"
-#include "signals.h"
-#include "test_files.h"
-#include "linear_modes.h"
-
-/*
- * Records are sums of exactly sampled modes (signals.h) far from the model's: its frequencies are 9.8, 61, 172 Hz and
- * more. The reference is the noise that was added.
- */
-/*
- * Deflections of both channels to a hit (kind 0), a sweep (1), from a start (2, no input), or to lines 9 Hz apart, none of them at a mode (3); `level` scales the input. cubic: the
- * sensor shows z (1 + cubic z²/rms²) of the deflection at level 1.
- */
-static struct record make_record(int kind, double level, double cubic, unsigned number)
-{
-    static double u[N], z[N];
-    struct record record = {.path = strdup("test.csv"), .n = N, .dt_s = dt};
-    uint64_t seed = signal_seed(number);
-    for (size_t i = 0; i < N; i++) {
-        const double t = (double)i * dt;
-        if (kind == 0)
-            u[i] = level * exp(-0.5 * pow(((double)i - 60.0) / 2.0, 2.0)); /* band-limited: the sum is exact then */
-        else
-            u[i] = kind == 1 ? level * sin(2.0 * M_PI * (3.0 + 10.0 * t) * t) * (1.0 - exp(-t)) : 0.0;
-        for (int line = 1; kind == 3 && line <= 20; line++)
-            u[i] += 0.1 * level * sin(2.0 * M_PI * 9.0 * line * t + line * line) * (1.0 - exp(-t));
-    }
-    record_add_column(&record, "drive_N", u);
-    for (int channel = 0; channel < 2; channel++) {
-        memset(z, 0, sizeof z);
-        for (int m = 0; m < MODES; m++)
-            signal_add_mode(mode_Hz[m], damping[m], (channel == 1 && m == 1 ? -1.0 : 1.0) / (1.0 + m), dt,
-                            kind == 2 ? NULL : u, N, kind == 2 ? level : 0.0, z);
-        const double rms = signal_rms(z, N);
-        for (size_t i = 0; i < N; i++)
-            z[i] *= 1.0 + cubic * pow(z[i] * level / rms, 2.0);
-        for (size_t i = 0; i < N; i++)
-            z[i] += noise_share * rms * signal_normal(&seed);
-        record_add_column(&record, channel == 0 ? "tip_m" : "middle_m", z);
-    }
-    if (kind == 2)
-        record_add_meta(&record, "excitation", "free_decay");
-    return record;
-}
+#include "modes_record.h"
 
 static struct attainable find(const struct record records[], size_t n)
 {
@@ -213,66 +169,6 @@ static void what_cannot_be_fitted_has_no_modes(void **state)
     record_free(&record);
 }
 
-/* ---- Records of the independent simulator ---- */
-
-enum { CASE_RECORDS = 4 };
-
-static struct attainable of_case(const char *name, const char *model_name)
-{
-    struct model model;
-    struct record records[CASE_RECORDS];
-    struct attainable a = {0};
-    struct bf_error err;
-    char path[128];
-    (void)snprintf(path, sizeof path, "data/open/%s/%s", name, model_name);
-    char *file = shared_file(path);
-    if (file == NULL)
-        skip();
-    assert_int_equal(model_read(file, &model, &err), BF_OK);
-    free(file);
-    for (size_t r = 0; r < CASE_RECORDS; r++) {
-        (void)snprintf(path, sizeof path, "data/open/%s/train%zu.csv", name, r + 1);
-        file = shared_file(path);
-        assert_non_null(file);
-        assert_int_equal(record_read(file, &records[r], &err), BF_OK);
-        free(file);
-    }
-    assert_int_equal(attainable_find(&model, records, CASE_RECORDS, NULL, &a, &err), BF_OK);
-    for (size_t r = 0; r < CASE_RECORDS; r++)
-        record_free(&records[r]);
-    model_free(&model);
-    return a;
-}
-
-static void linear_causes_end_at_the_noise(void **state)
-{
-    (void)state;
-    static const char *const names[] = {"o0_clean", "o1_tip_mass", "o2_root_compliance", "o4_sensor_highpass",
-                                        "o7_viscoelastic"};
-    for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
-        struct attainable a = of_case(names[i], "model.yaml");
-        if (!(fabs(a.noise_ratio - 1.0) < 0.05))
-            fail_msg("%s: %.3f times the noise", names[i], a.noise_ratio);
-        attainable_free(&a);
-    }
-}
-
-/* most: what a fit of the beam's own model leaves (beamfit fit), which the floor must not exceed. */
-static void nonlinear_causes_do_not(void **state)
-{
-    (void)state;
-    static const struct {
-        const char *name;
-        double most;
-    } cases[] = {{"o3_quadratic_drag", 0.149}, {"o5_coulomb_friction", 0.289}};
-    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        struct attainable a = of_case(cases[i].name, "model.yaml");
-        if (!(a.noise_ratio > 10.0) || !(a.nrmse < cases[i].most))
-            fail_msg("%s: %.3f times the noise, error %.4f", cases[i].name, a.noise_ratio, a.nrmse);
-        attainable_free(&a);
-    }
-}
-
 /* A sweep that goes on for 180,000 samples; both channels, with noise. */
 static struct record make_long_record(size_t n)
 {
@@ -379,117 +275,6 @@ static void a_recorder_that_rings_is_no_mode(void **state)
     model_free(&model);
 }
 
-/* Power of the answer to white noise of rms 1, or to what is kept of it, mean over draws. */
-static double answered(int channel, const struct column_noise *cells)
-{
-    enum { DRAWS = 400 };
-    static double u[N], z[N];
-    double sum = 0.0;
-    struct bf_error err;
-    for (unsigned draw = 0; draw < DRAWS; draw++) {
-        uint64_t seed = signal_seed(5000 + draw);
-        for (size_t i = 0; i < N; i++)
-            u[i] = signal_normal(&seed);
-        if (cells != NULL)
-            assert_int_equal(input_noise_keep(cells, u, N, u, &err), BF_OK);
-        memset(z, 0, sizeof z);
-        for (int m = 0; m < MODES; m++)
-            signal_add_mode(mode_Hz[m], damping[m], (channel == 1 && m == 1 ? -1.0 : 1.0) / (1.0 + m), dt, u, N, 0.0,
-                            z);
-        sum += pow(signal_rms(z, N), 2.0) / DRAWS;
-    }
-    return sum;
-}
-
-/* What gain[N/2 + 1] makes of such noise, of the power that answers it. */
-static double answered_by(const double gain[], int channel, const struct column_noise *cells)
-{
-    double power = 0.0;
-    assert_non_null(gain);
-    for (size_t k = 1; k <= N / 2; k++)
-        power += 2.0 / N * gain[k];
-    return power / answered(channel, cells);
-}
-
-/* What a force's noise makes of a resonance is known from the records of a drive that has no line there: a hit, a sweep, a multisine. */
-static void noise_is_answered_between_the_lines_of_a_drive(void **state)
-{
-    (void)state;
-    static const int kinds[] = {0, 1, 3};
-    struct model model = read_model();
-    for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++) {
-        struct record record = make_record(kinds[i], 1.0, 0.0, 40 + (unsigned)i);
-        struct noise_channel_input inputs[2] = {{.u = record_column(&record, "drive_N")},
-                                                {.u = record_column(&record, "drive_N")}};
-        struct bf_error err;
-        const double own[2] = {noise_share * signal_rms(record_column(&record, "tip_m"), N),
-                               noise_share * signal_rms(record_column(&record, "middle_m"), N)};
-        assert_int_equal(attainable_gains(&model, &record, own, inputs, 1, &err), BF_OK);
-        for (int c = 0; c < 2; c++) {
-            const double part = answered_by(inputs[c].gain, c, NULL);
-            print_message("drive %d, channel %d: %.3f of the answer's power\n", kinds[i], c, part);
-            assert_true(fabs(log(part)) < log(1.1));
-            free(inputs[c].gain);
-        }
-        record_free(&record);
-    }
-    model_free(&model);
-}
-
-/* Of a cleaned sweep the noise at low frequencies is kept early, that at high ones late: the first rings for the whole record. */
-static void kept_noise_is_answered_from_when_it_came(void **state)
-{
-    (void)state;
-    struct model model = read_model();
-    struct record record = make_record(1, 1.0, 0.0, 47), *records[1] = {&record};
-    struct clean_input_list cleaned;
-    struct bf_error err;
-    uint64_t seed = signal_seed(48);
-    for (size_t i = 0; i < N; i++)
-        record.columns[0].x[i] += 0.01 * signal_normal(&seed);
-    assert_int_equal(inputs_clean(&model, records, 1, &cleaned, &err), BF_OK);
-    assert_int_equal(cleaned.n, 1);
-    const struct column_noise *cells = record_column_noise(&record, "drive_N");
-    struct noise_channel_input inputs[2] = {{.u = record_column(&record, "drive_N"), .cells = cells},
-                                            {.u = record_column(&record, "drive_N"), .cells = cells}};
-    const double own[2] = {noise_share * signal_rms(record_column(&record, "tip_m"), N),
-                           noise_share * signal_rms(record_column(&record, "middle_m"), N)};
-    assert_int_equal(attainable_gains(&model, &record, own, inputs, 1, &err), BF_OK);
-    for (int c = 0; c < 2; c++) {
-        const double part = answered_by(inputs[c].gain, c, cells);
-        print_message("channel %d: %.3f of the answer's power, of noise of which %.2f is kept\n", c, part,
-                      cleaned.all[0].kept);
-        assert_true(fabs(log(part)) < log(1.15));
-        free(inputs[c].gain);
-    }
-    inputs_clean_free(&cleaned);
-    record_free(&record);
-    model_free(&model);
-}
-
-/* A free decay has no input to be noisy, and a record without the channel none to answer. */
-static void what_has_no_path_has_no_gain(void **state)
-{
-    (void)state;
-    struct model model = read_model();
-    struct record decay = make_record(2, 1.0, 0.0, 50);
-    struct noise_channel_input inputs[2] = {{.u = record_column(&decay, "drive_N")},
-                                            {.u = record_column(&decay, "drive_N")}};
-    struct bf_error err;
-    const double own[2] = {1e-6, 1e-6};
-    assert_int_equal(attainable_gains(&model, &decay, own, inputs, 1, &err), BF_OK);
-    assert_true(inputs[0].gain == NULL && inputs[1].gain == NULL);
-    record_free(&decay);
-    struct record one = make_record(0, 1.0, 0.0, 51);
-    one.columns[2].name[0] = 'x'; /* middle_m */
-    inputs[0].u = inputs[1].u = record_column(&one, "drive_N");
-    assert_int_equal(attainable_gains(&model, &one, own, inputs, 1, &err), BF_OK);
-    assert_true(inputs[0].gain != NULL && inputs[1].gain == NULL);
-    free(inputs[0].gain);
-    record_free(&one);
-    model_free(&model);
-}
-
 /* At the same poles the pieces leave what the whole leaves, but for what states of their own take: of noise little, of a wrong damping more. */
 static void a_long_record_is_the_sum_of_its_pieces(void **state)
 {
@@ -538,11 +323,6 @@ int main(void)
         cmocka_unit_test(an_unknown_level_is_no_misfit),
         cmocka_unit_test(a_cube_stays_above_the_noise),
         cmocka_unit_test(what_cannot_be_fitted_has_no_modes),
-        cmocka_unit_test(linear_causes_end_at_the_noise),
-        cmocka_unit_test(nonlinear_causes_do_not),
-        cmocka_unit_test(noise_is_answered_between_the_lines_of_a_drive),
-        cmocka_unit_test(kept_noise_is_answered_from_when_it_came),
-        cmocka_unit_test(what_has_no_path_has_no_gain),
         cmocka_unit_test(a_long_record_is_the_sum_of_its_pieces),
     };
     return cmocka_run_group_tests_name("attainable", tests, NULL, NULL);
