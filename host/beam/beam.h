@@ -26,10 +26,9 @@
 
 struct fine_space {
     struct spline spline;
-    struct spline_values *
-        gauss; /* [4 · spline.n] of the points that forms are integrated with, element i (knots i, i + 1) from 4 i on */
-    size_t lead, trail; /* functions left out at either end */
-    size_t n;           /* degrees of freedom */
+    struct spline_values *gauss; /* [4 · spline.n] at the points of quadrature; of knots i to i + 1 from 4 i on */
+    size_t lead, trail;          /* functions left out at either end */
+    size_t n;                    /* degrees of freedom */
     double length_m;
 };
 

@@ -169,9 +169,8 @@ static enum bf_status run(struct fit_problem *p, const double x[], bool with_jac
         p->fitted = y->y;
     for (size_t k = 0; k < p->n_nuisance; k++)
         p->coefficients[k] = 0.0;
-    for (size_t r = 0; r < p->n_records && p->predictor != NULL && !status; r++) {
+    for (size_t r = 0; r < p->n_records && p->predictor != NULL && !status; r++)
         status = fit_record(p, y, r, &p->parts[r], err);
-    }
     if (!status && p->n_nuisance > 0)
         predictor_set_nuisance(p->predictor, p->coefficients);
     return status;
@@ -220,7 +219,7 @@ enum bf_status fit_problem_evaluate(struct fit_problem *p, const double x[], boo
     const enum fit_holds wanted = with_jacobian ? HOLDS_JACOBIAN : HOLDS_VALUE;
     *data_square = HUGE_VAL;
     if (p->held_at < wanted || !fit_problem_holds(p, x)) {
-        const bool known = fit_problem_holds(p, x);
+        const bool known = fit_problem_holds(p, x); /* a value */
         p->held_at = HOLDS_NOTHING;
         fit_problem_to_theta(p, x, p->theta);
         const enum bf_status status =
