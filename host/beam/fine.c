@@ -129,10 +129,12 @@ void fine_add_form(const struct fine_space *space, int derivative, double from_m
             continue;
         const bool whole = h == t[i + 1] - t[i];
         for (size_t q = 0; q < GAUSS; q++) {
+            const struct spline_values *values = &space->gauss[GAUSS * i + q];
             struct spline_values inside;
-            const struct spline_values *values = whole ? &space->gauss[GAUSS * i + q] : &inside;
-            if (!whole)
+            if (!whole) {
                 spline_evaluate(&space->spline, middle + 0.5 * h * gauss_x[q], &inside);
+                values = &inside;
+            }
             add_outer(space, values->first, values->d[derivative], scale * 0.5 * h * gauss_w[q], band);
         }
     }
