@@ -182,6 +182,16 @@ static size_t best_with(const struct diagnosis *d, const struct decision *one, c
     return best;
 }
 
+/* The special case of `effect` that stands for it in a simpler explanation; the effect itself where that has it. */
+static const struct beam_effect *special_in(const struct diagnosis *d, const struct hypothesis *simple,
+                                            const struct beam_effect *effect)
+{
+    for (size_t e = 0; e < simple->n_effects && !hypothesis_has(simple, effect); e++)
+        if (diagnose_special_case(simple->effects[e], effect, d->model))
+            return simple->effects[e];
+    return effect;
+}
+
 static bool take_ambiguous(struct diagnosis *d)
 {
     const struct decision *one = fewest(d);
@@ -190,10 +200,14 @@ static bool take_ambiguous(struct diagnosis *d)
     d->verdict = VERDICT_AMBIGUOUS;
     d->probability = one->probability;
     for (size_t e = 0; e < one->n; e++) {
-        name(d, one->among[e]);
-        d->hypotheses[best_with(d, one, one->among[e])].rival = true;
+        struct hypothesis *found = &d->hypotheses[best_with(d, one, one->among[e])],
+                          *simple = &d->hypotheses[diagnose_simplest(d, (size_t)(found - d->hypotheses))];
+        name(d, special_in(d, simple, one->among[e]));
+        simple->rival = true;
+        if (simple != found)
+            simple->probability = found->probability, found->probability = 0.0;
     }
-    const size_t first = one->with;
+    const size_t first = diagnose_simplest(d, one->with);
     d->hypotheses[first].rival = false;
     move_to_front(d, first);
     return true;

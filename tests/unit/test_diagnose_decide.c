@@ -193,6 +193,27 @@ static void two_that_explain_alike_are_ambiguous(void **state)
     done(&d);
 }
 
+/* A mass at a free place is listed as what it is a special case of where that does as well. */
+static void of_several_each_is_listed_as_its_special_case(void **state)
+{
+    struct diagnosis d;
+    struct hypothesis h[] = {refit("point_mass", NULL, 2, 1.02, 1.02), refit("root_compliance", NULL, 2, 1.02, 1.02),
+                             refit("tip_mass", NULL, 1, 1.021, 1.021), refit("axial_load", NULL, 1, 60.0, 60.0)};
+    decide(&d, *state, 90.0, 80.0, h, 4);
+    assert_int_equal(d.verdict, VERDICT_AMBIGUOUS);
+    bool tip = false, point = false;
+    for (size_t i = 0; i < d.n_named; i++)
+        tip = tip || strcmp(d.named[i], "tip_mass") == 0, point = point || strcmp(d.named[i], "point_mass") == 0;
+    assert_true(tip && !point);
+    for (size_t i = 0; i < d.n_hypotheses; i++) {
+        const struct hypothesis *one = &d.hypotheses[i];
+        const bool listed = i == 0 || one->rival, mass = strcmp(one->effects[0]->id, "tip_mass") == 0;
+        assert_true(!mass || (listed && one->probability > 0.1));
+        assert_true(!listed || strcmp(one->effects[0]->id, "point_mass") != 0);
+    }
+    done(&d);
+}
+
 static void held_out_records_break_a_tie(void **state)
 {
     struct diagnosis d;
@@ -423,6 +444,7 @@ int main(void)
         cmocka_unit_test(what_takes_a_little_is_not_named),
         cmocka_unit_test(none_of_a_crowd_is_named),
         cmocka_unit_test(two_that_explain_alike_are_ambiguous),
+        cmocka_unit_test(of_several_each_is_listed_as_its_special_case),
         cmocka_unit_test(held_out_records_break_a_tie),
         cmocka_unit_test(the_simpler_of_a_family_is_named),
         cmocka_unit_test(a_place_at_the_free_end_does_not_make_the_larger_of_a_family),
