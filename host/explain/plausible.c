@@ -11,6 +11,8 @@
 
 /* Of EI or of the buckling load: up to this part nothing is said; e times as much, and more, is improbable as a normal logarithm of deviation 1. */
 static const double usual_share = 0.1;
+/* Nothing pulls at a free end but weight: of the beam and of masses of three times its own. */
+static const double usual_weight = 4.0;
 /* Times the beam's mass: up to this a mass is one that somebody puts on a beam; one that is far heavier holds it, as a support does. */
 static const double usual_mass = 3.0;
 /* Tones are spread evenly over the logarithm of the frequency: one within this share of a pole is judged by how near it is. */
@@ -35,6 +37,15 @@ static double buckling_load(const struct model *model)
     return M_PI * M_PI * stiffest(model) / (length_m * length_m);
 }
 
+/* Up to which a force along the beam is one that somebody makes. */
+static double usual_tension(const struct model *model)
+{
+    static const double gravity_mps2 = 9.81;
+    const bool held = model->support == SUPPORT_PINNED_PINNED || model->support == SUPPORT_CLAMPED_CLAMPED;
+    const double bends = usual_share * buckling_load(model);
+    return held ? bends : fmin(bends, usual_weight * gravity_mps2 * model_mass_kg(model));
+}
+
 static double beyond(double value, double usual)
 {
     const double log_ratio = log(fmax(fabs(value) / usual, 1.0));
@@ -47,7 +58,7 @@ static double nats_of_term(const struct model *model, const struct beam_term *te
     if (plain && term->place.kind == BEAM_OVER_CURVATURE)
         return beyond((double)(term->value.stiffness + term->value.memory), usual_share * stiffest(model));
     if (plain && term->place.kind == BEAM_OVER_SLOPE)
-        return beyond((double)term->value.stiffness, usual_share * buckling_load(model));
+        return beyond((double)term->value.stiffness, usual_tension(model));
     if (term->place.kind == BEAM_AT_POINT)
         return beyond((double)term->value.mass, usual_mass * model_mass_kg(model));
     return 0.0;

@@ -212,6 +212,24 @@ static void an_unbelievable_strength_costs(void **state)
     assert_true(nats_of("  - {kind: tip_mass, mass_kg: 0.1}\n", &none) == 0.0);
 }
 
+/* At a free end nothing pulls but weight, however stiff the beam is: this one, a hundred times as stiff, buckles at 940 N. */
+static void what_pulls_at_a_free_end_is_weight(void **state)
+{
+    (void)state;
+    for (int held = 0; held < 2; held++) {
+        struct diagnosis d = {0};
+        struct hypothesis h = {.n_effects = 1};
+        fixture_model(&h.model, "  - {kind: axial_load, force_N: 1}\n");
+        h.model.support = held ? SUPPORT_PINNED_PINNED : SUPPORT_CLAMPED_FREE;
+        for (size_t m = 0; m < h.model.n_materials; m++)
+            h.model.materials[m].EI.value *= 100.0;
+        h.model.effects[0].parameters[0].value = 12.0 * 9.81 * model_mass_kg(&h.model);
+        const double nats = implausible_nats(&d, &h);
+        assert_true(held ? nats == 0.0 : fabs(nats - 0.5 * log(3.0) * log(3.0)) < 1e-9);
+        model_free(&h.model);
+    }
+}
+
 /* A tenth of its frequency around the pole is its neighbourhood; within its bandwidth the chance is its damping over a tenth. */
 static void a_tone_at_a_pole_costs(void **state)
 {
@@ -258,6 +276,7 @@ int main(void)
         cmocka_unit_test(a_sensor_that_loses_the_first_mode_costs),
         cmocka_unit_test(a_mass_far_heavier_than_the_beam_costs),
         cmocka_unit_test(an_unbelievable_strength_costs),
+        cmocka_unit_test(what_pulls_at_a_free_end_is_weight),
         cmocka_unit_test(a_tone_at_a_pole_costs),
         cmocka_unit_test(bands_share_the_noise),
     };
