@@ -7,9 +7,9 @@
  *   long_record_sum()    before it, of a record too long for memory; compare_take_long() after it
  *   compare_run()        errors, bands, tests of every channel; then compare_worst_band() and compare_is_noise() of a channel
  *   compare_suspect(), disagreements_find()  ordinary causes in words
- *   amplitude_measure()  from a comparison: frequency and damping against amplitude, in stretches that nothing drives
- *   stabilisation_find() from a comparison: poles of free linear models of rising order
- *   channel_factors_find()  before all that: a sign, unit or decade of a channel that is wrong
+ *   amplitude_measure()  (compare_modes.h) from a comparison: frequency and damping against amplitude, in stretches that nothing drives
+ *   stabilisation_find() (the same) from a comparison: poles of free linear models of rising order
+ *   channel_factors_find()  (compare_factors.h) before all that: a sign, unit or decade of a channel that is wrong
  *   localise_misfit()    from residuals and their noise alone: shares of the misfit above the noise, over all records
  *   history_read(), or history_of() for one model and its ancestors; neither needs a record
  */

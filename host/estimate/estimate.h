@@ -5,7 +5,7 @@
  * fit_run() poses a weighted least-squares problem in the model's free parameters, finds starts for it, searches from them through
  * windows that grow to whole records, and returns values with standard errors and with what the records cannot determine
  * (docs/estimation.md). fit_errors() judges a model on records that were not fitted, own_values_find() estimates what belongs to
- * such a record alone, fit_finer() tells the error of the computation. The rest is for a caller that compares many models (host/explain):
+ * such a record alone, fit_finer() tells the error of the computation. The included parts are for a caller that compares many models (host/explain):
  * candidate_list_new() lists the effects that could act, score_run() and trial_all() tell cheaply what each would explain of a fitted
  * baseline's residual and where a fit of it should start, refit_run() fits one of them, and reconstruct_run() describes the missing force
  * when none fits. Units are SI. What a call fills is freed with the function named at it.

@@ -181,7 +181,7 @@ static enum bf_status first_descent(struct fit_work *w, const struct fit_options
 {
     struct fit_problem *p = &w->problem;
     if (options->start == FIT_NEAR) {
-        (void)fit_problem_release(p, w->x);
+        fit_problem_release(p);
         return staircase_last(p, stairs, w->x, found, err);
     }
     double *theta = bf_alloc(w->n_refs, sizeof *theta);
@@ -204,6 +204,15 @@ static enum bf_status first_descent(struct fit_work *w, const struct fit_options
     }
     free(theta);
     return status;
+}
+
+/* The file's bounds alone from here on: what lies on another one goes on beyond it. */
+static enum bf_status go_beyond(struct fit_work *w, const struct staircase *stairs, struct optimise_result *found,
+                                struct bf_error *err)
+{
+    const bool presses = fit_problem_presses(&w->problem, w->x);
+    fit_problem_release(&w->problem);
+    return presses && !progress_interrupted() ? staircase_last(&w->problem, stairs, w->x, found, err) : BF_OK;
 }
 
 /*
@@ -232,8 +241,8 @@ static enum bf_status descend(struct fit_work *w, const struct fit_options *opti
     if (!status && wanted && p->n_unknowns > 0 && !progress_interrupted())
         status = search(w, &stairs, bar, found, out, err);
     stairs.tried = NULL;
-    if (!status && p->n_unknowns > 0 && fit_problem_release(p, w->x) && !progress_interrupted())
-        status = staircase_last(p, &stairs, w->x, found, err);
+    if (!status)
+        status = go_beyond(w, &stairs, found, err);
     if (!status && missed && p->predictor != NULL && !progress_interrupted())
         status = best_raise_vanished(p, &stairs, w->x, found, err);
     if (!missed)

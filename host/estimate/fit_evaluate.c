@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* One evaluation of the weighted residual and its Jacobian, with the linear unknowns projected out. */
-#include "fit_linear_unknowns.h"
 #include "fit_problem.h"
 
 #include <math.h>
@@ -9,6 +8,25 @@
 #include <string.h>
 #include "fit_shares.h"
 #include "maths/maths.h"
+
+static const double dependent = 1e-10; /* columns that depend on others to this share are left out */
+
+/* The linear unknowns of one record: columns of its rows. */
+struct linear_part {
+    size_t row, m;    /* first row, number of rows */
+    size_t n;         /* columns */
+    size_t *nuisance; /* [n] which of the prediction's columns; the level comes first, as SIZE_MAX */
+    double *A;        /* [m × n] weighted */
+    double *Q;        /* [m × rank] orthonormal */
+    size_t rank;
+    double *c; /* [n] */
+};
+
+static void linear_part_free(struct linear_part *part)
+{
+    free(part->nuisance), free(part->A), free(part->Q), free(part->c);
+    *part = (struct linear_part){0};
+}
 
 static bool any_nonzero(const double *x, size_t n)
 {
@@ -30,11 +48,11 @@ static void record_rows(const struct fit_problem *p, size_t record, size_t *row,
     }
 }
 
-static void gather(const struct fit_problem *p, const struct prediction *y, size_t record, struct linear_unknowns *part)
+static void gather(const struct fit_problem *p, const struct prediction *y, size_t record, struct linear_part *part)
 {
-    part->n = part->rank = 0;
+    *part = (struct linear_part){0};
     record_rows(p, record, &part->row, &part->m);
-    part->nuisance = bf_grow(part->nuisance, y->n_nuisance + 1, sizeof *part->nuisance);
+    part->nuisance = bf_alloc(y->n_nuisance + 1, sizeof *part->nuisance);
     if (p->drives[record].level && part->m > 0)
         part->nuisance[part->n++] = SIZE_MAX;
     for (size_t k = 0; k < y->n_nuisance; k++)
@@ -42,7 +60,9 @@ static void gather(const struct fit_problem *p, const struct prediction *y, size
             part->nuisance[part->n++] = k;
     if (part->n == 0)
         return;
-    linear_unknowns_room(part, part->n);
+    part->A = bf_alloc(part->m * part->n, sizeof *part->A);
+    part->Q = bf_alloc(part->m * part->n, sizeof *part->Q);
+    part->c = bf_alloc(part->n, sizeof *part->c);
     for (size_t j = 0; j < part->n; j++) {
         const double *column =
             part->nuisance[j] == SIZE_MAX ? y->y + part->row : y->nuisance + part->nuisance[j] * y->n_rows + part->row;
@@ -51,9 +71,23 @@ static void gather(const struct fit_problem *p, const struct prediction *y, size
     }
 }
 
+/* Coefficients c = argmin ‖A c − target‖ through Q: min ‖QᵀA c − Qᵀ target‖. */
+static enum bf_status solve_part(struct linear_part *part, const double target[], struct bf_error *err)
+{
+    enum bf_status status = dense_orthonormal(part->m, part->n, part->A, dependent, part->Q, &part->rank, err);
+    if (status || part->rank == 0)
+        return status;
+    double *QA = bf_alloc(part->rank * part->n, sizeof *QA), *Qb = bf_alloc(part->rank, sizeof *Qb);
+    dense_gemm(true, false, part->rank, part->n, part->m, 1.0, part->Q, part->A, 0.0, QA);
+    dense_gemv(true, part->m, part->rank, 1.0, part->Q, target, 0.0, Qb);
+    status = dense_least_squares(part->rank, part->n, QA, Qb, dependent, part->c, NULL, err);
+    free(QA), free(Qb);
+    return status;
+}
+
 /* Fills fitted and residual of one record, and remembers the coefficients. */
 static enum bf_status fit_record(struct fit_problem *p, const struct prediction *y, size_t record,
-                                 struct linear_unknowns *part, struct bf_error *err)
+                                 struct linear_part *part, struct bf_error *err)
 {
     gather(p, y, record, part);
     p->levels[record] = 1.0;
@@ -72,7 +106,7 @@ static enum bf_status fit_record(struct fit_problem *p, const struct prediction 
             target[row - part->row] = p->weight[row] * (channel->measured[k] - (level ? 0.0 : y->y[row]));
         }
     }
-    const enum bf_status status = linear_unknowns_solve(part, target, err);
+    const enum bf_status status = solve_part(part, target, err);
     free(target);
     for (size_t j = 0; j < part->n && !status; j++) {
         if (part->nuisance[j] == SIZE_MAX) {
@@ -109,7 +143,7 @@ static void weighted_jacobian(struct fit_problem *p, const struct prediction *y,
 }
 
 /* J ← (I − Q Qᵀ) J on the rows of one record. */
-static void project(struct fit_problem *p, const struct linear_unknowns *part)
+static void project(struct fit_problem *p, const struct linear_part *part)
 {
     if (part->n == 0 || part->rank == 0)
         return;
@@ -148,9 +182,9 @@ static enum bf_status predict(struct fit_problem *p, const double x[], bool with
     return predictor_run(p->predictor, p->theta, with_jacobian ? p->want : NULL, y, err);
 }
 
-/* Runs the predictor and solves every record's linear unknowns. */
-static enum bf_status run(struct fit_problem *p, const double x[], bool with_jacobian, struct prediction *y,
-                          struct bf_error *err)
+/* Runs the predictor and solves every record's linear unknowns. parts: [n_records]. */
+static enum bf_status run(struct fit_problem *p, const double x[], bool with_jacobian, struct linear_part parts[],
+                          struct prediction *y, struct bf_error *err)
 {
     const bool *want = with_jacobian ? p->want : NULL;
     *y = (struct prediction){0};
@@ -169,8 +203,10 @@ static enum bf_status run(struct fit_problem *p, const double x[], bool with_jac
         p->fitted = y->y;
     for (size_t k = 0; k < p->n_nuisance; k++)
         p->coefficients[k] = 0.0;
-    for (size_t r = 0; r < p->n_records && p->predictor != NULL && !status; r++)
-        status = fit_record(p, y, r, &p->parts[r], err);
+    for (size_t r = 0; r < p->n_records && p->predictor != NULL && !status; r++) {
+        linear_part_free(&parts[r]);
+        status = fit_record(p, y, r, &parts[r], err);
+    }
     if (!status && p->n_nuisance > 0)
         predictor_set_nuisance(p->predictor, p->coefficients);
     return status;
@@ -178,19 +214,17 @@ static enum bf_status run(struct fit_problem *p, const double x[], bool with_jac
 
 /* known: the amplitudes of the states are those at x already. */
 static enum bf_status evaluate(struct fit_problem *p, const double x[], bool with_jacobian, bool known,
-                               struct bf_error *err)
+                               struct linear_part parts[], struct bf_error *err)
 {
     if (with_jacobian && p->jacobian == NULL)
         fit_problem_make_jacobian(p);
-    if (p->parts == NULL)
-        p->parts = bf_alloc(p->n_records, sizeof *p->parts);
     struct prediction y;
     const struct predict_target target = {.weight = p->weight, .start = p->states, .runs = &p->runs};
     enum bf_status status = p->predictor != NULL ? predictor_settle(p->predictor, p->theta, &target, err) : BF_OK;
     if (!status && (!with_jacobian || (p->has_decay && !known)))
-        status = run(p, x, false, &y, err);
+        status = run(p, x, false, parts, &y, err);
     if (!status && with_jacobian)
-        status = run(p, x, true, &y, err); /* at the amplitudes of the run before */
+        status = run(p, x, true, parts, &y, err); /* at the amplitudes of the run before */
     if (status)
         return status;
     weigh_residual(p);
@@ -198,10 +232,21 @@ static enum bf_status evaluate(struct fit_problem *p, const double x[], bool wit
         return BF_OK;
     weighted_jacobian(p, &y, x);
     for (size_t r = 0; r < p->n_records; r++)
-        project(p, &p->parts[r]);
+        project(p, &parts[r]);
     p->states = bf_grow(p->states, p->n_nuisance ? p->n_nuisance : 1, sizeof *p->states);
     memcpy(p->states, p->coefficients, p->n_nuisance * sizeof *p->states);
     return BF_OK;
+}
+
+static enum bf_status evaluate_here(struct fit_problem *p, const double x[], bool with_jacobian, bool known,
+                                    struct bf_error *err)
+{
+    struct linear_part *parts = bf_alloc(p->n_records, sizeof *parts);
+    const enum bf_status status = evaluate(p, x, with_jacobian, known, parts, err);
+    for (size_t r = 0; r < p->n_records; r++)
+        linear_part_free(&parts[r]);
+    free(parts);
+    return status;
 }
 
 bool fit_problem_holds(const struct fit_problem *p, const double x[])
@@ -219,11 +264,11 @@ enum bf_status fit_problem_evaluate(struct fit_problem *p, const double x[], boo
     const enum fit_holds wanted = with_jacobian ? HOLDS_JACOBIAN : HOLDS_VALUE;
     *data_square = HUGE_VAL;
     if (p->held_at < wanted || !fit_problem_holds(p, x)) {
-        const bool known = fit_problem_holds(p, x); /* a value */
+        const bool known = fit_problem_holds(p, x); /* the value is there, and with it the amplitudes */
         p->held_at = HOLDS_NOTHING;
         fit_problem_to_theta(p, x, p->theta);
-        const enum bf_status status =
-            p->shares != NULL ? shares_evaluate(p, x, with_jacobian, err) : evaluate(p, x, with_jacobian, known, err);
+        const enum bf_status status = p->shares != NULL ? shares_evaluate(p, x, with_jacobian, err)
+                                                        : evaluate_here(p, x, with_jacobian, known, err);
         if (status)
             return status;
         memcpy(p->at, x, p->n_unknowns * sizeof *x);

@@ -4,7 +4,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include "fit_linear_unknowns.h"
 #include "fit_shares.h"
 #include "maths/maths.h"
 
@@ -281,10 +280,7 @@ void fit_problem_rest(struct fit_problem *p)
 void fit_problem_free(struct fit_problem *p)
 {
     fit_problem_free_rows(p);
-    for (size_t r = 0; r < p->n_records && p->parts != NULL; r++)
-        linear_unknowns_free(&p->parts[r]);
-    free(p->parts), free(p->unknowns), free(p->lower), free(p->upper), free(p->base), free(p->theta), free(p->want),
-        free(p->held);
+    free(p->unknowns), free(p->lower), free(p->upper), free(p->base), free(p->theta), free(p->want), free(p->held);
     free(p->drives), free(p->levels), free(p->sigma), free(p->weight), free(p->residual);
     free(p->coefficients), free(p->at), free(p->explained), free(p->horizon_s), free(p->weighed_s), free(p->states);
     *p = (struct fit_problem){0};
@@ -335,16 +331,21 @@ void fit_problem_rescale(struct fit_problem *p, double x[])
     }
 }
 
-bool fit_problem_release(struct fit_problem *p, const double x[])
+void fit_problem_release(struct fit_problem *p)
 {
-    bool on_bound = false;
     p->released = true;
-    for (size_t i = 0; i < p->n_unknowns; i++) {
-        const double lower = p->lower[i], upper = p->upper[i];
+    for (size_t i = 0; i < p->n_unknowns; i++)
         set_bounds(p, i, p->theta[p->unknowns[i].ref]);
-        on_bound = on_bound || (x[i] <= lower && p->lower[i] < lower) || (x[i] >= upper && p->upper[i] > upper);
+}
+
+bool fit_problem_presses(const struct fit_problem *p, const double x[])
+{
+    for (size_t i = 0; i < p->n_unknowns; i++) {
+        const struct unknown *u = &p->unknowns[i];
+        if (u->logarithmic && !isfinite(p->refs[u->ref].info->max) && x[i] >= p->upper[i])
+            return true;
     }
-    return on_bound;
+    return false;
 }
 
 void fit_problem_hold(struct fit_problem *p, size_t i, bool held)

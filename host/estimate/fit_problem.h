@@ -75,8 +75,7 @@ struct fit_problem {
     size_t n_rows, n_used;                  /* n_used: rows with a weight; of all shares */
     double
         noise_rows; /* Σ (w/max w)² of the samples: so many rows of noise; a window or a floor makes rows count less */
-    double *weight;                /* [n_rows] */
-    struct linear_unknowns *parts; /* [n_records] what is linear in each record; NULL before the first evaluation */
+    double *weight; /* [n_rows] */
     /* last evaluation */
     double *theta;      /* [n_refs] */
     double half_square; /* ½‖data rows‖² */
@@ -152,9 +151,11 @@ double fit_problem_slope(const struct fit_problem *p, size_t i, const double x[]
 
 /*
  * Where the file sets no bound of it, damping goes as far as model_most_damping(): records that the model cannot explain are often followed better by a beam of which nothing
- * swings than by one that swings elsewhere. From here on the file's bounds are all that there is; returns whether x[n_unknowns] lies on another one.
+ * swings than by one that swings elsewhere. After fit_problem_release() the file's bounds are all that there is.
  */
-bool fit_problem_release(struct fit_problem *p, const double x[]);
+void fit_problem_release(struct fit_problem *p);
+/* x[n_unknowns] lies on a bound that the file does not set. */
+bool fit_problem_presses(const struct fit_problem *p, const double x[]);
 
 /*
  * A step of 1 must stay large: the scale of an effect's strength that has outgrown it becomes its size; x[n_unknowns] follows.

@@ -73,7 +73,7 @@ static enum bf_status work_new(struct refit_work *w, const struct model *model, 
         w->theta0[i] = w->refs[i].value;
     w->x = bf_alloc(p->n_unknowns, sizeof *w->x);
     if (options->near)
-        (void)fit_problem_release(p, w->x);
+        fit_problem_release(p);
     w->search = (struct refit_search){.p = p,
                                       .stairs = staircase_for(&w->model, records, n_records),
                                       .first_effect = options->first_new,

@@ -243,7 +243,7 @@ static enum bf_status fill(struct score_base *base, struct fit_problem *p, struc
 {
     double *x = bf_alloc(p->n_unknowns ? p->n_unknowns : 1, sizeof *x), square;
     fit_problem_to_x(p, base->theta, x);
-    (void)fit_problem_release(p, x); /* an optimum of the file's bounds */
+    fit_problem_release(p); /* an optimum of the file's bounds */
     enum bf_status status = fit_problem_stage(p, 0.0, 0.0, x, err);
     if (!status)
         status = fit_problem_evaluate(p, x, true, &square, err);

@@ -134,6 +134,15 @@ static void name(struct diagnosis *d, const struct beam_effect *effect)
         d->named[d->n_named++] = effect->id;
 }
 
+/* What is told of an explanation: the special case that does as well, which then is as probable as it was. */
+static size_t told_of(struct diagnosis *d, size_t i, double probability)
+{
+    const size_t simple = diagnose_simplest(d, i);
+    if (simple != i)
+        d->hypotheses[simple].probability = probability, d->hypotheses[i].probability = 0.0;
+    return simple;
+}
+
 /* From the best explanation, else from the best single effect. */
 static bool take_missing(struct diagnosis *d)
 {
@@ -142,13 +151,11 @@ static bool take_missing(struct diagnosis *d)
         const size_t made = found.n > 0 ? made_of(d, &found) : d->n_hypotheses;
         if (made == d->n_hypotheses)
             continue;
-        const size_t h = diagnose_simplest(d, made);
+        const size_t h = told_of(d, made, found.probability);
         d->verdict = VERDICT_MISSING;
         d->probability = found.probability;
         for (size_t e = 0; e < d->hypotheses[h].n_effects; e++)
             name(d, d->hypotheses[h].effects[e]);
-        if (h != made)
-            d->hypotheses[h].probability = found.probability, d->hypotheses[made].probability = 0.0;
         move_to_front(d, h);
         return true;
     }
@@ -182,11 +189,13 @@ static size_t best_with(const struct diagnosis *d, const struct decision *one, c
     return best;
 }
 
-/* The special case of `effect` that stands for it in a simpler explanation; the effect itself where that has it. */
-static const struct beam_effect *special_in(const struct diagnosis *d, const struct hypothesis *simple,
-                                            const struct beam_effect *effect)
+/* The effect, or its special case that a simpler explanation has in its place. */
+static const struct beam_effect *effect_in(const struct diagnosis *d, const struct hypothesis *simple,
+                                           const struct beam_effect *effect)
 {
-    for (size_t e = 0; e < simple->n_effects && !hypothesis_has(simple, effect); e++)
+    if (hypothesis_has(simple, effect))
+        return effect;
+    for (size_t e = 0; e < simple->n_effects; e++)
         if (diagnose_special_case(simple->effects[e], effect, d->model))
             return simple->effects[e];
     return effect;
@@ -200,12 +209,10 @@ static bool take_ambiguous(struct diagnosis *d)
     d->verdict = VERDICT_AMBIGUOUS;
     d->probability = one->probability;
     for (size_t e = 0; e < one->n; e++) {
-        struct hypothesis *found = &d->hypotheses[best_with(d, one, one->among[e])],
-                          *simple = &d->hypotheses[diagnose_simplest(d, (size_t)(found - d->hypotheses))];
-        name(d, special_in(d, simple, one->among[e]));
-        simple->rival = true;
-        if (simple != found)
-            simple->probability = found->probability, found->probability = 0.0;
+        const size_t best = best_with(d, one, one->among[e]);
+        struct hypothesis *told = &d->hypotheses[told_of(d, best, d->hypotheses[best].probability)];
+        name(d, effect_in(d, told, one->among[e]));
+        told->rival = true;
     }
     const size_t first = diagnose_simplest(d, one->with);
     d->hypotheses[first].rival = false;

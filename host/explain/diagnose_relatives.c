@@ -5,6 +5,16 @@
 #include <math.h>
 #include <string.h>
 
+/* "sensor_offset on accel_mps2 + tip_mass" */
+void hypothesis_name(FILE *out, const struct hypothesis *h)
+{
+    for (size_t i = 0; i < h->n_effects; i++) {
+        const char *channel = h->model.effects[h->n_base + i].channel;
+        (void)fprintf(out, "%s%s%s%s", i > 0 ? " + " : "", h->effects[i]->id, channel[0] != '\0' ? " on " : "",
+                      channel);
+    }
+}
+
 bool hypothesis_has(const struct hypothesis *h, const struct beam_effect *effect)
 {
     for (size_t i = 0; i < h->n_effects; i++)

@@ -280,5 +280,8 @@ bool diagnose_no_linear_predicts(const struct diagnosis *d);
 
 /* diagnose_words.c */
 char *diagnose_words(const struct diagnosis *d);
+/* diagnose_grounds.c: what has to be put right before any physics is blamed; what else the verdict rests on. */
+void diagnose_words_before(FILE *out, const struct diagnosis *d);
+void diagnose_words_after(FILE *out, const struct diagnosis *d);
 
 #endif

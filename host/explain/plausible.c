@@ -11,8 +11,6 @@
 
 /* Of EI or of the buckling load: up to this part nothing is said; e times as much, and more, is improbable as a normal logarithm of deviation 1. */
 static const double usual_share = 0.1;
-/* Nothing pulls at a free end but weight: of the beam and of masses of three times its own. */
-static const double usual_weight = 4.0;
 /* Times the beam's mass: up to this a mass is one that somebody puts on a beam; one that is far heavier holds it, as a support does. */
 static const double usual_mass = 3.0;
 /* Tones are spread evenly over the logarithm of the frequency: one within this share of a pole is judged by how near it is. */
@@ -37,13 +35,13 @@ static double buckling_load(const struct model *model)
     return M_PI * M_PI * stiffest(model) / (length_m * length_m);
 }
 
-/* Up to which a force along the beam is one that somebody makes. */
+/* Up to which a force along the beam is one that somebody makes. At a free end nothing pulls but the weight of the beam and of what hangs on it. */
 static double usual_tension(const struct model *model)
 {
-    static const double gravity_mps2 = 9.81;
+    static const double gravity_mps2 = 9.80665;
     const bool held = model->support == SUPPORT_PINNED_PINNED || model->support == SUPPORT_CLAMPED_CLAMPED;
     const double bends = usual_share * buckling_load(model);
-    return held ? bends : fmin(bends, usual_weight * gravity_mps2 * model_mass_kg(model));
+    return held ? bends : fmin(bends, (1.0 + usual_mass) * gravity_mps2 * model_mass_kg(model));
 }
 
 static double beyond(double value, double usual)

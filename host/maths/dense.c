@@ -278,55 +278,6 @@ enum bf_status dense_orthonormal(size_t m, size_t n, const double A[], double to
     return info ? failed(err, "QR with pivoting", info) : BF_OK;
 }
 
-/* Q ← Q R⁻¹ with RᵀR = QᵀQ; R's lower triangle is zero. False where that matrix is not positive definite, or its root's diagonal has an element below `least`. */
-static bool orthonormalise_once(size_t m, size_t n, double Q[], double R[], double least)
-{
-    const int rows = (int)m, columns = (int)n;
-    memset(R, 0, n * n * sizeof *R);
-    cblas_dsyrk(CblasColMajor, CblasUpper, CblasTrans, columns, rows, 1.0, Q, rows, 0.0, R, columns);
-    if (LAPACKE_dpotrf_work(LAPACK_COL_MAJOR, 'U', columns, R, columns) != 0)
-        return false;
-    for (size_t j = 0; j < n; j++)
-        if (!(R[j + j * n] >= least))
-            return false;
-    cblas_dtrsm(CblasColMajor, CblasRight, CblasUpper, CblasNoTrans, CblasNonUnit, rows, columns, 1.0, R, columns, Q,
-                rows);
-    return true;
-}
-
-bool dense_cholesky_qr(size_t m, size_t n, const double A[], double tolerance, double Q[], double R[])
-{
-    static const double independent = 1e-5, sure = 0.5; /* of a column of norm 1, beside those before it */
-    if (n == 0 || m < n)
-        return n == 0;
-    double *norm = bf_alloc(n, sizeof *norm), *again = bf_alloc(n * n, sizeof *again);
-    bool good = true;
-    double largest = 0.0;
-    for (size_t j = 0; j < n && good; j++) {
-        norm[j] = dense_norm(m, A + j * m);
-        largest = fmax(largest, norm[j]);
-        good = norm[j] > 0.0 && isfinite(norm[j]);
-        for (size_t k = 0; k < m && good; k++)
-            Q[k + j * m] = A[k + j * m] / norm[j];
-    }
-    good = good && orthonormalise_once(m, n, Q, R, independent) && orthonormalise_once(m, n, Q, again, sure);
-    if (good) /* R = R₂ R₁ diag(norm) */
-        cblas_dtrmm(CblasColMajor, CblasLeft, CblasUpper, CblasNoTrans, CblasNonUnit, (int)n, (int)n, 1.0, again,
-                    (int)n, R, (int)n);
-    for (size_t j = 0; j < n && good; j++) {
-        cblas_dscal((int)n, norm[j], R + j * n, 1);
-        good = R[j + j * n] > tolerance * largest;
-    }
-    free(norm), free(again);
-    return good;
-}
-
-void dense_back_substitute(size_t n, const double R[], double x[])
-{
-    if (n > 0)
-        cblas_dtrsv(CblasColMajor, CblasUpper, CblasNoTrans, CblasNonUnit, (int)n, R, (int)n, x, 1);
-}
-
 enum bf_status dense_least_squares(size_t m, size_t n, const double A[], const double b[], double tolerance, double x[],
                                    size_t *rank, struct bf_error *err)
 {

@@ -86,14 +86,6 @@ enum bf_status dense_orthonormal(size_t m, size_t n, const double A[], double to
                                  struct bf_error *err);
 
 /*
- * Q[m × n] orthonormal and R[n × n], upper triangle, of A = QR, m ≥ n, by way of the Gram matrix of the columns, twice. False, and nothing to be read, where the columns are
- * far from independent (a condition above 1e6 when each has norm 1), dense_orthonormal() would leave one out, or a number is not finite. A fifth of its time.
- */
-bool dense_cholesky_qr(size_t m, size_t n, const double A[], double tolerance, double Q[], double R[]);
-/* x ← R⁻¹ x for an upper triangle R[n × n] without zeros on its diagonal. */
-void dense_back_substitute(size_t n, const double R[], double x[]);
-
-/*
  * Minimum-norm x[n] of min ‖A x − b‖₂ for A[m × n], b[m]; singular values below `tolerance` times the largest count as
  * zero. *rank may be NULL.
  */

@@ -5,10 +5,10 @@
 #include <math.h>
 
 /* (βL)² of the first bending mode of the uniform beam. */
-static const double first_root[] = {[SUPPORT_CLAMPED_FREE] = 3.516,
-                                    [SUPPORT_CLAMPED_CLAMPED] = 22.373,
-                                    [SUPPORT_PINNED_PINNED] = 9.870,
-                                    [SUPPORT_FREE_FREE] = 22.373};
+static const double first_root[] = {[SUPPORT_CLAMPED_FREE] = 3.516015,
+                                    [SUPPORT_CLAMPED_CLAMPED] = 22.373285,
+                                    [SUPPORT_PINNED_PINNED] = 9.869604,
+                                    [SUPPORT_FREE_FREE] = 22.373285};
 
 double model_first_mode_radps(const struct model *model)
 {

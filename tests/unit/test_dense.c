@@ -243,64 +243,6 @@ static void a_basis_leaves_dependent_columns_out(void **state)
     assert_int_equal(rank, 0);
 }
 
-/* Columns of any size and nearly dependent ones: orthonormal to rounding, and Q R is A. */
-static void a_basis_by_way_of_the_gram_matrix_is_orthonormal(void **state)
-{
-    (void)state;
-    enum { ROWS = 60, COLUMNS = 5 };
-    double A[ROWS * COLUMNS], Q[ROWS * COLUMNS], R[COLUMNS * COLUMNS], x[COLUMNS], b[ROWS];
-    fill(ROWS * COLUMNS, A);
-    for (size_t i = 0; i < ROWS; i++) {
-        A[i + ROWS] = A[i] + 1e-4 * A[i + ROWS];
-        A[i + 2 * ROWS] *= 1e-3, A[i + 3 * ROWS] *= 1e4;
-    }
-    assert_true(dense_cholesky_qr(ROWS, COLUMNS, A, 1e-10, Q, R));
-    for (size_t j = 0; j < COLUMNS; j++)
-        for (size_t k = 0; k < COLUMNS; k++) {
-            assert_near(dense_dot(ROWS, Q + j * ROWS, Q + k * ROWS), j == k ? 1.0 : 0.0, 1e-14);
-            assert_true(j >= k || R[k + j * COLUMNS] == 0.0);
-        }
-    for (size_t j = 0; j < COLUMNS; j++)
-        for (size_t i = 0; i < ROWS; i++) {
-            double sum = 0.0;
-            for (size_t k = 0; k <= j; k++)
-                sum += Q[i + k * ROWS] * R[k + j * COLUMNS];
-            assert_near(sum, A[i + j * ROWS], 1e-13 * dense_norm(ROWS, A + j * ROWS));
-        }
-    for (size_t i = 0; i < ROWS; i++) {
-        b[i] = 0.0;
-        for (size_t j = 0; j < COLUMNS; j++)
-            b[i] += (double)(j + 1) * A[i + j * ROWS] / dense_norm(ROWS, A + j * ROWS);
-    }
-    for (size_t k = 0; k < COLUMNS; k++)
-        x[k] = dense_dot(ROWS, Q + k * ROWS, b);
-    dense_back_substitute(COLUMNS, R, x);
-    for (size_t j = 0; j < COLUMNS; j++)
-        assert_near(x[j] * dense_norm(ROWS, A + j * ROWS), (double)(j + 1), 1e-10);
-}
-
-/* Dependent columns, one next to nothing beside the largest, zeros, and what is no number are for dense_orthonormal(). */
-static void what_the_gram_matrix_cannot_tell_is_refused(void **state)
-{
-    (void)state;
-    enum { ROWS = 60, COLUMNS = 3 };
-    double A[ROWS * COLUMNS], Q[ROWS * COLUMNS], R[COLUMNS * COLUMNS];
-    fill(ROWS * COLUMNS, A);
-    assert_true(dense_cholesky_qr(ROWS, COLUMNS, A, 1e-10, Q, R));
-    for (size_t i = 0; i < ROWS; i++)
-        A[i + 2 * ROWS] = A[i] - A[i + ROWS] + 1e-7 * A[i + 2 * ROWS];
-    assert_false(dense_cholesky_qr(ROWS, COLUMNS, A, 1e-10, Q, R));
-    fill(ROWS * COLUMNS, A);
-    for (size_t i = 0; i < ROWS; i++)
-        A[i + ROWS] *= 1e-11;
-    assert_false(dense_cholesky_qr(ROWS, COLUMNS, A, 1e-10, Q, R));
-    memset(A + ROWS, 0, ROWS * sizeof *A);
-    assert_false(dense_cholesky_qr(ROWS, COLUMNS, A, 1e-10, Q, R));
-    fill(ROWS * COLUMNS, A);
-    A[ROWS + 3] = nan("");
-    assert_false(dense_cholesky_qr(ROWS, COLUMNS, A, 1e-10, Q, R));
-}
-
 static void rank_deficient_least_squares_has_minimum_norm(void **state)
 {
     (void)state;
@@ -344,8 +286,6 @@ int main(void)
         cmocka_unit_test(a_wide_matrix_has_its_null_space),
         cmocka_unit_test(the_triangle_has_the_gram_matrix),
         cmocka_unit_test(a_basis_leaves_dependent_columns_out),
-        cmocka_unit_test(a_basis_by_way_of_the_gram_matrix_is_orthonormal),
-        cmocka_unit_test(what_the_gram_matrix_cannot_tell_is_refused),
         cmocka_unit_test(rank_deficient_least_squares_has_minimum_norm),
         cmocka_unit_test(what_is_not_finite_is_refused),
         cmocka_unit_test(triangle_of_a_long_matrix),

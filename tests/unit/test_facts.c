@@ -223,7 +223,7 @@ static void what_pulls_at_a_free_end_is_weight(void **state)
         h.model.support = held ? SUPPORT_PINNED_PINNED : SUPPORT_CLAMPED_FREE;
         for (size_t m = 0; m < h.model.n_materials; m++)
             h.model.materials[m].EI.value *= 100.0;
-        h.model.effects[0].parameters[0].value = 12.0 * 9.81 * model_mass_kg(&h.model);
+        h.model.effects[0].parameters[0].value = 12.0 * 9.80665 * model_mass_kg(&h.model);
         const double nats = implausible_nats(&d, &h);
         assert_true(held ? nats == 0.0 : fabs(nats - 0.5 * log(3.0) * log(3.0)) < 1e-9);
         model_free(&h.model);

@@ -113,6 +113,40 @@ static void projection_equals_the_joint_solution(void **state)
     record_free(&records[0]);
 }
 
+/* A problem of one recording of the true beam, with the model's values as x. */
+struct posed {
+    struct record record;
+    struct model model;
+    struct predictor *predictor;
+    struct parameter_ref *refs;
+    double sigma[2], x[16];
+    struct fit_problem p;
+};
+
+static void pose(struct posed *posed, uint64_t noise, const struct beam *beam, const char *effects)
+{
+    static const char *const names[1] = {"tap.csv"};
+    struct bf_error err;
+    seed = noise;
+    make_record(names[0], 0.02, 1.0, &posed->record, posed->sigma);
+    make_model_with(beam, effects, &posed->model);
+    assert_int_equal(predictor_new(&posed->model, &posed->record, 1, NULL, &posed->predictor, &err), BF_OK);
+    const size_t n_refs = model_parameters(&posed->model, names, 1, &posed->refs);
+    assert_int_equal(fit_problem_new(&posed->p, &posed->model, posed->predictor, &posed->record, 1, names, posed->refs,
+                                     n_refs, posed->sigma, &err),
+                     BF_OK);
+    fit_problem_to_x(&posed->p, posed->p.theta, posed->x);
+}
+
+static void posed_free(struct posed *posed)
+{
+    fit_problem_free(&posed->p);
+    free(posed->refs);
+    predictor_free(posed->predictor);
+    model_free(&posed->model);
+    record_free(&posed->record);
+}
+
 /*
  * What holds is not computed again: the same x, a strength in another unit, whole records once more. Other rows, and another x, are.
  */
@@ -120,61 +154,48 @@ static void what_holds_is_not_computed_again(void **state)
 {
     (void)state;
     struct bf_error err;
-    struct record record;
-    struct model model;
-    struct predictor *predictor;
-    struct parameter_ref *refs;
-    struct fit_problem p;
-    double sigma[2], x[16], value, again;
-    const char *names[1] = {"tap.csv"};
-    seed = 22;
-    make_record(names[0], 0.02, 1.0, &record, sigma);
-    make_model_with(&handbook, "\n  - {kind: point_mass, mass_kg: 0.001, at_m: 0.3}", &model);
-    assert_int_equal(predictor_new(&model, &record, 1, NULL, &predictor, &err), BF_OK);
-    const size_t n_refs = model_parameters(&model, names, 1, &refs);
-    assert_int_equal(fit_problem_new(&p, &model, predictor, &record, 1, names, refs, n_refs, sigma, &err), BF_OK);
-    fit_problem_to_x(&p, p.theta, x);
-    assert_int_equal(fit_problem_whole(&p, x, &err), BF_OK);
-    assert_int_equal(fit_problem_evaluate(&p, x, true, &value, &err), BF_OK);
-    const size_t runs = p.runs;
+    struct posed posed;
+    double value, again;
+    pose(&posed, 22, &handbook, "\n  - {kind: point_mass, mass_kg: 0.001, at_m: 0.3}");
+    struct fit_problem *p = &posed.p;
+    double *x = posed.x;
+    assert_int_equal(fit_problem_whole(p, x, &err), BF_OK);
+    assert_int_equal(fit_problem_evaluate(p, x, true, &value, &err), BF_OK);
+    const size_t runs = p->runs;
 
     size_t mass = 0;
-    while (p.refs[p.unknowns[mass].ref].role != ROLE_EFFECT)
+    while (p->refs[p->unknowns[mass].ref].role != ROLE_EFFECT)
         mass++;
-    p.unknowns[mass].least_scale *= 7.0; /* the unit must become larger */
-    const double unit = p.unknowns[mass].scale, in_units = x[mass];
-    fit_problem_rescale(&p, x);
-    assert_true(p.unknowns[mass].scale > 2.0 * unit);
-    assert_near(x[mass] * p.unknowns[mass].scale, in_units * unit, 1e-12 * fabs(in_units * unit));
-    assert_int_equal(fit_problem_whole(&p, x, &err), BF_OK);
-    assert_int_equal(fit_problem_evaluate(&p, x, true, &again, &err), BF_OK);
-    assert_int_equal(p.runs, runs);
+    p->unknowns[mass].least_scale *= 7.0; /* the unit must become larger */
+    const double unit = p->unknowns[mass].scale, in_units = x[mass];
+    fit_problem_rescale(p, x);
+    assert_true(p->unknowns[mass].scale > 2.0 * unit);
+    assert_near(x[mass] * p->unknowns[mass].scale, in_units * unit, 1e-12 * fabs(in_units * unit));
+    assert_int_equal(fit_problem_whole(p, x, &err), BF_OK);
+    assert_int_equal(fit_problem_evaluate(p, x, true, &again, &err), BF_OK);
+    assert_int_equal(p->runs, runs);
     assert_true(again == value);
 
-    p.held_at = HOLDS_NOTHING;
-    double *rescaled = bf_alloc(p.n_rows * p.n_unknowns, sizeof *rescaled);
-    memcpy(rescaled, p.jacobian, p.n_rows * p.n_unknowns * sizeof *rescaled);
-    assert_int_equal(fit_problem_evaluate(&p, x, true, &again, &err), BF_OK);
-    assert_int_equal(p.runs, runs + 1);
-    for (size_t i = 0; i < p.n_unknowns; i++)
-        for (size_t k = 0; k < p.n_rows; k++)
-            assert_near(rescaled[i * p.n_rows + k], p.jacobian[i * p.n_rows + k],
-                        1e-9 * dense_norm(p.n_rows, p.jacobian + i * p.n_rows));
+    p->held_at = HOLDS_NOTHING;
+    double *rescaled = bf_alloc(p->n_rows * p->n_unknowns, sizeof *rescaled);
+    memcpy(rescaled, p->jacobian, p->n_rows * p->n_unknowns * sizeof *rescaled);
+    assert_int_equal(fit_problem_evaluate(p, x, true, &again, &err), BF_OK);
+    assert_int_equal(p->runs, runs + 1);
+    for (size_t i = 0; i < p->n_unknowns; i++)
+        for (size_t k = 0; k < p->n_rows; k++)
+            assert_near(rescaled[i * p->n_rows + k], p->jacobian[i * p->n_rows + k],
+                        1e-9 * dense_norm(p->n_rows, p->jacobian + i * p->n_rows));
 
-    p.horizon_s[0] = 0.5 * (double)record.n * record.dt_s;
-    assert_int_equal(fit_problem_whole(&p, x, &err), BF_OK);
-    assert_int_equal(fit_problem_evaluate(&p, x, false, &again, &err), BF_OK);
-    assert_true(again < value && p.n_used < p.n_rows);
+    p->horizon_s[0] = 0.5 * (double)posed.record.n * posed.record.dt_s;
+    assert_int_equal(fit_problem_whole(p, x, &err), BF_OK);
+    assert_int_equal(fit_problem_evaluate(p, x, false, &again, &err), BF_OK);
+    assert_true(again < value && p->n_used < p->n_rows);
     x[0] += 1e-9;
-    const size_t before = p.runs;
-    assert_int_equal(fit_problem_evaluate(&p, x, false, &again, &err), BF_OK);
-    assert_int_equal(p.runs, before + 1);
+    const size_t before = p->runs;
+    assert_int_equal(fit_problem_evaluate(p, x, false, &again, &err), BF_OK);
+    assert_int_equal(p->runs, before + 1);
     free(rescaled);
-    fit_problem_free(&p);
-    free(refs);
-    predictor_free(predictor);
-    model_free(&model);
-    record_free(&record);
+    posed_free(&posed);
 }
 
 /* Damping is looked for up to where nothing swings; what a file allows stays allowed, and released, everything is. The start may lie outside. */
@@ -183,47 +204,27 @@ static void what_no_beam_has_is_not_looked_for(void **state)
     (void)state;
     static const double omega = 3.516015269 / (0.4 * 0.4); /* √(EI/ρ) of the beam below is 1 */
     static const struct beam overdamped = {0.1, 0.2, 0.1, 0.3, 1.0, 60.0, ", max: 40", ", fixed: true", ""};
-    struct bf_error err;
-    struct record record;
-    struct model model;
-    struct predictor *predictor;
-    struct parameter_ref *refs;
-    struct fit_problem p;
-    double sigma[2], x[16];
-    const char *names[1] = {"tap.csv"};
-    seed = 23;
-    make_record(names[0], 0.02, 1.0, &record, sigma);
-    make_model(&overdamped, &model);
-    assert_int_equal(predictor_new(&model, &record, 1, NULL, &predictor, &err), BF_OK);
-    const size_t n_refs = model_parameters(&model, names, 1, &refs);
-    assert_int_equal(fit_problem_new(&p, &model, predictor, &record, 1, names, refs, n_refs, sigma, &err), BF_OK);
-    fit_problem_to_x(&p, p.theta, x);
+    struct posed posed;
+    pose(&posed, 23, &overdamped, " []");
+    struct fit_problem *p = &posed.p;
     size_t damping = 0;
-    for (size_t i = 0; i < p.n_unknowns; i++) {
-        const struct parameter_ref *ref = &refs[p.unknowns[i].ref];
+    for (size_t i = 0; i < p->n_unknowns; i++) {
+        const struct parameter_ref *ref = &p->refs[p->unknowns[i].ref];
         if (ref->role == ROLE_CDI)
             damping = i;
         if (strcmp(ref->label, "EI_beam_Nm2") == 0)
-            assert_near(exp(p.upper[i]), 40.0, 1e-9);
+            assert_near(exp(p->upper[i]), 40.0, 1e-9);
     }
-    assert_near(exp(p.upper[damping]), 0.1 / omega, 1e-3 * 0.1 / omega);
-    assert_true(x[damping] > p.upper[damping]);
-    double inside[16];
-    memcpy(inside, x, sizeof inside);
-    inside[damping] = p.upper[damping] - 1.0;
-    struct fit_problem same = p;
-    double lower[16], upper[16];
-    memcpy(lower, p.lower, p.n_unknowns * sizeof *lower), memcpy(upper, p.upper, p.n_unknowns * sizeof *upper);
-    same.lower = lower, same.upper = upper;
-    assert_false(fit_problem_release(&same, inside));
-    inside[damping] = p.upper[damping];
-    assert_true(fit_problem_release(&p, inside));
-    assert_true(p.upper[damping] > log(1e3 / omega));
-    fit_problem_free(&p);
-    free(refs);
-    predictor_free(predictor);
-    model_free(&model);
-    record_free(&record);
+    assert_near(exp(p->upper[damping]), 0.1 / omega, 1e-6 * 0.1 / omega);
+    assert_true(posed.x[damping] > p->upper[damping]);
+    posed.x[damping] = p->upper[damping] - 1.0;
+    assert_false(fit_problem_presses(p, posed.x));
+    posed.x[damping] = p->upper[damping];
+    assert_true(fit_problem_presses(p, posed.x));
+    fit_problem_release(p);
+    assert_false(fit_problem_presses(p, posed.x));
+    assert_true(p->upper[damping] > log(1e3 / omega));
+    posed_free(&posed);
 }
 
 /* Of some lengths (L/s)·s is one unit of the last digit more than L: nothing may lie beyond the end for that. */

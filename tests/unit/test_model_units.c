@@ -4,6 +4,7 @@
 #include <stdint.h>
 #include <setjmp.h>
 #include <cmocka.h>
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 #include "model/model.h"
@@ -89,9 +90,38 @@ static void one_region_in_another_unit(void **state)
     model_free(&m);
 }
 
+/* (βL)² of the uniform beam's first bending, by the equation of each support. */
+static void the_first_mode_is_that_of_the_support(void **state)
+{
+    (void)state;
+    static const double from[] = {1.5, 4.0, 2.5, 4.0}, to[] = {2.5, 5.0, 4.0, 5.0}; /* of βL */
+    struct model m;
+    struct bf_error err = {0};
+    static const char text[] =
+        "format: beamfit-model/1\nbeam: {length_m: 2}\nparameters: {EI_beam_Nm2: 3, rho_beam_kgpm: "
+        "0.5, cDI_beam_sNm2: 1e-6, gamma_sNpm2: 0.01}\n";
+    static const enum model_support supports[] = {SUPPORT_CLAMPED_FREE, SUPPORT_CLAMPED_CLAMPED, SUPPORT_PINNED_PINNED,
+                                                  SUPPORT_FREE_FREE};
+    assert_int_equal(model_read_text("m", text, strlen(text), &m, &err), BF_OK);
+    for (int i = 0; i < 4; i++) {
+        double low = from[i], high = to[i];
+        for (int halving = 0; halving < 60; halving++) {
+            const double x = 0.5 * (low + high), sign = i == 0 ? 1.0 : -1.0;
+            const double f = i == 2 ? -sin(x) : cos(x) * cosh(x) + sign;
+            const double f_low = i == 2 ? -sin(low) : cos(low) * cosh(low) + sign;
+            *(f * f_low > 0.0 ? &low : &high) = x;
+        }
+        m.support = supports[i];
+        const double omega = low * low / 4.0 * sqrt(3.0 / 0.5);
+        assert_true(fabs(model_first_mode_radps(&m) / omega - 1.0) < 1e-6);
+    }
+    model_free(&m);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(the_first_mode_is_that_of_the_support),
         cmocka_unit_test(ordinary_beams),
         cmocka_unit_test(the_paper_s_beam_off_by_a_thousand),
         cmocka_unit_test(one_region_in_another_unit),
