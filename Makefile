@@ -55,10 +55,11 @@ MPI_INC    = $(patsubst -I%,-isystem %,$(filter -I%,$(shell mpicc --showme:compi
 all: $(B)/beamfit $(MPI) $(PAGES) $(B)/libbeamf.a $(B)/libbeamt.a ## build: the program, its manual pages and the libraries
 
 # ---- Objects ----
-$(B)/gen/effects_table.c: tools/effects_table.sh $(wildcard lib/effects/*.c)
-	@mkdir -p $(@D)
-	$(call say,$@)sh tools/effects_table.sh lib/effects > $@
 # Made every time and kept when it has not changed, so that a source that is taken away leaves the table, too.
+$(B)/gen/effects_table.c: FORCE
+	@mkdir -p $(@D)
+	@sh tools/effects_table.sh lib/effects > $@.new
+	@if cmp -s $@.new $@; then rm $@.new; else mv $@.new $@; fi
 $(B)/gen/commands_table.c: FORCE
 	@mkdir -p $(@D)
 	@sh tools/table.sh command cmd/commands.h $(wildcard host/cmd/*.c) > $@.new

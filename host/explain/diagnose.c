@@ -72,6 +72,13 @@ static bool linear_may_do(const struct diagnosis *d)
     return diagnose_is_far(&d->baseline) && !diagnose_linear_is_out(d);
 }
 
+/* A ruler and a gauge are off by so much that a signal changes by some per cent: what leaves more of it is not the rig alone. */
+static bool rig_may_do(const struct diagnosis *d)
+{
+    static const double by_a_rig = 0.3; /* of the signal */
+    return linear_may_do(d) && d->baseline.fitted.nrmse <= by_a_rig;
+}
+
 /* Far from the noise the likeliest effects come first: what one of them explains asks for little more. */
 static enum bf_status first_look(struct diagnose_state *w, struct bf_error *err)
 {
@@ -98,7 +105,7 @@ static enum bf_status singles_and_rig(struct diagnose_state *w, bool *done, stru
     bool freed = false;
     enum bf_status status = first_look(w, err);
     *done = false;
-    if (!status && linear_may_do(w->d) && !diagnose_explained(w->d, 1))
+    if (!status && rig_may_do(w->d) && !diagnose_explained(w->d, 1))
         status = free_rig(w, true, &freed, err);
     *done = freed;
     if (!status && !freed)

@@ -75,11 +75,13 @@ enum bf_status diagnose_modes_in_band(const struct diagnosis *d, const struct mo
     return status;
 }
 
-/* One fact a mode: the frequencies of the fitted baseline part the bands. */
+/* One fact a mode: the frequencies of the fitted baseline part the bands; of the model as given, where what is missing has driven that to where it has none. */
 static enum bf_status find_facts(struct diagnose_state *w, struct bf_error *err)
 {
     struct diagnosis *d = w->d;
-    const enum bf_status status = diagnose_modes_in_band(d, &d->baseline.model, d->mode_Hz, &d->n_modes, err);
+    enum bf_status status = diagnose_modes_in_band(d, &d->baseline.model, d->mode_Hz, &d->n_modes, err);
+    if (status == BF_NUMERIC)
+        status = diagnose_modes_in_band(d, d->model, d->mode_Hz, &d->n_modes, err);
     if (status)
         return status;
     struct misfit_channel *channels = hypothesis_channels(d, &d->baseline);

@@ -10,6 +10,9 @@
 #include "estimate/estimate.h"
 #include "maths/maths.h"
 
+/* Below this misfit (× noise) effects of different kinds fit the records alike: a misfit above it is far from the noise, below it weak. */
+const double diagnose_far_misfit = 3.0;
+
 /* Rows of a channel before the horizon of its record: what a chaotic motion does later, no model can predict. */
 static size_t rows_in_use(const struct refit_result *fit, const struct predict_channel *channel)
 {
@@ -160,6 +163,11 @@ double hypothesis_misfit(const struct hypothesis_errors *baseline)
     return silent > 0.0 && silent < left ? silent : left;
 }
 
+bool diagnose_is_far(const struct hypothesis *h)
+{
+    return h->fitted.noise_ratio > diagnose_far_misfit;
+}
+
 bool hypothesis_has_law(const struct hypothesis *h)
 {
     for (size_t i = 0; i < h->n_effects; i++)
@@ -219,6 +227,19 @@ bool diagnose_far_ahead(const struct diagnosis *d, size_t n_effects)
             return true;
     }
     return diagnose_explained(d, n_effects);
+}
+
+bool diagnose_nearly_there(const struct diagnosis *d, size_t n_effects)
+{
+    static const double part = 0.05; /* of the power above the noise */
+    for (size_t i = 0; i < d->n_hypotheses; i++) {
+        const struct hypothesis *h = &d->hypotheses[i];
+        const bool near = !diagnose_is_far(h) && !(h->check.noise_ratio > diagnose_far_misfit);
+        if (h->n_effects == n_effects && near && !is_stand_in(h) &&
+            hypothesis_excess(&h->fitted) <= part * hypothesis_misfit(&d->baseline.fitted))
+            return true;
+    }
+    return diagnose_far_ahead(d, n_effects);
 }
 
 double diagnose_best_left(const struct diagnosis *d, size_t n_effects)

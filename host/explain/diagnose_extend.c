@@ -122,6 +122,11 @@ static bool leaves_next_to_nothing(const struct diagnosis *d, const struct hypot
     return left <= little && left * left - 1.0 <= next_to_nothing * (before * before - 1.0);
 }
 
+static bool seems_linear(const struct diagnosis *d)
+{
+    return d->linearity.verdict == LINEARITY_LINEAR || d->linearity.verdict == LINEARITY_ADDITIVE;
+}
+
 /* The least that a law, a drive or a sensor that bends leaves, rms in units of the noise. */
 static double bent_left(const struct diagnosis *d, size_t n_effects)
 {
@@ -134,15 +139,19 @@ static double bent_left(const struct diagnosis *d, size_t n_effects)
     return least;
 }
 
-/*
- * Records of different level show a nonlinear beam, and a nonlinear effect leaves clearly less than the best linear model without any physics does: no linear
- * effect alone outdoes that.
- */
+/* What is clearly less than the rms of a free linear model: the fit of that model may have ended above its least, the sooner where no other level shows that the beam is not linear. */
+static double below_linear(const struct diagnosis *d)
+{
+    static const double clearly_less = 0.8, half = 0.5;
+    return d->attainable.modes == 0
+               ? 0.0
+               : (d->linearity.verdict == LINEARITY_NONLINEAR ? clearly_less : half) * diagnose_floor(d);
+}
+
+/* A nonlinear effect leaves clearly less than the best linear model without any physics does: no linear effect alone outdoes that. */
 static bool linear_is_out(const struct diagnosis *d, size_t n_effects)
 {
-    static const double clearly_less = 0.8; /* of the rms: the fit of that model may have ended above its least */
-    return d->linearity.verdict == LINEARITY_NONLINEAR && d->attainable.modes > 0 &&
-           bent_left(d, n_effects) <= clearly_less * diagnose_floor(d);
+    return !seems_linear(d) && bent_left(d, n_effects) <= below_linear(d);
 }
 
 /* Along the measured motion one law leaves next to nothing of the misfit: its refit decides before drives and sensors are looked at. */
@@ -179,12 +188,32 @@ static bool still_wanted(const struct shortlist *s)
     return given_is_wanted(s) && !diagnose_far_ahead(s->w->d, s->n_effects) && !progress_interrupted();
 }
 
+/*
+ * No two records tell whether the beam is linear, and no free linear model takes them to the noise: a law that along the measured motion leaves next to nothing, and
+ * clearly less than that model, is refitted before the linear effects, which take some fifty refits from the model as given.
+ */
+static enum bf_status law_before_linear(struct shortlist *s, const enum effect_kind law[], const size_t most[],
+                                        double span, struct bf_error *err)
+{
+    const struct diagnosis *d = s->w->d;
+    if (!given_is_wanted(s) || seems_linear(d) || !(below_linear(d) > 1.0))
+        return BF_OK;
+    enum bf_status status = shortlist_try_laws(s, err);
+    if (status || !law_stands_out(s) || !(s->trials[0].unexplained <= below_linear(d)))
+        return status;
+    status = stage(s, law, 1, most, span, err);
+    return status || progress_interrupted() ? status : diagnose_steps(s->w, err);
+}
+
 /* The first of the two stages where linear effects come first. */
 static enum bf_status linear_kinds(struct shortlist *s, const enum effect_kind kinds[], const size_t most[],
                                    double span, struct bf_error *err)
 {
     struct diagnose_state *w = s->w;
-    enum bf_status status = given_is_wanted(s) ? shortlist_from_given(s, span, err) : BF_OK;
+    enum bf_status status = law_before_linear(s, kinds + 2, most, span, err);
+    if (status || progress_interrupted() || linear_is_out(w->d, s->n_effects))
+        return status;
+    status = given_is_wanted(s) ? shortlist_from_given(s, span, err) : BF_OK;
     const bool has_ended = diagnose_is_far(&w->d->baseline) && diagnose_far_ahead(w->d, s->n_effects);
     if (!status && !has_ended && !progress_interrupted())
         status = stage(s, kinds, 2, most, span, err);

@@ -13,9 +13,10 @@
 
 /*
  * A law that is there is found in 40 to 130 evaluations (simulated rigs; the air's drag on a measured strip in 290, beside a second effect in 420);
- * another takes up to two thousand, each a step through time, to end far off.
+ * another takes up to two thousand, each a step through time, to end far off. Beside an explanation that leaves little, and of one that promises
+ * little, so many are enough.
  */
-enum { LAW_RUNS = 600 };
+enum { LAW_RUNS = 600, RIVAL_LAW_RUNS = 150 };
 
 struct refit_queue {
     struct diagnose_state *w;
@@ -123,11 +124,11 @@ static bool is_promising(const struct diagnosis *d, const struct hypothesis *h)
 }
 
 /* What it has come to by then is a hypothesis: of laws the best one tells something, even if none explains the records. */
-static void bound_law(const struct diagnose_state *w, struct refit_job *job)
+static void bound_law(const struct diagnose_state *w, struct refit_job *job, size_t runs)
 {
     if (job->most_runs > 0 || w->options->everything || !model_has_law(&job->model))
         return;
-    job->most_runs = LAW_RUNS;
+    job->most_runs = runs;
     job->kept = true;
 }
 
@@ -147,7 +148,7 @@ static bool run_job(struct refit_queue *queue, struct refit_job *job, int thread
     rest.most_runs = 0;
     rest.near = true;
     rest.first_new = rest.model.n_effects;
-    bound_law(queue->w, &rest);
+    bound_law(queue->w, &rest, LAW_RUNS);
     const size_t evaluations = h->fit.evaluations;
     hypothesis_free(h);
     const bool found = fit_job(queue, &rest, threads, abandon_above, h);
@@ -199,9 +200,10 @@ static void *work(void *argument)
         const size_t left = queue->n - queue->next + 1;
         const int threads = left >= (size_t)w->threads ? 1 : w->threads / (int)left;
         const double abandon_above = w->options->everything || job->to_the_end ? 0.0 : abandon_limit(w->d, job);
+        const bool rival = job->doubtful || diagnose_nearly_there(w->d, job->n_effects);
+        bound_law(w, job, rival ? RIVAL_LAW_RUNS : LAW_RUNS);
         (void)pthread_mutex_unlock(&queue->lock);
         struct hypothesis h;
-        bound_law(w, job);
         const bool usable = run_job(queue, job, threads, abandon_above, &h);
         job->unfinished = h.fit.interrupted && !progress_interrupted();
         job->left = usable ? h.fit.chi2_per_row : HUGE_VAL;

@@ -237,9 +237,24 @@ static bool refit_briefly_first(struct shortlist *s, const struct model *from, s
 /* What is far ahead is not asked again from other starts. */
 static void leave_other_starts(const struct diagnosis *d, size_t n_effects, struct road roads[], size_t n)
 {
-    const bool far_ahead = diagnose_far_ahead(d, n_effects);
+    const bool far_ahead = diagnose_nearly_there(d, n_effects);
     for (size_t k = 0; k < n; k++)
         roads[k].done = roads[k].done || (far_ahead && !roads[k].usual);
+}
+
+/* What a quick look has brought far below the model without it, and below all that has come to its end, goes on before others are looked at. */
+static void finish_leader(struct shortlist *s, const struct model *from, struct road roads[], size_t n)
+{
+    static const double most = 0.5; /* of χ²/n */
+    const struct diagnosis *d = s->w->d;
+    const double best = diagnose_best_left(d, s->n_effects);
+    struct road *leader = NULL;
+    for (size_t k = 0; k < n; k++)
+        if (!roads[k].done && (leader == NULL || roads[k].left < leader->left))
+            leader = &roads[k];
+    if (leader != NULL && leader->left <= most * d->baseline.fit.chi2_per_row && leader->left < best * best &&
+        !progress_interrupted())
+        refit_roads(s, from, leader, 1, 0, 0.0);
 }
 
 /* Quickly, the usual starts first. Returns whether one explains the records. */
@@ -249,7 +264,10 @@ static bool look_at_all(struct shortlist *s, const struct model *from, struct ro
     for (size_t k = 0; k < n && !explained && !progress_interrupted(); k += MOST_AT_ONCE) {
         const size_t some = n - k < MOST_AT_ONCE ? n - k : MOST_AT_ONCE;
         leave_other_starts(s->w->d, s->n_effects, roads + k, some);
-        explained = refit_briefly_first(s, from, roads + k, some, part) || diagnose_explained(s->w->d, s->n_effects);
+        explained = refit_briefly_first(s, from, roads + k, some, part);
+        if (!explained)
+            finish_leader(s, from, roads, k + some);
+        explained = explained || diagnose_explained(s->w->d, s->n_effects);
     }
     return explained;
 }
@@ -257,7 +275,7 @@ static bool look_at_all(struct shortlist *s, const struct model *from, struct ro
 /* Far behind the best no more than its nearest rivals are asked for, each from its best start. Returns how many are left. */
 static size_t leave_far_behind(const struct shortlist *s, struct road roads[], size_t n)
 {
-    const bool far_ahead = diagnose_far_ahead(s->w->d, s->n_effects);
+    const bool far_ahead = diagnose_nearly_there(s->w->d, s->n_effects);
     size_t wanted = 0;
     for (size_t k = 0; k < n; k++) {
         bool known = far_ahead && diagnose_has_ended(s->w->d, roads[k].candidate->effect);

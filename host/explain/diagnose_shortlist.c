@@ -12,8 +12,6 @@
  * leaves; a refit that will end above it is given up. docs/diagnose.md, 'Short list'.
  */
 const double diagnose_worth = 3.0;
-/* Below this misfit (× noise) effects of different kinds fit the records alike: a misfit above it is far from the noise, below it weak. */
-const double diagnose_far_misfit = 3.0;
 const double diagnose_at_noise = 1.025;
 /* It must also take away at least this part of the excess over the noise that the best takes: a ratio of rms values means little on a weak misfit. */
 static const double worth_share = 0.5;
@@ -29,11 +27,6 @@ enum { REFINED = 5, ALSO_REFINED = 10, TRIAL_ROUNDS = 3 };
 static const double also_refined = 0.3;
 /* Of the misfit's power above the noise: what promises less beside another effect is not refined. */
 static const double least_promise = 0.01;
-
-bool diagnose_is_far(const struct hypothesis *h)
-{
-    return h->fitted.noise_ratio > diagnose_far_misfit;
-}
 
 bool diagnose_linear_is_out(const struct diagnosis *d)
 {
@@ -308,14 +301,16 @@ static bool of_degree_one(const struct beam_effect *effect)
 
 /*
  * The refit of a law that leaves much takes a minute and names nothing, so a trial must leave at most law_left of the excess
- * over the noise.
+ * over the noise, and take at least so much of what it is given as half of that excess is of the whole: its weights have a floor, under which
+ * what is given to it may lie below the noise.
  */
-static bool trial_promises(const struct trial *trial)
+static bool trial_promises(const struct trial *trial, const struct hypothesis *from)
 {
-    static const double law_left = 0.2;
+    static const double law_left = 0.2, half = 0.5;
     const double left = trial->unexplained * trial->unexplained;
     const double before = left * trial->chi_square_baseline / trial->chi_square;
-    return left - 1.0 <= law_left * (before - 1.0);
+    const double excess = hypothesis_excess(&from->fitted) / (1.0 + hypothesis_excess(&from->fitted));
+    return left - 1.0 <= law_left * (before - 1.0) && trial->share >= half * excess;
 }
 
 static bool law_is_likely(const struct shortlist *s, const struct trial *trial, double best)
@@ -324,13 +319,15 @@ static bool law_is_likely(const struct shortlist *s, const struct trial *trial, 
            !(s->linear && !of_degree_one(trial->effect));
 }
 
-static bool push_law(const struct shortlist *s, const struct trial *trial, struct refit_job **jobs, size_t *n)
+static bool push_law(const struct shortlist *s, const struct trial *trial, bool doubtful, struct refit_job **jobs,
+                     size_t *n)
 {
     struct bf_error err;
     struct refit_job job;
     const struct candidate *candidate = candidate_of(s, trial->effect);
     if (candidate == NULL || job_of_candidate(s, candidate, trial->p, &job, &err) != BF_OK)
         return false;
+    job.doubtful = doubtful;
     push(jobs, n, &job);
     return true;
 }
@@ -339,15 +336,15 @@ static void choose_laws(struct shortlist *s, size_t most, double best, struct re
 {
     for (; s->refitted_laws < s->n_trials && most > 0; s->refitted_laws++) {
         const struct trial *trial = &s->trials[s->refitted_laws];
-        if (law_is_likely(s, trial, best) && trial_promises(trial) && push_law(s, trial, jobs, n))
+        if (law_is_likely(s, trial, best) && trial_promises(trial, s->from) && push_law(s, trial, false, jobs, n))
             most--;
     }
 }
 
 void shortlist_choose_last(const struct shortlist *s, double best, struct refit_job **jobs, size_t *n)
 {
-    if (s->n_trials > 0 && law_is_likely(s, &s->trials[0], best) && !trial_promises(&s->trials[0]))
-        (void)push_law(s, &s->trials[0], jobs, n);
+    if (s->n_trials > 0 && law_is_likely(s, &s->trials[0], best) && !trial_promises(&s->trials[0], s->from))
+        (void)push_law(s, &s->trials[0], true, jobs, n);
 }
 
 /* Every candidate of a kind from the catalogue's start, in its own time. */

@@ -48,6 +48,7 @@ struct refit_job {
     bool to_the_end;   /* not given up, however much it leaves: a pair may grow from it */
     bool places_tried; /* the hypothesis is not refitted from other places again */
     bool near;         /* the values are near the optimum */
+    bool doubtful;     /* a law that promises little */
     bool along;        /* begins with the last effect at places along the span, too */
     double
         useless; /* rms over the noise: it is given up where it will leave more; 0: where it leaves far more than the best */
@@ -199,6 +200,8 @@ bool diagnose_explained(const struct diagnosis *d, size_t n_effects);
  * noise, and what quick looks have brought nowhere near it need not be refitted to the end. After diagnose_rank().
  */
 bool diagnose_far_ahead(const struct diagnosis *d, size_t n_effects);
+/* The same, or one has come near the noise and has taken nearly all of the misfit: rivals that are far behind are not worth as much. */
+bool diagnose_nearly_there(const struct diagnosis *d, size_t n_effects);
 
 /* diagnose_repeats.c: of refits of the same effects the best stays; it notes where another place is as good. After diagnose_rank(). */
 void diagnose_drop_repeats(struct diagnosis *d);

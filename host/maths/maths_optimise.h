@@ -39,8 +39,8 @@ struct optimise_options {
     double radius;     /* first trust radius, 2-norm of a step; 0: 0.5 */
     double radius_max; /* 0: 4 */
     double tolerance;  /* stop when a full step would lower ½‖r‖² by less than this; 0: 1e-6 */
-    double relative;   /* … or by less than this share of ½‖r‖² */
-    double form;       /* … or by less than this share of what ½‖r‖² has above `noise` */
+    double relative;   /* … or by less than this share of ½‖r‖², or when the last six steps together have */
+    double form;       /* the same of what ½‖r‖² has above `noise` */
     double noise;      /* ½‖r‖² of noise alone; only with `form` */
     double
         give_up_above; /* stop when ten times the predicted fall of ½‖r‖² would not bring it down to this; 0: never */

@@ -210,6 +210,24 @@ static bool small_enough(const struct search *s)
     return fall <= o->tolerance || fall <= o->relative * square || fall <= o->form * (square - o->noise);
 }
 
+/* So many steps ago ½‖r‖² was this. */
+struct pace {
+    int steps;
+    double square;
+};
+
+/* A valley that bends promises more than its steps hold: what several of them have brought together is as little as would end the search as a promise. */
+static bool creeps(const struct search *s, struct pace *pace)
+{
+    enum { PATIENCE = 6 };
+    const struct optimise_options *o = &s->options;
+    const double square = s->out->half_square, fall = pace->square - square;
+    if (pace->steps < PATIENCE)
+        return false;
+    *pace = (struct pace){.square = square};
+    return fall <= o->relative * square || fall <= o->form * (square - o->noise);
+}
+
 static bool give_up_above(const struct search *s)
 {
     return s->options.give_up_above > 0.0 && s->out->half_square - 10.0 * s->out->decrement > s->options.give_up_above;
@@ -302,8 +320,9 @@ static enum bf_status descend(struct search *s, struct bf_error *err)
         return status;
     status = linearise(s, err);
     s->out->end = OPTIMISE_ITERATIONS;
+    struct pace pace = {.square = s->out->half_square};
     for (int i = 0; i < s->options.iterations && !status; i++) {
-        if (small_enough(s)) {
+        if (small_enough(s) || creeps(s, &pace)) {
             s->out->end = OPTIMISE_CONVERGED;
             break;
         }
@@ -324,6 +343,7 @@ static enum bf_status descend(struct search *s, struct bf_error *err)
         }
         if (!status && moved)
             status = arrive(s, before, err);
+        pace.steps += moved;
     }
     if (!status && s->out->end == OPTIMISE_ITERATIONS && small_enough(s))
         s->out->end = OPTIMISE_CONVERGED;
