@@ -191,6 +191,29 @@ static void a_pair_begins_at_what_takes_the_most(void **state)
     bench_free(b);
 }
 
+/*
+ * One record tells nothing of other levels, but no free linear model takes a weak and a strong blow in it to the noise, and along the measured motion a law does: it
+ * comes before the linear effects, of which each takes a hundred evaluations and more from the model as given.
+ */
+static void a_law_that_outdoes_linear_models_comes_first(void **state)
+{
+    (void)state;
+    static const char *const ids[] = {"cubic_stiffness", "point_spring",   "axial_load",   "point_mass",   "tip_mass",
+                                      "point_damper",    "rotary_inertia", "viscoelastic", "sensor_delay", NULL};
+    struct bench *b = bench_new("{kind: cubic_stiffness, coefficient_Npm3: 3e7, at_m: 0.3}", 1, LONG, 0.004, ids);
+    double *force = b->records[0].columns[0].x;
+    for (size_t k = 0; k < LONG / 2; k++)
+        force[LONG / 2 + k] = 10.0 * force[k];
+    predict(&b->truth, &b->records[0], 0.004, 5);
+    diagnose(b, 1, 0);
+    assert_int_equal(b->d.linearity.verdict, LINEARITY_CANNOT_TELL);
+    assert_true(b->d.attainable.noise_ratio > 2.0);
+    assert_int_equal(b->d.verdict, VERDICT_MISSING);
+    assert_string_equal(b->d.named[0], "cubic_stiffness");
+    assert_true(b->d.evaluations < 900);
+    bench_free(b);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -203,6 +226,7 @@ int main(void)
         cmocka_unit_test(a_rigid_support_is_found_at_its_place),
         cmocka_unit_test(a_mass_heavier_than_the_beam_is_found_at_its_place),
         cmocka_unit_test(what_has_nearly_been_found_is_not_left),
+        cmocka_unit_test(a_law_that_outdoes_linear_models_comes_first),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
