@@ -211,7 +211,7 @@ static enum bf_status linear_kinds(struct shortlist *s, const enum effect_kind k
 {
     struct diagnose_state *w = s->w;
     enum bf_status status = law_before_linear(s, kinds + 2, most, span, err);
-    if (status || progress_interrupted() || linear_is_out(w->d, s->n_effects))
+    if (status || progress_interrupted() || (given_is_wanted(s) && linear_is_out(w->d, s->n_effects)))
         return status;
     status = given_is_wanted(s) ? shortlist_from_given(s, span, err) : BF_OK;
     const bool has_ended = diagnose_is_far(&w->d->baseline) && diagnose_far_ahead(w->d, s->n_effects);

@@ -223,25 +223,6 @@ bool diagnose_no_linear_outdoes(const struct diagnosis *d)
            !(best->check.noise_ratio > held_out * d->attainable.held_out_noise_ratio);
 }
 
-/* Quickly; where one explains the records, and could be outdone, the others are refitted to their ends, which come early for what leaves much more. */
-static bool refit_briefly_first(struct shortlist *s, const struct model *from, struct road roads[], size_t n,
-                                double span)
-{
-    refit_roads(s, from, roads, n, QUICK_RUNS, span);
-    const bool explained = diagnose_explained(s->w->d, s->n_effects);
-    if (explained && !is_at_floor(s->w->d) && !progress_interrupted())
-        refit_roads(s, from, roads, n, 0, 0.0);
-    return explained;
-}
-
-/* What is far ahead is not asked again from other starts. */
-static void leave_other_starts(const struct diagnosis *d, size_t n_effects, struct road roads[], size_t n)
-{
-    const bool far_ahead = diagnose_nearly_there(d, n_effects);
-    for (size_t k = 0; k < n; k++)
-        roads[k].done = roads[k].done || (far_ahead && !roads[k].usual);
-}
-
 /* What a quick look has brought far below the model without it, and below all that has come to its end, goes on before others are looked at. */
 static void finish_leader(struct shortlist *s, const struct model *from, struct road roads[], size_t n)
 {
@@ -257,6 +238,30 @@ static void finish_leader(struct shortlist *s, const struct model *from, struct 
         refit_roads(s, from, leader, 1, 0, 0.0);
 }
 
+/*
+ * Quickly, and the one that leads to its end; where one explains the records, and could be outdone, the others are refitted to their ends, which come early for
+ * what leaves much more.
+ */
+static bool refit_briefly_first(struct shortlist *s, const struct model *from, struct road roads[], size_t n,
+                                double span)
+{
+    refit_roads(s, from, roads, n, QUICK_RUNS, span);
+    if (!diagnose_explained(s->w->d, s->n_effects))
+        finish_leader(s, from, roads, n);
+    const bool explained = diagnose_explained(s->w->d, s->n_effects);
+    if (explained && !is_at_floor(s->w->d) && !progress_interrupted())
+        refit_roads(s, from, roads, n, 0, 0.0);
+    return explained;
+}
+
+/* What is far ahead is not asked again from other starts. */
+static void leave_other_starts(const struct diagnosis *d, size_t n_effects, struct road roads[], size_t n)
+{
+    const bool far_ahead = diagnose_nearly_there(d, n_effects);
+    for (size_t k = 0; k < n; k++)
+        roads[k].done = roads[k].done || (far_ahead && !roads[k].usual);
+}
+
 /* Quickly, the usual starts first. Returns whether one explains the records. */
 static bool look_at_all(struct shortlist *s, const struct model *from, struct road roads[], size_t n, double part)
 {
@@ -265,9 +270,6 @@ static bool look_at_all(struct shortlist *s, const struct model *from, struct ro
         const size_t some = n - k < MOST_AT_ONCE ? n - k : MOST_AT_ONCE;
         leave_other_starts(s->w->d, s->n_effects, roads + k, some);
         explained = refit_briefly_first(s, from, roads + k, some, part);
-        if (!explained)
-            finish_leader(s, from, roads, k + some);
-        explained = explained || diagnose_explained(s->w->d, s->n_effects);
     }
     return explained;
 }
