@@ -78,6 +78,52 @@ static void only_laws_are_bounded(void **state)
     }
 }
 
+/* One that promises little, and a rival of what has taken nearly all of the misfit, is given up sooner. */
+static void a_rival_law_is_given_up_sooner(void **state)
+{
+    (void)state;
+    size_t most[3];
+    for (int k = 0; k < 3; k++) {
+        struct bench *b = with_mass();
+        struct diagnose_state w = begun(b);
+        struct refit_job mass = job_of_mass(0, false);
+        struct refit_job job = {.model = make("{kind: cubic_stiffness, coefficient_Npm3: 1e4, at_m: 0.2}"),
+                                .first_new = 1,
+                                .n_effects = 1,
+                                .near = true,
+                                .doubtful = k == 1};
+        if (k == 2)
+            diagnose_refits(&w, &mass, 1, 0.0);
+        else
+            model_free(&mass.model);
+        diagnose_rank(&b->d, w.n_tried);
+        assert_int_equal(diagnose_nearly_there(&b->d, 1), k == 2);
+        diagnose_refits(&w, &job, 1, 0.0);
+        most[k] = job.most_runs;
+        state_free(&w);
+        bench_free(b);
+    }
+    assert_true(most[1] < most[0]);
+    assert_int_equal(most[2], most[1]);
+}
+
+/* Near the noise, fitted and held out, and nearly all of the misfit taken; what it is held against. */
+static void what_is_nearly_there_has_both(void **state)
+{
+    (void)state;
+    struct hypothesis h = {.n_effects = 1};
+    struct diagnosis d = {.hypotheses = &h, .n_hypotheses = 1};
+    static const double left[] = {1.4, 2.0, 3.5, 1.4, 1.4}, before[] = {10.0, 5.0, 100.0, 2.0, 10.0},
+                        held_out[] = {1.5, 1.5, 1.5, 1.5, 4.0};
+    for (size_t k = 0; k < sizeof left / sizeof *left; k++) {
+        h.fitted.noise_ratio = left[k], h.check.noise_ratio = held_out[k];
+        h.check.n_channels = 1;
+        d.baseline.fitted.noise_ratio = before[k];
+        assert_int_equal(diagnose_nearly_there(&d, 1), k == 0);
+        assert_false(diagnose_nearly_there(&d, 2));
+    }
+}
+
 /* A free linear model of the same records leaves the noise: nothing nonlinear is seen in them. Held-out records must say so, too. */
 static void what_a_linear_model_leaves_at_the_noise_passes_for_linear(void **state)
 {
@@ -207,6 +253,8 @@ int main(void)
         cmocka_unit_test(what_runs_out_is_kept_where_it_is_asked_for),
         cmocka_unit_test(what_ends_in_time_is_as_without_a_bound),
         cmocka_unit_test(only_laws_are_bounded),
+        cmocka_unit_test(a_rival_law_is_given_up_sooner),
+        cmocka_unit_test(what_is_nearly_there_has_both),
         cmocka_unit_test(what_will_be_of_no_use_is_given_up),
         cmocka_unit_test(what_takes_next_to_nothing_is_given_up_beside_what_takes_most),
         cmocka_unit_test(a_refit_without_a_value_is_counted),
