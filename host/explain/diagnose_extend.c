@@ -196,7 +196,8 @@ static enum bf_status law_before_linear(struct shortlist *s, const enum effect_k
                                         double span, struct bf_error *err)
 {
     const struct diagnosis *d = s->w->d;
-    if (!given_is_wanted(s) || seems_linear(d) || !(below_linear(d) > 1.0))
+    const bool may_be_a_law = given_is_wanted(s) && !seems_linear(d) && below_linear(d) > 1.0;
+    if (!may_be_a_law || diagnose_explained(d, s->n_effects))
         return BF_OK;
     enum bf_status status = shortlist_try_laws(s, err);
     if (status || !law_stands_out(s) || !(s->trials[0].unexplained <= below_linear(d)))
