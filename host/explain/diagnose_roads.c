@@ -5,6 +5,7 @@
  * effect is added to that, its place scanned, and everything is fitted from short windows to whole records.
  */
 #include "diagnose_relatives.h"
+#include "diagnose_road.h"
 #include "diagnose_shortlist.h"
 #include "plausible.h"
 
@@ -18,20 +19,10 @@
 enum { MOST_FIRST = 3, MOST_GIVEN = 32, MOST_AT_ONCE = 8 };
 /* Refits to their ends of what is far behind the best: what it is held against. */
 enum { MOST_RIVALS = 3 };
-/* Starts of a candidate at most: with either sign, and as a rigid support or a heavy mass. */
-enum { ROADS = 3 };
-/* Of EI/l³: a spring that holds the beam. From a soft one a fit does not find the support, whose place is all that the records tell; nor from a gram a mass as heavy as the beam. */
-static const double rigid = 1e3;
 /* Evaluations in which the refit of an effect that is there has found it (50 to 100 do); that of another may take ten times as many to end far off. */
 enum { QUICK_RUNS = 100 };
 /* The same where one of its parameters has a value in each record: a stiff spring at four places needs more than 100. */
 enum { OWN_RUNS = 200 };
-
-/* Moves the beam's frequencies and shapes: what a baseline without it is driven away by. */
-static bool is_structural(const struct beam_effect *effect)
-{
-    return effect->terms != NULL || effect->geometry != NULL;
-}
 
 static bool is_in(const size_t order[], size_t n, size_t i)
 {
@@ -51,93 +42,16 @@ static size_t order_from_given(const struct shortlist *s, size_t order[])
     size_t n = 0;
     for (int structural = 1; structural >= 0; structural--) {
         for (size_t k = 0; k < n_ranked; k++)
-            if (is_structural(s->list.candidates[ranked[k]].effect) == (structural == 1))
+            if (road_is_structural(s->list.candidates[ranked[k]].effect) == (structural == 1))
                 order[n++] = ranked[k];
         for (size_t i = 0; i < s->list.n; i++) {
             const struct beam_effect *effect = s->list.candidates[i].effect;
-            if (effect_kind(effect) == KIND_LINEAR && is_structural(effect) == (structural == 1) && !is_in(order, n, i))
+            if (effect_kind(effect) == KIND_LINEAR && road_is_structural(effect) == (structural == 1) &&
+                !is_in(order, n, i))
                 order[n++] = i;
         }
     }
     return n;
-}
-
-/* Start values with the other sign of the strength; false: it has one sign only, or its start is what a score found. */
-static bool turn(const struct candidate *candidate, double start[])
-{
-    const struct beam_effect *effect = candidate->effect;
-    bool any = false;
-    for (int i = 0; i < effect->n_parameters; i++) {
-        const struct beam_parameter_info *info = &effect->parameters[i];
-        const bool turns =
-            info->role == BEAM_ROLE_STRENGTH && !(info->neutral < 0.0 || info->neutral > 0.0) && info->minimum < 0.0;
-        start[i] = turns ? -candidate->start[i] : candidate->start[i];
-        any = any || turns;
-    }
-    return any && is_structural(effect);
-}
-
-/* A candidate from one start; its refit is done, or has been left unfinished with so much left, χ²/n. */
-struct road {
-    const struct candidate *candidate;
-    double start[BEAM_EFFECT_PARAMETERS];
-    bool usual; /* the first start of its candidate */
-    bool along; /* its strength at places along the span, too */
-    int own;    /* 1 + the parameter that has a value of its own in each record; 0: none */
-    bool done;
-    double left;
-};
-
-/* What laboratories put on a beam, as a start: a rigid support, a mass as heavy as the beam, anywhere along the span. roads[1], returns how many. */
-static size_t lay_large(const struct model *from, const struct candidate *candidate, struct road roads[])
-{
-    const struct beam_effect *effect = candidate->effect;
-    const double length_m = from->length_m, EI = from->materials[model_plain_material(from)].EI.value;
-    const int strength = effect_slot(effect, BEAM_ROLE_STRENGTH), place = effect_slot(effect, BEAM_ROLE_PLACE);
-    if (!diagnose_follows_much(effect, from)) /* neither a spring nor a mass at a free place */
-        return 0;
-    const double large =
-        diagnose_is_mass(effect, from) ? model_mass_kg(from) : rigid * EI / (length_m * length_m * length_m);
-    *roads = (struct road){.candidate = candidate, .along = true};
-    memcpy(roads->start, candidate->start, sizeof roads->start);
-    roads->start[strength] = fmin(large, candidate->upper[strength]);
-    roads->start[place] =
-        length_m / 3.0; /* the reduced space is of this place: at the tip it would be of another beam */
-    return 1;
-}
-
-/* The other starts of a candidate: far from the truth either sign may lead astray (a strut near buckling), and a soft spring or a small mass. */
-static size_t lay_others(const struct model *from, const struct candidate *candidate, struct road roads[])
-{
-    struct road turned = {.candidate = candidate};
-    size_t n = 0;
-    if (turn(candidate, turned.start))
-        roads[n++] = turned;
-    return n + lay_large(from, candidate, &roads[n]);
-}
-
-/*
- * roads[ROADS · n]; returns how many. `all` takes every start: first the usual one of each of the beam's own effects, from which nearly every cause is found,
- * then their other starts, then the measurement's effects. order[]: the beam's own effects come first.
- */
-static size_t lay_roads(const struct shortlist *s, const struct model *from, const size_t order[], size_t n, bool all,
-                        struct road roads[])
-{
-    const struct candidate *candidates = s->list.candidates;
-    size_t n_roads = 0, structural = 0;
-    for (size_t k = 0; k < n; k++) {
-        const struct candidate *candidate = &candidates[order[k]];
-        roads[n_roads] = (struct road){.candidate = candidate, .usual = true};
-        memcpy(roads[n_roads].start, candidate->start, sizeof candidate->start);
-        n_roads++;
-        if (is_structural(candidate->effect))
-            structural = k + 1;
-        if (!all || structural != k + 1 || (k + 1 < n && is_structural(candidates[order[k + 1]].effect)))
-            continue;
-        for (size_t i = 0; i < structural; i++)
-            n_roads += lay_others(from, &candidates[order[i]], &roads[n_roads]);
-    }
-    return n_roads;
 }
 
 /* Those of roads[n ≤ MOST_AT_ONCE] that are not done; a candidate that the model refuses is. most_runs 0: as many as it takes. */
@@ -336,7 +250,7 @@ enum bf_status shortlist_from_given(struct shortlist *s, double span, struct bf_
     size_t *order = bf_alloc(s->list.n + 1, sizeof *order);
     const size_t all = order_from_given(s, order), n = all < MOST_GIVEN ? all : MOST_GIVEN;
     struct road *roads = bf_alloc(ROADS * n + 1, sizeof *roads);
-    refit_in_turn(s, &given, roads, lay_roads(s, &given, order, n, true, roads), span);
+    refit_in_turn(s, &given, roads, roads_lay(s->list.candidates, &given, order, n, true, roads), span);
     free(order), free(roads);
     model_free(&given);
     return BF_OK;
@@ -349,7 +263,7 @@ static size_t order_untried(const struct shortlist *s, size_t order[])
     const size_t n = order_from_given(s, order);
     for (size_t k = 0; k < n && kept < MOST_GIVEN; k++) {
         const struct beam_effect *effect = s->list.candidates[order[k]].effect;
-        if (is_structural(effect) && !was_refitted(s->w->d, effect))
+        if (road_is_structural(effect) && !was_refitted(s->w->d, effect))
             order[kept++] = order[k];
     }
     return kept;
@@ -365,7 +279,7 @@ enum bf_status shortlist_untried_from_given(struct shortlist *s, double span, st
         return status;
     size_t *order = bf_alloc(s->list.n + 1, sizeof *order);
     struct road roads[MOST_GIVEN];
-    const size_t n = lay_roads(s, &given, order, order_untried(s, order), false, roads);
+    const size_t n = roads_lay(s->list.candidates, &given, order, order_untried(s, order), false, roads);
     for (size_t k = 0; k < n && !progress_interrupted(); k += MOST_AT_ONCE) {
         const size_t some = n - k < MOST_AT_ONCE ? n - k : MOST_AT_ONCE;
         refit_roads(s, &given, roads + k, some, QUICK_RUNS, span * (double)some / (double)n);
@@ -373,35 +287,6 @@ enum bf_status shortlist_untried_from_given(struct shortlist *s, double span, st
     free(order);
     model_free(&given);
     return BF_OK;
-}
-
-/* Of an effect whose strength is all that it has. roads[1]; returns how many. */
-static size_t lay_large_alone(const struct model *from, const struct candidate *candidate, struct road roads[])
-{
-    const double large = diagnose_large_strength(candidate->effect, from);
-    if (!(large > 0.0))
-        return 0;
-    *roads = (struct road){.candidate = candidate, .start = {fmin(large, candidate->upper[0])}};
-    return 1;
-}
-
-/* From every start twice: with a strength of its own in each record, and with a place of its own. roads[2 · ROADS]; returns how many. */
-static size_t lay_own(const struct model *from, const struct candidate *candidate, struct road roads[])
-{
-    static const enum beam_role differing[] = {BEAM_ROLE_STRENGTH, BEAM_ROLE_PLACE};
-    struct road starts[ROADS] = {{.candidate = candidate}};
-    size_t n = 0;
-    memcpy(starts[0].start, candidate->start, sizeof candidate->start);
-    size_t n_starts = 1 + lay_others(from, candidate, &starts[1]);
-    n_starts += lay_large_alone(from, candidate, &starts[n_starts]);
-    for (size_t role = 0; role < sizeof differing / sizeof *differing; role++) {
-        const int slot = effect_slot(candidate->effect, differing[role]);
-        for (size_t k = 0; k < n_starts && slot >= 0; k++) {
-            roads[n] = starts[k];
-            roads[n++].own = slot + 1;
-        }
-    }
-    return n;
 }
 
 /* Sorted: of the first few effects the two nearest roads each stay to be done. */
@@ -434,7 +319,7 @@ enum bf_status shortlist_by_record(struct shortlist *s, struct bf_error *err)
     size_t n = 0;
     for (size_t i = 0; i < s->list.n; i++)
         if (diagnose_can_be_changed(s->list.candidates[i].effect, &given))
-            n += lay_own(&given, &s->list.candidates[i], &roads[n]);
+            n += roads_lay_own(&given, &s->list.candidates[i], &roads[n]);
     refit_all(s, &given, roads, n, OWN_RUNS);
     sort_by_left(roads, n);
     leave_few(roads, n);
@@ -468,7 +353,7 @@ enum bf_status diagnose_first_look(struct diagnose_state *w, struct bf_error *er
         size_t order[MOST_FIRST];
         const size_t n = order_first(s, order);
         (void)refit_briefly_first(s, &w->d->baseline.model, roads,
-                                  lay_roads(s, &w->d->baseline.model, order, n, false, roads), 0.0);
+                                  roads_lay(s->list.candidates, &w->d->baseline.model, order, n, false, roads), 0.0);
     }
     w->looked = s;
     return status;

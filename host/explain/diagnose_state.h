@@ -200,6 +200,8 @@ bool diagnose_explained(const struct diagnosis *d, size_t n_effects);
  * noise, and what quick looks have brought nowhere near it need not be refitted to the end. After diagnose_rank().
  */
 bool diagnose_far_ahead(const struct diagnosis *d, size_t n_effects);
+/* Rms over the noise, of what is far (diagnose_is_far()): below it effects of different kinds fit the records alike. */
+extern const double diagnose_far_misfit;
 /* The same, or one has come near the noise and has taken nearly all of the misfit: rivals that are far behind are not worth as much. */
 bool diagnose_nearly_there(const struct diagnosis *d, size_t n_effects);
 
@@ -215,8 +217,6 @@ enum bf_status diagnose_try(struct diagnose_state *w, struct refit_job jobs[], s
                             double span);
 
 /* diagnose_shortlist.c */
-extern const double
-    diagnose_far_misfit;            /* rms over the noise: below it effects of different kinds fit the records alike */
 extern const double diagnose_worth; /* a candidate that will leave more than this times the best is given up */
 /* The records show a nonlinear beam, and a free linear model leaves much of them: no linear effect explains them. */
 bool diagnose_linear_is_out(const struct diagnosis *d);

@@ -343,7 +343,7 @@ static enum bf_status descend(struct search *s, struct bf_error *err)
         }
         if (!status && moved)
             status = arrive(s, before, err);
-        pace.steps += moved;
+        pace.steps += moved && s->out->half_square < before; /* a step that was taken back is none */
     }
     if (!status && s->out->end == OPTIMISE_ITERATIONS && small_enough(s))
         s->out->end = OPTIMISE_CONVERGED;

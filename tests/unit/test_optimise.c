@@ -306,6 +306,22 @@ static void a_fall_that_a_refinement_denies_is_taken_back(void **state)
     assert_near(x[0], 0.0, 2e-3);
 }
 
+/* From far out seven falls in a row are denied: a search that was stopped on the way has not come to its end. */
+static void what_is_taken_back_does_not_creep(void **state)
+{
+    (void)state;
+    struct bf_error err;
+    double base = 1e5, x[1] = {3e4};
+    const struct least_squares problem = {
+        .n = 1, .context = &base, .value = tangent_value, .derivative = tangent_derivative};
+    const struct optimise_options options = {
+        .iterations = 500, .radius = 1e12, .radius_max = 1e12, .tolerance = 1e-12, .relative = 1e-4};
+    struct optimise_result result;
+    assert_int_equal(optimise_local(&problem, &options, x, &result, &err), BF_OK);
+    assert_int_equal(result.end, OPTIMISE_CONVERGED);
+    assert_near(x[0], 0.0, 2e-3);
+}
+
 /* ln x through its tangent, as above; there is nothing at x <= 0, which the tangent does not know. */
 static enum bf_status strut_value(void *context, const double x[], double *half_square, struct bf_error *err)
 {
@@ -439,6 +455,7 @@ int main(void)
         cmocka_unit_test(the_decrement_sees_the_distance),
         cmocka_unit_test(a_step_without_a_value_is_shortened),
         cmocka_unit_test(a_fall_that_a_refinement_denies_is_taken_back),
+        cmocka_unit_test(what_is_taken_back_does_not_creep),
         cmocka_unit_test(a_step_to_where_a_refinement_has_no_value_is_taken_back),
         cmocka_unit_test(an_interruption_keeps_the_best),
         cmocka_unit_test(the_polish_finds_what_is_left_and_nothing_at_the_optimum),
