@@ -50,11 +50,35 @@ static double beyond(double value, double usual)
     return 0.5 * log_ratio * log_ratio;
 }
 
-static double nats_of_term(const struct model *model, const struct beam_term *term)
+static double longest_record_s(const struct diagnosis *d)
+{
+    double longest_s = 0.0;
+    for (size_t r = 0; r < d->n_records; r++)
+        longest_s = fmax(longest_s, (double)d->records[r].n * d->records[r].dt_s);
+    return longest_s;
+}
+
+/*
+ * What of a Maxwell branch does not relax within the longest record is bending stiffness, whatever it is called, and the prior of EI speaks of it, too:
+ * −log of the prior at EI and this stiffness together, less what EI alone costs in the fit.
+ */
+static double nats_of_memory(const struct diagnosis *d, const struct model *model, const struct beam_term *term)
+{
+    const struct parameter *EI = &model->materials[model_plain_material(model)].EI;
+    if (!(EI->prior > 0.0) || term->value.memory <= 0)
+        return 0.0;
+    const double stays = (double)term->value.memory * exp(-longest_record_s(d) / (double)term->value.relaxation_s);
+    const double alone = log(EI->value / EI->prior_value) / EI->prior,
+                 together = log((EI->value + stays) / EI->prior_value) / EI->prior;
+    return fmax(0.5 * (together * together - alone * alone), 0.0);
+}
+
+static double nats_of_term(const struct diagnosis *d, const struct model *model, const struct beam_term *term)
 {
     const bool plain = term->place.weight == BEAM_WEIGHT_ONE || term->place.weight == BEAM_WEIGHT_PATCH;
     if (plain && term->place.kind == BEAM_OVER_CURVATURE)
-        return beyond((double)(term->value.stiffness + term->value.memory), usual_share * stiffest(model));
+        return fmax(beyond((double)(term->value.stiffness + term->value.memory), usual_share * stiffest(model)),
+                    nats_of_memory(d, model, term));
     if (plain && term->place.kind == BEAM_OVER_SLOPE)
         return beyond((double)term->value.stiffness, usual_tension(model));
     if (term->place.kind == BEAM_AT_POINT)
@@ -73,23 +97,20 @@ static int terms_of(const struct model *model, const struct model_effect *own,
     return own->effect->terms != NULL && own->effect->terms(p, &place, terms) == 0 ? own->effect->n_terms : 0;
 }
 
-static double nats_of_terms(const struct model *model, const struct model_effect *own)
+static double nats_of_terms(const struct diagnosis *d, const struct model *model, const struct model_effect *own)
 {
     struct beam_term terms[BEAM_EFFECT_TERMS] = {0};
     const int n = terms_of(model, own, terms);
     double nats = 0.0;
     for (int t = 0; t < n; t++)
-        nats += nats_of_term(model, &terms[t]);
+        nats += nats_of_term(d, model, &terms[t]);
     return nats;
 }
 
 bool diagnose_decays(const struct diagnosis *d, double frequency_Hz, double damping_ratio)
 {
     static const double decay = 0.1; /* of the amplitude's logarithm */
-    double longest_s = 0.0;
-    for (size_t r = 0; r < d->n_records; r++)
-        longest_s = fmax(longest_s, (double)d->records[r].n * d->records[r].dt_s);
-    return damping_ratio * 2.0 * M_PI * frequency_Hz * longest_s > decay;
+    return damping_ratio * 2.0 * M_PI * frequency_Hz * longest_record_s(d) > decay;
 }
 
 /*
@@ -143,7 +164,7 @@ double implausible_nats(const struct diagnosis *d, const struct hypothesis *h)
     double nats = 0.0;
     for (size_t i = 0; i < h->n_effects && h->n_base + i < h->model.n_effects; i++) {
         const struct model_effect *own = &h->model.effects[h->n_base + i];
-        nats += nats_of_terms(&h->model, own) + nats_of_tones(d, own) + nats_of_filter(d, own);
+        nats += nats_of_terms(d, &h->model, own) + nats_of_tones(d, own) + nats_of_filter(d, own);
     }
     return nats;
 }

@@ -212,6 +212,31 @@ static void an_unbelievable_strength_costs(void **state)
     assert_true(nats_of("  - {kind: tip_mass, mass_kg: 0.1}\n", &none) == 0.0);
 }
 
+/* What of a memory does not relax within the record is bending stiffness, of which the prior of EI speaks; what relaxes, and a beam without a prior, are judged by strength alone. */
+static void a_memory_that_stays_is_bending_stiffness(void **state)
+{
+    static const struct {
+        double relaxation_s, prior;
+    } memories[] = {{1e-3, 0.05}, {630.0, 0.0}, {630.0, 0.05}};
+    const struct record record = {.n = 4096, .dt_s = 1e-3};
+    struct diagnosis d = {.records = &record, .n_records = 1};
+    struct hypothesis h = {.n_effects = 1};
+    (void)state;
+    fixture_model(&h.model, "  - {kind: viscoelastic, strength_Nm2: 1, relaxation_s: 1}\n");
+    struct parameter *EI = &h.model.materials[model_plain_material(&h.model)].EI;
+    struct parameter *own = h.model.effects[0].parameters;
+    double nats[3];
+    for (int i = 0; i < 3; i++) {
+        EI->prior = memories[i].prior, EI->prior_value = EI->value;
+        own[0].value = EI->value, own[1].value = memories[i].relaxation_s;
+        nats[i] = implausible_nats(&d, &h);
+    }
+    const double sds = log(1.0 + exp(-4.096 / 630.0)) / 0.05;
+    assert_true(nats[0] == nats[1] && nats[1] < 3.0);
+    assert_true(fabs(nats[2] - 0.5 * sds * sds) < 1e-9 * nats[2]);
+    model_free(&h.model);
+}
+
 /* At a free end nothing pulls but weight, however stiff the beam is: this one, a hundred times as stiff, buckles at 940 N. */
 static void what_pulls_at_a_free_end_is_weight(void **state)
 {
@@ -276,6 +301,7 @@ int main(void)
         cmocka_unit_test(a_sensor_that_loses_the_first_mode_costs),
         cmocka_unit_test(a_mass_far_heavier_than_the_beam_costs),
         cmocka_unit_test(an_unbelievable_strength_costs),
+        cmocka_unit_test(a_memory_that_stays_is_bending_stiffness),
         cmocka_unit_test(what_pulls_at_a_free_end_is_weight),
         cmocka_unit_test(a_tone_at_a_pole_costs),
         cmocka_unit_test(bands_share_the_noise),
