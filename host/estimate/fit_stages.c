@@ -124,6 +124,31 @@ enum bf_status staircase_step(struct fit_problem *p, double decay_ps, int iterat
     return step_until(p, decay_ps, 0.0, iterations, x, out, err);
 }
 
+/*
+ * The iterations were over while steps of full length still promised a good part of the misfit: the next window, begun from there, would find a
+ * motion that is periods off (a strut near buckling).
+ */
+static bool is_on_its_way(const struct optimise_result *out)
+{
+    static const double good_part = 0.1;
+    return out->end == OPTIMISE_ITERATIONS && out->decrement > good_part * out->half_square;
+}
+
+/* What goes on because it is on its way does not count among the evaluations after which a quick look ends. */
+static enum bf_status whole_step(struct fit_problem *p, double decay_ps, double x[], struct optimise_result *out,
+                                 struct bf_error *err)
+{
+    enum { TIMES = 4 };
+    enum bf_status status = staircase_step(p, decay_ps, STEP_ITERATIONS, x, out, err);
+    for (int k = 1; k < TIMES && !status && is_on_its_way(out); k++) {
+        const size_t before = p->runs, most = p->most_runs;
+        p->most_runs = 0;
+        status = staircase_step(p, decay_ps, STEP_ITERATIONS, x, out, err);
+        p->most_runs = most > 0 ? most + p->runs - before : 0;
+    }
+    return status;
+}
+
 /* What is explained to below the floor can be stretched further. */
 static double next_factor(double misfit)
 {
@@ -304,7 +329,7 @@ enum bf_status staircase_run(struct fit_problem *p, const struct staircase *stai
     if (stairs->gentle)
         status = careful_windows(p, stairs, bar, x, out, err);
     while (!status && !stairs->gentle && s * stairs->longest_s > 1.0) {
-        status = staircase_step(p, s, STEP_ITERATIONS, x, out, err);
+        status = whole_step(p, s, x, out, err);
         if (status || out->end == OPTIMISE_INTERRUPTED)
             return status;
         if (give_up && p->abandon_above > 0.0 && out->half_square > give_up_above(p))

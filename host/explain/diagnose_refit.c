@@ -182,8 +182,9 @@ static double abandon_limit(const struct diagnosis *d, const struct refit_job *j
     const size_t n_effects = job->n_effects;
     double best = 0.0;
     for (size_t i = 0; i < d->n_hypotheses; i++) {
-        const double left = fmax(d->hypotheses[i].fit.chi2_per_row, 1.0);
-        if (d->hypotheses[i].n_effects == n_effects && (best == 0.0 || left < best))
+        const struct hypothesis *h = &d->hypotheses[i];
+        const double left = fmax(h->fit.chi2_per_row, 1.0);
+        if (h->n_effects == n_effects && !is_stand_in(h) && (best == 0.0 || left < best))
             best = left;
     }
     const double limit = lower(diagnose_worth * diagnose_worth * best, job->useless * job->useless);

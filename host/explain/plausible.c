@@ -191,12 +191,26 @@ static bool hardly_slips(const struct model_effect *own)
     return own->effect->drive != NULL && n == 2 && fabs(level[1]) > far_above * fabs(level[0]);
 }
 
+/* A beam does not carry a hundred times its mass: what is as heavy holds it, and is a support. */
+static bool holds(const struct model *model, const struct model_effect *own)
+{
+    static const double far_heavier = 100.0;
+    struct beam_term terms[BEAM_EFFECT_TERMS] = {0};
+    const int n = terms_of(model, own, terms);
+    for (int t = 0; t < n; t++)
+        if (terms[t].place.kind == BEAM_AT_POINT && (double)terms[t].value.mass > far_heavier * model_mass_kg(model))
+            return true;
+    return false;
+}
+
 const char *stand_in_reason(const struct hypothesis *h)
 {
     for (size_t i = 0; i < h->n_effects && h->n_base + i < h->model.n_effects; i++) {
         const struct model_effect *own = &h->model.effects[h->n_base + i];
         if (attracts(&h->model, own))
             return "its spring attracts: a magnet, or something else that makes the beam softer";
+        if (holds(&h->model, own))
+            return "its mass is more than a hundred times the beam's: a support, which holds the beam there";
         if (hardly_slips(own))
             return "its hysteresis has no loop: a bent line, as a dead zone or a saturation is";
     }

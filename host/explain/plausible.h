@@ -15,8 +15,8 @@ double implausible_nats(const struct diagnosis *d, const struct hypothesis *h);
 bool diagnose_decays(const struct diagnosis *d, double frequency_Hz, double damping_ratio);
 
 /*
- * One of its effects is, at its fitted values, a spring at a point that attracts (a magnet, or, nearly always, a stand-in for something else), or a drive's
- * hysteresis without a loop.
+ * One of its effects is, at its fitted values, a spring at a point that attracts (a magnet, or, nearly always, a stand-in for something else), a mass
+ * that holds the beam, or a drive's hysteresis without a loop.
  */
 bool is_stand_in(const struct hypothesis *h);
 /* Why it is one, for a person; NULL: it is none. */

@@ -181,6 +181,7 @@ struct search {
     struct optimise_options options;
     double *x, *trial, *gradient, *gram, *low, *high, *step;
     double radius;
+    double tried, expected; /* ½‖r‖² where the last step led to, and how far it was to fall */
     struct optimise_result *out;
 };
 
@@ -243,6 +244,14 @@ static enum bf_status choose_step(struct search *s, double *expected, struct bf_
     return status;
 }
 
+static enum bf_status value_after_step(struct search *s, double *value, struct bf_error *err)
+{
+    for (size_t i = 0; i < s->problem->n; i++)
+        s->trial[i] = s->x[i] + s->step[i];
+    s->out->values++;
+    return s->problem->value(s->problem->context, s->trial, value, err);
+}
+
 /* One trial step; *moved when x went there. A step cut by many bounds may promise nothing: then a shorter one will. */
 static enum bf_status try_step(struct search *s, bool *moved, struct bf_error *err)
 {
@@ -250,6 +259,7 @@ static enum bf_status try_step(struct search *s, bool *moved, struct bf_error *e
     const size_t n = problem->n;
     double expected, value = HUGE_VAL;
     *moved = false;
+    s->tried = HUGE_VAL;
     enum bf_status status = choose_step(s, &expected, err);
     if (status)
         return status;
@@ -258,12 +268,10 @@ static enum bf_status try_step(struct search *s, bool *moved, struct bf_error *e
         s->radius = 0.25 * fmin(length, s->radius);
         return BF_OK;
     }
-    for (size_t i = 0; i < n; i++)
-        s->trial[i] = s->x[i] + s->step[i];
-    s->out->values++;
-    status = problem->value(problem->context, s->trial, &value, err);
+    status = value_after_step(s, &value, err);
     if (status && status != BF_NUMERIC)
         return status;
+    s->tried = value, s->expected = expected;
     const double ratio = status || !isfinite(value) ? -1.0 : (s->out->half_square - value) / expected;
     if (ratio < 0.25)
         s->radius = 0.25 * fmin(length, s->radius);
@@ -295,6 +303,61 @@ static enum bf_status arrive(struct search *s, double before, struct bf_error *e
     return linearise(s, err);
 }
 
+/* Steps are short, and the last one went up by little more than it was to fall: it ended on the wall of a valley, not somewhere else. */
+static bool is_on_a_wall(const struct search *s)
+{
+    static const double short_step = 0.1, little_more = 10.0;
+    return s->radius < short_step && s->tried - s->out->half_square <= little_more * s->expected;
+}
+
+/*
+ * In a valley that bends, a step along its floor ends on its wall, and one that does not is short. From the wall the linearised problem leads back to
+ * the floor: two steps along the bend instead of a hundred (a watchdog: Chamberlain et al., Mathematical Programming Study 16, 1982). *moved when
+ * that is lower than where they began; else all is as it was. Cost: two derivatives and a value.
+ */
+static enum bf_status step_by_the_wall(struct search *s, bool *moved, struct bf_error *err)
+{
+    const size_t n = s->problem->n;
+    const double before = s->out->half_square, length = dense_norm(n, s->step), radius = s->radius;
+    double *start = bf_alloc(n, sizeof *start), value = HUGE_VAL, expected;
+    memcpy(start, s->x, n * sizeof *start);
+    memcpy(s->x, s->trial, n * sizeof *start);
+    s->radius = length;
+    enum bf_status status = linearise(s, err);
+    if (!status)
+        status = choose_step(s, &expected, err);
+    if (!status)
+        status = value_after_step(s, &value, err);
+    *moved = !status && value < before;
+    memcpy(s->x, *moved ? s->trial : start, n * sizeof *start);
+    memcpy(s->trial, start, n * sizeof *start); /* the place left */
+    for (size_t i = 0; i < n; i++)
+        s->step[i] = s->x[i] - start[i];
+    free(start);
+    s->radius = *moved ? fmin(2.5 * length, s->options.radius_max) : radius;
+    if (*moved)
+        s->out->half_square = value;
+    return *moved || (status && status != BF_NUMERIC) ? status : linearise(s, err);
+}
+
+/* Steps by the wall that lead nowhere are tried less and less often. */
+struct walls {
+    int wait, patience; /* steps until the next may be tried; after the next failure, half as many */
+};
+
+static enum bf_status step(struct search *s, struct walls *walls, bool *moved, struct bf_error *err)
+{
+    enum bf_status status = try_step(s, moved, err);
+    if (walls->wait > 0)
+        walls->wait--;
+    if (status || *moved || walls->wait > 0 || !is_on_a_wall(s))
+        return status;
+    status = step_by_the_wall(s, moved, err);
+    walls->patience = *moved ? 1 : 2 * walls->patience;
+    walls->wait = walls->patience;
+    return status;
+}
+
 static bool is_enough(const struct search *s)
 {
     return s->options.enough > 0.0 && s->out->half_square <= s->options.enough;
@@ -321,6 +384,7 @@ static enum bf_status descend(struct search *s, struct bf_error *err)
     status = linearise(s, err);
     s->out->end = OPTIMISE_ITERATIONS;
     struct pace pace = {.square = s->out->half_square};
+    struct walls walls = {.patience = 1};
     for (int i = 0; i < s->options.iterations && !status; i++) {
         if (small_enough(s) || creeps(s, &pace)) {
             s->out->end = OPTIMISE_CONVERGED;
@@ -332,7 +396,7 @@ static enum bf_status descend(struct search *s, struct bf_error *err)
         }
         bool moved;
         const double before = s->out->half_square;
-        status = try_step(s, &moved, err);
+        status = step(s, &walls, &moved, err);
         if (!status && !moved && s->radius < 1e-10) {
             s->out->end = OPTIMISE_STALLED;
             break;
