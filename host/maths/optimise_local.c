@@ -1,180 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "maths.h"
+#include "optimise_step.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-/* ---- The quadratic model min gᵀp + ½ pᵀHp within bounds and a ball ---- */
-
-struct quadratic {
-    size_t n;
-    const double *g, *H, *low, *high; /* low ≤ p ≤ high */
-    double radius, rank;
-};
-
-/* Work space of one subspace solve; every array has room for n (or n²) numbers. */
-struct subspace {
-    size_t *index; /* free unknowns */
-    double *g, *H, *values, *vectors, *along, *p;
-};
-
-static struct subspace subspace_new(size_t n)
-{
-    return (struct subspace){.index = bf_alloc(n, sizeof(size_t)),
-                             .g = bf_alloc(n, sizeof(double)),
-                             .H = bf_alloc(n * n, sizeof(double)),
-                             .values = bf_alloc(n, sizeof(double)),
-                             .vectors = bf_alloc(n * n, sizeof(double)),
-                             .along = bf_alloc(n, sizeof(double)),
-                             .p = bf_alloc(n, sizeof(double))};
-}
-
-static void subspace_free(struct subspace *s)
-{
-    free(s->index), free(s->g), free(s->H), free(s->values), free(s->vectors), free(s->along), free(s->p);
-}
-
-/* ‖p(λ)‖ with p = −Σ v (vᵀg)/(d + λ) over the directions that count. */
-static double step_norm(size_t m, const double values[], const double along[], double least, double lambda)
-{
-    double sum = 0.0;
-    for (size_t i = 0; i < m; i++)
-        if (values[i] > least)
-            sum += pow(along[i] / (values[i] + lambda), 2.0);
-    return sqrt(sum);
-}
-
-/* λ ≥ 0 with ‖p(λ)‖ ≤ radius, by bisection in log λ: the norm falls monotonically. */
-static double damping_for(size_t m, const double values[], const double along[], double least, double radius)
-{
-    if (step_norm(m, values, along, least, 0.0) <= radius)
-        return 0.0;
-    double low = 1e-20 * values[m - 1], high = values[m - 1];
-    while (step_norm(m, values, along, least, high) > radius)
-        high *= 16.0;
-    for (int i = 0; i < 80 && high > 1.001 * low; i++) {
-        const double middle = sqrt(low * high);
-        if (step_norm(m, values, along, least, middle) > radius)
-            low = middle;
-        else
-            high = middle;
-    }
-    return high;
-}
-
-/* Solves in the m free unknowns; the held ones have moved by p already, which changes the gradient seen here. */
-static enum bf_status solve_free(const struct quadratic *q, struct subspace *s, size_t m, double p[],
-                                 struct bf_error *err)
-{
-    for (size_t a = 0; a < m; a++) {
-        const size_t i = s->index[a];
-        double g = q->g[i];
-        for (size_t j = 0; j < q->n; j++)
-            g += q->H[i + j * q->n] * p[j]; /* p is 0 for the free ones */
-        s->g[a] = g;
-        for (size_t b = 0; b < m; b++)
-            s->H[a + b * m] = q->H[i + s->index[b] * q->n];
-    }
-    const enum bf_status status = dense_symmetric_eigen(m, s->H, NULL, s->values, s->vectors, err);
-    if (status)
-        return status;
-    const double least = fmax(q->rank * s->values[m - 1], 0.0);
-    dense_gemv(true, m, m, 1.0, s->vectors, s->g, 0.0, s->along);
-    const double lambda = damping_for(m, s->values, s->along, least, q->radius);
-    for (size_t i = 0; i < m; i++)
-        s->along[i] = s->values[i] > least ? -s->along[i] / (s->values[i] + lambda) : 0.0;
-    dense_gemv(false, m, m, 1.0, s->vectors, s->along, 0.0, s->p);
-    for (size_t a = 0; a < m; a++)
-        p[s->index[a]] = s->p[a];
-    return BF_OK;
-}
-
-/* Solve, hold what leaves its bounds at the bound, solve again; at most n rounds. */
-static enum bf_status bounded_step(const struct quadratic *q, double p[], struct bf_error *err)
-{
-    struct subspace s = subspace_new(q->n);
-    bool *held = bf_alloc(q->n, sizeof *held);
-    double *fixed = bf_alloc(q->n, sizeof *fixed);
-    for (size_t i = 0; i < q->n; i++) {
-        held[i] = (q->low[i] >= 0.0 && q->g[i] > 0.0) || (q->high[i] <= 0.0 && q->g[i] < 0.0);
-        fixed[i] = 0.0;
-    }
-    enum bf_status status = BF_OK;
-    for (bool again = true; again && !status;) {
-        size_t m = 0;
-        for (size_t i = 0; i < q->n; i++) {
-            p[i] = held[i] ? fixed[i] : 0.0;
-            if (!held[i])
-                s.index[m++] = i;
-        }
-        again = false;
-        if (m == 0)
-            break;
-        status = solve_free(q, &s, m, p, err);
-        for (size_t i = 0; i < q->n && !status; i++) {
-            if (held[i] || (p[i] >= q->low[i] && p[i] <= q->high[i]))
-                continue;
-            held[i] = again = true;
-            fixed[i] = p[i] < q->low[i] ? q->low[i] : q->high[i];
-        }
-    }
-    subspace_free(&s);
-    free(held), free(fixed);
-    return status;
-}
-
-static double predicted_fall(size_t n, const double g[], const double H[], const double p[])
-{
-    double linear = 0.0, square = 0.0;
-    for (size_t i = 0; i < n; i++) {
-        double Hp = 0.0;
-        for (size_t j = 0; j < n; j++)
-            Hp += H[i + j * n] * p[j];
-        linear += g[i] * p[i];
-        square += p[i] * Hp;
-    }
-    return fmax(-linear - 0.5 * square, 0.0);
-}
-
-/* Room to move: low = lower − x, high = upper − x. */
-static void room(const struct least_squares *problem, const double x[], double low[], double high[])
-{
-    for (size_t i = 0; i < problem->n; i++) {
-        low[i] = problem->lower ? fmin(problem->lower[i] - x[i], 0.0) : -HUGE_VAL;
-        high[i] = problem->upper ? fmax(problem->upper[i] - x[i], 0.0) : HUGE_VAL;
-    }
-}
-
-static const double default_rank = 1e-13;
-
-enum bf_status optimise_decrement(const struct least_squares *problem, const double x[], const double gradient[],
-                                  const double gram[], double rank, double *decrement, double step[],
-                                  struct bf_error *err)
-{
-    const size_t n = problem->n;
-    double *low = bf_alloc(n, sizeof *low), *high = bf_alloc(n, sizeof *high), *p = bf_alloc(n, sizeof *p);
-    room(problem, x, low, high);
-    for (size_t i = 0; i < n; i++) { /* a bound further off says nothing about stationarity here */
-        low[i] = low[i] < 0.0 ? -HUGE_VAL : 0.0;
-        high[i] = high[i] > 0.0 ? HUGE_VAL : 0.0;
-    }
-    const struct quadratic q = {.n = n,
-                                .g = gradient,
-                                .H = gram,
-                                .low = low,
-                                .high = high,
-                                .radius = INFINITY,
-                                .rank = rank > 0.0 ? rank : default_rank};
-    const enum bf_status status = bounded_step(&q, p, err);
-    *decrement = status ? 0.0 : predicted_fall(n, gradient, gram, p);
-    if (step)
-        memcpy(step, p, n * sizeof *p);
-    free(low), free(high), free(p);
-    return status;
-}
-
-/* ---- Trust region ---- */
 
 struct search {
     const struct least_squares *problem;
@@ -237,10 +66,10 @@ static bool give_up_above(const struct search *s)
 static enum bf_status choose_step(struct search *s, double *expected, struct bf_error *err)
 {
     const size_t n = s->problem->n;
-    room(s->problem, s->x, s->low, s->high);
+    quadratic_room(s->problem, s->x, s->low, s->high);
     const struct quadratic q = {n, s->gradient, s->gram, s->low, s->high, s->radius, s->options.rank};
-    const enum bf_status status = bounded_step(&q, s->step, err);
-    *expected = status ? 0.0 : predicted_fall(n, s->gradient, s->gram, s->step);
+    const enum bf_status status = quadratic_step(&q, s->step, err);
+    *expected = status ? 0.0 : quadratic_fall(n, s->gradient, s->gram, s->step);
     return status;
 }
 
@@ -303,26 +132,30 @@ static enum bf_status arrive(struct search *s, double before, struct bf_error *e
     return linearise(s, err);
 }
 
-/* Steps are short, and the last one went up by little more than it was to fall: it ended on the wall of a valley, not somewhere else. */
+/*
+ * Steps are short, and the last one went up: on the wall of a valley, not somewhere else. Where it was l long, the wall rises as l⁴, and what is left of it
+ * after a step back as l⁶: from a thousand times the expected fall that step still leads below where both began.
+ */
 static bool is_on_a_wall(const struct search *s)
 {
-    static const double short_step = 0.1, little_more = 10.0;
-    return s->radius < short_step && s->tried - s->out->half_square <= little_more * s->expected;
+    static const double short_step = 0.1, rise = 1000.0;
+    return s->radius < short_step && s->tried - s->out->half_square <= rise * s->expected;
 }
 
 /*
- * In a valley that bends, a step along its floor ends on its wall, and one that does not is short. From the wall the linearised problem leads back to
- * the floor: two steps along the bend instead of a hundred (a watchdog: Chamberlain et al., Mathematical Programming Study 16, 1982). *moved when
- * that is lower than where they began; else all is as it was. Cost: two derivatives and a value.
+ * In a valley that bends, a step along its floor ends on its wall, and one that does not is short. A step back, too short to lead further along the wall,
+ * ends on the floor again (a second-order correction: Nocedal and Wright, Numerical Optimization, 2006, section 15.6). *moved when that is lower than where
+ * both began; else all is as it was. Cost: a value and one derivative, two where it fails.
  */
 static enum bf_status step_by_the_wall(struct search *s, bool *moved, struct bf_error *err)
 {
     const size_t n = s->problem->n;
+    static const double back = 0.1; /* of the length of the step that led there */
     const double before = s->out->half_square, length = dense_norm(n, s->step), radius = s->radius;
     double *start = bf_alloc(n, sizeof *start), value = HUGE_VAL, expected;
     memcpy(start, s->x, n * sizeof *start);
     memcpy(s->x, s->trial, n * sizeof *start);
-    s->radius = length;
+    s->radius = back * length;
     enum bf_status status = linearise(s, err);
     if (!status)
         status = choose_step(s, &expected, err);
@@ -424,7 +257,7 @@ enum bf_status optimise_local(const struct least_squares *problem, const struct 
     o.radius = o.radius > 0.0 ? o.radius : 0.5;
     o.radius_max = o.radius_max > 0.0 ? o.radius_max : 4.0;
     o.tolerance = o.tolerance > 0.0 ? o.tolerance : 1e-6;
-    o.rank = o.rank > 0.0 ? o.rank : default_rank;
+    o.rank = o.rank > 0.0 ? o.rank : QUADRATIC_RANK;
     if (n == 0)
         return problem->value(problem->context, x, &out->half_square, err);
     double *work = bf_alloc(5 * n + n * n, sizeof *work);
