@@ -214,6 +214,19 @@ static void a_law_that_outdoes_linear_models_comes_first(void **state)
     bench_free(b);
 }
 
+/* With a mode to spare a free linear model follows a hardening beam through one record, down to the noise; no linear effect comes near it, so a law may. */
+static void a_law_that_passes_for_linear_is_tried(void **state)
+{
+    (void)state;
+    static const char *const ids[] = {"cubic_stiffness", "axial_load", "point_damper", "tip_mass", "rotary_inertia",
+                                      "sensor_lag",      NULL};
+    struct bench *b = bench_new("{kind: cubic_stiffness, coefficient_Npm3: 1.6e8, at_m: 0.3}", 1, LONG, 0.00375, ids);
+    diagnose(b, 1, 0);
+    assert_true(diagnose_passes_for_linear(&b->d) && diagnose_is_far(&b->d.baseline));
+    assert_string_equal(named_alone(b, "cubic_stiffness")->effects[0]->id, "cubic_stiffness");
+    bench_free(b);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -227,6 +240,7 @@ int main(void)
         cmocka_unit_test(a_mass_heavier_than_the_beam_is_found_at_its_place),
         cmocka_unit_test(what_has_nearly_been_found_is_not_left),
         cmocka_unit_test(a_law_that_outdoes_linear_models_comes_first),
+        cmocka_unit_test(a_law_that_passes_for_linear_is_tried),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
