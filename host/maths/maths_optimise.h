@@ -35,7 +35,7 @@ struct least_squares {
 };
 
 struct optimise_options {
-    int iterations;    /* accepted or rejected steps at most; 0: 50 */
+    int iterations;    /* accepted or rejected steps at most, each with a step back from a wall at most; 0: 50 */
     double radius;     /* first trust radius, 2-norm of a step; 0: 0.5 */
     double radius_max; /* 0: 4 */
     double tolerance;  /* stop when a full step would lower ½‖r‖² by less than this; 0: 1e-6 */

@@ -100,7 +100,7 @@ static enum bf_status try_step(struct search *s, bool *moved, struct bf_error *e
     status = value_after_step(s, &value, err);
     if (status && status != BF_NUMERIC)
         return status;
-    s->tried = value, s->expected = expected;
+    s->tried = status ? HUGE_VAL : value, s->expected = expected;
     const double ratio = status || !isfinite(value) ? -1.0 : (s->out->half_square - value) / expected;
     if (ratio < 0.25)
         s->radius = 0.25 * fmin(length, s->radius);
@@ -173,9 +173,10 @@ static enum bf_status step_by_the_wall(struct search *s, bool *moved, struct bf_
     return *moved || (status && status != BF_NUMERIC) ? status : linearise(s, err);
 }
 
-/* Steps by the wall that lead nowhere are tried less and less often. */
+/* Steps by the wall that lead nowhere are tried less and less often: after 2, 4, 8 further steps. */
 struct walls {
-    int wait, patience; /* steps until the next may be tried; after the next failure, half as many */
+    int wait;     /* steps until the next may be tried */
+    int patience; /* of them after the last one: 1 where it went down, else twice as many as before */
 };
 
 static enum bf_status step(struct search *s, struct walls *walls, bool *moved, struct bf_error *err)
