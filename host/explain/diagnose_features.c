@@ -128,7 +128,8 @@ static bool follows_much(const struct diagnosis *d, const struct decision *one, 
     for (size_t i = 0; i < one->n; i++) {
         const bool replaced =
             hypothesis_has(&d->hypotheses[one->with], one->among[i]) && !hypothesis_has(simplest, one->among[i]);
-        if (replaced || !diagnose_follows_much(one->among[i], d->model))
+        if (replaced || !diagnose_follows_much(one->among[i], d->model) ||
+            hypothesis_is_held(&d->hypotheses[one->with], one->among[i])) /* its place is all that it can follow with */
             return false;
         *masses = *masses && diagnose_is_mass(one->among[i], d->model);
     }

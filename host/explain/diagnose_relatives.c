@@ -138,6 +138,22 @@ double diagnose_large_strength(const struct beam_effect *effect, const struct mo
     return is_axial(&terms[0]) ? EI * pow(M_PI / model->length_m, 2.0) : 0.0;
 }
 
+double diagnose_rigid_Npm(const struct model *model)
+{
+    static const double rigid = 1e3; /* of EI/l³ */
+    return rigid * model->materials[model_plain_material(model)].EI.value / pow(model->length_m, 3.0);
+}
+
+bool hypothesis_is_held(const struct hypothesis *h, const struct beam_effect *effect)
+{
+    for (size_t e = 0; e < h->n_effects && h->n_base + e < h->model.n_effects; e++) {
+        const struct parameter *own = h->model.effects[h->n_base + e].parameters;
+        if (h->effects[e] == effect && diagnose_follows_much(effect, &h->model) && !diagnose_is_mass(effect, &h->model))
+            return own[effect_slot(effect, BEAM_ROLE_STRENGTH)].value >= diagnose_rigid_Npm(&h->model);
+    }
+    return false;
+}
+
 /* What is asked for, or a part of it. */
 static bool decision_has_one(const struct hypothesis *h, const struct decision *one)
 {

@@ -11,9 +11,6 @@ bool road_is_structural(const struct beam_effect *effect)
     return effect->terms != NULL || effect->geometry != NULL;
 }
 
-/* Of EI/l³: a spring that holds the beam. From a soft one a fit does not find the support, whose place is all that the records tell; nor from a gram a mass as heavy as the beam. */
-static const double rigid = 1e3;
-
 /* Start values with the other sign of the strength; false: it has one sign only, or its start is what a score found. */
 static bool turn(const struct candidate *candidate, double start[])
 {
@@ -29,16 +26,18 @@ static bool turn(const struct candidate *candidate, double start[])
     return any && road_is_structural(effect);
 }
 
-/* What laboratories put on a beam, as a start: a rigid support, a mass as heavy as the beam, anywhere along the span. roads[1], returns how many. */
+/*
+ * What laboratories put on a beam, as a start: a rigid support, a mass as heavy as the beam, anywhere along the span. From a soft spring a fit does not find the
+ * support, nor from a gram such a mass. roads[1], returns how many.
+ */
 static size_t lay_large(const struct model *from, const struct candidate *candidate, struct road roads[])
 {
     const struct beam_effect *effect = candidate->effect;
-    const double length_m = from->length_m, EI = from->materials[model_plain_material(from)].EI.value;
+    const double length_m = from->length_m;
     const int strength = effect_slot(effect, BEAM_ROLE_STRENGTH), place = effect_slot(effect, BEAM_ROLE_PLACE);
     if (!diagnose_follows_much(effect, from)) /* neither a spring nor a mass at a free place */
         return 0;
-    const double large =
-        diagnose_is_mass(effect, from) ? model_mass_kg(from) : rigid * EI / (length_m * length_m * length_m);
+    const double large = diagnose_is_mass(effect, from) ? model_mass_kg(from) : diagnose_rigid_Npm(from);
     *roads = (struct road){.candidate = candidate, .along = true};
     memcpy(roads->start, candidate->start, sizeof roads->start);
     roads->start[strength] = fmin(large, candidate->upper[strength]);

@@ -191,10 +191,10 @@ static bool hardly_slips(const struct model_effect *own)
     return own->effect->drive != NULL && n == 2 && fabs(level[1]) > far_above * fabs(level[0]);
 }
 
-/* A beam does not carry a hundred times its mass: what is as heavy holds it, and is a support. */
+/* A beam does not carry thirty times its mass: what is as heavy holds it, and is a support. */
 static bool holds(const struct model *model, const struct model_effect *own)
 {
-    static const double far_heavier = 100.0;
+    static const double far_heavier = 30.0;
     struct beam_term terms[BEAM_EFFECT_TERMS] = {0};
     const int n = terms_of(model, own, terms);
     for (int t = 0; t < n; t++)
@@ -210,7 +210,7 @@ const char *stand_in_reason(const struct hypothesis *h)
         if (attracts(&h->model, own))
             return "its spring attracts: a magnet, or something else that makes the beam softer";
         if (holds(&h->model, own))
-            return "its mass is more than a hundred times the beam's: a support, which holds the beam there";
+            return "its mass is more than thirty times the beam's: a support, which holds the beam there";
         if (hardly_slips(own))
             return "its hysteresis has no loop: a bent line, as a dead zone or a saturation is";
     }

@@ -198,14 +198,30 @@ static void a_mass_far_heavier_than_the_beam_costs(void **state)
     assert_true(fabs(hundred - ten - log(10.0) * (sqrt(2.0 * ten) + 0.5 * log(10.0))) < 1e-9);
 }
 
-/* A mass a hundred times the beam's is no mass that somebody put there; one of ten may be. */
+/* The beam's EI/l³ is 5.1 N/m: how stiff a spring is, and what it damps, the records tell until it holds the beam. */
+static void a_rigid_support_has_its_place_alone(void **state)
+{
+    static const char *const springs[] = {
+        "  - {kind: point_spring, stiffness_Npm: 500, damping_Nspm: 0, at_m: {value: 0.1, fixed: false}}\n",
+        "  - {kind: point_spring, stiffness_Npm: 6000, damping_Nspm: 0, at_m: {value: 0.1, fixed: false}}\n"};
+    (void)state;
+    for (int rigid = 0; rigid < 2; rigid++) {
+        struct hypothesis h = {.n_effects = 1};
+        fixture_model(&h.model, springs[rigid]);
+        h.effects[0] = h.model.effects[0].effect;
+        assert_int_equal(hypothesis_parameters(&h, 1), rigid ? 1 : 3);
+        model_free(&h.model);
+    }
+}
+
+/* A mass thirty times the beam's is no mass that somebody put there; one of ten may be. */
 static void a_mass_that_holds_the_beam_is_a_stand_in(void **state)
 {
     (void)state;
     for (int holds = 0; holds < 2; holds++) {
         struct hypothesis h = {.n_effects = 1};
         fixture_model(&h.model, "  - {kind: point_mass, mass_kg: 1, at_m: 0.2}\n");
-        h.model.effects[0].parameters[0].value = (holds ? 101.0 : 10.0) * model_mass_kg(&h.model);
+        h.model.effects[0].parameters[0].value = (holds ? 31.0 : 10.0) * model_mass_kg(&h.model);
         assert_int_equal(is_stand_in(&h), holds);
         model_free(&h.model);
     }
@@ -316,6 +332,7 @@ int main(void)
         cmocka_unit_test(an_unbelievable_strength_costs),
         cmocka_unit_test(a_memory_that_stays_is_bending_stiffness),
         cmocka_unit_test(a_mass_that_holds_the_beam_is_a_stand_in),
+        cmocka_unit_test(a_rigid_support_has_its_place_alone),
         cmocka_unit_test(what_pulls_at_a_free_end_is_weight),
         cmocka_unit_test(a_tone_at_a_pole_costs),
         cmocka_unit_test(bands_share_the_noise),
