@@ -3,6 +3,8 @@
 #include "invented_refits.h"
 
 #include "explain/diagnose_presence.h"
+#include "explain/diagnose_relatives.h"
+#include "model_fixture.h"
 
 /* With its place a mass or a spring follows much of what another cause does: the same errors make it less sure than what has no place. */
 static void what_follows_much_is_less_sure(void **state)
@@ -94,6 +96,25 @@ static void a_spring_is_sure_only_where_it_leaves_nothing(void **state)
     assert_true(follows[0] < 0.05 && follows[1] > 0.9);
 }
 
+/* One that holds the beam has its place alone to follow with, whatever is left. */
+static void a_rigid_support_follows_nothing(void **state)
+{
+    for (int rigid = 0; rigid < 2; rigid++) {
+        struct diagnosis d;
+        struct hypothesis h[] = {refit("point_spring", NULL, 3, 4.0, 4.0),
+                                 refit("root_compliance", NULL, 2, 60.0, 60.0)};
+        struct model held;
+        fixture_model(&held, "  - {kind: point_spring, stiffness_Npm: 1, damping_Nspm: 0, at_m: 0.1}\n");
+        held.effects[0].parameters[0].value = (rigid ? 2.0 : 0.5) * diagnose_rigid_Npm(&held);
+        h[0].model = held;
+        decide(&d, *state, 100.0, 100.0, h, 2);
+        const double follows = features_at(&d, 0.9)[FEATURE_FOLLOWS];
+        assert_true(rigid ? follows == 0.0 : follows > 0.9);
+        done(&d);
+        model_free(&held);
+    }
+}
+
 /* The rig's own errors leave much of a change that was made on purpose: that nothing else takes much of it tells the cause all the same. */
 static void what_takes_a_large_misfit_alone_is_surer(void **state)
 {
@@ -181,6 +202,7 @@ int main(void)
         cmocka_unit_test(a_place_that_is_not_needed_makes_nothing_less_sure),
         cmocka_unit_test(of_a_large_misfit_a_mass_is_surer),
         cmocka_unit_test(a_spring_is_sure_only_where_it_leaves_nothing),
+        cmocka_unit_test(a_rigid_support_follows_nothing),
         cmocka_unit_test(what_takes_a_large_misfit_alone_is_surer),
         cmocka_unit_test(silence_explains_nothing),
         cmocka_unit_test(what_leaves_a_quarter_is_not_alone),
