@@ -228,6 +228,7 @@ static enum bf_status descend_from_ranked(struct refit_search *t, bool law, stru
 {
     struct fit_problem *p = t->p;
     struct starts starts = starts_new(t->quick ? 3 : 6, p->n_refs, p->refs, t->first_effect);
+    const size_t before = p->runs;
     enum bf_status status = law ? BF_OK : starts_restore_vanished(p, t->theta0, err);
     if (!status)
         status = law ? rank_laws(t, &starts, err) : rank_starts(t, &starts, err);
@@ -235,6 +236,8 @@ static enum bf_status descend_from_ranked(struct refit_search *t, bool law, stru
         status = rank_again(t, 3.0, &starts, t->quick ? 2 : 4, err);
     if (!status)
         status = rank_again(t, law ? 3.0 : 10.0, &starts, t->quick ? 1 : 2, err);
+    /* a quick look is as long a way down for what has a place, whose starts are many, as for what has none */
+    p->most_runs += p->most_runs > 0 && !law ? p->runs - before : 0;
     if (!status)
         status = descend(t, &starts, best, err);
     starts_free(&starts);
