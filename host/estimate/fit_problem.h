@@ -165,6 +165,8 @@ void fit_problem_rescale(struct fit_problem *p, double x[]);
 /* Unknown i is not moved, and no derivative by it is computed. */
 void fit_problem_hold(struct fit_problem *p, size_t i, bool held);
 bool fit_problem_interrupted(const struct fit_problem *p);
+/* Evaluations since there were `before` of them do not count among most_runs. */
+void fit_problem_do_not_count(struct fit_problem *p, size_t before);
 
 /* The last evaluation was at x, to rounding, and holds. */
 bool fit_problem_holds(const struct fit_problem *p, const double x[]);

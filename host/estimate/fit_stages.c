@@ -125,26 +125,27 @@ enum bf_status staircase_step(struct fit_problem *p, double decay_ps, int iterat
 }
 
 /*
- * The iterations were over while steps of full length still promised a good part of the misfit: the next window, begun from there, would find a
- * motion that is periods off (a strut near buckling).
+ * The iterations were over while one more step, of any length, still promised a good part of the misfit: the next window, begun from there, would
+ * find a motion that is periods off (a strut near buckling).
  */
 static bool is_on_its_way(const struct optimise_result *out)
 {
-    static const double good_part = 0.1;
+    static const double good_part = 0.1; /* of ½‖r‖² */
     return out->end == OPTIMISE_ITERATIONS && out->decrement > good_part * out->half_square;
 }
 
-/* What goes on because it is on its way does not count among the evaluations after which a quick look ends. */
+/* A window, and what it takes to its end while it is on its way: that does not count among the evaluations after which a quick look ends. */
 static enum bf_status whole_step(struct fit_problem *p, double decay_ps, double x[], struct optimise_result *out,
                                  struct bf_error *err)
 {
-    enum { TIMES = 4 };
+    enum { TIMES = 4 }; /* the usual iterations, at most */
     enum bf_status status = staircase_step(p, decay_ps, STEP_ITERATIONS, x, out, err);
     for (int k = 1; k < TIMES && !status && is_on_its_way(out); k++) {
         const size_t before = p->runs, most = p->most_runs;
         p->most_runs = 0;
         status = staircase_step(p, decay_ps, STEP_ITERATIONS, x, out, err);
-        p->most_runs = most > 0 ? most + p->runs - before : 0;
+        p->most_runs = most;
+        fit_problem_do_not_count(p, before);
     }
     return status;
 }

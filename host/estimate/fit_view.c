@@ -127,6 +127,12 @@ bool fit_problem_interrupted(const struct fit_problem *p)
            (p->most_runs > 0 && p->runs >= p->most_runs);
 }
 
+void fit_problem_do_not_count(struct fit_problem *p, size_t before)
+{
+    if (p->most_runs > 0)
+        p->most_runs += p->runs - before;
+}
+
 static bool view_interrupted(void *context)
 {
     return fit_problem_interrupted(context);

@@ -236,8 +236,9 @@ static enum bf_status descend_from_ranked(struct refit_search *t, bool law, stru
         status = rank_again(t, 3.0, &starts, t->quick ? 2 : 4, err);
     if (!status)
         status = rank_again(t, law ? 3.0 : 10.0, &starts, t->quick ? 1 : 2, err);
-    /* a quick look is as long a way down for what has a place, whose starts are many, as for what has none */
-    p->most_runs += p->most_runs > 0 && !law ? p->runs - before : 0;
+    /* a quick look goes as far down with a place, whose starts are many, as without; steps through time are too dear for that */
+    if (!model_has_law(p->model))
+        fit_problem_do_not_count(p, before);
     if (!status)
         status = descend(t, &starts, best, err);
     starts_free(&starts);

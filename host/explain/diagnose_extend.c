@@ -253,9 +253,10 @@ static enum bf_status others(struct shortlist *s, const enum effect_kind kinds[]
     const bool nonlinear = kinds[0] == KIND_LAW, everything = w->options->everything,
                explained = diagnose_explained(d, s->n_effects);
     enum bf_status status = BF_OK;
-    /* with modes to spare a free linear model follows a law in records of one level: it tells a linear cause where one comes near it */
-    const bool as_told = seems_linear(d) || explained || diagnose_no_linear_outdoes(d);
-    s->linear = (s->linear && as_told) || (explained && !everything && d->linearity.verdict == LINEARITY_LINEAR);
+    /* with modes to spare a free linear model follows a law in records of one level: it tells a linear cause only where one comes near it */
+    if (!seems_linear(d) && !explained && !diagnose_no_linear_outdoes(d))
+        s->linear = false;
+    s->linear = s->linear || (explained && !everything && d->linearity.verdict == LINEARITY_LINEAR);
     /* a law is found as the first or the second of three, and beside another effect only where something is not linear */
     const bool passes_for_linear =
         s->from->n_effects == 1 && diagnose_is_far(&d->baseline) && diagnose_passes_for_linear(d);

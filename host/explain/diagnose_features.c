@@ -129,19 +129,20 @@ static bool follows_much(const struct diagnosis *d, const struct decision *one, 
         const bool replaced =
             hypothesis_has(&d->hypotheses[one->with], one->among[i]) && !hypothesis_has(simplest, one->among[i]);
         if (replaced || !diagnose_follows_much(one->among[i], d->model) ||
-            hypothesis_is_held(&d->hypotheses[one->with], one->among[i])) /* its place is all that it can follow with */
+            hypothesis_has_support(&d->hypotheses[one->with],
+                                   one->among[i])) /* its place is all that it can follow with */
             return false;
         *masses = *masses && diagnose_is_mass(one->among[i], d->model);
     }
     return true;
 }
 
-/* Two or more such masses and springs have a strength and a place each and, with the beam's stiffness, as many unknowns as there are modes, whose frequencies they follow wherever those go. */
+/* Two or more such masses and springs, which are no support, have a strength and a place each and, with the beam's stiffness, as many unknowns as there are modes, whose frequencies they follow wherever those go. */
 static bool follow_every_mode(const struct diagnosis *d, const struct hypothesis *h)
 {
     size_t n = 0;
     for (size_t e = 0; e < h->n_effects; e++)
-        n += diagnose_follows_much(h->effects[e], d->model);
+        n += diagnose_follows_much(h->effects[e], d->model) && !hypothesis_has_support(h, h->effects[e]);
     return n > 1 && 2 * n + 1 >= d->n_modes - modes_rigid(d->mode_Hz, d->n_modes);
 }
 

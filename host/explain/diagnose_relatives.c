@@ -144,7 +144,7 @@ double diagnose_rigid_Npm(const struct model *model)
     return rigid * model->materials[model_plain_material(model)].EI.value / pow(model->length_m, 3.0);
 }
 
-bool hypothesis_is_held(const struct hypothesis *h, const struct beam_effect *effect)
+bool hypothesis_has_support(const struct hypothesis *h, const struct beam_effect *effect)
 {
     for (size_t e = 0; e < h->n_effects && h->n_base + e < h->model.n_effects; e++) {
         const struct parameter *own = h->model.effects[h->n_base + e].parameters;

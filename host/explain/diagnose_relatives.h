@@ -28,8 +28,8 @@ bool diagnose_is_mass(const struct beam_effect *effect, const struct model *mode
 double diagnose_large_strength(const struct beam_effect *effect, const struct model *model);
 /* A spring that holds the beam as a rigid support does, N/m: its place is all that the records tell. */
 double diagnose_rigid_Npm(const struct model *model);
-/* The effect is among those that the hypothesis adds, and as stiff there. */
-bool hypothesis_is_held(const struct hypothesis *h, const struct beam_effect *effect);
+/* The effect is among those that the hypothesis adds, and a spring as stiff there. */
+bool hypothesis_has_support(const struct hypothesis *h, const struct beam_effect *effect);
 /* It acts at a point, at the clamp, or along the axis: what somebody screws on, moves or tightens between two records. */
 bool diagnose_can_be_changed(const struct beam_effect *effect, const struct model *model);
 

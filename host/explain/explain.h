@@ -116,7 +116,7 @@ enum feature {
     FEATURE_SET,     /* 1: it has more than one effect */
     FEATURE_LEAD,    /* ln(1 + x) of the nats x by which it leads what has none of the effects; -ln(1 - x) below 0 */
     FEATURE_CROWD, /* -1 ... 1: x/(1 + |x|), e^x: times the rms that it leaves, of both kinds of records, is left without any of the effects */
-    FEATURE_FOLLOWS, /* 0 ... 1: all of the effects are a mass or a spring at a free place, which follow much of what an uneven beam does; the less, the larger the misfit */
+    FEATURE_FOLLOWS, /* 0 ... 1: all of the effects are a mass or a spring at a free place, and no support, which follow much of what an uneven beam does; the less, the larger the misfit */
     FEATURE_ALONE,   /* 0 ... 1: of a misfit as large as the signal it takes nearly all, and nothing else takes much */
     FEATURES
 };

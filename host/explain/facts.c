@@ -158,7 +158,7 @@ size_t hypothesis_parameters(const struct hypothesis *h, size_t n_records)
         for (int slot = 0; slot < h->effects[i]->n_parameters; slot++) {
             const struct model_effect *own = own_effect(h, i);
             const bool place = h->effects[i]->parameters[slot].role == BEAM_ROLE_PLACE;
-            if (!place && hypothesis_is_held(h, h->effects[i]))
+            if (!place && hypothesis_has_support(h, h->effects[i]))
                 continue; /* how stiff a rigid support is the records do not tell */
             if (own == NULL || place || !own->parameters[slot].fixed)
                 n += own != NULL && effect_per_record(own, slot) ? n_records : 1;

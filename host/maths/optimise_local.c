@@ -134,11 +134,12 @@ static enum bf_status arrive(struct search *s, double before, struct bf_error *e
 
 /*
  * Steps are short, and the last one went up: on the wall of a valley, not somewhere else. Where it was l long, the wall rises as l⁴, and what is left of it
- * after a step back as l⁶: from a thousand times the expected fall that step still leads below where both began.
+ * after a step back as l⁶: where l is a few hundredths that is a thousandth.
  */
 static bool is_on_a_wall(const struct search *s)
 {
-    static const double short_step = 0.1, rise = 1000.0;
+    static const double short_step = 0.1; /* of x */
+    static const double rise = 1000.0;    /* times the expected fall */
     return s->radius < short_step && s->tried - s->out->half_square <= rise * s->expected;
 }
 

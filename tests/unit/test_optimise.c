@@ -1,77 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The optimiser on problems whose answers are known. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <cmocka.h>
-
-#include <math.h>
-#include <string.h>
-#include "maths/maths.h"
-
-#define assert_near(a, b, tolerance) assert_true(fabs((a) - (b)) <= (tolerance))
-
-enum { MOST = 8 };
-
-/* A residual of m rows and its Jacobian J[i + j·m]; false: no value at x. */
-struct problem {
-    size_t m, n;
-    bool (*residual)(const double x[], double r[], double J[]);
-    int calls, stop_after;
-};
-
-static enum bf_status value(void *context, const double x[], double *half_square, struct bf_error *err)
-{
-    struct problem *p = context;
-    double r[MOST], J[MOST * MOST];
-    p->calls++;
-    if (!p->residual(x, r, J))
-        return bf_fail(err, BF_NUMERIC, "no value here");
-    *half_square = 0.0;
-    for (size_t i = 0; i < p->m; i++)
-        *half_square += 0.5 * r[i] * r[i];
-    return BF_OK;
-}
-
-static enum bf_status derivative(void *context, const double x[], double *half_square, double gradient[], double gram[],
-                                 struct bf_error *err)
-{
-    struct problem *p = context;
-    double r[MOST], J[MOST * MOST];
-    const enum bf_status status = value(context, x, half_square, err);
-    if (status)
-        return status;
-    p->residual(x, r, J);
-    for (size_t a = 0; a < p->n; a++) {
-        gradient[a] = 0.0;
-        for (size_t i = 0; i < p->m; i++)
-            gradient[a] += J[i + a * p->m] * r[i];
-        for (size_t b = 0; b < p->n; b++) {
-            gram[a + b * p->n] = 0.0;
-            for (size_t i = 0; i < p->m; i++)
-                gram[a + b * p->n] += J[i + a * p->m] * J[i + b * p->m];
-        }
-    }
-    return BF_OK;
-}
-
-static bool interrupted(void *context)
-{
-    const struct problem *p = context;
-    return p->stop_after > 0 && p->calls >= p->stop_after;
-}
-
-static struct least_squares view(struct problem *p, const double *lower, const double *upper)
-{
-    return (struct least_squares){.n = p->n,
-                                  .lower = lower,
-                                  .upper = upper,
-                                  .context = p,
-                                  .value = value,
-                                  .derivative = derivative,
-                                  .interrupted = interrupted};
-}
+#include "optimise_problem.h"
 
 static bool rosenbrock(const double x[], double r[], double J[])
 {
@@ -140,34 +69,6 @@ static void enough_ends_a_descent_without_another_derivative(void **state)
     assert_int_equal(optimise_local(&problem, &options, there, &enough, &err), BF_OK);
     assert_int_equal(enough.derivatives, 0);
     assert_int_equal(enough.values, 1);
-}
-
-/* Rosenbrock's valley, ten times as narrow, with so much that nothing takes: each full step promises more than a hundredth, and the valley bends. */
-static bool bent_valley(const double x[], double r[], double J[])
-{
-    r[0] = 1000.0 * (x[1] - x[0] * x[0]), r[1] = 1.0 - x[0], r[2] = 4.0;
-    J[0] = -2000.0 * x[0], J[1] = -1.0, J[2] = 0.0, J[3] = 1000.0, J[4] = J[5] = 0.0;
-    return true;
-}
-
-/* What creeps along a valley ends where its steps together bring as little as is asked of one; to the minimum, where no share is asked for. */
-static void a_descent_that_creeps_ends(void **state)
-{
-    (void)state;
-    struct problem p = {.m = 3, .n = 2, .residual = bent_valley};
-    const struct least_squares problem = view(&p, NULL, NULL);
-    struct optimise_options options = {.iterations = 500, .radius = 0.02, .radius_max = 0.02};
-    struct optimise_result out, all;
-    struct bf_error err;
-    double x[] = {-1.2, 1.44}, to_the_end[] = {-1.2, 1.44};
-    assert_int_equal(optimise_local(&problem, &options, to_the_end, &all, &err), BF_OK);
-    assert_near(all.half_square, 8.0, 1e-6);
-    options.relative = 0.05;
-    assert_int_equal(optimise_local(&problem, &options, x, &out, &err), BF_OK);
-    assert_int_equal(out.end, OPTIMISE_CONVERGED);
-    assert_true(out.decrement >
-                options.relative * out.half_square); /* it is not what one more step promises that ends it */
-    assert_true(out.derivatives < all.derivatives / 2);
 }
 
 /* With x₀ ≤ 0.8 the minimum lies on the bound: r₁ = 0.2, x₁ = 0.64. */
@@ -448,7 +349,6 @@ int main(void)
         cmocka_unit_test(rosenbrock_is_solved),
         cmocka_unit_test(what_is_above_the_noise_ends_a_descent),
         cmocka_unit_test(enough_ends_a_descent_without_another_derivative),
-        cmocka_unit_test(a_descent_that_creeps_ends),
         cmocka_unit_test(a_bound_is_kept_and_reached),
         cmocka_unit_test(a_null_direction_is_not_moved),
         cmocka_unit_test(far_bounds_do_not_fake_convergence),
