@@ -60,60 +60,25 @@ enum bf_status probe_new(const struct score_base *base, const struct candidate *
 void probe_free(struct probe *probe)
 {
     predictor_free(probe->predictor);
-    free(probe->refs), free(probe->theta), free(probe->want), free(probe->work), free(probe->amplitude);
+    free(probe->refs), free(probe->theta), free(probe->want), free(probe->work);
     model_free(&probe->model);
     *probe = (struct probe){0};
 }
 
 /* ---- Predictions ---- */
 
-/* Initial states of the free decays: those with which this prediction is nearest to the baseline's. */
-static enum bf_status solve_decays(struct probe *probe, const struct prediction *y, struct bf_error *err)
-{
-    const struct score_base *base = probe->base;
-    double *A = bf_alloc(base->n_rows * y->n_nuisance, sizeof *A), *b = bf_alloc(base->n_rows, sizeof *b);
-    double *amplitude = bf_alloc(y->n_nuisance, sizeof *amplitude);
-    for (size_t k = 0; k < base->n_rows; k++) {
-        b[k] = base->weight[k] * (base->fitted[k] - y->y[k]);
-        for (size_t j = 0; j < y->n_nuisance; j++)
-            A[k + j * base->n_rows] = base->weight[k] * y->nuisance[k + j * base->n_rows];
-    }
-    for (size_t c = 0; c < base->n_channels; c++) { /* driven records have no initial state */
-        const struct predict_channel *channel = &base->channels[c];
-        double moved = 0.0;
-        for (size_t j = 0; j < y->n_nuisance; j++)
-            moved += dense_norm(channel->n, A + channel->row + j * base->n_rows);
-        for (size_t k = 0; k < channel->n && !(moved > 0.0); k++)
-            b[channel->row + k] = 0.0;
-    }
-    const enum bf_status status = dense_least_squares(base->n_rows, y->n_nuisance, A, b, 1e-10, amplitude, NULL, err);
-    if (!status)
-        predictor_set_nuisance(probe->predictor, amplitude);
-    free(probe->amplitude);
-    probe->amplitude = amplitude;
-    free(A), free(b);
-    return status;
-}
-
-/* Prediction at theta; with decays their states are solved first, and y and the Jacobian hold them. */
+/* At theta, free decays from the states nearest to the baseline's: y->y is the whole prediction, or y->jacobian that of the strengths. */
 static enum bf_status predict(struct probe *probe, bool derivatives, struct prediction *y, struct bf_error *err)
 {
+    const struct score_base *base = probe->base;
+    const struct predict_target target = {.weight = base->weight, .z = base->fitted};
     enum bf_status status = BF_OK;
-    if (probe->base->has_decay) {
-        const struct predict_target target = {.weight = probe->base->weight, .z = probe->base->fitted};
-        status = predictor_settle(probe->predictor, probe->theta, &target, err);
-        if (!status)
-            status = predictor_run(probe->predictor, probe->theta, NULL, y, err);
-        if (!status && y->n_rows == probe->base->n_rows && y->n_nuisance > 0)
-            status = solve_decays(probe, y, err);
-    }
-    if (!status)
+    if (base->has_decay)
+        status = predictor_run_solved(probe->predictor, probe->theta, &target, y, err);
+    if (!status && (derivatives || !base->has_decay))
         status = predictor_run(probe->predictor, probe->theta, derivatives ? probe->want : NULL, y, err);
-    if (!status && y->n_rows != probe->base->n_rows)
+    if (!status && y->n_rows != base->n_rows)
         status = bf_fail(err, BF_NUMERIC, "the prediction has other rows than the baseline's");
-    for (size_t j = 0; !status && probe->amplitude && j < y->n_nuisance; j++)
-        for (size_t k = 0; k < y->n_rows; k++)
-            y->y[k] += probe->amplitude[j] * y->nuisance[k + j * y->n_rows];
     return status;
 }
 

@@ -13,12 +13,11 @@ struct probe {
     struct predictor *predictor;
     size_t n_refs;
     struct parameter_ref *refs;
-    double *theta;     /* [n_refs] */
-    bool *want;        /* [n_refs] the strengths */
-    size_t n_points;   /* tried so far */
-    size_t n_most;     /* columns, at most */
-    double *work;      /* [n_rows] */
-    double *amplitude; /* [n_nuisance] of free decays; NULL until they are solved */
+    double *theta;   /* [n_refs] */
+    bool *want;      /* [n_refs] the strengths */
+    size_t n_points; /* tried so far */
+    size_t n_most;   /* columns, at most */
+    double *work;    /* [n_rows] */
 };
 
 /* What a column of S multiplies. */
