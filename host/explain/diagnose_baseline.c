@@ -6,7 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "beam/beam.h"
 #include "estimate/estimate.h"
 #include "facts.h"
 #include "maths/maths.h"
@@ -52,26 +51,6 @@ enum bf_status diagnose_noise(struct diagnose_state *w, struct bf_error *err)
         if (d->noise[c].rms > 0.0)
             status = whitener_from_noise(&d->noise[c], &w->whiteners[c], err);
     }
-    return status;
-}
-
-double diagnose_band_Hz(const struct diagnosis *d)
-{
-    double nyquist_Hz = 0.0;
-    for (size_t r = 0; r < d->n_records; r++)
-        nyquist_Hz = fmax(nyquist_Hz, 0.5 / d->records[r].dt_s);
-    return nyquist_Hz;
-}
-
-enum bf_status diagnose_modes_in_band(const struct diagnosis *d, const struct model *model,
-                                      double mode_Hz[DIAGNOSE_MODES], size_t *n_modes, struct bf_error *err)
-{
-    enum { SPLINES = 100 };
-    const double band_Hz = diagnose_band_Hz(d);
-    const enum bf_status status = modes_frequencies(model, SPLINES, false, DIAGNOSE_MODES, mode_Hz, err);
-    *n_modes = 0;
-    while (!status && *n_modes < DIAGNOSE_MODES && mode_Hz[*n_modes] < band_Hz)
-        ++*n_modes;
     return status;
 }
 

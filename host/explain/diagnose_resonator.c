@@ -30,11 +30,7 @@ static const struct resonator_limits {
     double begin;       /* ratio: the damping there */
     double takes;       /* of the misfit's power: a single effect that takes it may have a mode beside it */
     double outdone;     /* times what a free linear model leaves: what leaves more may have missed a mode */
-    double
-        as_well; /* times what it leaves: a free linear model that leaves no more has found the modes that there are */
-    double beaten;  /* of what a free linear model leaves, and of the noise: no refit leaves less */
-    double near;    /* of a frequency: so near it a pole of the free linear model is that mode */
-    double in_band; /* of the Nyquist frequency: up to here a mode in the records is seen */
+    double beaten;      /* of what a free linear model leaves, and of the noise: no refit leaves less */
 } limits = {.lead = 0.89,
             .spare = 1.1,
             .damping = 0.3,
@@ -45,10 +41,7 @@ static const struct resonator_limits {
             .begin = 0.02,
             .takes = 0.25,
             .outdone = 2.0,
-            .as_well = 1.1,
-            .beaten = 0.9,
-            .near = 0.1,
-            .in_band = 0.8};
+            .beaten = 0.9};
 enum { FREQUENCIES = 8, PLACES = 2 };
 static const double places[PLACES] = {1.0, 0.6};       /* of the length */
 static const double given_places[PLACES] = {0.3, 0.6}; /* a quick look from a place on either side of a node */
@@ -83,11 +76,23 @@ static const struct model_effect *mode_of(const struct hypothesis *h)
     return own_mode(&h->model, h->n_base);
 }
 
-/* What swings in the model already takes what another one would. */
+/* Of the explanations in which nothing swings the one that leaves the least; the baseline, where there is none. */
+static const struct hypothesis *least_without(const struct diagnosis *d)
+{
+    const struct hypothesis *least = &d->baseline;
+    for (size_t i = 0; i < d->n_hypotheses; i++) {
+        const struct hypothesis *h = &d->hypotheses[i];
+        if (mode_of(h) == NULL && h->fitted.noise_ratio < least->fitted.noise_ratio)
+            least = h;
+    }
+    return least;
+}
+
+/* What swings in the model already takes what another one would; and where the records have no more modes than the best of the others, there is none. */
 static bool is_worth_trying(const struct diagnosis *d)
 {
     return d->n_modes > modes_rigid(d->mode_Hz, d->n_modes) && own_mode(d->model, 0) == NULL &&
-           !diagnose_is_complete(d) && !diagnose_linear_is_out(d);
+           !diagnose_is_complete(d) && !diagnose_linear_is_out(d) && diagnose_may_lack_mode(d, least_without(d));
 }
 
 /* Modes and the middles between them, the lowest first: mode_Hz[n_modes], without those of the beam as a whole. Returns how many. */
@@ -223,13 +228,10 @@ struct others {
 
 static struct others others_leave(const struct diagnosis *d)
 {
-    struct others others = {.least = d->baseline.fitted.noise_ratio};
+    struct others others = {.least = least_without(d)->fitted.noise_ratio};
     for (size_t i = 0; i < d->n_hypotheses; i++) {
         const struct hypothesis *h = &d->hypotheses[i];
-        if (mode_of(h) != NULL)
-            continue;
-        others.least = fmin(others.least, h->fitted.noise_ratio);
-        others.explains = others.explains || (h->explains && h->n_effects <= 2);
+        others.explains = others.explains || (mode_of(h) == NULL && h->explains && h->n_effects <= 2);
     }
     return others;
 }
@@ -298,32 +300,6 @@ static bool stands_out(const struct hypothesis *h, const struct others *others)
     return (h->explains && !others->explains) || h->fitted.noise_ratio <= most_left(mode_of(h)->effect, others);
 }
 
-static bool is_seen(const struct attainable *a, double mode_Hz)
-{
-    for (size_t k = 0; k < a->modes; k++)
-        if (fabs(a->poles[k].frequency_Hz - mode_Hz) <= limits.near * mode_Hz)
-            return true;
-    return false;
-}
-
-/*
- * One mode, of what swings or of the beam, may hide: at a node of all channels, or beside another. Two do where mass, frequency and place were chosen so that the
- * other modes fit whatever these would do: then the records speak against it.
- */
-static bool modes_are_seen(const struct diagnosis *d, const struct hypothesis *h)
-{
-    double mode_Hz[DIAGNOSE_MODES];
-    size_t n_modes, hidden = 0;
-    struct bf_error ignored;
-    if (d->attainable.poles == NULL || d->attainable.noise_ratio > limits.as_well * h->fitted.noise_ratio ||
-        diagnose_modes_in_band(d, &h->model, mode_Hz, &n_modes, &ignored) != BF_OK)
-        return true;
-    for (size_t m = 0; m < n_modes; m++)
-        hidden += mode_Hz[m] > limits.below_first * first_Hz(d) && mode_Hz[m] < limits.in_band * diagnose_band_Hz(d) &&
-                  !is_seen(&d->attainable, mode_Hz[m]);
-    return hidden <= 1;
-}
-
 static bool is_mode(const struct diagnosis *d, const struct hypothesis *h, const struct others *others)
 {
     const struct model_effect *own = mode_of(h);
@@ -332,7 +308,8 @@ static bool is_mode(const struct diagnosis *d, const struct hypothesis *h, const
     const bool heavy = !own->effect->releases_root &&
                        value_of(own, BEAM_ROLE_STRENGTH) > limits.heaviest * whole_of(own->effect, &h->model);
     return stands_out(h, others) && damping < limits.damping && !heavy && diagnose_decays(d, f_Hz, damping) &&
-           f_Hz > limits.below_first * first_Hz(d) && f_Hz < diagnose_band_Hz(d) && modes_are_seen(d, h);
+           f_Hz > limits.below_first * first_Hz(d) && f_Hz < diagnose_band_Hz(d) &&
+           diagnose_modes_are_seen(d, h, limits.below_first * first_Hz(d));
 }
 
 /* What is no mode is no explanation either. */

@@ -62,10 +62,17 @@ struct refit_job {
 enum bf_status diagnose_noise(struct diagnose_state *w, struct bf_error *err);
 enum bf_status diagnose_baseline(struct diagnose_state *w, struct bf_error *err);
 
-/* The highest Nyquist frequency of the fitted records; the modes of a model below it, lowest first: [*n_modes], what is beyond in mode_Hz means nothing. */
+/* diagnose_modes.c: the highest Nyquist frequency of the fitted records; the modes of a model below it, lowest first: [*n_modes], what is beyond in mode_Hz means nothing. */
 double diagnose_band_Hz(const struct diagnosis *d);
 enum bf_status diagnose_modes_in_band(const struct diagnosis *d, const struct model *model,
                                       double mode_Hz[DIAGNOSE_MODES], size_t *n_modes, struct bf_error *err);
+/*
+ * Of the modes of h above that frequency the free linear model has found all but one, which may hide: at a node of all channels, or beside another. Two do where mass,
+ * frequency and place were chosen so that the other modes fit whatever these would do: then the records speak against it. True where that model knows too little.
+ */
+bool diagnose_modes_are_seen(const struct diagnosis *d, const struct hypothesis *h, double above_Hz);
+/* The free linear model has found a mode that h does not have. True where that model knows too little. */
+bool diagnose_may_lack_mode(const struct diagnosis *d, const struct hypothesis *h);
 
 /*
  * The baseline is fitted again from the values that the best explanation has found, without its effects, and from those of up to three more that take nearly all alone;
