@@ -25,7 +25,7 @@ static const double first_order_ratio = 1.5;
 /* Best first-order scores that are refined; those that are too where they take this part of what the best takes; renewals of a trial's motion. */
 enum { REFINED = 5, ALSO_REFINED = 10, TRIAL_ROUNDS = 3 };
 static const double also_refined = 0.3;
-/* Of the misfit's power above the noise: what promises less beside another effect is not refined. */
+/* Of the misfit's power above the noise: what promises less beside another effect, or as a drive or a sensor that bends, is not refined. */
 static const double least_promise = 0.01;
 
 bool diagnose_linear_is_out(const struct diagnosis *d)
@@ -116,7 +116,8 @@ static size_t n_refined(const struct shortlist *s, enum effect_kind kind)
     const size_t *order = s->order[kind], most = s->n_order[kind] < ALSO_REFINED ? s->n_order[kind] : ALSO_REFINED;
     double freedom;
     const double above = score_base_misfit(s->base, &freedom) - (double)s->from->fit.n_rows;
-    const double least = s->n_effects > 1 ? least_promise * above : 0.0; /* a single effect's sign may be turned */
+    /* a single linear effect's sign may be turned; what bends has one sign */
+    const double least = s->n_effects > 1 || kind == KIND_NONLINEAR_CHAIN ? least_promise * above : 0.0;
     size_t n = 0;
     while (n < most && s->scores[order[n]].LM >= least &&
            (n < REFINED || s->scores[order[n]].LM >= also_refined * s->scores[order[0]].LM))
@@ -373,7 +374,9 @@ void shortlist_choose(struct shortlist *s, enum effect_kind kind, size_t most, d
     }
     for (; s->looked[kind] < s->n_order[kind] && most > 0; s->looked[kind]++) {
         const size_t i = s->order[kind][s->looked[kind]];
-        const bool root = s->n_effects == 1 && s->looked[kind] == 0; /* of a pair, should no effect do alone */
+        const bool promises = kind == KIND_LINEAR || s->scores[i].refined;
+        const bool root =
+            s->n_effects == 1 && s->looked[kind] == 0 && promises; /* of a pair, should no effect do alone */
         if (!root && !worth_refit(s, shortlist_left(s, i), best))
             continue;
         if ((s->has_law ? job_on_law(s, i, &job, &err) : shortlist_job(s, i, &job, &err)) != BF_OK)
