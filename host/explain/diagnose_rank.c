@@ -53,7 +53,10 @@ static double share_explained(const struct hypothesis_errors *before, const stru
 static void measure_explained(struct diagnosis *d, struct hypothesis *h)
 {
     h->explained = share_explained(&d->baseline.fitted, &h->fitted);
-    h->held_out_explained = share_explained(&d->baseline.check, &h->check);
+    /* where the baseline leaves the noise there is nothing to explain */
+    h->held_out_explained = diagnose_errors_are_noise(&d->baseline.check, true)
+                                ? (double)NAN
+                                : share_explained(&d->baseline.check, &h->check);
     /* hum is an effect of its own, and asked for after what else is missing, unless nothing else is */
     h->explains = at_noise(h) || (at_noise_but_for_hum(h) && !at_noise_but_for_hum(&d->baseline));
 }
@@ -155,11 +158,17 @@ static bool silences(const struct hypothesis *h)
     return false;
 }
 
+/* Of held-out records it leaves more than the baseline. What leaves the noise there is held against an explanation only where there is no misfit of the others to explain. */
+static bool predicts_worse(const struct diagnosis *d, const struct hypothesis *h)
+{
+    return h->check.noise_ratio > d->baseline.check.noise_ratio &&
+           (diagnose_is_complete(d) || !diagnose_errors_are_noise(&h->check, true));
+}
+
 bool diagnose_significant(const struct diagnosis *d, const struct hypothesis *h)
 {
     return !silences(h) && h->p_value < limits.alpha && h->evidence.bic_gain > 0.0 &&
-           h->evidence.fall_share >= evidence_least_fall && h->score > d->baseline.score &&
-           !(h->check.noise_ratio > d->baseline.check.noise_ratio);
+           h->evidence.fall_share >= evidence_least_fall && h->score > d->baseline.score && !predicts_worse(d, h);
 }
 
 bool diagnose_as_good(const struct hypothesis *h, const struct hypothesis *best)
