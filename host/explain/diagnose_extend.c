@@ -262,7 +262,11 @@ static enum bf_status others(struct shortlist *s, const enum effect_kind kinds[]
         s->from->n_effects == 1 && diagnose_is_far(&d->baseline) && diagnose_passes_for_linear(d);
     const bool little_left = diagnose_far_ahead(d, s->n_effects) || leaves_next_to_nothing(d, s->from, s->n_effects) ||
                              (s->n_effects == 1 && diagnose_no_linear_outdoes(d));
-    const bool enough = (diagnose_is_far(s->from) && little_left) || s->from->n_effects >= 2 || passes_for_linear;
+    /* what an answer leaves of a beam that is linear at every level, and one more linear effect takes, asks for no law */
+    const bool answered = w->answered && d->linearity.verdict == LINEARITY_LINEAR &&
+                          diagnose_best_left(d, s->n_effects) <= diagnose_at_noise;
+    const bool enough =
+        (diagnose_is_far(s->from) && little_left) || s->from->n_effects >= 2 || passes_for_linear || answered;
     if (!enough || everything)
         status = stage(s, kinds + 2, 1, most, span, err);
     if (!status && nonlinear && !s->best_law_tried && !everything && !progress_interrupted() &&

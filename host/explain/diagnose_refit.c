@@ -133,8 +133,8 @@ static void bound_law(const struct diagnose_state *w, struct refit_job *job, siz
 }
 
 /*
- * A quick look that had come down to nearly nothing when its evaluations ran out has found what was looked for: it goes on from there, and
- * is done in a few.
+ * A quick look that had come down to nearly nothing, and to where it is of use, when its evaluations ran out has found what was looked for: it goes on from
+ * there, and is done in a few.
  */
 static bool run_job(struct refit_queue *queue, struct refit_job *job, int threads, double abandon_above,
                     struct hypothesis *h)
@@ -142,7 +142,8 @@ static bool run_job(struct refit_queue *queue, struct refit_job *job, int thread
     struct bf_error ignored;
     const bool usable = fit_job(queue, job, threads, abandon_above, h);
     struct refit_job rest = *job;
-    if (!usable || job->most_runs == 0 || !h->fit.interrupted || progress_interrupted() ||
+    const bool of_use = !(job->useless > 0.0) || (usable && h->fitted.noise_ratio <= job->useless);
+    if (!usable || job->most_runs == 0 || !h->fit.interrupted || progress_interrupted() || !of_use ||
         !is_promising(queue->w->d, h) || model_copy(&h->model, &rest.model, &ignored) != BF_OK)
         return usable;
     rest.most_runs = 0;

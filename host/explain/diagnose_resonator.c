@@ -249,37 +249,55 @@ static bool cannot_stand_out(const struct diagnosis *d, const struct beam_effect
     return others->explains && most_left(effect, others) < limits.beaten * floor;
 }
 
-static void try_all(struct diagnose_state *w, const struct hypothesis *from, const struct beam_effect *effect)
-{
-    struct start starts[FREQUENCIES * PLACES];
-    const size_t n = lay_starts(w->d->model, effect, w->d->mode_Hz, w->d->n_modes, places, starts);
-    const struct others others = others_leave(w->d);
-    if (cannot_stand_out(w->d, effect, &others))
-        return;
-    refit_starts(w, from, effect, limits.part, starts, n, 0, limits.spare * fmax(most_left(effect, &others), 1.0));
-}
-
-/* ---- From the model as given ---- */
-
 static int by_left(const void *a, const void *b)
 {
     const double x = ((const struct start *)a)->left, y = ((const struct start *)b)->left;
     return (x > y) - (x < y);
 }
 
+/* starts[n] become those that have come farthest of what is unfinished, unless one that is finished has come farther and leaves enough, χ²/n. Returns how many. */
+static size_t brought_far(struct start starts[], size_t n, double enough)
+{
+    size_t far = 0;
+    qsort(starts, n, sizeof *starts, by_left);
+    for (size_t k = 0; k < n && far < BROUGHT_FAR; k++) {
+        if (starts[k].unfinished)
+            starts[far++] = starts[k];
+        else if (starts[k].left <= enough)
+            break;
+    }
+    return far;
+}
+
 /* A quick look from each start; what has come farthest goes to its end. */
+static void look_from_each(struct diagnose_state *w, const struct hypothesis *from, const struct beam_effect *effect,
+                           double part, struct start starts[], size_t n, double useless)
+{
+    refit_starts(w, from, effect, part, starts, n, QUICK_RUNS, useless);
+    const size_t far = brought_far(starts, n, useless > 0.0 ? useless * useless : HUGE_VAL);
+    if (!diagnose_far_ahead(w->d, from->n_effects + 1) && !progress_interrupted())
+        refit_starts(w, from, effect, part, starts, far, 0, useless);
+}
+
+/* Of use is what stands out of the others, and comes near what has been found with as many effects. */
+static void try_all(struct diagnose_state *w, const struct hypothesis *from, const struct beam_effect *effect)
+{
+    struct start starts[FREQUENCIES * PLACES];
+    const size_t n = lay_starts(w->d->model, effect, w->d->mode_Hz, w->d->n_modes, places, starts);
+    const struct others others = others_leave(w->d);
+    const double most = fmin(most_left(effect, &others), diagnose_best_left(w->d, from->n_effects + 1));
+    if (!cannot_stand_out(w->d, effect, &others))
+        look_from_each(w, from, effect, limits.part, starts, n, limits.spare * fmax(most, 1.0));
+}
+
+/* ---- From the model as given ---- */
+
 static void look_from_given(struct diagnose_state *w, const struct hypothesis *given, const double mode_Hz[],
                             size_t n_modes, const struct beam_effect *effect)
 {
     struct start starts[FREQUENCIES * PLACES];
     const size_t n = lay_starts(&given->model, effect, mode_Hz, n_modes, given_places, starts);
-    size_t far = 0;
-    refit_starts(w, given, effect, limits.large_part, starts, n, QUICK_RUNS, 0.0);
-    qsort(starts, n, sizeof *starts, by_left);
-    while (far < BROUGHT_FAR && far < n && starts[far].unfinished)
-        far++;
-    if (!diagnose_far_ahead(w->d, 1) && !progress_interrupted())
-        refit_starts(w, given, effect, limits.large_part, starts, far, 0, 0.0);
+    look_from_each(w, given, effect, limits.large_part, starts, n, 0.0);
 }
 
 /* A free linear model takes what no single effect has: a mode may be missing. */
