@@ -68,7 +68,7 @@ enum bf_status staircase_last(struct fit_problem *p, const struct staircase *sta
                               struct optimise_result *out, struct bf_error *err)
 {
     fit_problem_rescale(p, x);
-    static const double same_scale = 0.1;
+    static const double same_scale = 0.1, half = 0.5;
     enum bf_status status = fit_problem_whole(p, x, err);
     int values = 0, derivatives = 0;
     const double limit = p->rebase_limit;
@@ -76,6 +76,8 @@ enum bf_status staircase_last(struct fit_problem *p, const struct staircase *sta
     if (stairs->gentle)
         p->rebase_limit = fit_problem_unmoved;
     for (int round = 0; round < stairs->rounds && !status; round++) {
+        const double before = round > 0 ? out->half_square : 0.0;
+        const size_t runs = p->runs;
         struct optimise_options options = {
             .iterations = stairs->iterations, .tolerance = 1e-4, .give_up_above = give_up_above(p)};
         fit_problem_end_within(p, stairs->nats, &options);
@@ -84,6 +86,8 @@ enum bf_status staircase_last(struct fit_problem *p, const struct staircase *sta
         values += out->values, derivatives += out->derivatives;
         if (status || out->end == OPTIMISE_INTERRUPTED || out->end == OPTIMISE_GAVE_UP)
             break;
+        if (out->half_square <= half * before) /* a quick look that comes down so fast is not over */
+            fit_problem_do_not_count(p, runs);
         const double scale = p->prior_scale;
         const bool moved = fit_problem_moved(p, x) >= fit_problem_unmoved,
                    unfinished = stairs->gentle && out->end == OPTIMISE_ITERATIONS;

@@ -229,6 +229,18 @@ bool diagnose_far_ahead(const struct diagnosis *d, size_t n_effects)
     return diagnose_explained(d, n_effects);
 }
 
+bool diagnose_is_answer(const struct diagnosis *d, size_t n_effects)
+{
+    static const double an_answer = 0.97; /* of the misfit's power: a real beam is never exact */
+    for (size_t i = 0; i < d->n_hypotheses; i++) {
+        const struct hypothesis *h = &d->hypotheses[i];
+        if (h->n_effects == n_effects && !is_stand_in(h) && h->explained >= an_answer &&
+            !(h->held_out_explained < an_answer))
+            return true;
+    }
+    return false;
+}
+
 bool diagnose_nearly_there(const struct diagnosis *d, size_t n_effects)
 {
     static const double part = 0.05; /* of the power above the noise */

@@ -211,6 +211,8 @@ bool diagnose_far_ahead(const struct diagnosis *d, size_t n_effects);
 extern const double diagnose_far_misfit;
 /* The same, or one has come near the noise and has taken nearly all of the misfit: rivals that are far behind are not worth as much. */
 bool diagnose_nearly_there(const struct diagnosis *d, size_t n_effects);
+/* One takes nearly all of the misfit of a beam that its model may never fit exactly, of the held-out records, too, whatever it leaves. After diagnose_rank(). */
+bool diagnose_is_answer(const struct diagnosis *d, size_t n_effects);
 
 /* diagnose_repeats.c: of refits of the same effects the best stays; it notes where another place is as good. After diagnose_rank(). */
 void diagnose_drop_repeats(struct diagnosis *d);
