@@ -42,6 +42,20 @@ static void a_general_form_that_takes_much_more_is_named(void **state)
     done(&d);
 }
 
+/* An offset in one of the fitted records: the held-out ones are at their noise without it, and stay there, or they are not. */
+static void what_held_out_records_do_not_show_is_named(void **state)
+{
+    static const double held_out[] = {1.0134, 1.6};
+    for (int i = 0; i < 2; i++) {
+        struct diagnosis d;
+        struct hypothesis h[] = {refit("sensor_offset", NULL, 2, 0.98, held_out[i])};
+        decide(&d, *state, 5.2, 1.0128, h, 1);
+        assert_int_equal(d.verdict, i == 0 ? VERDICT_MISSING : VERDICT_UNKNOWN);
+        assert_true(isnan(d.hypotheses[0].held_out_explained)); /* there is nothing to explain */
+        done(&d);
+    }
+}
+
 /* All of a misfit, by predicting nothing: the channel was not connected. Where half of the signal is left it has explained the other half. */
 static void what_silences_a_channel_explains_nothing(void **state)
 {
@@ -343,6 +357,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_good_model_is_complete),
         cmocka_unit_test(a_special_case_is_named_where_its_general_form_takes_no_more_than_luck),
+        cmocka_unit_test(what_held_out_records_do_not_show_is_named),
         cmocka_unit_test(what_silences_a_channel_explains_nothing),
         cmocka_unit_test(what_takes_all_but_a_thousandth_is_far_ahead),
         cmocka_unit_test(a_general_form_that_takes_much_more_is_named),

@@ -82,10 +82,40 @@ static void what_hides_two_modes_is_dropped(void **state)
         assert_int_equal(diagnose_modes_in_band(&b->d, &b->truth, mode_Hz, &n, &err), BF_OK);
         assert_true(n > 4);
         for (size_t m = (size_t)hidden; m < n; m++)
-            poles[m].frequency_Hz = mode_Hz[m];
+            poles[m] = (struct attainable_pole){.frequency_Hz = mode_Hz[m], .damping_ratio = 0.01};
         b->d.attainable = (struct attainable){.modes = n, .poles = poles, .noise_ratio = 1.0};
         assert_int_equal(diagnose_resonator_from_given(&w, &err), BF_OK);
         assert_int_equal(was_tried(&b->d), hidden == 1);
+        b->d.attainable = (struct attainable){0};
+        state_free(&w);
+        bench_free(b);
+    }
+}
+
+/* The free linear model has the modes of the best explanation, or one more, or with it a tone, which nothing damps. */
+static void nothing_is_looked_for_where_no_mode_is_missing(void **state)
+{
+    (void)state;
+    static const char *const ids[] = {"point_mass", "attached_resonator", NULL};
+    static const double damping_ratio[] = {-1.0, 0.01, 0.0}; /* of the one more; −1: there is none */
+    for (int i = 0; i < 3; i++) {
+        struct bench *b =
+            bench_new("{kind: attached_resonator, mass_kg: 0.02, frequency_Hz: 60, damping_ratio: 0.01, at_m: 0.2}", 2,
+                      LONG, 0.004, ids);
+        struct diagnose_state w = begun(b);
+        struct bf_error err;
+        struct attainable_pole poles[DIAGNOSE_MODES + 1] = {{0}};
+        double mode_Hz[DIAGNOSE_MODES];
+        size_t n;
+        assert_int_equal(diagnose_modes_in_band(&b->d, &b->d.baseline.model, mode_Hz, &n, &err), BF_OK);
+        assert_true(n > 2);
+        for (size_t m = 0; m < n; m++)
+            poles[m] = (struct attainable_pole){.frequency_Hz = mode_Hz[m], .damping_ratio = 0.01};
+        poles[n] = (struct attainable_pole){.frequency_Hz = 60.0, .damping_ratio = damping_ratio[i]};
+        b->d.attainable = (struct attainable){.modes = n + (i > 0), .poles = poles, .noise_ratio = 1.0};
+        const size_t tried = w.n_tried;
+        assert_int_equal(diagnose_resonator_from_given(&w, &err), BF_OK);
+        assert_int_equal(w.n_tried > tried, i == 1);
         b->d.attainable = (struct attainable){0};
         state_free(&w);
         bench_free(b);
@@ -205,6 +235,7 @@ int main(void)
         cmocka_unit_test(an_absorber_is_found_with_its_values),
         cmocka_unit_test(what_is_heavy_is_looked_for_from_the_model_as_given),
         cmocka_unit_test(what_hides_two_modes_is_dropped),
+        cmocka_unit_test(nothing_is_looked_for_where_no_mode_is_missing),
         cmocka_unit_test(a_rocking_support_is_found_with_its_frequency),
         cmocka_unit_test(a_rocking_support_is_found_beside_a_mass),
         cmocka_unit_test(a_mass_needs_no_mode_of_its_own),
