@@ -107,6 +107,21 @@ static void a_rival_law_is_given_up_sooner(void **state)
     assert_int_equal(most[2], most[1]);
 }
 
+/* Nearly all of the misfit, of the held-out records, too, where they have one: whatever is left. */
+static void an_answer_leaves_what_it_will(void **state)
+{
+    (void)state;
+    static const double explained[] = {0.98, 0.98, 0.96, 0.98}, held_out[] = {0.975, NAN, 0.99, 0.9};
+    struct hypothesis h = {.n_effects = 1};
+    struct diagnosis d = {.hypotheses = &h, .n_hypotheses = 1};
+    h.fitted.noise_ratio = 200.0;
+    for (size_t k = 0; k < sizeof explained / sizeof *explained; k++) {
+        h.explained = explained[k], h.held_out_explained = held_out[k];
+        assert_int_equal(diagnose_is_answer(&d, 1), k < 2);
+        assert_false(diagnose_is_answer(&d, 2));
+    }
+}
+
 /* Near the noise, fitted and held out, and nearly all of the misfit taken; what it is held against. */
 static void what_is_nearly_there_has_both(void **state)
 {
@@ -254,6 +269,7 @@ int main(void)
         cmocka_unit_test(what_ends_in_time_is_as_without_a_bound),
         cmocka_unit_test(only_laws_are_bounded),
         cmocka_unit_test(a_rival_law_is_given_up_sooner),
+        cmocka_unit_test(an_answer_leaves_what_it_will),
         cmocka_unit_test(what_is_nearly_there_has_both),
         cmocka_unit_test(what_will_be_of_no_use_is_given_up),
         cmocka_unit_test(what_takes_next_to_nothing_is_given_up_beside_what_takes_most),
