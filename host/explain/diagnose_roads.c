@@ -96,8 +96,8 @@ static void sort_by_left(struct road roads[], size_t n)
 }
 
 /*
- * Sorted: starts of one effect that a quick look has brought to the same misfit are on one way down, and the first goes on. What is still where the
- * model without it was has not set out yet.
+ * Sorted: starts of one effect that a quick look has brought to the same misfit are on one way down, and the first goes on; so are its channels, of which none does
+ * anything then. What is still where the model without it was has not set out yet.
  */
 static void leave_the_same(const struct diagnosis *d, struct road roads[], size_t n)
 {
@@ -107,8 +107,8 @@ static void leave_the_same(const struct diagnosis *d, struct road roads[], size_
         const struct road *road = &roads[k];
         bool known = false;
         for (size_t i = 0; i < k; i++)
-            known = known || (!roads[i].done && roads[i].candidate == road->candidate && roads[i].own == road->own &&
-                              road->left - roads[i].left <= same * road->left);
+            known = known || (!roads[i].done && roads[i].candidate->effect == road->candidate->effect &&
+                              roads[i].own == road->own && road->left - roads[i].left <= same * road->left);
         roads[k].done = road->done || (known && fabs(road->left - begin) > away * begin);
     }
 }
@@ -203,11 +203,20 @@ static size_t leave_far_behind(const struct shortlist *s, struct road roads[], s
     return wanted;
 }
 
+/* An effect of the measurement moves no mode: what a quick look has not brought below the baseline, the road from that decides. */
+static void leave_to_the_other_road(const struct diagnosis *d, struct road roads[], size_t n)
+{
+    for (size_t k = 0; k < n; k++)
+        roads[k].done = roads[k].done || (!road_is_structural(roads[k].candidate->effect) &&
+                                          roads[k].left > d->baseline.fit.chi2_per_row);
+}
+
 /* Those that were left unfinished, the nearest first, until one explains the records. */
 static void bring_to_the_end(struct shortlist *s, const struct model *from, struct road roads[], size_t n, double part)
 {
     sort_by_left(roads, n);
     leave_the_same(s->w->d, roads, n);
+    leave_to_the_other_road(s->w->d, roads, n);
     for (size_t k = 0; k < n && !progress_interrupted() && !diagnose_explained(s->w->d, s->n_effects);
          k += MOST_AT_ONCE) {
         if (leave_far_behind(s, roads + k, n - k) == 0)
