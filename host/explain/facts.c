@@ -151,7 +151,31 @@ static const struct model_effect *own_effect(const struct hypothesis *h, size_t 
     return h->n_base + i < h->model.n_effects ? &h->model.effects[h->n_base + i] : NULL;
 }
 
-size_t hypothesis_parameters(const struct hypothesis *h, size_t n_records)
+/* A signal, a filter or a map of outputs that a record does not have is not there; whatever else there is acts in every record. */
+static bool acts_in(const struct hypothesis *h, size_t i, const struct record *record)
+{
+    bool on_outputs = false;
+    for (size_t o = 0; o < h->model.n_outputs; o++) {
+        const bool acts = effect_on_output(&h->model, h->n_base + i, o);
+        if (acts && record_column(record, h->model.outputs[o].name) != NULL)
+            return true;
+        on_outputs = on_outputs || acts;
+    }
+    return !on_outputs;
+}
+
+/* Records, held-out ones too, in which an effect acts. */
+static size_t n_acting(const struct diagnosis *d, const struct hypothesis *h, size_t i)
+{
+    size_t n = 0;
+    for (size_t r = 0; r < d->n_records; r++)
+        n += acts_in(h, i, &d->records[r]);
+    for (size_t r = 0; r < d->n_checks; r++)
+        n += acts_in(h, i, &d->checks[r]);
+    return n;
+}
+
+size_t hypothesis_parameters(const struct diagnosis *d, const struct hypothesis *h)
 {
     size_t n = 0;
     for (size_t i = 0; i < h->n_effects; i++)
@@ -161,7 +185,7 @@ size_t hypothesis_parameters(const struct hypothesis *h, size_t n_records)
             if (!place && hypothesis_has_support(h, h->effects[i]))
                 continue; /* how stiff a rigid support is the records do not tell */
             if (own == NULL || place || !own->parameters[slot].fixed)
-                n += own != NULL && effect_per_record(own, slot) ? n_records : 1;
+                n += own != NULL && effect_per_record(own, slot) ? n_acting(d, h, i) : 1;
         }
     return n;
 }
@@ -230,6 +254,6 @@ void facts_scores(const struct diagnosis *d, double score[])
     add_fitted(d, score);
     add_held_out(d, score);
     for (size_t i = 0; i < d->n_hypotheses; i++)
-        score[i] -= price * (double)hypothesis_parameters(&d->hypotheses[i], d->n_records + d->n_checks) +
-                    implausible_nats(d, &d->hypotheses[i]);
+        score[i] -=
+            price * (double)hypothesis_parameters(d, &d->hypotheses[i]) + implausible_nats(d, &d->hypotheses[i]);
 }

@@ -28,8 +28,9 @@ void facts_scores(const struct diagnosis *d, double score[]);
 
 /*
  * What the effects of a hypothesis have as unknowns: those that are held are none, but for a place that was pushed to the end of the beam, which was one
- * of the search; of a spring that holds the beam the place alone. One that differs from record to record counts n_records times: it is estimated from each, the held-out ones too.
+ * of the search; of a spring that holds the beam the place alone. One that differs from record to record counts in each that has a channel on which the effect acts: it is estimated from
+ * each, the held-out ones too.
  */
-size_t hypothesis_parameters(const struct hypothesis *h, size_t n_records);
+size_t hypothesis_parameters(const struct diagnosis *d, const struct hypothesis *h);
 
 #endif

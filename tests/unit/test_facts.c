@@ -198,6 +198,29 @@ static void a_mass_far_heavier_than_the_beam_costs(void **state)
     assert_true(fabs(hundred - ten - log(10.0) * (sqrt(2.0 * ten) + 0.5 * log(10.0))) < 1e-9);
 }
 
+/* A hum's phase is estimated from the records that have its channel. */
+static void a_phase_counts_where_its_channel_was_recorded(void **state)
+{
+    (void)state;
+    static const char *const columns[] = {"piezo_V", "tip_m", "piezo_V"};
+    static const double x[4] = {0};
+    struct record records[3] = {{0}};
+    struct hypothesis h = {.n_effects = 1};
+    fixture_model(&h.model, "  - {kind: mains_hum, channel: piezo_V, amplitude: 0.1, frequency_Hz: 50}\n");
+    h.effects[0] = h.model.effects[0].effect;
+    for (int r = 0; r < 3; r++) {
+        records[r].n = 4;
+        record_add_column(&records[r], columns[r], x);
+    }
+    for (size_t n = 1; n <= 2; n++) {
+        const struct diagnosis d = {.records = records, .n_records = n, .checks = &records[2], .n_checks = 1};
+        assert_int_equal(hypothesis_parameters(&d, &h), 2 + 2);
+    }
+    for (int r = 0; r < 3; r++)
+        record_free(&records[r]);
+    model_free(&h.model);
+}
+
 /* The beam's EI/l³ is 5.1 N/m: how stiff a spring is, and what it damps, the records tell until it holds the beam. */
 static void a_rigid_support_has_its_place_alone(void **state)
 {
@@ -209,7 +232,7 @@ static void a_rigid_support_has_its_place_alone(void **state)
         struct hypothesis h = {.n_effects = 1};
         fixture_model(&h.model, springs[rigid]);
         h.effects[0] = h.model.effects[0].effect;
-        assert_int_equal(hypothesis_parameters(&h, 1), rigid ? 1 : 3);
+        assert_int_equal(hypothesis_parameters(&(struct diagnosis){.n_records = 1}, &h), rigid ? 1 : 3);
         model_free(&h.model);
     }
 }
@@ -332,6 +355,7 @@ int main(void)
         cmocka_unit_test(an_unbelievable_strength_costs),
         cmocka_unit_test(a_memory_that_stays_is_bending_stiffness),
         cmocka_unit_test(a_mass_that_holds_the_beam_is_a_stand_in),
+        cmocka_unit_test(a_phase_counts_where_its_channel_was_recorded),
         cmocka_unit_test(a_rigid_support_has_its_place_alone),
         cmocka_unit_test(what_pulls_at_a_free_end_is_weight),
         cmocka_unit_test(a_tone_at_a_pole_costs),
