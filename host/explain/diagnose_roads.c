@@ -338,15 +338,24 @@ enum bf_status shortlist_by_record(struct shortlist *s, struct bf_error *err)
     return BF_OK;
 }
 
-/* order[n] of the first look: the best scores; a signal that no input caused is not among them where the records show none. Returns n. */
+/* By first order, which is exact for what adds to the channels, it takes nearly all of the misfit. */
+static bool takes_nearly_all(const struct shortlist *s, size_t candidate)
+{
+    static const double nearly_all = 0.9; /* of the misfit's power */
+    double freedom;
+    return s->scores[candidate].LM >= nearly_all * score_base_misfit(s->base, &freedom);
+}
+
+/* order[n] of the first look: the best scores; a signal that no input caused is among them where the records show one, or it takes nearly all. Returns n. */
 static size_t order_first(const struct shortlist *s, size_t order[])
 {
     const bool linear = s->w->d->linearity.verdict == LINEARITY_LINEAR;
     size_t n = 0;
     for (size_t k = 0; k < s->n_order[KIND_LINEAR] && n < MOST_FIRST; k++) {
-        const struct beam_effect *effect = s->list.candidates[s->order[KIND_LINEAR][k]].effect;
-        if (!linear || (effect->signal == NULL && effect->base == NULL))
-            order[n++] = s->order[KIND_LINEAR][k];
+        const size_t candidate = s->order[KIND_LINEAR][k];
+        const struct beam_effect *effect = s->list.candidates[candidate].effect;
+        if (!linear || (effect->signal == NULL && effect->base == NULL) || takes_nearly_all(s, candidate))
+            order[n++] = candidate;
     }
     return n;
 }
