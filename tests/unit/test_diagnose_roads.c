@@ -51,6 +51,29 @@ static void near_the_noise_what_scores_hide_is_tried(void **state)
     }
 }
 
+/* Hum far above the noise on a beam that is linear at every level, and a little of it beside a mass. */
+static void a_signal_that_takes_nearly_all_is_looked_at_first(void **state)
+{
+    (void)state;
+    static const char *const ids[] = {"mains_hum", "point_mass", "tip_mass", "root_compliance", "axial_load", NULL};
+    static const char *const truth[] = {
+        "{kind: mains_hum, channel: piezo_V, amplitude: 0.05, frequency_Hz: 50}",
+        "{kind: mains_hum, channel: piezo_V, amplitude: 0.0005, frequency_Hz: 50}, {kind: tip_mass, mass_kg: 0.002}"};
+    for (int i = 0; i < 2; i++) {
+        struct bench *b = bench_new(truth[i], 2, LONG, 0.004, ids);
+        struct diagnose_state w = begun(b);
+        struct bf_error err;
+        b->d.linearity.verdict = LINEARITY_LINEAR;
+        assert_true(b->d.baseline.fitted.noise_ratio > 3.0);
+        assert_int_equal(diagnose_first_look(&w, &err), BF_OK);
+        assert_int_equal(single(&b->d, "mains_hum") != NULL, i == 0);
+        shortlist_free(w.looked);
+        w.looked = NULL;
+        state_free(&w);
+        bench_free(b);
+    }
+}
+
 /*
  * Far from the noise the search ends when one of the three likeliest effects has explained the records, unless a free linear model leaves clearly less
  * than that: with a quarter of the noise it sees that the other effects may do better.
@@ -234,6 +257,7 @@ int main(void)
         cmocka_unit_test(a_pair_is_found_behind_a_stronger_single_effect),
         cmocka_unit_test(what_ruins_the_baseline_is_found),
         cmocka_unit_test(near_the_noise_what_scores_hide_is_tried),
+        cmocka_unit_test(a_signal_that_takes_nearly_all_is_looked_at_first),
         cmocka_unit_test(what_a_linear_model_undercuts_is_no_end),
         cmocka_unit_test(a_mate_is_held_against_what_has_explained),
         cmocka_unit_test(a_rigid_support_is_found_at_its_place),
