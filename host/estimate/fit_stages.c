@@ -68,7 +68,8 @@ enum bf_status staircase_last(struct fit_problem *p, const struct staircase *sta
                               struct optimise_result *out, struct bf_error *err)
 {
     fit_problem_rescale(p, x);
-    static const double same_scale = 0.1, half = 0.5;
+    static const double same_scale = 0.1;
+    static const double half = 0.5; /* of ½‖r‖² */
     enum bf_status status = fit_problem_whole(p, x, err);
     int values = 0, derivatives = 0;
     const double limit = p->rebase_limit;
@@ -86,7 +87,8 @@ enum bf_status staircase_last(struct fit_problem *p, const struct staircase *sta
         values += out->values, derivatives += out->derivatives;
         if (status || out->end == OPTIMISE_INTERRUPTED || out->end == OPTIMISE_GAVE_UP)
             break;
-        if (out->half_square <= half * before) /* a quick look that comes down so fast is not over */
+        if (out->half_square <=
+            half * before) /* a round that halves the misfit does not count among the evaluations of a quick look */
             fit_problem_do_not_count(p, runs);
         const double scale = p->prior_scale;
         const bool moved = fit_problem_moved(p, x) >= fit_problem_unmoved,

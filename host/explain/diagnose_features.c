@@ -15,12 +15,11 @@
 /* All that is set by hand, but for the weights. */
 static const struct feature_limits {
     double least_excess; /* of the noise's power: a misfit that is smaller cannot be told from none */
-    double an_answer;    /* of the misfit's power: what takes it is an answer of a real beam, which is never exact */
     double small,
         large; /* of the signal: what the rig of a careful experimenter leaves, what laboratories change on purpose */
     double of_a_mass;   /* of what remains: how far that makes a mass as suspect as a spring */
     double least_taken; /* of the misfit's power: what takes less has not explained it alone */
-} limits = {.least_excess = 0.05, .an_answer = 0.97, .small = 0.02, .large = 0.5, .of_a_mass = 0.5, .least_taken = 0.8};
+} limits = {.least_excess = 0.05, .small = 0.02, .large = 0.5, .of_a_mass = 0.5, .least_taken = 0.8};
 
 static double excess(const struct hypothesis *h)
 {
@@ -61,9 +60,8 @@ static bool is_linear(const struct hypothesis *h)
  */
 static bool has_floor(const struct diagnosis *d, const struct hypothesis *h)
 {
-    const bool nearly_all = h->explained >= limits.an_answer && !(h->held_out_explained < limits.an_answer);
     const bool found_less = diagnose_floor(d) >= d->baseline.fitted.noise_ratio;
-    return d->attainable.modes > 0 && ((is_linear(h) && !found_less) || nearly_all);
+    return d->attainable.modes > 0 && ((is_linear(h) && !found_less) || hypothesis_is_answer(h));
 }
 
 /*

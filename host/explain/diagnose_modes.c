@@ -13,7 +13,7 @@ static const struct mode_limits {
         as_well; /* times what it leaves: a free linear model that leaves no more has found the modes that there are */
     double near; /* of a frequency: so near it a pole of the free linear model is that mode */
     double in_band; /* of the Nyquist frequency: up to here a mode in the records is seen */
-    double damping; /* ratio: above, a pole is no mode */
+    double damping; /* ratio: above, it is a damper and no mode */
 } limits = {.as_well = 1.1, .near = 0.1, .in_band = 0.8, .damping = 0.3};
 
 double diagnose_band_Hz(const struct diagnosis *d)
@@ -76,6 +76,11 @@ static bool take_mode(double pole_Hz, const double mode_Hz[], size_t n_modes, bo
     return nearest < n_modes;
 }
 
+bool diagnose_is_mode(const struct diagnosis *d, double frequency_Hz, double damping_ratio)
+{
+    return damping_ratio < limits.damping && diagnose_decays(d, frequency_Hz, damping_ratio);
+}
+
 bool diagnose_may_lack_mode(const struct diagnosis *d, const struct hypothesis *h)
 {
     double mode_Hz[DIAGNOSE_MODES];
@@ -86,10 +91,9 @@ bool diagnose_may_lack_mode(const struct diagnosis *d, const struct hypothesis *
         return true;
     for (size_t k = 0; k < d->attainable.modes; k++) {
         const struct attainable_pole *pole = &d->attainable.poles[k];
-        const bool is_mode = pole->damping_ratio < limits.damping &&
-                             pole->frequency_Hz < limits.in_band * diagnose_band_Hz(d) &&
-                             diagnose_decays(d, pole->frequency_Hz, pole->damping_ratio);
-        if (is_mode && !take_mode(pole->frequency_Hz, mode_Hz, n_modes, taken))
+        if (pole->frequency_Hz < limits.in_band * diagnose_band_Hz(d) &&
+            diagnose_is_mode(d, pole->frequency_Hz, pole->damping_ratio) &&
+            !take_mode(pole->frequency_Hz, mode_Hz, n_modes, taken))
             return true;
     }
     return false;

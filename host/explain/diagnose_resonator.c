@@ -22,7 +22,6 @@
 static const struct resonator_limits {
     double lead;        /* rms: for each parameter but the strength it leaves this part of what others leave, at most */
     double spare;       /* times what it may leave at most: above, a refit is given up */
-    double damping;     /* ratio: above, it is a damper and no mode */
     double heaviest;    /* times the beam's mass: above, it holds the beam as a support does */
     double below_first; /* of the first mode: below, it stands still */
     double part;        /* of the beam's mass, or of its flexibility ℓ/EI: where a search begins */
@@ -33,7 +32,6 @@ static const struct resonator_limits {
     double beaten;      /* of what a free linear model leaves, and of the noise: no refit leaves less */
 } limits = {.lead = 0.89,
             .spare = 1.1,
-            .damping = 0.3,
             .heaviest = 2.0,
             .below_first = 0.3,
             .part = 0.01,
@@ -325,7 +323,7 @@ static bool is_mode(const struct diagnosis *d, const struct hypothesis *h, const
     const double damping = damping_ratio_of(own->effect, value_of(own, BEAM_ROLE_LOSS), f_Hz);
     const bool heavy = !own->effect->releases_root &&
                        value_of(own, BEAM_ROLE_STRENGTH) > limits.heaviest * whole_of(own->effect, &h->model);
-    return stands_out(h, others) && damping < limits.damping && !heavy && diagnose_decays(d, f_Hz, damping) &&
+    return stands_out(h, others) && diagnose_is_mode(d, f_Hz, damping) && !heavy &&
            f_Hz > limits.below_first * first_Hz(d) && f_Hz < diagnose_band_Hz(d) &&
            diagnose_modes_are_seen(d, h, limits.below_first * first_Hz(d));
 }

@@ -191,7 +191,7 @@ static bool look_at_all(struct shortlist *s, const struct model *from, struct ro
 /* Far behind the best, or beside an answer, no more than its nearest rivals are asked for, each from its best start. Returns how many are left. */
 static size_t leave_far_behind(const struct shortlist *s, struct road roads[], size_t n)
 {
-    const bool far_ahead = diagnose_nearly_there(s->w->d, s->n_effects) || diagnose_is_answer(s->w->d, s->n_effects);
+    const bool far_ahead = diagnose_nearly_there(s->w->d, s->n_effects) || diagnose_has_answer(s->w->d, s->n_effects);
     size_t wanted = 0;
     for (size_t k = 0; k < n; k++) {
         bool known = far_ahead && diagnose_has_ended(s->w->d, roads[k].candidate->effect);

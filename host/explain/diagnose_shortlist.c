@@ -278,28 +278,6 @@ static const struct candidate *candidate_of(const struct shortlist *s, const str
     return NULL;
 }
 
-/* f(2w, 2v) = 2 f(w, v): records of two levels do not show this law (a breathing crack, a stiffness that drifts). */
-static bool of_degree_one(const struct beam_effect *effect)
-{
-    static const double same = 1e-9;
-    double p[BEAM_EFFECT_PARAMETERS];
-    struct beam_law_output once = {0}, twice = {0};
-    struct beam_law_input in = {
-        .w = {1e-3, 2e-3}, .v = {0.3, 0.1}, .w_old = {0.9e-3, 1.9e-3}, .t_s = 1.0, .dt_s = 1e-3};
-    for (int i = 0; i < effect->n_parameters; i++)
-        p[i] = effect->parameters[i].start;
-    if (effect->law(p, &in, &once) != 0)
-        return false;
-    for (int i = 0; i < BEAM_LAW_WIDTH; i++)
-        in.w[i] *= 2.0, in.v[i] *= 2.0, in.w_old[i] *= 2.0;
-    if (effect->law(p, &in, &twice) != 0)
-        return false;
-    for (int i = 0; i < BEAM_LAW_WIDTH; i++)
-        if (fabs(twice.f[i] - 2.0 * once.f[i]) > same * fabs(twice.f[i]))
-            return false;
-    return true;
-}
-
 /*
  * The refit of a law that leaves much takes a minute and names nothing, so a trial must leave at most law_left of the excess
  * over the noise, and take at least so much of what it is given as half of that excess is of the whole: its weights have a floor, under which
@@ -317,7 +295,7 @@ static bool trial_promises(const struct trial *trial, const struct hypothesis *f
 static bool law_is_likely(const struct shortlist *s, const struct trial *trial, double best)
 {
     return worth_refit(s, trial->unexplained, best) && trial->p_value <= highest_p &&
-           !(s->linear && !of_degree_one(trial->effect));
+           !(s->linear && !effect_law_is_of_degree_one(trial->effect));
 }
 
 static bool push_law(const struct shortlist *s, const struct trial *trial, bool doubtful, struct refit_job **jobs,

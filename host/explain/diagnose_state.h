@@ -71,6 +71,8 @@ enum bf_status diagnose_modes_in_band(const struct diagnosis *d, const struct mo
  * frequency and place were chosen so that the other modes fit whatever these would do: then the records speak against it. True where that model knows too little.
  */
 bool diagnose_modes_are_seen(const struct diagnosis *d, const struct hypothesis *h, double above_Hz);
+/* Lightly damped, and it decays within the longest record: what swings, and neither a damper nor a tone that is driven. */
+bool diagnose_is_mode(const struct diagnosis *d, double frequency_Hz, double damping_ratio);
 /* The free linear model has found a mode that h does not have. True where that model knows too little. */
 bool diagnose_may_lack_mode(const struct diagnosis *d, const struct hypothesis *h);
 
@@ -211,8 +213,10 @@ bool diagnose_far_ahead(const struct diagnosis *d, size_t n_effects);
 extern const double diagnose_far_misfit;
 /* The same, or one has come near the noise and has taken nearly all of the misfit: rivals that are far behind are not worth as much. */
 bool diagnose_nearly_there(const struct diagnosis *d, size_t n_effects);
-/* One takes nearly all of the misfit of a beam that its model may never fit exactly, of the held-out records, too, whatever it leaves. After diagnose_rank(). */
-bool diagnose_is_answer(const struct diagnosis *d, size_t n_effects);
+/* It takes nearly all of the misfit, of the held-out records, too, where they have one: an answer of a real beam, whatever it leaves. After diagnose_rank(). */
+bool hypothesis_is_answer(const struct hypothesis *h);
+/* One with so many effects does, and is no stand-in. */
+bool diagnose_has_answer(const struct diagnosis *d, size_t n_effects);
 
 /* diagnose_repeats.c: of refits of the same effects the best stays; it notes where another place is as good. After diagnose_rank(). */
 void diagnose_drop_repeats(struct diagnosis *d);

@@ -3,6 +3,8 @@
 #ifndef BEAMFIT_EFFECT_KIND_H
 #define BEAMFIT_EFFECT_KIND_H
 
+#include <stdbool.h>
+
 #include "beam.h"
 
 /* In the order of their price. */
@@ -12,5 +14,8 @@ enum effect_kind {
     KIND_LAW              /* forces that are not linear */
 };
 enum effect_kind effect_kind(const struct beam_effect *effect);
+
+/* Of an effect with a law: f(2w, 2v) = 2 f(w, v). Records of two levels do not show it (a breathing crack, a stiffness that drifts). */
+bool effect_law_is_of_degree_one(const struct beam_effect *effect);
 
 #endif

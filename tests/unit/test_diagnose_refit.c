@@ -117,8 +117,8 @@ static void an_answer_leaves_what_it_will(void **state)
     h.fitted.noise_ratio = 200.0;
     for (size_t k = 0; k < sizeof explained / sizeof *explained; k++) {
         h.explained = explained[k], h.held_out_explained = held_out[k];
-        assert_int_equal(diagnose_is_answer(&d, 1), k < 2);
-        assert_false(diagnose_is_answer(&d, 2));
+        assert_int_equal(diagnose_has_answer(&d, 1), k < 2);
+        assert_false(diagnose_has_answer(&d, 2));
     }
 }
 

@@ -35,15 +35,20 @@ static void an_absorber_is_found_with_its_values(void **state)
     bench_free(b);
 }
 
+/* Half as heavy as the beam. */
+static struct bench *with_heavy_absorber(void)
+{
+    static const char *const ids[] = {"point_mass", "attached_resonator", NULL};
+    return bench_new("{kind: attached_resonator, mass_kg: 0.02, frequency_Hz: 60, damping_ratio: 0.01, at_m: 0.2}", 2,
+                     LONG, 0.004, ids);
+}
+
 /* Half as heavy as the beam: found from the model as given alone, where a free linear model leaves much less than the baseline, and not looked for where it does not. */
 static void what_is_heavy_is_looked_for_from_the_model_as_given(void **state)
 {
     (void)state;
-    static const char *const ids[] = {"point_mass", "attached_resonator", NULL};
     for (int i = 0; i < 2; i++) {
-        struct bench *b =
-            bench_new("{kind: attached_resonator, mass_kg: 0.02, frequency_Hz: 60, damping_ratio: 0.01, at_m: 0.2}", 2,
-                      LONG, 0.004, ids);
+        struct bench *b = with_heavy_absorber();
         struct diagnose_state w = begun(b);
         struct bf_error err;
         const double left = b->d.baseline.fitted.noise_ratio;
@@ -69,11 +74,8 @@ static void what_is_heavy_is_looked_for_from_the_model_as_given(void **state)
 static void what_hides_two_modes_is_dropped(void **state)
 {
     (void)state;
-    static const char *const ids[] = {"point_mass", "attached_resonator", NULL};
     for (int hidden = 1; hidden <= 2; hidden++) {
-        struct bench *b =
-            bench_new("{kind: attached_resonator, mass_kg: 0.02, frequency_Hz: 60, damping_ratio: 0.01, at_m: 0.2}", 2,
-                      LONG, 0.004, ids);
+        struct bench *b = with_heavy_absorber();
         struct diagnose_state w = begun(b);
         struct bf_error err;
         struct attainable_pole poles[DIAGNOSE_MODES] = {{0}};
@@ -96,12 +98,9 @@ static void what_hides_two_modes_is_dropped(void **state)
 static void nothing_is_looked_for_where_no_mode_is_missing(void **state)
 {
     (void)state;
-    static const char *const ids[] = {"point_mass", "attached_resonator", NULL};
     static const double damping_ratio[] = {-1.0, 0.01, 0.0}; /* of the one more; −1: there is none */
     for (int i = 0; i < 3; i++) {
-        struct bench *b =
-            bench_new("{kind: attached_resonator, mass_kg: 0.02, frequency_Hz: 60, damping_ratio: 0.01, at_m: 0.2}", 2,
-                      LONG, 0.004, ids);
+        struct bench *b = with_heavy_absorber();
         struct diagnose_state w = begun(b);
         struct bf_error err;
         struct attainable_pole poles[DIAGNOSE_MODES + 1] = {{0}};
