@@ -120,10 +120,11 @@ static enum bf_status solve_record(const struct prediction *y, size_t record, bo
 {
     struct amplitudes a = {.level = level};
     a.n = rows_of(s, record, &a.first);
-    a.column = bf_alloc(y->n_nuisance + 1, sizeof *a.column);
+    const size_t begin = y->first_state[record], end = y->first_state[record + 1];
+    a.column = bf_alloc(end - begin + 1, sizeof *a.column);
     if (level)
         a.column[a.n_columns++] = y->y + a.first;
-    for (size_t k = 0; k < y->n_nuisance; k++)
+    for (size_t k = begin; k < end; k++)
         if (!all_zero(y->nuisance + k * y->n_rows + a.first, a.n))
             a.column[a.n_columns++] = y->nuisance + k * y->n_rows + a.first;
     enum bf_status status = BF_OK;

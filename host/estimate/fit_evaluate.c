@@ -52,10 +52,13 @@ static void gather(const struct fit_problem *p, const struct prediction *y, size
 {
     *part = (struct linear_part){0};
     record_rows(p, record, &part->row, &part->m);
-    part->nuisance = bf_alloc(y->n_nuisance + 1, sizeof *part->nuisance);
+    /* a prediction in compressed rows has none */
+    const size_t first = y->n_nuisance > 0 ? y->first_state[record] : 0;
+    const size_t end = y->n_nuisance > 0 ? y->first_state[record + 1] : 0;
+    part->nuisance = bf_alloc(end - first + 1, sizeof *part->nuisance);
     if (p->drives[record].level && part->m > 0)
         part->nuisance[part->n++] = SIZE_MAX;
-    for (size_t k = 0; k < y->n_nuisance; k++)
+    for (size_t k = first; k < end; k++)
         if (any_nonzero(y->nuisance + k * y->n_rows + part->row, part->m))
             part->nuisance[part->n++] = k;
     if (part->n == 0)

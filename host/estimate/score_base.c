@@ -25,12 +25,31 @@ static void whiten(const struct score_base *base, double rows[])
     }
 }
 
+/* x[n] ← (I − Q Qᵀ) x, Q[n × rank]; along[rank] is room. */
+static void take_out(size_t n, size_t rank, const double Q[], double along[], double x[])
+{
+    if (rank == 0)
+        return;
+    dense_gemv(true, n, rank, 1.0, Q, x, 0.0, along);
+    dense_gemv(false, n, rank, -1.0, Q, along, 1.0, x);
+}
+
+static void project_states(const struct score_base *base, double x[])
+{
+    for (size_t r = 0; r < base->n_records && base->states != NULL; r++) {
+        const struct record_basis *own = &base->states[r];
+        double *along = bf_alloc(own->rank + 1, sizeof *along);
+        take_out(own->n, own->rank, own->Q, along, x + own->row);
+        free(along);
+    }
+}
+
 static void project(const struct score_base *base, double x[])
 {
-    double *along = bf_alloc(base->rank, sizeof *along);
+    double *along = bf_alloc(base->rank + 1, sizeof *along);
     for (int pass = 0; pass < 2; pass++) { /* twice is enough (Kahan): the first leaves rounding */
-        dense_gemv(true, base->n_all, base->rank, 1.0, base->absorbed, x, 0.0, along);
-        dense_gemv(false, base->n_all, base->rank, -1.0, base->absorbed, along, 1.0, x);
+        project_states(base, x);
+        take_out(base->n_all, base->rank, base->absorbed, along, x);
     }
     free(along);
 }
@@ -51,7 +70,7 @@ double score_project(const struct score_base *base, const double column[], doubl
 
 /* ---- What the baseline can absorb ---- */
 
-/* Columns of unit length, so that `dependent` means the same for each. */
+/* Columns of unit length, less what the records' own columns take of them: `dependent` means the same for each. */
 struct absorbent {
     double *A; /* [n][n_all] */
     size_t n;
@@ -68,6 +87,8 @@ static void add_column(const struct score_base *base, struct absorbent *a, bool 
         return;
     for (size_t k = 0; k < base->n_all; k++)
         column[k] /= size;
+    for (int pass = 0; pass < 2; pass++)
+        project_states(base, column);
     a->size[a->n] = size;
     a->ref[a->n] = ref;
     a->logarithmic[a->n++] = logarithmic;
@@ -104,24 +125,59 @@ static void unknown_columns(const struct score_base *base, const struct fit_prob
     }
 }
 
-/* Unknown levels and initial states: columns of the rows of one record. */
-static void record_columns(const struct score_base *base, const struct fit_problem *p, const struct prediction *y,
-                           struct absorbent *a)
+/* The first of a record's rows, which are one after the other, and how many. */
+static size_t rows_of(const struct score_base *base, size_t record, size_t *first)
 {
-    for (size_t r = 0; r < p->n_records; r++) {
-        for (size_t k = p->drives[r].level ? 0 : 1; k <= y->n_nuisance; k++) {
-            const double *from = k == 0 ? y->y : y->nuisance + (k - 1) * y->n_rows;
-            double *column = a->A + a->n * base->n_all;
-            zero_prior_rows(base, column);
-            for (size_t c = 0; c < base->n_channels; c++) {
-                const struct predict_channel *channel = &base->channels[c];
-                for (size_t row = channel->row; row < channel->row + channel->n; row++)
-                    column[row] = channel->record == r ? base->weight[row] * from[row] : 0.0;
-            }
-            whiten(base, column);
-            add_column(base, a, false, 0);
-        }
-    }
+    size_t n = 0;
+    for (size_t c = base->n_channels; c-- > 0;)
+        if (base->channels[c].record == record)
+            *first = base->channels[c].row, n += base->channels[c].n;
+    return n;
+}
+
+/* from[n_rows] in the rows of a record, whitened, of unit length; false: nothing. */
+static bool state_column(const struct score_base *base, size_t record, const double from[], double whole[],
+                         const struct record_basis *own, double column[])
+{
+    memset(whole, 0, base->n_rows * sizeof *whole);
+    for (size_t row = own->row; row < own->row + own->n; row++)
+        whole[row] = base->weight[row] * from[row];
+    for (size_t c = 0; base->options.colour && c < base->n_channels; c++)
+        if (base->channels[c].record == record)
+            ar_whiten(&base->options.colour[c], whole + base->channels[c].row, base->channels[c].n,
+                      whole + base->channels[c].row);
+    const double size = dense_norm(own->n, whole + own->row);
+    for (size_t k = 0; k < own->n && size > 0.0; k++)
+        column[k] = whole[own->row + k] / size;
+    return size > 0.0 && isfinite(size);
+}
+
+/* Unknown levels and initial states of one record. */
+static enum bf_status record_basis(const struct score_base *base, const struct fit_problem *p,
+                                   const struct prediction *y, size_t record, struct record_basis *own,
+                                   struct bf_error *err)
+{
+    const size_t first = y->first_state[record], n = y->first_state[record + 1] - first;
+    own->n = rows_of(base, record, &own->row);
+    double *A = bf_alloc((n + 1) * own->n + 1, sizeof *A), *whole = bf_alloc(base->n_rows + 1, sizeof *whole);
+    size_t kept = 0;
+    for (size_t k = p->drives[record].level ? 0 : 1; k <= n && own->n > 0; k++)
+        kept += state_column(base, record, k == 0 ? y->y : y->nuisance + (first + k - 1) * y->n_rows, whole, own,
+                             A + kept * own->n);
+    own->Q = bf_alloc(kept * own->n + 1, sizeof *own->Q);
+    const enum bf_status status = dense_orthonormal(own->n, kept, A, dependent, own->Q, &own->rank, err);
+    free(A), free(whole);
+    return status;
+}
+
+static enum bf_status find_states(struct score_base *base, const struct fit_problem *p, const struct prediction *y,
+                                  struct bf_error *err)
+{
+    enum bf_status status = BF_OK;
+    base->states = bf_alloc(base->n_records + 1, sizeof *base->states);
+    for (size_t r = 0; r < base->n_records && !status; r++)
+        status = record_basis(base, p, y, r, &base->states[r], err);
+    return status;
 }
 
 /* step[n] to the linear optimum, of columns of unit length. */
@@ -195,14 +251,16 @@ static enum bf_status absorb(struct score_base *base, const struct fit_problem *
     enum bf_status status = predictor_run(p->predictor, p->theta, NULL, &y, err);
     if (status)
         return status;
-    const size_t most = p->n_unknowns + p->n_records * (1 + y.n_nuisance) + 1;
+    const size_t most = p->n_unknowns + 1;
     struct absorbent a = {.A = bf_alloc(most * base->n_all, sizeof *a.A),
                           .size = bf_alloc(most, sizeof *a.size),
                           .logarithmic = bf_alloc(most, sizeof *a.logarithmic),
                           .ref = bf_alloc(most, sizeof *a.ref)};
-    unknown_columns(base, p, x, &a);
-    record_columns(base, p, &y, &a);
-    status = span(base, &a, err);
+    status = find_states(base, p, &y, err);
+    if (!status) {
+        unknown_columns(base, p, x, &a);
+        status = span(base, &a, err);
+    }
     free(a.A), free(a.size), free(a.logarithmic), free(a.ref);
     return status;
 }
@@ -296,6 +354,9 @@ void score_base_free(struct score_base *base)
 {
     if (!base)
         return;
+    for (size_t r = 0; r < base->n_records && base->states != NULL; r++)
+        free(base->states[r].Q);
+    free(base->states);
     free(base->names), free(base->refs), free(base->theta), free(base->channels), free(base->levels);
     free(base->weight), free(base->fitted), free(base->residual), free(base->absorbed);
     free(base->limited), free(base->start_theta);
@@ -305,5 +366,7 @@ void score_base_free(struct score_base *base)
 double score_base_misfit(const struct score_base *base, double *degrees_of_freedom)
 {
     *degrees_of_freedom = (double)base->n_all - (double)base->rank;
+    for (size_t r = 0; r < base->n_records; r++)
+        *degrees_of_freedom -= (double)base->states[r].rank;
     return base->misfit;
 }

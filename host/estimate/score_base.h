@@ -15,6 +15,13 @@
 
 #include "estimate.h"
 
+/* What one record's unknown level and initial states take of its rows, which are one after the other. */
+struct record_basis {
+    size_t row, n; /* the first of its rows, and how many */
+    size_t rank;
+    double *Q; /* [rank][n] orthonormal, weighted and whitened */
+};
+
 struct score_base {
     const struct model *model;
     const struct record *records;
@@ -27,14 +34,15 @@ struct score_base {
     size_t n_channels;
     struct predict_channel *channels;
     bool has_decay;
-    double *levels;       /* [n_records] factor of the excitation */
-    size_t n_rows, n_all; /* rows of data; with the rows of priors */
-    double *weight;       /* [n_rows] 1/σ */
-    double *fitted;       /* [n_rows] ŷ, unit of the channel */
-    double *residual;     /* [n_all] P r̃ */
-    size_t rank;          /* of what the baseline can absorb */
-    double *absorbed;     /* [rank][n_all] orthonormal basis of it */
-    double misfit;        /* ‖P r̃‖² */
+    double *levels;              /* [n_records] factor of the excitation */
+    size_t n_rows, n_all;        /* rows of data; with the rows of priors */
+    double *weight;              /* [n_rows] 1/σ */
+    double *fitted;              /* [n_rows] ŷ, unit of the channel */
+    double *residual;            /* [n_all] P r̃ */
+    struct record_basis *states; /* [n_records] */
+    size_t rank;                 /* of what the parameters can absorb beside these */
+    double *absorbed;            /* [rank][n_all] orthonormal basis of it */
+    double misfit;               /* ‖P r̃‖² */
     /*
      * Positive parameters that the misfit has driven to 0 (a damping): with a candidate they may come back. Not absorbed;
      * columns of their own, δ ≥ 0.

@@ -96,25 +96,38 @@ static enum bf_status singles(struct diagnose_state *w, struct bf_error *err)
     return status;
 }
 
+/* An answer of the first look leaves what the rig's own errors do: it is fitted with the rig free before any other effect is looked at. */
+static enum bf_status free_rig_first(struct diagnose_state *w, bool *freed, struct bf_error *err)
+{
+    const bool answered = linear_may_do(w->d) && diagnose_has_answer(w->d, 1);
+    enum bf_status status = BF_OK;
+    *freed = false;
+    if (rig_may_do(w->d) && !diagnose_explained(w->d, 1))
+        status = free_rig(w, true, freed, err);
+    if (!status && !*freed && answered && !diagnose_explained(w->d, 1))
+        status = free_rig(w, false, freed, err);
+    return status;
+}
+
 /*
  * Single effects, and the rig. Unless one of the likeliest effects explains the records with the rig that the file has, it is asked whether
- * the rig alone does; and when no single effect explains them, whether the best of them do with it.
+ * the rig alone does, or with an effect that is an answer; and when no single effect explains them, whether the best of them do with it.
  */
 static enum bf_status singles_and_rig(struct diagnose_state *w, bool *done, struct bf_error *err)
 {
-    bool freed = false;
+    bool freed = false, freed_later = false;
     enum bf_status status = first_look(w, err);
     *done = false;
-    if (!status && rig_may_do(w->d) && !diagnose_explained(w->d, 1))
-        status = free_rig(w, true, &freed, err);
-    *done = freed;
-    if (!status && !freed)
+    if (!status)
+        status = free_rig_first(w, &freed, err);
+    *done = freed && diagnose_is_complete(w->d);
+    if (!status && !*done)
         status = singles(w, err);
     if (!status && !freed && !diagnose_explained(w->d, 1))
-        status = free_rig(w, false, &freed, err);
-    if (!status && freed && !*done && !diagnose_explained(w->d, 1))
+        status = free_rig(w, false, &freed_later, err);
+    if (!status && freed_later && !diagnose_explained(w->d, 1) && !diagnose_has_answer(w->d, 1))
         status = first_look(w, err);
-    *done = *done || (freed && diagnose_is_complete(w->d));
+    *done = *done || (freed_later && diagnose_is_complete(w->d));
     forget_look(w);
     return status;
 }

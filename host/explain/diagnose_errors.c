@@ -229,17 +229,23 @@ bool diagnose_far_ahead(const struct diagnosis *d, size_t n_effects)
     return diagnose_explained(d, n_effects);
 }
 
-bool hypothesis_is_answer(const struct hypothesis *h)
+bool diagnose_predicts_as_linear(const struct diagnosis *d, const struct hypothesis *h)
+{
+    static const double as_well = 1.05; /* times what a free linear model leaves */
+    return h->check.noise_ratio <= as_well * d->attainable.held_out_noise_ratio;
+}
+
+bool hypothesis_is_answer(const struct diagnosis *d, const struct hypothesis *h)
 {
     static const double an_answer = 0.97; /* of the misfit's power: a real beam is never exact */
-    return h->explained >= an_answer && !(h->held_out_explained < an_answer);
+    return h->explained >= an_answer && (!(h->held_out_explained < an_answer) || diagnose_predicts_as_linear(d, h));
 }
 
 bool diagnose_has_answer(const struct diagnosis *d, size_t n_effects)
 {
     for (size_t i = 0; i < d->n_hypotheses; i++) {
         const struct hypothesis *h = &d->hypotheses[i];
-        if (h->n_effects == n_effects && !is_stand_in(h) && hypothesis_is_answer(h))
+        if (h->n_effects == n_effects && !is_stand_in(h) && hypothesis_is_answer(d, h))
             return true;
     }
     return false;

@@ -61,7 +61,7 @@ static bool is_linear(const struct hypothesis *h)
 static bool has_floor(const struct diagnosis *d, const struct hypothesis *h)
 {
     const bool found_less = diagnose_floor(d) >= d->baseline.fitted.noise_ratio;
-    return d->attainable.modes > 0 && ((is_linear(h) && !found_less) || hypothesis_is_answer(h));
+    return d->attainable.modes > 0 && ((is_linear(h) && !found_less) || hypothesis_is_answer(d, h));
 }
 
 /*

@@ -141,6 +141,7 @@ static enum bf_status take_over(struct diagnose_state *w, struct bf_error *err)
                                      .n_tried = h->n_tried,
                                      .first_new = h->model.n_effects,
                                      .to_the_end = true,
+                                     .places_tried = h->places_tried,
                                      .near = true};
         status = model_copy(&h->model, &jobs[n].model, err);
         take_channels(w->d->model, &jobs[n].model);

@@ -128,13 +128,14 @@ static bool is_at_floor(const struct diagnosis *d)
 
 bool diagnose_no_linear_outdoes(const struct diagnosis *d)
 {
-    static const double as_well = 1.01, held_out = 1.05; /* times what a free linear model leaves */
-    static const double most = 0.5;                      /* of the misfit's power */
+    static const double as_well = 1.01; /* times what a free linear model leaves */
+    static const double most = 0.5;     /* of the misfit's power */
     const struct hypothesis *best = d->n_hypotheses > 0 ? &d->hypotheses[0] : NULL;
     return best != NULL && d->attainable.modes > 0 && d->linearity.verdict != LINEARITY_NONLINEAR &&
            !is_stand_in(best) && effect_is_linear(best->effects[0]) && best->explained >= most &&
            best->fitted.noise_ratio <= as_well * diagnose_floor(d) &&
-           !(best->check.noise_ratio > held_out * d->attainable.held_out_noise_ratio);
+           (best->check.n_channels == 0 || isnan(d->attainable.held_out_noise_ratio) ||
+            diagnose_predicts_as_linear(d, best));
 }
 
 /* What a quick look has brought far below the model without it, and below all that has come to its end, goes on before others are looked at. */
@@ -176,6 +177,23 @@ static void leave_other_starts(const struct diagnosis *d, size_t n_effects, stru
         roads[k].done = roads[k].done || (far_ahead && !roads[k].usual);
 }
 
+/* By first order, which for an effect that moves no mode holds at any size, it takes next to nothing. */
+static bool promises_little(const struct shortlist *s, const struct road *road)
+{
+    static const double little = 0.1; /* of the misfit's power */
+    double freedom;
+    return s->scores[road->candidate - s->list.candidates].LM < little * score_base_misfit(s->base, &freedom);
+}
+
+/* Beside an answer, what would change a channel and promises little from the fitted baseline is not asked again. */
+static void leave_beside_answer(const struct shortlist *s, struct road roads[], size_t n)
+{
+    const bool answered = diagnose_has_answer(s->w->d, s->n_effects);
+    for (size_t k = 0; k < n && answered; k++)
+        roads[k].done =
+            roads[k].done || (!road_is_structural(roads[k].candidate->effect) && promises_little(s, &roads[k]));
+}
+
 /* Quickly, the usual starts first. Returns whether one explains the records. */
 static bool look_at_all(struct shortlist *s, const struct model *from, struct road roads[], size_t n, double part)
 {
@@ -183,6 +201,7 @@ static bool look_at_all(struct shortlist *s, const struct model *from, struct ro
     for (size_t k = 0; k < n && !explained && !progress_interrupted(); k += MOST_AT_ONCE) {
         const size_t some = n - k < MOST_AT_ONCE ? n - k : MOST_AT_ONCE;
         leave_other_starts(s->w->d, s->n_effects, roads + k, some);
+        leave_beside_answer(s, roads + k, some);
         explained = refit_briefly_first(s, from, roads + k, some, part);
     }
     return explained;
@@ -251,7 +270,7 @@ static enum bf_status score_and_give(struct shortlist *s, struct model *given, s
 enum bf_status shortlist_from_given(struct shortlist *s, double span, struct bf_error *err)
 {
     struct model given;
-    if (diagnose_explained(s->w->d, s->n_effects))
+    if (diagnose_explained(s->w->d, s->n_effects) || diagnose_no_linear_outdoes(s->w->d))
         return BF_OK;
     const enum bf_status status = score_and_give(s, &given, err);
     if (status)

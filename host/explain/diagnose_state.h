@@ -213,8 +213,13 @@ bool diagnose_far_ahead(const struct diagnosis *d, size_t n_effects);
 extern const double diagnose_far_misfit;
 /* The same, or one has come near the noise and has taken nearly all of the misfit: rivals that are far behind are not worth as much. */
 bool diagnose_nearly_there(const struct diagnosis *d, size_t n_effects);
-/* It takes nearly all of the misfit, of the held-out records, too, where they have one: an answer of a real beam, whatever it leaves. After diagnose_rank(). */
-bool hypothesis_is_answer(const struct hypothesis *h);
+/* Of the held-out records it leaves no more than a free linear model does; false where either is not known. */
+bool diagnose_predicts_as_linear(const struct diagnosis *d, const struct hypothesis *h);
+/*
+ * It takes nearly all of the misfit, and of the held-out records, where they have one, as much or what a free linear model takes: an answer of a real beam, whatever it
+ * leaves. After diagnose_rank().
+ */
+bool hypothesis_is_answer(const struct diagnosis *d, const struct hypothesis *h);
 /* One with so many effects does, and is no stand-in. */
 bool diagnose_has_answer(const struct diagnosis *d, size_t n_effects);
 

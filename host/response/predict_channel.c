@@ -135,7 +135,7 @@ static void scale_row(const struct run *run, const struct predict_channel *chann
 static void scale_states(const struct run *run, const struct predict_channel *channel, size_t k, double y_v)
 {
     const struct predictor *p = run->p;
-    size_t first = p->plans[channel->record].first_nuisance, n = state_unknowns(p, channel->record);
+    size_t first = p->first_state[channel->record], n = state_unknowns(p, channel->record);
     for (size_t i = first; i < first + n; i++)
         p->nuisance[i * p->n_rows + channel->row + k] *= y_v;
 }

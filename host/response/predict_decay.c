@@ -207,7 +207,7 @@ static enum bf_status channel_decays(const struct run *run, const struct predict
     enum bf_status status = BF_OK;
     for (size_t i = 0; status == BF_OK && i < modes; i++) {
         struct decay d;
-        status = make_decay(run, channel, i, p->plans[channel->record].first_nuisance + 2 * i, &d, err);
+        status = make_decay(run, channel, i, p->first_state[channel->record] + 2 * i, &d, err);
         if (status != BF_OK)
             break;
         fill_columns(channel, interval_s(run, channel), &d);
@@ -221,7 +221,7 @@ static enum bf_status channel_decays(const struct run *run, const struct predict
 static void add_states(const struct run *run, const struct predict_channel *channel)
 {
     const struct predictor *p = run->p;
-    size_t first = p->plans[channel->record].first_nuisance, n = state_unknowns(p, channel->record);
+    size_t first = p->first_state[channel->record], n = state_unknowns(p, channel->record);
     for (size_t i = first; i < first + n; i++)
         add_scaled(channel->n, p->amplitude[i], p->nuisance + i * p->n_rows + channel->row, p->y + channel->row);
 }
@@ -235,8 +235,8 @@ enum bf_status predict_decay(const struct run *run, size_t record, struct bf_err
     for (size_t c = 0; status == BF_OK && c < plan->n_channels; c++)
         status = channel_decays(run, &p->channels[plan->first_channel + c], n, err);
     if (status == BF_OK)
-        status = filter_columns(run, record, plan->first_nuisance + 2 * modes, err);
-    const size_t whole = plan->first_nuisance + state_unknowns(p, record) - whole_unknowns(p, record);
+        status = filter_columns(run, record, p->first_state[record] + 2 * modes, err);
+    const size_t whole = p->first_state[record] + state_unknowns(p, record) - whole_unknowns(p, record);
     if (status == BF_OK)
         recorder_columns(p, record, whole - recorder_unknowns(p, record));
     if (status == BF_OK && plan->free_state)

@@ -56,9 +56,10 @@ static void count_states(struct predictor *p)
 {
     p->n_nuisance = p->states.most = 0;
     for (size_t r = 0; r < p->n_records; r++) {
-        p->each[r].nuisance = p->plans[r].first_nuisance = p->n_nuisance;
+        p->first_state[r] = p->n_nuisance;
         p->n_nuisance += p->each[r].predictor != NULL ? p->each[r].predictor->n_nuisance : 0;
     }
+    p->first_state[p->n_records] = p->n_nuisance;
     p->amplitude = bf_grow(p->amplitude, p->n_nuisance, sizeof(double));
     memset(p->amplitude, 0, p->n_nuisance * sizeof(double));
 }
@@ -91,7 +92,7 @@ static void close_record(struct each_record *own)
     pieces_free(own->pieces);
     free(own->refs);
     free(own->from);
-    *own = (struct each_record){.row = own->row, .nuisance = own->nuisance};
+    *own = (struct each_record){.row = own->row};
 }
 
 void predictor_free(struct predictor *p)
@@ -163,7 +164,7 @@ void predictor_set_nuisance(struct predictor *p, const double amplitude[])
 {
     single_set_nuisance(p, amplitude);
     for (size_t r = 0; p->each != NULL && r < p->n_records; r++)
-        single_set_nuisance(p->each[r].predictor, amplitude + p->each[r].nuisance);
+        single_set_nuisance(p->each[r].predictor, amplitude + p->first_state[r]);
 }
 
 /* What one run wants: derivatives by these parameters of the record (NULL: none), kept or handed on (sink NULL: kept). */
@@ -173,13 +174,13 @@ struct errand {
     const struct predict_sink *sink;
 };
 
-static void hand_up(struct predictor *p, const struct each_record *own, const struct prediction *y, const bool want[])
+static void hand_up(struct predictor *p, size_t record, const struct prediction *y, const bool want[])
 {
-    const size_t rows = y->n_rows;
+    const struct each_record *own = &p->each[record];
+    const size_t rows = y->n_rows, first = p->first_state[record];
     memcpy(p->y + own->row, y->y, rows * sizeof *p->y);
     for (size_t k = 0; k < y->n_nuisance; k++)
-        memcpy(p->nuisance + (own->nuisance + k) * p->n_rows + own->row, y->nuisance + k * rows,
-               rows * sizeof *p->nuisance);
+        memcpy(p->nuisance + (first + k) * p->n_rows + own->row, y->nuisance + k * rows, rows * sizeof *p->nuisance);
     for (size_t i = 0; want != NULL && i < own->n_refs; i++)
         if (want[i])
             memcpy(p->jacobian + own->from[i] * p->n_rows + own->row, y->jacobian + i * rows,
@@ -209,7 +210,7 @@ static enum bf_status hand_on_record(struct predictor *p, size_t r, const struct
     const struct each_record *own = &p->each[r];
     const struct record_plan *plan = &p->plans[r];
     enum bf_status status = BF_OK;
-    hand_up(p, own, y, NULL);
+    hand_up(p, r, y, NULL);
     for (size_t c = plan->first_channel; c < plan->first_channel + plan->n_channels && !status; c++) {
         struct predict_block block = {.channel = c, .row = p->channels[c].row, .n = plan->n};
         status = hand_on(p, own, y, errand, block.row - own->row, &block, err);
@@ -316,7 +317,7 @@ static enum bf_status run_record(struct predictor *p, size_t r, const double the
         if (status == BF_OK && sink != NULL)
             status = hand_on_record(p, r, &y, &errand, err);
         else if (status == BF_OK)
-            hand_up(p, own, &y, errand.want);
+            hand_up(p, r, &y, errand.want);
     }
     out->bends = out->bends || (status == BF_OK && y.bends);
     free(wanted), free(x);
@@ -341,7 +342,7 @@ static enum bf_status run_each(struct predictor *p, const double theta[], const 
                                const struct predict_sink *sink, struct prediction *out, struct bf_error *err)
 {
     enum bf_status status = single_run_system(p, theta, want != NULL && !p->in_pieces, out, err);
-    memset(p->nuisance, 0, p->n_rows * p->n_nuisance * sizeof *p->nuisance);
+    states_clear(p);
     out->bends = false;
     if (p->in_pieces && want != NULL && sink == NULL) {
         single_room(p, true);
@@ -379,14 +380,14 @@ static enum bf_status settle_each(struct predictor *p, const double theta[], con
     enum bf_status status = BF_OK;
     for (size_t r = 0; r < p->n_records && !status; r++) {
         const struct each_record *own = &p->each[r];
+        const size_t first = p->first_state[r];
         const struct predict_target part = {.weight = target->weight + own->row,
                                             .z = target->z != NULL ? target->z + own->row : NULL,
-                                            .start = target->start != NULL ? target->start + own->nuisance : NULL,
+                                            .start = target->start != NULL ? target->start + first : NULL,
                                             .runs = target->runs};
         double *x = hand_down(own, theta);
         status = single_settle(own->predictor, x, &part, err);
-        memcpy(p->amplitude + own->nuisance, own->predictor->amplitude,
-               own->predictor->n_nuisance * sizeof *p->amplitude);
+        memcpy(p->amplitude + first, own->predictor->amplitude, own->predictor->n_nuisance * sizeof *p->amplitude);
         free(x);
     }
     return status;

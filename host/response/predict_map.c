@@ -155,7 +155,7 @@ static void bend_states(const struct run *run, const struct predict_channel *cha
                         const struct bend *bend, double fine[])
 {
     const struct predictor *p = run->p;
-    size_t first = p->plans[channel->record].first_nuisance, n = state_unknowns(p, channel->record);
+    size_t first = p->first_state[channel->record], n = state_unknowns(p, channel->record);
     for (size_t i = first; i < first + n; i++) {
         double *column = p->nuisance + i * p->n_rows + channel->row;
         go_up(g, column, fine);

@@ -121,7 +121,7 @@ static enum bf_status list_outputs(const struct run *run, size_t record, const s
         output->paths = paths + p->n_coordinates * modal_output_row(run, plan->grid, channel->output);
         output->y = run->out->y + channel->row;
         output->jacobian = run->want != NULL ? run_column(run, 0, channel) : NULL;
-        output->states = p->nuisance + plan->first_nuisance * p->n_rows + channel->row;
+        output->states = p->nuisance + p->first_state[record] * p->n_rows + channel->row;
         status = channel_filter(run, record, channel->output, grid->s, grid->m, filter, &filtered, err);
         if (status == BF_OK)
             list_chain(run, channel, gain_parameter, grid, output);
@@ -146,7 +146,7 @@ static void list_states(const struct run *run, size_t record, struct modal_recor
     for (size_t i = 0; i < n && i < modes->n; i++) {
         struct modal_state *state = &out->states[out->system.n_states++];
         double complex pole = p->system->p[modes->pole[i]];
-        const double *a = p->amplitude + plan->first_nuisance + 2 * i;
+        const double *a = p->amplitude + p->first_state[record] + 2 * i;
         *state = (struct modal_state){.pole = modes->pole[i],
                                       .amplitude = CMPLX(a[0], a[1]),
                                       .to_beam = modes->sign[i] * state_to_beam(run, record, pole)};

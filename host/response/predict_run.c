@@ -52,7 +52,7 @@ static enum bf_status run_system(const struct run *run, struct bf_error *err)
 static enum bf_status run_once(const struct run *run, struct bf_error *err)
 {
     struct predictor *p = run->p;
-    memset(p->nuisance, 0, p->n_rows * p->n_nuisance * sizeof *p->nuisance);
+    states_clear(p);
     enum bf_status status = run_system(run, err);
     if (status == BF_OK)
         status = predict_linear(run, err);
@@ -131,6 +131,7 @@ static enum bf_status begin(struct predictor *p, bool with_jacobian, const bool 
                                .n_nuisance = p->n_nuisance,
                                .y = p->y,
                                .nuisance = p->nuisance,
+                               .first_state = p->first_state,
                                .amplitude = p->amplitude,
                                .bends = p->system != NULL && states_bend(p)};
     if (p->system == NULL)

@@ -40,7 +40,8 @@ static void fill_residual(const struct settle *s, const struct prediction *y, si
         for (size_t k = 0; k < channel->n; k++) {
             size_t row = channel->row + k;
             double z = s->target->z != NULL ? s->target->z[row] : channel->measured[k], sum = y->y[row];
-            for (size_t i = plan->first_nuisance; i < plan->first_nuisance + state_unknowns(s->p, record); i++)
+            for (size_t i = s->p->first_state[record]; i < s->p->first_state[record] + state_unknowns(s->p, record);
+                 i++)
                 sum += y->amplitude[i] * y->nuisance[i * y->n_rows + row];
             b[row - first] = s->target->weight[row] * (z - sum);
         }
@@ -52,7 +53,7 @@ static enum bf_status solve_step(const struct settle *s, const struct prediction
                                  double *square, double *next, struct bf_error *err)
 {
     size_t first, m = rows_of(s->p, record, &first), n = state_unknowns(s->p, record);
-    size_t unknown = s->p->plans[record].first_nuisance;
+    size_t unknown = s->p->first_state[record];
     double *A = bf_alloc(m * (n + 1), sizeof *A), *b = A + m * n;
     for (size_t j = 0; j < n; j++)
         for (size_t k = 0; k < m; k++)
@@ -71,7 +72,7 @@ static enum bf_status solve_step(const struct settle *s, const struct prediction
 static enum bf_status advance(struct settle *s, const struct prediction *y, size_t record, bool *settled,
                               struct bf_error *err)
 {
-    size_t first = s->p->plans[record].first_nuisance, n = state_unknowns(s->p, record);
+    size_t first = s->p->first_state[record], n = state_unknowns(s->p, record);
     double *step = bf_alloc(n, sizeof *step), square, next, *a = s->amplitude + first, *best = s->best + first;
     enum bf_status status = solve_step(s, y, record, step, &square, &next, err);
     if (status == BF_OK && !(square <= s->best_square[record])) {
@@ -148,7 +149,7 @@ enum bf_status settle_last(struct predictor *p, const struct predict_target *tar
     enum bf_status status = BF_OK;
     memcpy(a, p->amplitude, p->n_nuisance * sizeof *a);
     for (size_t r = 0; status == BF_OK && r < p->n_records; r++) {
-        size_t first = p->plans[r].first_nuisance, n = state_unknowns(p, r);
+        size_t first = p->first_state[r], n = state_unknowns(p, r);
         double *step = bf_alloc(n, sizeof *step);
         if (n > 0)
             status = solve_step(&s, y, r, step, &square, &next, err);

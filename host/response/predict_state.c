@@ -81,13 +81,14 @@ void states_count(struct predictor *p)
         NULL) /* the number of unknowns of a fit does not change when a mode crosses the edge of the band */
         return;
     for (size_t r = 0; r < p->n_records; r++) {
-        p->plans[r].first_nuisance = p->n_nuisance;
+        p->first_state[r] = p->n_nuisance;
         if (!p->plans[r].free_state)
             continue;
         size_t modes = modes_in_band(p, r);
         states->most = modes > states->most ? modes : states->most;
         p->n_nuisance += 2 * modes + filter_unknowns(p, r) + whole_unknowns(p, r);
     }
+    p->first_state[p->n_records] = p->n_nuisance;
     p->amplitude = bf_alloc(p->n_nuisance, sizeof(double));
     states->pole = bf_alloc(states->most, sizeof *states->pole);
     states->sign = bf_alloc(states->most, sizeof *states->sign);
@@ -97,6 +98,7 @@ void states_count(struct predictor *p)
 void states_free(struct predictor *p)
 {
     free(p->amplitude);
+    free(p->first_state);
     free(p->states.pole);
     free(p->states.sign);
     free(p->states.reference);
@@ -122,8 +124,28 @@ void states_find(struct predictor *p)
 
 size_t state_unknowns(const struct predictor *p, size_t record)
 {
-    size_t next = record + 1 < p->n_records ? p->plans[record + 1].first_nuisance : p->n_nuisance;
-    return next - p->plans[record].first_nuisance;
+    return p->first_state[record + 1] - p->first_state[record];
+}
+
+/* Rows of a record: first, and how many. */
+static size_t rows_of(const struct predictor *p, size_t record, size_t *first)
+{
+    const struct record_plan *plan = &p->plans[record];
+    *first = plan->n_channels > 0 ? p->channels[plan->first_channel].row : 0;
+    return plan->n_channels > 0 ? plan->n_channels * p->channels[plan->first_channel].n : 0;
+}
+
+void states_clear(struct predictor *p)
+{
+    if (!p->states_are_clear)
+        memset(p->nuisance, 0, p->n_rows * p->n_nuisance * sizeof *p->nuisance);
+    for (size_t r = 0; r < p->n_records && p->states_are_clear; r++) {
+        size_t first;
+        const size_t n = rows_of(p, r, &first);
+        for (size_t i = p->first_state[r]; i < p->first_state[r + 1]; i++)
+            memset(p->nuisance + i * p->n_rows + first, 0, n * sizeof *p->nuisance);
+    }
+    p->states_are_clear = true;
 }
 
 size_t state_modes_of(const struct predictor *p, size_t record)
@@ -142,7 +164,7 @@ bool states_bend(const struct predictor *p)
 
 bool state_at_rest(const struct predictor *p, size_t record)
 {
-    size_t first = p->plans[record].first_nuisance, n = 2 * state_modes_of(p, record);
+    size_t first = p->first_state[record], n = 2 * state_modes_of(p, record);
     for (size_t i = first; i < first + n; i++)
         if (not_zero(p->amplitude[i]))
             return false;
@@ -162,7 +184,7 @@ void states_take_out(const struct run *run)
     const struct predictor *p = run->p;
     for (size_t c = 0; c < p->n_channels; c++) {
         const struct predict_channel *channel = &p->channels[c];
-        size_t first = p->plans[channel->record].first_nuisance, n = state_unknowns(p, channel->record);
+        size_t first = p->first_state[channel->record], n = state_unknowns(p, channel->record);
         for (size_t i = first; i < first + n; i++)
             add_scaled(channel->n, -p->amplitude[i], p->nuisance + i * p->n_rows + channel->row, p->y + channel->row);
     }

@@ -115,7 +115,7 @@ void transfer_motion(const struct predictor *p, const double theta[], size_t rec
 size_t transfer_states(const struct predictor *p, size_t record, size_t *n)
 {
     *n = state_unknowns(p, record);
-    return p->plans[record].first_nuisance;
+    return p->first_state[record];
 }
 
 bool transfer_undriven(const struct predictor *p, size_t record)
@@ -153,7 +153,7 @@ void transfer_state_motion(const struct predictor *p, const double theta[], size
     double complex *alpha = bf_alloc(p->system->n_poles, sizeof *alpha);
     system_functional(p->system, g, alpha);
     for (size_t i = 0; i < modes && i < p->states.n; i++) {
-        const double *a = p->amplitude + plan->first_nuisance + 2 * i;
+        const double *a = p->amplitude + p->first_state[record] + 2 * i;
         double complex pole = p->system->p[p->states.pole[i]], z = 0.0, step = cexp(pole * h);
         double complex size =
             2.0 * p->states.sign[i] * CMPLX(a[0], a[1]) * alpha[p->states.pole[i]] * state_to_beam(&run, record, pole);

@@ -44,6 +44,7 @@ enum bf_status single_new(const struct model *model, const struct record records
     if (p->options.oversample <= 0)
         p->options.oversample = model->steps_per_sample;
     p->plans = bf_alloc(n_records, sizeof *p->plans);
+    p->first_state = bf_alloc(n_records + 1, sizeof *p->first_state);
     enum bf_status status = model_copy(model, &p->model, err);
     if (status == BF_OK)
         status = predictor_bind(p, err);
@@ -290,6 +291,7 @@ enum bf_status single_window(struct predictor *p, double t_end_s, struct bf_erro
     p->y = bf_grow(p->y, p->n_rows, sizeof *p->y);
     p->jacobian = bf_grow(p->jacobian, p->n_rows * p->map.n, sizeof *p->jacobian);
     p->nuisance = bf_grow(p->nuisance, p->n_rows * p->n_nuisance, sizeof *p->nuisance);
+    p->states_are_clear = false;
     return status;
 }
 
@@ -302,8 +304,10 @@ void single_rest(struct predictor *p)
 
 void single_room(struct predictor *p, bool with_jacobian)
 {
-    if (p->nuisance == NULL)
+    if (p->nuisance == NULL) {
         p->nuisance = bf_grow(NULL, p->n_rows * p->n_nuisance, sizeof *p->nuisance);
+        p->states_are_clear = false;
+    }
     if (with_jacobian && p->jacobian == NULL)
         p->jacobian = bf_grow(NULL, p->n_rows * p->map.n, sizeof *p->jacobian);
 }

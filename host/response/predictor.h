@@ -37,8 +37,7 @@ struct record_plan {
     double complex **U;        /* [n_inputs] what reaches the beam: one of the two above, not owned */
     size_t n_changes;
     struct drive_change *changes;
-    bool free_state;       /* the beam moved in a way nobody recorded before the record began */
-    size_t first_nuisance; /* of its initial state */
+    bool free_state; /* the beam moved in a way nobody recorded before the record began */
     size_t first_channel, n_channels;
 };
 
@@ -76,8 +75,8 @@ struct each_record {
     struct predictor *predictor;
     size_t n_refs;
     struct parameter_ref *refs;
-    size_t *from;         /* [n_refs] index into the common parameters */
-    size_t row, nuisance; /* where its rows and initial states begin among the common ones */
+    size_t *from; /* [n_refs] index into the common parameters */
+    size_t row;   /* where its rows begin among the common ones */
     struct pieces
         *pieces; /* of a long record, which the predictor sees one after the other; NULL: it sees the whole record */
 };
@@ -113,6 +112,8 @@ struct predictor {
     bool *structural;               /* [n_parameters] see run_structural() */
     size_t n_rows, n_nuisance;
     double *y, *jacobian, *nuisance, *amplitude;
+    size_t *first_state;   /* [n_records + 1] of each record's columns of `nuisance` */
+    bool states_are_clear; /* outside their records these columns are zero */
     double t_end_s;
     bool nonlinear;           /* some effect has a law or a drive */
     struct each_record *each; /* [n_records] where something differs from record to record; NULL: nothing does */
@@ -279,6 +280,8 @@ void states_free(struct predictor *p);
 void states_find(struct predictor *p);
 /* The unknowns of a record: the modes' come first, two for each, then those of the channels' filters, then those of the motion as a whole. */
 size_t state_unknowns(const struct predictor *p, size_t record);
+/* Every record's columns become zero in its own rows; the others never hold anything. Before each run. */
+void states_clear(struct predictor *p);
 size_t state_modes_of(const struct predictor *p, size_t record);
 /* Terms of a free beam's motion as a whole, in each channel. */
 enum { WHOLE_TERMS = 3 };

@@ -98,8 +98,9 @@ struct prediction {
     double *y;           /* [n_rows] */
     double *jacobian;    /* [n_parameters][n_rows], d y/d parameter (physical, not logarithmic); NULL unless asked */
     double *nuisance;    /* [n_nuisance][n_rows], columns of the initial states (zero outside their record) */
-    const double *amplitude; /* [n_nuisance] at which this was predicted */
-    bool bends;              /* the columns hold near these amplitudes only */
+    const size_t *first_state; /* [n_records + 1]; those of record r are first_state[r] … first_state[r + 1] − 1 */
+    const double *amplitude;   /* [n_nuisance] at which this was predicted */
+    bool bends;                /* the columns hold near these amplitudes only */
 };
 
 struct predictor;
