@@ -311,11 +311,19 @@ static bool push_law(const struct shortlist *s, const struct trial *trial, bool 
     return true;
 }
 
+/* Along the measured motion it takes nearly as much as the best of the trials, which promises enough: what is named stands against it. */
+static bool rivals_best(const struct shortlist *s, const struct trial *trial)
+{
+    static const double nearly = 0.8;
+    return trial_promises(&s->trials[0], s->from) && trial->share >= nearly * s->trials[0].share;
+}
+
 static void choose_laws(struct shortlist *s, size_t most, double best, struct refit_job **jobs, size_t *n)
 {
     for (; s->refitted_laws < s->n_trials && most > 0; s->refitted_laws++) {
         const struct trial *trial = &s->trials[s->refitted_laws];
-        if (law_is_likely(s, trial, best) && trial_promises(trial, s->from) && push_law(s, trial, false, jobs, n))
+        if (law_is_likely(s, trial, best) && (trial_promises(trial, s->from) || rivals_best(s, trial)) &&
+            push_law(s, trial, false, jobs, n))
             most--;
     }
 }
