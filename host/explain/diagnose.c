@@ -56,9 +56,9 @@ static void forget_look(struct diagnose_state *w)
 }
 
 /* Goes on with the rig free where that lowers the misfit clearly. */
-static enum bf_status free_rig(struct diagnose_state *w, bool at_noise_only, bool *freed, struct bf_error *err)
+static enum bf_status free_rig(struct diagnose_state *w, enum rig_trial trial, bool *freed, struct bf_error *err)
 {
-    enum bf_status status = diagnose_free_rig(w, at_noise_only, freed, err);
+    enum bf_status status = diagnose_free_rig(w, trial, freed, err);
     if (status || !*freed)
         return status;
     forget_look(w);
@@ -96,16 +96,22 @@ static enum bf_status singles(struct diagnose_state *w, struct bf_error *err)
     return status;
 }
 
-/* An answer of the first look leaves what the rig's own errors do: it is fitted with the rig free before any other effect is looked at. */
+/* The first look has found something that takes most of the misfit. */
+static bool has_leader(const struct diagnosis *d)
+{
+    static const double most = 0.5; /* of the misfit's power */
+    return linear_may_do(d) && d->n_hypotheses > 0 && d->hypotheses[0].explained >= most;
+}
+
+/* What leads leaves what the rig's own errors do, perhaps: it is fitted with the rig free before any other effect is looked at. */
 static enum bf_status free_rig_first(struct diagnose_state *w, bool *freed, struct bf_error *err)
 {
-    const bool answered = linear_may_do(w->d) && diagnose_has_answer(w->d, 1);
     enum bf_status status = BF_OK;
     *freed = false;
     if (rig_may_do(w->d) && !diagnose_explained(w->d, 1))
-        status = free_rig(w, true, freed, err);
-    if (!status && !*freed && answered && !diagnose_explained(w->d, 1))
-        status = free_rig(w, false, freed, err);
+        status = free_rig(w, RIG_ALONE, freed, err);
+    if (!status && !*freed && has_leader(w->d) && !diagnose_explained(w->d, 1))
+        status = free_rig(w, diagnose_has_answer(w->d, 1) ? RIG_AND_BEST : RIG_AND_LEADER, freed, err);
     return status;
 }
 
@@ -124,7 +130,7 @@ static enum bf_status singles_and_rig(struct diagnose_state *w, bool *done, stru
     if (!status && !*done)
         status = singles(w, err);
     if (!status && !freed && !diagnose_explained(w->d, 1))
-        status = free_rig(w, false, &freed_later, err);
+        status = free_rig(w, RIG_AND_BEST, &freed_later, err);
     if (!status && freed_later && !diagnose_explained(w->d, 1) && !diagnose_has_answer(w->d, 1))
         status = first_look(w, err);
     *done = *done || (freed_later && diagnose_is_complete(w->d));

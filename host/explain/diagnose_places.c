@@ -4,6 +4,7 @@
  * hypothesis is refitted from where it is and from other places, when it has not converged or one more effect would take a part of
  * what it leaves. On a weak misfit so are the single effects that leave little more than the noise, because each may become the best.
  */
+#include "diagnose_shortlist.h"
 #include "diagnose_state.h"
 
 #include <math.h>
@@ -43,7 +44,7 @@ static bool is_wanted(const struct diagnosis *d, const struct hypothesis *h)
     const bool best = h == &d->hypotheses[0];
     if (!can_move(h))
         return false;
-    if (best && (!h->fit.converged || !h->explains))
+    if (best && (!h->fit.converged || !h->explains) && !diagnose_no_linear_outdoes(d))
         return true;
     return !diagnose_is_far(&d->baseline) && !isnan(hypothesis_only_place(h)) && h->fitted.noise_ratio <= weak_ratio;
 }

@@ -4,6 +4,7 @@
  * cent. Left alone that is a misfit of several times the noise, and effects that are not there take it. Where it matters, places and
  * gains are fitted too, each with a prior around what the file says.
  */
+#include "diagnose_shortlist.h"
 #include "diagnose_state.h"
 
 #include <math.h>
@@ -173,7 +174,22 @@ static bool is_believed(const struct model *freed, const struct model *stated)
     return near;
 }
 
-enum bf_status diagnose_free_rig(struct diagnose_state *w, bool at_noise_only, bool *freed, struct bf_error *err)
+/* On the free side: the trial has shown that the rig is to be free. */
+static bool is_worth_it(const struct diagnosis *d, const struct diagnose_side *held, enum rig_trial trial)
+{
+    switch (trial) {
+    case RIG_ALONE:
+        return diagnose_is_complete(d) && is_believed(&d->baseline.model, held->model);
+    case RIG_AND_LEADER:
+        return d->n_hypotheses > 0 && is_believed(&d->hypotheses[0].model, held->model) &&
+               (diagnose_explained(d, 1) || diagnose_no_linear_outdoes(d));
+    default:
+        return least_excess(&d->baseline, d->hypotheses, d->n_hypotheses) <
+               (1.0 - diagnose_rig_limits.clear) * least_excess(&held->baseline, held->hypotheses, held->n_hypotheses);
+    }
+}
+
+enum bf_status diagnose_free_rig(struct diagnose_state *w, enum rig_trial trial, bool *freed, struct bf_error *err)
 {
     struct diagnosis *d = w->d;
     enum bf_status status = BF_OK;
@@ -185,17 +201,20 @@ enum bf_status diagnose_free_rig(struct diagnose_state *w, bool at_noise_only, b
     if (status || w->other.model == NULL)
         return status;
     exchange(d, &w->other);
-    if (!at_noise_only)
+    if (trial != RIG_ALONE)
         status = take_over(w, err);
-    const struct diagnose_side *held = &w->other;
-    *freed = !status && (at_noise_only ? diagnose_is_complete(d) && is_believed(&d->baseline.model, held->model)
-                                       : least_excess(&d->baseline, d->hypotheses, d->n_hypotheses) <
-                                             (1.0 - diagnose_rig_limits.clear) *
-                                                 least_excess(&held->baseline, held->hypotheses, held->n_hypotheses));
+    *freed = !status && is_worth_it(d, &w->other, trial);
     d->free_rig = *freed;
     if (!*freed)
         exchange(d, &w->other);
     return status;
+}
+
+/* It comes down to the noise, and leaves as much as what is best with the rig free. */
+static bool does_as_well(const struct hypothesis *held, double free_left)
+{
+    static const double as_well = 1.01; /* times the rms */
+    return held->explains && held->fitted.noise_ratio <= as_well * free_left;
 }
 
 enum bf_status diagnose_hold_rig(struct diagnose_state *w, struct bf_error *err)
@@ -203,9 +222,10 @@ enum bf_status diagnose_hold_rig(struct diagnose_state *w, struct bf_error *err)
     struct diagnosis *d = w->d;
     if (!d->free_rig || d->n_hypotheses == 0 || progress_interrupted())
         return BF_OK;
+    const double free_left = d->hypotheses[0].fitted.noise_ratio;
     exchange(d, &w->other);
     const enum bf_status status = take_over(w, err);
-    d->free_rig = status || d->n_hypotheses == 0 || !d->hypotheses[0].explains;
+    d->free_rig = status || d->n_hypotheses == 0 || !does_as_well(&d->hypotheses[0], free_left);
     if (d->free_rig)
         exchange(d, &w->other);
     diagnose_rank(d, w->n_tried);

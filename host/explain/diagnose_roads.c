@@ -177,21 +177,21 @@ static void leave_other_starts(const struct diagnosis *d, size_t n_effects, stru
         roads[k].done = roads[k].done || (far_ahead && !roads[k].usual);
 }
 
-/* By first order, which for an effect that moves no mode holds at any size, it takes next to nothing. */
-static bool promises_little(const struct shortlist *s, const struct road *road)
+/* Of the misfit's power, by first order, which for an effect that moves no mode holds at any size. */
+static double promise(const struct shortlist *s, const struct road *road)
 {
-    static const double little = 0.1; /* of the misfit's power */
     double freedom;
-    return s->scores[road->candidate - s->list.candidates].LM < little * score_base_misfit(s->base, &freedom);
+    return s->scores[road->candidate - s->list.candidates].LM / score_base_misfit(s->base, &freedom);
 }
 
-/* Beside an answer, what would change a channel and promises little from the fitted baseline is not asked again. */
-static void leave_beside_answer(const struct shortlist *s, struct road roads[], size_t n)
+/* What would change a channel and promises next to nothing from the fitted baseline, beside an answer little, is not asked again. */
+static void leave_unpromising(const struct shortlist *s, struct road roads[], size_t n)
 {
-    const bool answered = diagnose_has_answer(s->w->d, s->n_effects);
-    for (size_t k = 0; k < n && answered; k++)
+    static const double next_to_nothing = 0.01, little = 0.1; /* of the misfit's power */
+    const double least = diagnose_has_answer(s->w->d, s->n_effects) ? little : next_to_nothing;
+    for (size_t k = 0; k < n; k++)
         roads[k].done =
-            roads[k].done || (!road_is_structural(roads[k].candidate->effect) && promises_little(s, &roads[k]));
+            roads[k].done || (!road_is_structural(roads[k].candidate->effect) && promise(s, &roads[k]) < least);
 }
 
 /* Quickly, the usual starts first. Returns whether one explains the records. */
@@ -201,7 +201,7 @@ static bool look_at_all(struct shortlist *s, const struct model *from, struct ro
     for (size_t k = 0; k < n && !explained && !progress_interrupted(); k += MOST_AT_ONCE) {
         const size_t some = n - k < MOST_AT_ONCE ? n - k : MOST_AT_ONCE;
         leave_other_starts(s->w->d, s->n_effects, roads + k, some);
-        leave_beside_answer(s, roads + k, some);
+        leave_unpromising(s, roads + k, some);
         explained = refit_briefly_first(s, from, roads + k, some, part);
     }
     return explained;

@@ -97,13 +97,18 @@ enum bf_status diagnose_as_given(const struct model *model, struct model *out, s
 /* The linear effects with the best first-order score, refitted from the fitted baseline. Ranks. Some tenths of a second each. */
 enum bf_status diagnose_first_look(struct diagnose_state *w, struct bf_error *err);
 
+/* What is fitted with the rig free, and when the diagnosis goes on with it. */
+enum rig_trial {
+    RIG_ALONE, /* the baseline: where it comes down to the noise */
+    RIG_AND_LEADER, /* the best explanations: where one of them explains the records then, or leaves what a free linear model does */
+    RIG_AND_BEST /* the best explanations: where that lowers the misfit clearly */
+};
 /*
- * diagnose_rig.c: places and gains of the channels within what a ruler and a gauge are good for. The best explanations are fitted again with
- * them free, and where that lowers the misfit clearly (*freed) the diagnosis goes on with that model. at_noise_only: nothing but the
- * baseline is tried, and it must come down to the noise.
+ * diagnose_rig.c: places and gains of the channels within what a ruler and a gauge are good for. *freed: the diagnosis goes on with a model whose channels are free.
+ * Cost: a fit of the baseline, once; a refit from nearby for each of four explanations.
  */
-enum bf_status diagnose_free_rig(struct diagnose_state *w, bool at_noise_only, bool *freed, struct bf_error *err);
-/* Where the best explanation does as well with the channels as the file has them, they are that. Ranks; decides nothing. */
+enum bf_status diagnose_free_rig(struct diagnose_state *w, enum rig_trial trial, bool *freed, struct bf_error *err);
+/* Where the best explanation does as well with the channels as the file has them, within a hundredth of the rms, they are that. Ranks; decides nothing. */
 enum bf_status diagnose_hold_rig(struct diagnose_state *w, struct bf_error *err);
 void diagnose_side_free(struct diagnose_side *side);
 
