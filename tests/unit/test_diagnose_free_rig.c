@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* When the rig is freed: at once where what a ruler and a gauge may be wrong by explains the records, else after single effects. */
 #include "diagnose_rig.h"
+#include "explain/diagnose_shortlist.h"
 
 /* The sensor is nearer to the clamp than the file says: by what a ruler may be wrong, and by ten times that. */
 static void a_rig_that_nobody_would_believe_comes_after_single_effects(void **state)
@@ -15,12 +16,42 @@ static void a_rig_that_nobody_would_believe_comes_after_single_effects(void **st
         b->given.outputs[1].at_m = b->given.outputs[1].own.at.value = 0.39 - off_m[i];
         struct diagnose_state w = begun(b);
         assert_true(b->d.baseline.fitted.noise_ratio > 1.5);
-        assert_int_equal(diagnose_free_rig(&w, true, &freed, &err), BF_OK);
+        assert_int_equal(diagnose_free_rig(&w, RIG_ALONE, &freed, &err), BF_OK);
         assert_int_equal(freed, i == 0);
         if (i == 1)
-            assert_int_equal(diagnose_free_rig(&w, false, &freed, &err), BF_OK);
+            assert_int_equal(diagnose_free_rig(&w, RIG_AND_BEST, &freed, &err), BF_OK);
         assert_true(freed && b->d.baseline.fitted.noise_ratio < 1.1);
         assert_true(fabs(b->d.baseline.model.outputs[1].at_m - 0.39) < 5e-4);
+        diagnose_side_free(&w.other);
+        state_free(&w);
+        bench_free(b);
+    }
+}
+
+/* A mass, and a sensor nearer to the clamp than the file says: with the rig free the mass explains the records, but not where a spring is there, too. */
+static void what_leads_is_asked_with_the_rig_free(void **state)
+{
+    (void)state;
+    static const char *const masses[] = {"tip_mass", NULL},
+                             *const truths[] = {"{kind: tip_mass, mass_kg: 0.004}",
+                                                "{kind: tip_mass, mass_kg: 0.004}, {kind: point_spring, stiffness_Npm: "
+                                                "20, damping_Nspm: 0, at_m: 0.2}"};
+    for (int i = 0; i < 2; i++) {
+        struct bench *b = bench_new(truths[i], 2, LONG, 0.005, masses);
+        struct bf_error err;
+        bool freed;
+        b->given.outputs[1].at_m = b->given.outputs[1].own.at.value = 0.39 - 0.0015;
+        struct diagnose_state w = begun(b);
+        assert_int_equal(diagnose_first_look(&w, &err), BF_OK);
+        assert_true(b->d.n_hypotheses > 0 && b->d.hypotheses[0].fitted.noise_ratio > 1.1);
+        assert_int_equal(diagnose_free_rig(&w, RIG_AND_LEADER, &freed, &err), BF_OK);
+        assert_int_equal(freed, i == 0);
+        assert_int_equal(b->d.free_rig, i == 0);
+        if (i == 0) {
+            assert_true(b->d.hypotheses[0].explains);
+            assert_true(fabs(b->d.hypotheses[0].model.effects[0].parameters[0].value / 0.004 - 1.0) < 0.03);
+        }
+        shortlist_free(w.looked);
         diagnose_side_free(&w.other);
         state_free(&w);
         bench_free(b);
@@ -31,6 +62,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_rig_that_nobody_would_believe_comes_after_single_effects),
+        cmocka_unit_test(what_leads_is_asked_with_the_rig_free),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

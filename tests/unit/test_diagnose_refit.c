@@ -107,17 +107,19 @@ static void a_rival_law_is_given_up_sooner(void **state)
     assert_int_equal(most[2], most[1]);
 }
 
-/* Nearly all of the misfit, of the held-out records, too, where they have one: whatever is left. */
+/* Nearly all of the misfit, and of the held-out records, where they have one, as much or what a free linear model takes: whatever is left. */
 static void an_answer_leaves_what_it_will(void **state)
 {
     (void)state;
-    static const double explained[] = {0.98, 0.98, 0.96, 0.98}, held_out[] = {0.975, NAN, 0.99, 0.9};
+    static const double explained[] = {0.98, 0.98, 0.98, 0.96, 0.98, 0.98},
+                        held_out[] = {0.975, NAN, 0.2, 0.99, 0.9, 0.2}, floor[] = {50, NAN, 199, 199, NAN, 100};
     struct hypothesis h = {.n_effects = 1};
     struct diagnosis d = {.hypotheses = &h, .n_hypotheses = 1};
-    h.fitted.noise_ratio = 200.0;
+    h.fitted.noise_ratio = h.check.noise_ratio = 200.0;
     for (size_t k = 0; k < sizeof explained / sizeof *explained; k++) {
         h.explained = explained[k], h.held_out_explained = held_out[k];
-        assert_int_equal(diagnose_has_answer(&d, 1), k < 2);
+        d.attainable.held_out_noise_ratio = floor[k];
+        assert_int_equal(diagnose_has_answer(&d, 1), k < 3);
         assert_false(diagnose_has_answer(&d, 2));
     }
 }
@@ -193,6 +195,51 @@ static void an_unknown_noise_explains_nothing(void **state)
     hypothesis_take_check(&h, &channel, &none, 1);
     assert_true(isnan(h.check.noise_ratio) && isnan(h.check.humless_ratio));
     hypothesis_free(&h);
+}
+
+/* Jobs that a list of laws with these shares of what they are given makes, the best first, all of which but the best leave more than a trial may. */
+static size_t laws_refitted(struct diagnose_state *w, const double share[], size_t n)
+{
+    static const char *const ids[] = {"microslip", "coulomb_friction", "patch_softening"};
+    struct shortlist *s;
+    struct bf_error err;
+    struct refit_job *jobs = NULL;
+    size_t n_jobs = 0;
+    w->d->baseline.fitted.noise_ratio = 15.0;
+    assert_int_equal(shortlist_new(w, &w->d->baseline, &s, &err), BF_OK);
+    s->trials = bf_alloc(n, sizeof *s->trials);
+    for (s->n_trials = 0; s->n_trials < n; s->n_trials++)
+        s->trials[s->n_trials] = (struct trial){.effect = effect_by_id(ids[s->n_trials]),
+                                                .possible = true,
+                                                .chi_square_baseline = 1.0,
+                                                .chi_square = 1.0 - share[s->n_trials],
+                                                .share = share[s->n_trials],
+                                                .unexplained = 4.75 * sqrt(1.0 - share[s->n_trials])};
+    for (size_t i = 0; i < n; i++)
+        for (size_t k = 0; k < s->list.n; k++)
+            if (s->list.candidates[k].effect == s->trials[i].effect)
+                memcpy(s->trials[i].p, s->list.candidates[k].start, sizeof s->trials[i].p);
+    shortlist_choose(s, KIND_LAW, 4, s->trials[0].unexplained, &jobs, &n_jobs);
+    for (size_t i = 0; i < n_jobs; i++)
+        model_free(&jobs[i].model);
+    free(jobs);
+    shortlist_free(s);
+    return n_jobs;
+}
+
+/* Friction and micro-slip: a law that takes nearly as much along the motion as the best trial is refitted beside it, and what takes less is not. */
+static void a_law_is_held_against_its_like(void **state)
+{
+    (void)state;
+    static const char *const laws[] = {"microslip", "coulomb_friction", "patch_softening", NULL};
+    static const double near[] = {0.87, 0.76, 0.06}, far[] = {0.87, 0.6, 0.06}, little[] = {0.4, 0.39, 0.06};
+    struct bench *b = bench_new("{kind: tip_mass, mass_kg: 0.002}", 2, LONG, 0.01, laws);
+    struct diagnose_state w = begun(b);
+    assert_int_equal(laws_refitted(&w, near, 3), 2);
+    assert_int_equal(laws_refitted(&w, far, 3), 1);
+    assert_int_equal(laws_refitted(&w, little, 3), 0);
+    state_free(&w);
+    bench_free(b);
 }
 
 /* A compression far beyond the buckling load: the refit has no value, and the answer counts it. */
@@ -273,6 +320,7 @@ int main(void)
         cmocka_unit_test(what_is_nearly_there_has_both),
         cmocka_unit_test(what_will_be_of_no_use_is_given_up),
         cmocka_unit_test(what_takes_next_to_nothing_is_given_up_beside_what_takes_most),
+        cmocka_unit_test(a_law_is_held_against_its_like),
         cmocka_unit_test(a_refit_without_a_value_is_counted),
         cmocka_unit_test(what_a_linear_model_leaves_at_the_noise_passes_for_linear),
         cmocka_unit_test(what_takes_nothing_is_outdone),

@@ -240,13 +240,56 @@ static void in_the_file(void **state)
     assert_non_null(strstr(err.text, "outside the beam"));
 }
 
+static void assert_states_of_their_records(const struct prediction *y, size_t rows)
+{
+    assert_true(y->n_nuisance > 8);
+    assert_int_equal(y->first_state[0], 0);
+    assert_int_equal(y->first_state[RECORDS], y->n_nuisance);
+    for (size_t r = 0; r < RECORDS; r++)
+        for (size_t i = y->first_state[r]; i < y->first_state[r + 1]; i++)
+            for (size_t k = 0; k < y->n_rows; k++)
+                if (k / rows != r && fpclassify(y->nuisance[i * y->n_rows + k]) != FP_ZERO)
+                    fail_msg("column %zu of record %zu: %g in row %zu", i, r, y->nuisance[i * y->n_rows + k], k);
+}
+
+/* Free decays: a record's states are columns of its own rows, in a short window and in whole records after it, where they are what they were before. */
+static void states_of_a_record(void **state)
+{
+    (void)state;
+    for (int one_beam = 0; one_beam < 2; one_beam++) {
+        struct record records[RECORDS];
+        struct model model;
+        struct parameter_ref *refs;
+        struct prediction y;
+        struct bf_error err;
+        double *theta, *before = NULL;
+        size_t n;
+        records_of(records, false);
+        fixture_model(&model, one_beam ? "" : MASSES);
+        struct predictor *predictor = open_all(&model, records, RECORDS, &theta, &refs, &n);
+        for (int i = 0; i < 3; i++) {
+            assert_int_equal(predictor_window(predictor, i == 1 ? 0.25 * SAMPLES / 1200.0 : (double)INFINITY, &err),
+                             BF_OK);
+            assert_int_equal(predictor_run(predictor, theta, NULL, &y, &err), BF_OK);
+            assert_states_of_their_records(&y, y.n_rows / RECORDS);
+            const size_t size = y.n_nuisance * y.n_rows;
+            if (before == NULL)
+                before = memcpy(bf_alloc(size, sizeof *before), y.nuisance, size * sizeof *before);
+        }
+        assert_memory_equal(before, y.nuisance, y.n_nuisance * y.n_rows * sizeof *before);
+        free(before), free(theta), free(refs);
+        predictor_free(predictor), model_free(&model);
+        for (int r = 0; r < RECORDS; r++)
+            record_free(&records[r]);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_mass_that_differs),
-        cmocka_unit_test(places_of_a_record),
-        cmocka_unit_test(a_fit_shares_the_rest),
-        cmocka_unit_test(in_the_file),
+        cmocka_unit_test(a_mass_that_differs),   cmocka_unit_test(places_of_a_record),
+        cmocka_unit_test(a_fit_shares_the_rest), cmocka_unit_test(in_the_file),
+        cmocka_unit_test(states_of_a_record),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
