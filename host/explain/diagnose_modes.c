@@ -14,7 +14,9 @@ static const struct mode_limits {
     double near; /* of a frequency: so near it a pole of the free linear model is that mode */
     double in_band; /* of the Nyquist frequency: up to here a mode in the records is seen */
     double damping; /* ratio: above, it is a damper and no mode */
-} limits = {.as_well = 1.1, .near = 0.1, .in_band = 0.8, .damping = 0.3};
+    double
+        counts; /* of the power that an explanation leaves above the free linear model: what a mode that it lacks does of it at least */
+} limits = {.as_well = 1.1, .near = 0.1, .in_band = 0.8, .damping = 0.3, .counts = 0.25};
 
 double diagnose_band_Hz(const struct diagnosis *d)
 {
@@ -81,6 +83,18 @@ bool diagnose_is_mode(const struct diagnosis *d, double frequency_Hz, double dam
     return damping_ratio < limits.damping && diagnose_decays(d, frequency_Hz, damping_ratio);
 }
 
+/*
+ * Without the pole the free linear model leaves so much more that the lack of a mode there may be what h leaves: spare poles do next to nothing. A model that is
+ * itself above the noise may have put a pole where it does nothing instead of where the mode is.
+ */
+static bool may_be_what_is_left(const struct diagnosis *d, const struct attainable_pole *pole,
+                                const struct hypothesis *h)
+{
+    const double floor = d->attainable.noise_ratio, left = h->fitted.noise_ratio, without = pole->without_noise_ratio;
+    return !(floor <= limits.as_well) ||
+           !(without * without - floor * floor < limits.counts * (left * left - floor * floor));
+}
+
 bool diagnose_may_lack_mode(const struct diagnosis *d, const struct hypothesis *h)
 {
     double mode_Hz[DIAGNOSE_MODES];
@@ -92,7 +106,7 @@ bool diagnose_may_lack_mode(const struct diagnosis *d, const struct hypothesis *
     for (size_t k = 0; k < d->attainable.modes; k++) {
         const struct attainable_pole *pole = &d->attainable.poles[k];
         if (pole->frequency_Hz < limits.in_band * diagnose_band_Hz(d) &&
-            diagnose_is_mode(d, pole->frequency_Hz, pole->damping_ratio) &&
+            diagnose_is_mode(d, pole->frequency_Hz, pole->damping_ratio) && may_be_what_is_left(d, pole, h) &&
             !take_mode(pole->frequency_Hz, mode_Hz, n_modes, taken))
             return true;
     }

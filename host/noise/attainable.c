@@ -6,17 +6,26 @@
 #include <stdlib.h>
 #include <string.h>
 
-static void write_poles(const double x[], size_t m, struct attainable *out)
+static int by_frequency(const void *a, const void *b)
 {
-    double *sorted = bf_alloc(2 * m, sizeof *sorted);
-    memcpy(sorted, x, 2 * m * sizeof *sorted);
-    qsort(sorted, m, 2 * sizeof *sorted, attainable_by_frequency);
+    const double x = ((const struct attainable_pole *)a)->frequency_Hz,
+                 y = ((const struct attainable_pole *)b)->frequency_Hz;
+    return (x > y) - (x < y);
+}
+
+static void write_poles(struct attainable_problem *p, double top_rad, double x[], struct attainable *out)
+{
+    const size_t m = p->m;
+    double *without = bf_alloc(m, sizeof *without);
+    attainable_leave_each_out(p, top_rad, x, without);
     out->modes = m;
     out->poles = bf_alloc(m, sizeof *out->poles);
     for (size_t k = 0; k < m; k++)
-        out->poles[k] = (struct attainable_pole){.frequency_Hz = exp(sorted[2 * k]) / (2.0 * M_PI),
-                                                 .damping_ratio = exp(sorted[2 * k + 1] - sorted[2 * k])};
-    free(sorted);
+        out->poles[k] = (struct attainable_pole){.frequency_Hz = exp(x[2 * k]) / (2.0 * M_PI),
+                                                 .damping_ratio = exp(x[2 * k + 1] - x[2 * k]),
+                                                 .without_noise_ratio = without[k]};
+    qsort(out->poles, m, sizeof *out->poles, by_frequency);
+    free(without);
 }
 
 enum bf_status attainable_find(const struct model *model, const struct record records[], size_t n_records,
@@ -47,7 +56,7 @@ enum bf_status attainable_find(const struct model *model, const struct record re
             out->n_moving += p.records[r].first && p.records[r].moving ? 1 : 0;
         status = attainable_search(&p, top_rad, x, out, err);
         if (status == BF_OK)
-            write_poles(x, p.m, out);
+            write_poles(&p, top_rad, x, out);
     }
     attainable_problem_free(&p);
     free(x), free(own);

@@ -165,5 +165,7 @@ void attainable_problem_free(struct attainable_problem *problem);
 /* x[2m]: in the start poles, out the best; out: errors, and channels[n_channels] that are there. */
 enum bf_status attainable_search(struct attainable_problem *problem, double top_rad, double x[], struct attainable *out,
                                  struct bf_error *err);
+/* without[m]: the noise ratio without each pair of x[2m], the best residues of the others anew; NaN where it is not known (long records). Cost: m values. */
+void attainable_leave_each_out(struct attainable_problem *problem, double top_rad, double x[], double without[]);
 
 #endif

@@ -184,23 +184,38 @@ static void put_beside(struct search *s, double x[], size_t j)
     }
 }
 
-/* The pair of x[2m] that is missed least: the one whose removal (far above the band, overdamped) costs least. */
+/* Rows of x[2m] without pair k, which is put far above the band, overdamped. */
+static enum bf_status compress_without(struct search *s, double x[], size_t k, struct bf_error *err)
+{
+    const double kept[2] = {x[2 * k], x[2 * k + 1]};
+    x[2 * k] = s->high[2 * k], x[2 * k + 1] = s->high[2 * k + 1];
+    const enum bf_status status = compress(s, x, EXTRA_NONE, err);
+    x[2 * k] = kept[0], x[2 * k + 1] = kept[1];
+    return status;
+}
+
+/* The pair of x[2m] that is missed least: the one whose removal costs least. */
 static size_t spare_pair(struct search *s, double x[])
 {
     const size_t m = s->problem->m;
     struct bf_error ignored;
     size_t spare = 0;
     double least = HUGE_VAL, now;
-    for (size_t k = 0; k < m; k++) {
-        const double kept[2] = {x[2 * k], x[2 * k + 1]};
-        x[2 * k] = s->high[2 * k], x[2 * k + 1] = s->high[2 * k + 1];
-        if (value(s, x, &now, &ignored) == BF_OK && now < least) {
+    for (size_t k = 0; k < m; k++)
+        if (compress_without(s, x, k, &ignored) == BF_OK &&
+            attainable_value(s->problem, s->rows, &now, NULL, &ignored) == BF_OK && now < least) {
             least = now;
             spare = k;
         }
-        x[2 * k] = kept[0], x[2 * k + 1] = kept[1];
-    }
     return spare;
+}
+
+static bool is_large(const struct attainable_problem *p)
+{
+    size_t samples = 0;
+    for (size_t r = 0; r < p->n_records; r++)
+        samples += p->records[r].n;
+    return samples * p->m > LARGE;
 }
 
 /* Vector fitting leaves some pair where it does little: it is tried beside each other one. best[2m], *least as before or better. */
@@ -226,10 +241,7 @@ static double improve(struct search *s, double top_rad, const double start[], do
 {
     const size_t n = 2 * s->problem->m;
     double *other = bf_alloc(n, sizeof *other), least = start_nrmse, before;
-    size_t samples = 0;
-    for (size_t r = 0; r < s->problem->n_records; r++)
-        samples += s->problem->records[r].n;
-    const bool large = samples * s->problem->m > LARGE;
+    const bool large = is_large(s->problem);
     memcpy(best, start, n * sizeof *best);
     if (!(s->problem->form_error <=
           noise_alone * start_nrmse)) { /* else the start explains them, and there is nowhere to go */
@@ -254,16 +266,28 @@ static double improve(struct search *s, double top_rad, const double start[], do
     return least;
 }
 
+static struct search search_of(struct attainable_problem *p, double top_rad)
+{
+    struct search s = {.problem = p};
+    s.rows = bf_alloc(p->n_records, sizeof *s.rows);
+    s.low = bf_alloc(2 * p->m, sizeof *s.low);
+    s.high = bf_alloc(2 * p->m, sizeof *s.high);
+    set_bounds(&s, top_rad);
+    return s;
+}
+
+static void search_free(struct search *s)
+{
+    attainable_rows_free(s->rows, s->problem->n_records);
+    free(s->rows), free(s->low), free(s->high);
+}
+
 enum bf_status attainable_search(struct attainable_problem *p, double top_rad, double x[], struct attainable *out,
                                  struct bf_error *err)
 {
     const size_t n = 2 * p->m;
-    struct search s = {.problem = p};
-    s.rows = bf_alloc(p->n_records, sizeof *s.rows);
-    s.low = bf_alloc(n, sizeof *s.low);
-    s.high = bf_alloc(n, sizeof *s.high);
+    struct search s = search_of(p, top_rad);
     double *best = bf_alloc(n, sizeof *best);
-    set_bounds(&s, top_rad);
     for (size_t k = 0; k < n; k++)
         x[k] = fmin(fmax(x[k], s.low[k]), s.high[k]);
     p->form_error = 1.0; /* nothing is known: all channels weigh by their size */
@@ -277,7 +301,25 @@ enum bf_status attainable_search(struct attainable_problem *p, double top_rad, d
     }
     if (status == BF_OK)
         status = errors_at(&s, &out->nrmse, out, err);
-    attainable_rows_free(s.rows, p->n_records);
-    free(s.rows), free(s.low), free(s.high), free(best);
+    search_free(&s);
+    free(best);
     return status;
+}
+
+void attainable_leave_each_out(struct attainable_problem *p, double top_rad, double x[], double without[])
+{
+    const double form_error = p->form_error;
+    struct search s = search_of(p, top_rad);
+    struct attainable left = {.channels = bf_alloc(p->n_channels, sizeof *left.channels)};
+    struct bf_error ignored;
+    for (size_t k = 0; k < p->m; k++) {
+        double nrmse;
+        without[k] = (double)NAN;
+        if (!is_large(p) && compress_without(&s, x, k, &ignored) == BF_OK &&
+            errors_at(&s, &nrmse, &left, &ignored) == BF_OK)
+            without[k] = left.noise_ratio;
+        p->form_error = form_error;
+    }
+    attainable_free(&left);
+    search_free(&s);
 }

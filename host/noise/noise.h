@@ -332,6 +332,8 @@ struct attainable_channel {
 
 struct attainable_pole {
     double frequency_Hz, damping_ratio; /* |p|/2π, −Re p/|p| */
+    double
+        without_noise_ratio; /* what is left without this pair, the others' residues anew; NaN: not known (long records) */
 };
 
 struct attainable {

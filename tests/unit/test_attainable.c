@@ -48,6 +48,13 @@ static void two_records_of_one_beam_end_at_their_noise(void **state)
     struct attainable a = find(records, 2);
     assert_true(a.start_nrmse > 0.5);
     check_floor(&a, 4, 0);
+    for (size_t k = 0; k < a.modes; k++) { /* of its poles the records need those of the beam */
+        bool is_mode = false;
+        for (int m = 0; m < MODES; m++)
+            is_mode = is_mode || fabs(a.poles[k].frequency_Hz - mode_Hz[m]) < 1e-3 * mode_Hz[m];
+        assert_true(is_mode ? a.poles[k].without_noise_ratio > 5.0 * a.noise_ratio
+                            : a.poles[k].without_noise_ratio < 1.01 * a.noise_ratio);
+    }
     attainable_free(&a);
     record_free(&records[0]);
     record_free(&records[1]);

@@ -84,7 +84,8 @@ static void what_hides_two_modes_is_dropped(void **state)
         assert_int_equal(diagnose_modes_in_band(&b->d, &b->truth, mode_Hz, &n, &err), BF_OK);
         assert_true(n > 4);
         for (size_t m = (size_t)hidden; m < n; m++)
-            poles[m] = (struct attainable_pole){.frequency_Hz = mode_Hz[m], .damping_ratio = 0.01};
+            poles[m] = (struct attainable_pole){
+                .frequency_Hz = mode_Hz[m], .damping_ratio = 0.01, .without_noise_ratio = HUGE_VAL};
         b->d.attainable = (struct attainable){.modes = n, .poles = poles, .noise_ratio = 1.0};
         assert_int_equal(diagnose_resonator_from_given(&w, &err), BF_OK);
         assert_int_equal(was_tried(&b->d), hidden == 1);
@@ -94,12 +95,13 @@ static void what_hides_two_modes_is_dropped(void **state)
     }
 }
 
-/* The free linear model has the modes of the best explanation, or one more, or with it a tone, which nothing damps. */
+/* The free linear model has the modes of the best explanation, or one more, or with it a tone, which nothing damps, or a spare pole, which does nothing. */
 static void nothing_is_looked_for_where_no_mode_is_missing(void **state)
 {
     (void)state;
-    static const double damping_ratio[] = {-1.0, 0.01, 0.0}; /* of the one more; −1: there is none */
-    for (int i = 0; i < 3; i++) {
+    static const double damping_ratio[] = {-1.0, 0.01, 0.0, 0.01}; /* of the one more; −1: there is none */
+    static const double without[] = {HUGE_VAL, HUGE_VAL, HUGE_VAL, 1.0};
+    for (int i = 0; i < 4; i++) {
         struct bench *b = with_heavy_absorber();
         struct diagnose_state w = begun(b);
         struct bf_error err;
@@ -109,8 +111,10 @@ static void nothing_is_looked_for_where_no_mode_is_missing(void **state)
         assert_int_equal(diagnose_modes_in_band(&b->d, &b->d.baseline.model, mode_Hz, &n, &err), BF_OK);
         assert_true(n > 2);
         for (size_t m = 0; m < n; m++)
-            poles[m] = (struct attainable_pole){.frequency_Hz = mode_Hz[m], .damping_ratio = 0.01};
-        poles[n] = (struct attainable_pole){.frequency_Hz = 60.0, .damping_ratio = damping_ratio[i]};
+            poles[m] = (struct attainable_pole){
+                .frequency_Hz = mode_Hz[m], .damping_ratio = 0.01, .without_noise_ratio = HUGE_VAL};
+        poles[n] = (struct attainable_pole){
+            .frequency_Hz = 60.0, .damping_ratio = damping_ratio[i], .without_noise_ratio = without[i]};
         b->d.attainable = (struct attainable){.modes = n + (i > 0), .poles = poles, .noise_ratio = 1.0};
         const size_t tried = w.n_tried;
         assert_int_equal(diagnose_resonator_from_given(&w, &err), BF_OK);
