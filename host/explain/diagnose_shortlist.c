@@ -322,8 +322,9 @@ static void choose_laws(struct shortlist *s, size_t most, double best, struct re
 {
     for (; s->refitted_laws < s->n_trials && most > 0; s->refitted_laws++) {
         const struct trial *trial = &s->trials[s->refitted_laws];
-        if (law_is_likely(s, trial, best) && (trial_promises(trial, s->from) || rivals_best(s, trial)) &&
-            push_law(s, trial, false, jobs, n))
+        const bool promises = trial_promises(trial, s->from);
+        if (law_is_likely(s, trial, best) && (promises || rivals_best(s, trial)) &&
+            push_law(s, trial, !promises, jobs, n))
             most--;
     }
 }
