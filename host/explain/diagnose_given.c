@@ -4,25 +4,27 @@
 
 #include <math.h>
 
-#include "compare/compare.h"
 #include "ground/ground.h"
 
-static void to_prior(struct parameter *p)
+/* The centre of its prior, or the value from before the first fit. */
+static void to_given(struct parameter *p)
 {
-    if (p->prior > 0.0 && !p->fixed && (!p->logarithmic || p->prior_value > 0.0))
-        p->value = fmin(fmax(p->prior_value, p->min), p->max);
+    const double given = p->prior > 0.0 ? p->prior_value : p->start;
+    const bool known = p->prior > 0.0 || p->start < 0.0 || p->start > 0.0;
+    if (known && !p->fixed && (!p->logarithmic || given > 0.0))
+        p->value = fmin(fmax(given, p->min), p->max);
 }
 
-static void channels_to_prior(struct model *model)
+static void channels_to_given(struct model *model)
 {
     for (size_t i = 0; i < model->n_inputs; i++) {
         struct model_input *input = &model->inputs[i];
-        to_prior(&input->own.at), to_prior(&input->own.gain);
+        to_given(&input->own.at), to_given(&input->own.gain);
         input->at_m = input->own.lists_at ? input->own.at.value : input->at_m;
     }
     for (size_t i = 0; i < model->n_outputs; i++) {
         struct model_output *output = &model->outputs[i];
-        to_prior(&output->own.at), to_prior(&output->own.gain);
+        to_given(&output->own.at), to_given(&output->own.gain);
         output->at_m = output->own.lists_at ? output->own.at.value : output->at_m;
     }
 }
@@ -44,23 +46,6 @@ static void take_materials(const struct model *from, struct model *to)
     to->KB.value = to->KB.fixed ? to->KB.value : from->KB.value;
 }
 
-/* The first of its ancestors that stands beside it, as a file of values from before any fit. */
-static void take_first_ancestor(const struct model *model, struct model *to)
-{
-    struct history history;
-    struct bf_error ignored;
-    if (model->path == NULL || model->fit.parent_sha256[0] == '\0')
-        return;
-    if (history_of(model->path, NULL, 0, &history, &ignored) == BF_OK) {
-        int i = 0;
-        for (int steps = 0; history_parent(&history, i) != NULL && steps < history.n; steps++)
-            i = history.entries[i].parent;
-        if (i != 0)
-            take_materials(&history.entries[i].model, to);
-    }
-    history_free(&history);
-}
-
 enum bf_status diagnose_as_given(const struct model *model, struct model *out, struct bf_error *err)
 {
     const enum bf_status status = model_copy(model, out, err);
@@ -68,11 +53,10 @@ enum bf_status diagnose_as_given(const struct model *model, struct model *out, s
         return status;
     for (size_t m = 0; m < out->n_materials; m++) {
         struct material *own = &out->materials[m];
-        to_prior(&own->EI), to_prior(&own->rho), to_prior(&own->cDI);
+        to_given(&own->EI), to_given(&own->rho), to_given(&own->cDI);
     }
-    to_prior(&out->gamma), to_prior(&out->Ks), to_prior(&out->KB);
-    channels_to_prior(out);
-    take_first_ancestor(model, out);
+    to_given(&out->gamma), to_given(&out->Ks), to_given(&out->KB);
+    channels_to_given(out);
     return BF_OK;
 }
 

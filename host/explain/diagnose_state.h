@@ -89,8 +89,8 @@ enum bf_status diagnose_not_above(struct diagnose_state *w, const struct hypothe
                                   struct bf_error *err);
 
 /*
- * diagnose_given.c: the model with the values that were believed before any fit: the centres of the priors, and what the oldest of
- * its ancestors says that stands in its file's directory; what neither tells keeps its value. Free *out with model_free().
+ * diagnose_given.c: the model with the values that were believed before any fit: the centres of the priors, and what the file keeps as
+ * `start`; what neither tells keeps its value. Free *out with model_free().
  */
 enum bf_status diagnose_as_given(const struct model *model, struct model *out, struct bf_error *err);
 

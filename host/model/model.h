@@ -33,6 +33,7 @@ struct parameter {
     double value;
     double prior;       /* relative standard deviation of a prior around prior_value; 0: no prior */
     double prior_value; /* the value the file gave when the prior was stated; kept through fits */
+    double start;       /* the value before the first fit, kept through fits; 0: not known */
     double sd;          /* one standard error of the last fit; 0: none */
     double min, max;    /* bounds, −INFINITY/INFINITY when absent */
     bool fixed;

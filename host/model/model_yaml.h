@@ -103,7 +103,7 @@ enum bf_status yaml_read_fit(const struct yaml_reader *r, const struct yaml_node
 /* WRITING — model_yaml_print.c new text, _edit.c and _splice.c changes to an old one. */
 
 /* The keys of a parameter and their texts, "" for those that say nothing beyond `absent` (the reader's defaults). */
-enum { YAML_PARAMETER_KEYS = 7, YAML_PARAMETER_PRIOR = 1, YAML_PARAMETER_FIXED = 3 };
+enum { YAML_PARAMETER_KEYS = 8, YAML_PARAMETER_PRIOR = 1, YAML_PARAMETER_FIXED = 4 };
 struct yaml_parameter_text {
     const char *key[YAML_PARAMETER_KEYS];
     char text[YAML_PARAMETER_KEYS][DECIMAL_TEXT];

@@ -33,27 +33,29 @@ static bool same(double a, double b)
 
 void yaml_parameter_keys(const struct parameter *p, const struct parameter *absent, struct yaml_parameter_text *out)
 {
-    *out = (struct yaml_parameter_text){.key = {"value", "prior", "prior_value", "fixed", "min", "max", "sd"}};
+    *out = (struct yaml_parameter_text){.key = {"value", "prior", "prior_value", "start", "fixed", "min", "max", "sd"}};
     decimal_print(out->text[0], p->value);
     if (p->prior > 0.0)
         decimal_print(out->text[1], p->prior);
     if (p->prior > 0.0 && !same(p->prior_value, p->value))
         decimal_print(out->text[2], p->prior_value);
+    if (!same(p->start, 0.0) && !same(p->start, p->value))
+        decimal_print(out->text[3], p->start);
     if (p->fixed != absent->fixed)
-        (void)snprintf(out->text[3], DECIMAL_TEXT, "%s", p->fixed ? "true" : "false");
+        (void)snprintf(out->text[YAML_PARAMETER_FIXED], DECIMAL_TEXT, "%s", p->fixed ? "true" : "false");
     if (!same(p->min, absent->min))
-        decimal_print(out->text[4], p->min);
+        decimal_print(out->text[5], p->min);
     if (!same(p->max, absent->max))
-        decimal_print(out->text[5], p->max);
+        decimal_print(out->text[6], p->max);
     if (p->sd > 0.0)
-        decimal_print_rounded(out->text[6], p->sd, SD_DIGITS);
+        decimal_print_rounded(out->text[7], p->sd, SD_DIGITS);
 }
 
 void yaml_channel_absent(const struct model *m, struct parameter *p)
 {
     const bool place = strcmp(p->name, "at_m") == 0;
     p->fixed = false;
-    p->value = p->prior = p->prior_value = p->sd = 0.0;
+    p->value = p->prior = p->prior_value = p->start = p->sd = 0.0;
     p->min = strcmp(p->name, "gain") == 0 ? -HUGE_VAL : 0.0;
     p->max = place ? fmax(p->max, m->length_m) : HUGE_VAL; /* beyond the end of the beam a bound says nothing */
 }

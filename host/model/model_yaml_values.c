@@ -128,8 +128,8 @@ static enum bf_status read_keys(const struct yaml_reader *r, const struct yaml_n
     enum bf_status status = BF_OK;
     if (!yaml_get(node, "value", NULL))
         return yaml_fail(r, node, "%s has no value; write {value: NUMBER}", what);
-    static const char *const keys[] = {"value", "prior", "min", "max", "sd"};
-    double *const targets[] = {&out->value, &out->prior, &out->min, &out->max, &out->sd};
+    static const char *const keys[] = {"value", "prior", "start", "min", "max", "sd"};
+    double *const targets[] = {&out->value, &out->prior, &out->start, &out->min, &out->max, &out->sd};
     for (size_t i = 0; i < sizeof keys / sizeof *keys && status == BF_OK; i++)
         status = optional_number(r, node, keys[i], what, targets[i]);
     out->prior_value = out->prior > 0.0 ? out->value : 0.0;
@@ -145,12 +145,13 @@ static enum bf_status read_keys(const struct yaml_reader *r, const struct yaml_n
 enum bf_status yaml_parameter(const struct yaml_reader *r, const struct yaml_node *node, bool per_record,
                               struct parameter *out)
 {
-    static const char *const known[] = {"value", "prior", "prior_value", "fixed", "min", "max", "sd", "per_record"};
+    static const char *const known[] = {"value", "prior", "prior_value", "start",     "fixed",
+                                        "min",   "max",   "sd",          "per_record"};
     if (node->kind == YAML_SCALAR)
         return yaml_number(r, node, out->name, &out->value);
     enum bf_status status = yaml_expect(r, node, YAML_MAPPING, out->name);
     if (status == BF_OK)
-        status = yaml_known_keys(r, node, out->name, known, per_record ? 8 : 7);
+        status = yaml_known_keys(r, node, out->name, known, per_record ? 9 : 8);
     return status == BF_OK ? read_keys(r, node, false, out) : status;
 }
 

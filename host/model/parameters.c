@@ -218,6 +218,14 @@ static void set_geometry(struct model *model)
     model_free(&before);
 }
 
+/* What an estimate moves away from is kept, unless a prior tells it. */
+static void keep_start(struct parameter *p, const struct parameter_ref *ref, double value)
+{
+    const bool moved = value < p->value || value > p->value, known = p->start < 0.0 || p->start > 0.0;
+    if (ref->role <= ROLE_KB && moved && !known && !(p->prior > 0.0))
+        p->start = p->value;
+}
+
 void model_set_parameters(struct model *model, const struct parameter_ref refs[], size_t n, const double value[],
                           const double sd[], const char *const record_names[])
 {
@@ -229,6 +237,8 @@ void model_set_parameters(struct model *model, const struct parameter_ref refs[]
             continue;
         }
         struct parameter *p = target_of(model, ref);
+        if (sd)
+            keep_start(p, ref, value[i]);
         p->value = value[i];
         if (ref->role == ROLE_INPUT_PLACE)
             model->inputs[ref->owner].at_m = value[i];

@@ -1,10 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The model with the values that were believed before any fit, and what is fitted again from it. */
-#include <unistd.h>
-
 #include "diagnose_rig.h"
 #include "ground/ground.h"
-#include "test_files.h"
+#include "model/model_yaml.h"
 
 static void a_prior_says_what_was_believed(void **state)
 {
@@ -24,25 +22,31 @@ static void a_prior_says_what_was_believed(void **state)
     model_free(&model);
 }
 
-static void an_ancestor_says_what_was_believed(void **state)
+/* Fitted twice: the file keeps the value from before the first fit of what is open and has no prior, wherever it lies. */
+static void a_fit_keeps_where_it_began(void **state)
 {
     (void)state;
     struct bf_error err;
     struct model model = make(""), read, given;
-    char first[512], second[512];
-    (void)snprintf(first, sizeof first, "%s/first.yaml", temporary_directory());
-    (void)snprintf(second, sizeof second, "%s/second.yaml", temporary_directory());
-    assert_int_equal(model_write(first, &model, &err), BF_OK);
-    assert_int_equal(model_read(first, &read, &err), BF_OK);
-    read.materials[0].EI.value = 0.02, read.Ks.value = 17.0, read.gamma.value = 3.0;
-    assert_int_equal(model_write(second, &read, &err), BF_OK);
-    model_free(&read);
-    assert_int_equal(model_read(second, &read, &err), BF_OK);
+    struct parameter_ref *refs;
+    model.materials[0].rho.fixed = false, model.materials[0].rho.prior = 0.01, model.materials[0].rho.prior_value = 0.1;
+    for (int fits = 1; fits <= 2; fits++) {
+        const size_t n = model_parameters(&model, NULL, 0, &refs);
+        double *value = bf_alloc(n, sizeof *value), *sd = bf_alloc(n, sizeof *sd);
+        for (size_t i = 0; i < n; i++)
+            value[i] = refs[i].value * (refs[i].info->fixed ? 1.0 : 1.5);
+        model_set_parameters(&model, refs, n, value, sd, NULL);
+        free(refs), free(value), free(sd);
+    }
+    char *text = model_to_text(&model);
+    assert_int_equal(model_read_text("elsewhere.yaml", text, strlen(text), &read, &err), BF_OK);
+    assert_non_null(strstr(text, "EI_beam_Nm2: {value: 1.125, start: 0.5}"));
+    assert_null(strstr(text, "rho_beam_kgpm: {value: 0.225, start"));
     assert_int_equal(diagnose_as_given(&read, &given, &err), BF_OK);
-    assert_true(given.materials[0].EI.value == model.materials[0].EI.value);
-    assert_true(given.Ks.value == model.Ks.value);
-    assert_true(given.gamma.value == 3.0); /* it is held */
-    unlink(first), unlink(second), remove_temporary_directory();
+    assert_true(given.materials[0].EI.value == 0.5 && given.Ks.value == 40.0 && given.materials[0].cDI.value == 2e-5);
+    assert_true(given.materials[0].rho.value == 0.1); /* its prior tells */
+    assert_true(given.gamma.value == 0.02);           /* it is held */
+    free(text);
     model_free(&given), model_free(&read), model_free(&model);
 }
 
@@ -83,7 +87,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_prior_says_what_was_believed),
-        cmocka_unit_test(an_ancestor_says_what_was_believed),
+        cmocka_unit_test(a_fit_keeps_where_it_began),
         cmocka_unit_test(what_has_not_converged_is_searched_for),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

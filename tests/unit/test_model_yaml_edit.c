@@ -175,7 +175,7 @@ static void a_fit_changes_values_only(void **state)
     for (size_t i = 0; i < sizeof comments / sizeof *comments; i++)
         assert_contains(text, comments[i]);
     assert_contains(text, "prior_value: 0.495");
-    assert_contains(text, "    max: 1e6   # bound\n    sd: "); /* a new line goes below the comment */
+    assert_contains(text, "    max: 1e6   # bound\n    start: 1.05\n    sd: "); /* new lines go below the comment */
     free(text);
     model_free(&m);
     model_free(&back);
