@@ -320,6 +320,6 @@ void attainable_leave_each_out(struct attainable_problem *p, double top_rad, dou
             without[k] = left.noise_ratio;
         p->form_error = form_error;
     }
-    attainable_free(&left);
+    free(left.channels);
     search_free(&s);
 }
