@@ -117,7 +117,7 @@ static enum bf_status free_rig_first(struct diagnose_state *w, bool *freed, stru
 
 /*
  * Single effects, and the rig. Unless one of the likeliest effects explains the records with the rig that the file has, it is asked whether
- * the rig alone does, or with an effect that is an answer; and when no single effect explains them, whether the best of them do with it.
+ * the rig alone does, or with what leads; and when no single effect explains them, whether the best of them do with it.
  */
 static enum bf_status singles_and_rig(struct diagnose_state *w, bool *done, struct bf_error *err)
 {
