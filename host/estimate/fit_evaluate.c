@@ -36,22 +36,10 @@ static bool any_nonzero(const double *x, size_t n)
     return false;
 }
 
-static void record_rows(const struct fit_problem *p, size_t record, size_t *row, size_t *m)
-{
-    *row = 0, *m = 0;
-    for (size_t c = 0; c < p->n_channels; c++) {
-        if (p->channels[c].record != record)
-            continue;
-        if (*m == 0)
-            *row = p->channels[c].row;
-        *m += p->channels[c].n;
-    }
-}
-
 static void gather(const struct fit_problem *p, const struct prediction *y, size_t record, struct linear_part *part)
 {
     *part = (struct linear_part){0};
-    record_rows(p, record, &part->row, &part->m);
+    part->m = predict_rows_of(p->channels, p->n_channels, record, &part->row);
     /* a prediction in compressed rows has none */
     const size_t first = y->n_nuisance > 0 ? y->first_state[record] : 0;
     const size_t end = y->n_nuisance > 0 ? y->first_state[record + 1] : 0;

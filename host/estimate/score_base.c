@@ -36,7 +36,7 @@ static void take_out(size_t n, size_t rank, const double Q[], double along[], do
 
 static void project_states(const struct score_base *base, double x[])
 {
-    for (size_t r = 0; r < base->n_records && base->states != NULL; r++) {
+    for (size_t r = 0; r < base->n_records; r++) {
         const struct record_basis *own = &base->states[r];
         double *along = bf_alloc(own->rank + 1, sizeof *along);
         take_out(own->n, own->rank, own->Q, along, x + own->row);
@@ -125,30 +125,20 @@ static void unknown_columns(const struct score_base *base, const struct fit_prob
     }
 }
 
-/* The first of a record's rows, which are one after the other, and how many. */
-static size_t rows_of(const struct score_base *base, size_t record, size_t *first)
-{
-    size_t n = 0;
-    for (size_t c = base->n_channels; c-- > 0;)
-        if (base->channels[c].record == record)
-            *first = base->channels[c].row, n += base->channels[c].n;
-    return n;
-}
-
 /* from[n_rows] in the rows of a record, whitened, of unit length; false: nothing. */
-static bool state_column(const struct score_base *base, size_t record, const double from[], double whole[],
+static bool state_column(const struct score_base *base, size_t record, const double from[],
                          const struct record_basis *own, double column[])
 {
-    memset(whole, 0, base->n_rows * sizeof *whole);
-    for (size_t row = own->row; row < own->row + own->n; row++)
-        whole[row] = base->weight[row] * from[row];
-    for (size_t c = 0; base->options.colour && c < base->n_channels; c++)
+    for (size_t k = 0; k < own->n; k++)
+        column[k] = base->weight[own->row + k] * from[own->row + k];
+    for (size_t c = 0; base->options.colour && c < base->n_channels; c++) {
+        double *rows = column + base->channels[c].row - own->row;
         if (base->channels[c].record == record)
-            ar_whiten(&base->options.colour[c], whole + base->channels[c].row, base->channels[c].n,
-                      whole + base->channels[c].row);
-    const double size = dense_norm(own->n, whole + own->row);
+            ar_whiten(&base->options.colour[c], rows, base->channels[c].n, rows);
+    }
+    const double size = dense_norm(own->n, column);
     for (size_t k = 0; k < own->n && size > 0.0; k++)
-        column[k] = whole[own->row + k] / size;
+        column[k] /= size;
     return size > 0.0 && isfinite(size);
 }
 
@@ -158,15 +148,15 @@ static enum bf_status record_basis(const struct score_base *base, const struct f
                                    struct bf_error *err)
 {
     const size_t first = y->first_state[record], n = y->first_state[record + 1] - first;
-    own->n = rows_of(base, record, &own->row);
-    double *A = bf_alloc((n + 1) * own->n + 1, sizeof *A), *whole = bf_alloc(base->n_rows + 1, sizeof *whole);
+    own->n = predict_rows_of(base->channels, base->n_channels, record, &own->row);
+    double *A = bf_alloc((n + 1) * own->n + 1, sizeof *A);
     size_t kept = 0;
     for (size_t k = p->drives[record].level ? 0 : 1; k <= n && own->n > 0; k++)
-        kept += state_column(base, record, k == 0 ? y->y : y->nuisance + (first + k - 1) * y->n_rows, whole, own,
+        kept += state_column(base, record, k == 0 ? y->y : y->nuisance + (first + k - 1) * y->n_rows, own,
                              A + kept * own->n);
     own->Q = bf_alloc(kept * own->n + 1, sizeof *own->Q);
     const enum bf_status status = dense_orthonormal(own->n, kept, A, dependent, own->Q, &own->rank, err);
-    free(A), free(whole);
+    free(A);
     return status;
 }
 

@@ -55,7 +55,7 @@ static void forget_look(struct diagnose_state *w)
     w->looked = NULL;
 }
 
-/* Goes on with the rig free where that lowers the misfit clearly. */
+/* Goes on with the rig free where the trial shows that it is to be. */
 static enum bf_status free_rig(struct diagnose_state *w, enum rig_trial trial, bool *freed, struct bf_error *err)
 {
     enum bf_status status = diagnose_free_rig(w, trial, freed, err);

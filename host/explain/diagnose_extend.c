@@ -48,8 +48,8 @@ static bool given_is_wanted(const struct shortlist *s)
 }
 
 /*
- * The baseline leaves so much of the signal that its modes may not be the beam's: what it lacks has driven it somewhere. Where it leaves less every refit from it
- * and from the model as given goes the same way, and the first order tells which are worth it.
+ * The baseline leaves so much of the signal that its modes may not be the beam's: what it lacks has driven it somewhere. Where it leaves less, refits from it
+ * and from the model as given end in the same place, and the first order tells which are worth it.
  */
 static bool is_driven(const struct diagnosis *d)
 {

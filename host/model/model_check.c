@@ -65,6 +65,9 @@ static enum bf_status check_range(struct check *c, const struct parameter *p, st
     if (p->value < p->min || p->value > p->max)
         return fault(c, where, "%s: value %g lies outside %g … %g %s; correct the value or the bounds", p->name,
                      p->value, p->min, p->max, p->unit);
+    if (!isfinite(p->start) || (p->logarithmic && p->start < 0.0))
+        return fault(c, where, "%s: start %g; it is the value before the first fit, of the sign of value; delete it",
+                     p->name, p->start);
     if (p->prior < 0.0 || isnan(p->prior) || isinf(p->prior))
         return fault(c, where, "%s: prior %g; a prior is a relative standard deviation above 0, e.g. 0.03", p->name,
                      p->prior);

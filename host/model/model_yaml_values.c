@@ -145,13 +145,14 @@ static enum bf_status read_keys(const struct yaml_reader *r, const struct yaml_n
 enum bf_status yaml_parameter(const struct yaml_reader *r, const struct yaml_node *node, bool per_record,
                               struct parameter *out)
 {
-    static const char *const known[] = {"value", "prior", "prior_value", "start",     "fixed",
-                                        "min",   "max",   "sd",          "per_record"};
+    /* an effect's parameter may differ from record to record, and nothing asks where it began */
+    const char *const known[] = {"value", "prior", "prior_value", "fixed",
+                                 "min",   "max",   "sd",          per_record ? "per_record" : "start"};
     if (node->kind == YAML_SCALAR)
         return yaml_number(r, node, out->name, &out->value);
     enum bf_status status = yaml_expect(r, node, YAML_MAPPING, out->name);
     if (status == BF_OK)
-        status = yaml_known_keys(r, node, out->name, known, per_record ? 9 : 8);
+        status = yaml_known_keys(r, node, out->name, known, 8);
     return status == BF_OK ? read_keys(r, node, false, out) : status;
 }
 

@@ -218,7 +218,7 @@ static void set_geometry(struct model *model)
     model_free(&before);
 }
 
-/* What an estimate moves away from is kept, unless a prior tells it. */
+/* What an estimate of the beam's own values (they come before all other roles) moves away from is kept, unless a prior tells it. */
 static void keep_start(struct parameter *p, const struct parameter_ref *ref, double value)
 {
     const bool moved = value < p->value || value > p->value, known = p->start < 0.0 || p->start > 0.0;

@@ -16,3 +16,17 @@ enum bf_status splines_from_text(const char *text, struct predict_options *out, 
     out->fine_splines = (size_t)n;
     return BF_OK;
 }
+
+size_t predict_rows_of(const struct predict_channel channels[], size_t n_channels, size_t record, size_t *first)
+{
+    size_t n = 0;
+    *first = 0;
+    for (size_t c = 0; c < n_channels; c++) {
+        if (channels[c].record != record)
+            continue;
+        if (n == 0)
+            *first = channels[c].row;
+        n += channels[c].n;
+    }
+    return n;
+}

@@ -20,17 +20,6 @@ struct settle {
     double *best_square; /* [n_records] of `best`; HUGE_VAL before the first */
 };
 
-/* The rows of a record: its channels follow one another. */
-static size_t rows_of(const struct predictor *p, size_t record, size_t *first)
-{
-    const struct record_plan *plan = &p->plans[record];
-    size_t n = 0;
-    *first = p->channels[plan->first_channel].row;
-    for (size_t c = 0; c < plan->n_channels; c++)
-        n += p->channels[plan->first_channel + c].n;
-    return n;
-}
-
 /* b = weighted target − y, the whole prediction at the amplitudes of the run. */
 static void fill_residual(const struct settle *s, const struct prediction *y, size_t record, size_t first, double b[])
 {
@@ -40,8 +29,7 @@ static void fill_residual(const struct settle *s, const struct prediction *y, si
         for (size_t k = 0; k < channel->n; k++) {
             size_t row = channel->row + k;
             double z = s->target->z != NULL ? s->target->z[row] : channel->measured[k], sum = y->y[row];
-            for (size_t i = s->p->first_state[record]; i < s->p->first_state[record] + state_unknowns(s->p, record);
-                 i++)
+            for (size_t i = y->first_state[record]; i < y->first_state[record + 1]; i++)
                 sum += y->amplitude[i] * y->nuisance[i * y->n_rows + row];
             b[row - first] = s->target->weight[row] * (z - sum);
         }
@@ -52,7 +40,8 @@ static void fill_residual(const struct settle *s, const struct prediction *y, si
 static enum bf_status solve_step(const struct settle *s, const struct prediction *y, size_t record, double step[],
                                  double *square, double *next, struct bf_error *err)
 {
-    size_t first, m = rows_of(s->p, record, &first), n = state_unknowns(s->p, record);
+    size_t first, m = predict_rows_of(s->p->channels, s->p->n_channels, record, &first),
+                  n = state_unknowns(s->p, record);
     size_t unknown = s->p->first_state[record];
     double *A = bf_alloc(m * (n + 1), sizeof *A), *b = A + m * n;
     for (size_t j = 0; j < n; j++)

@@ -127,21 +127,13 @@ size_t state_unknowns(const struct predictor *p, size_t record)
     return p->first_state[record + 1] - p->first_state[record];
 }
 
-/* Rows of a record: first, and how many. */
-static size_t rows_of(const struct predictor *p, size_t record, size_t *first)
-{
-    const struct record_plan *plan = &p->plans[record];
-    *first = plan->n_channels > 0 ? p->channels[plan->first_channel].row : 0;
-    return plan->n_channels > 0 ? plan->n_channels * p->channels[plan->first_channel].n : 0;
-}
-
 void states_clear(struct predictor *p)
 {
     if (!p->states_are_clear)
         memset(p->nuisance, 0, p->n_rows * p->n_nuisance * sizeof *p->nuisance);
     for (size_t r = 0; r < p->n_records && p->states_are_clear; r++) {
         size_t first;
-        const size_t n = rows_of(p, r, &first);
+        const size_t n = predict_rows_of(p->channels, p->n_channels, r, &first);
         for (size_t i = p->first_state[r]; i < p->first_state[r + 1]; i++)
             memset(p->nuisance + i * p->n_rows + first, 0, n * sizeof *p->nuisance);
     }

@@ -113,6 +113,8 @@ void predictor_free(struct predictor *predictor);
 void predictor_rest(struct predictor *predictor);
 
 size_t predictor_channels(const struct predictor *predictor, const struct predict_channel **out);
+/* The rows of a record, which are one after the other: the first (0 where it has none), and how many. */
+size_t predict_rows_of(const struct predict_channel channels[], size_t n_channels, size_t record, size_t *first);
 
 /* Modes of the reduced space at the last base; static responses are not counted. */
 size_t predictor_modes(const struct predictor *predictor);

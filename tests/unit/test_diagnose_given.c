@@ -50,6 +50,31 @@ static void a_fit_keeps_where_it_began(void **state)
     model_free(&given), model_free(&read), model_free(&model);
 }
 
+/* A value from before the first fit is of the sign of the value, and an effect has none. */
+static void a_start_that_says_nothing_is_refused(void **state)
+{
+    (void)state;
+    static const char *const parameters[] = {"EI_beam_Nm2: {value: 0.5, start: 0.4}",
+                                             "EI_beam_Nm2: {value: 0.5, start: -0.4}", "EI_beam_Nm2: {value: 0.5}"},
+                             *const effects[] = {"", "", "{kind: tip_mass, mass_kg: {value: 0.01, start: 0.02}}"},
+                             *const words[] = {NULL, "start -0.4", "start"};
+    for (int i = 0; i < 3; i++) {
+        char text[512];
+        struct model model;
+        struct bf_error err;
+        const int n = snprintf(text, sizeof text,
+                               "format: beamfit-model/1\nbeam: {length_m: 0.4}\nparameters:\n  %s\n  rho_beam_kgpm: "
+                               "0.1\noutputs: {tip_m: {kind: displacement, at_m: 0.4}}\neffects: [%s]\n",
+                               parameters[i], effects[i]);
+        const enum bf_status status = model_read_text("m.yaml", text, (size_t)n, &model, &err);
+        assert_int_equal(status, i == 0 ? BF_OK : BF_BAD_FILE);
+        if (i == 0)
+            model_free(&model);
+        else
+            assert_non_null(strstr(err.text, words[i]));
+    }
+}
+
 /* A refit that was left far off counts for nothing; the whole range of what is open is searched as fit does it. One that has come to its end is left alone. */
 static void what_has_not_converged_is_searched_for(void **state)
 {
@@ -88,6 +113,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_prior_says_what_was_believed),
         cmocka_unit_test(a_fit_keeps_where_it_began),
+        cmocka_unit_test(a_start_that_says_nothing_is_refused),
         cmocka_unit_test(what_has_not_converged_is_searched_for),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -197,7 +197,7 @@ static void an_unknown_noise_explains_nothing(void **state)
     hypothesis_free(&h);
 }
 
-/* Jobs that a list of laws with these shares of what they are given makes, the best first, all of which but the best leave more than a trial may. */
+/* How many of n laws are refitted whose trials take these shares of what they are given, the best first. */
 static size_t laws_refitted(struct diagnose_state *w, const double share[], size_t n)
 {
     static const char *const ids[] = {"microslip", "coulomb_friction", "patch_softening"};
