@@ -384,8 +384,10 @@ enum bf_status diagnose_first_look(struct diagnose_state *w, struct bf_error *er
     struct shortlist *s;
     enum bf_status status = shortlist_new(w, &w->d->baseline, &s, err);
     if (!status)
+        status = diagnose_by_modes(w, &s->list, err);
+    if (!status && !w->by_modes)
         status = shortlist_score(s, KIND_LINEAR, err);
-    if (!status) {
+    if (!status && !w->by_modes) {
         struct road roads[ROADS * MOST_FIRST];
         size_t order[MOST_FIRST];
         const size_t n = order_first(s, order);

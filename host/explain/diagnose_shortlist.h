@@ -72,6 +72,9 @@ enum bf_status shortlist_untried_from_given(struct shortlist *s, double span, st
  */
 enum bf_status shortlist_by_record(struct shortlist *s, struct bf_error *err);
 
+/* diagnose_by_modes.c: the beam's own linear effects, fitted to the modes of the free linear model, and those that come near them refitted to the records. Ranks. Half a second. */
+enum bf_status diagnose_by_modes(struct diagnose_state *w, const struct candidate_list *list, struct bf_error *err);
+
 /*
  * diagnose_mates.c: linear effects whose scores are nearly that of the single effect that has explained the records, and which no refit has tried to its end. Far from the
  * noise nothing else would ask for them. `from` must be the baseline. Ranks.

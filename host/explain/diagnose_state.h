@@ -35,6 +35,7 @@ struct diagnose_state {
     double done; /* part of the work, 0 … 1 */
     size_t n_tried;
     struct shortlist *looked; /* of the first look at the baseline, until the single effects take it; NULL: none */
+    bool by_modes; /* an effect that was fitted to the modes explains the records; all of the beam's own were */
     bool
         answered; /* a single effect would be named that explains nearly all: one more must promise much to be refitted */
 };

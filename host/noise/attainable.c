@@ -6,17 +6,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-static int by_frequency(const void *a, const void *b)
-{
-    const double x = ((const struct attainable_pole *)a)->frequency_Hz,
-                 y = ((const struct attainable_pole *)b)->frequency_Hz;
-    return (x > y) - (x < y);
-}
-
-static void write_poles(struct attainable_problem *p, double top_rad, double x[], struct attainable *out)
+/* Ascending. What the residues are is told where they can be computed. */
+static void write_poles(struct attainable_problem *p, double top_rad, double x[], size_t n_inputs,
+                        struct attainable *out)
 {
     const size_t m = p->m;
+    struct bf_error ignored;
     double *without = bf_alloc(m, sizeof *without);
+    qsort(x, m, 2 * sizeof *x, attainable_by_frequency);
     attainable_leave_each_out(p, top_rad, x, without);
     out->modes = m;
     out->poles = bf_alloc(m, sizeof *out->poles);
@@ -24,7 +21,11 @@ static void write_poles(struct attainable_problem *p, double top_rad, double x[]
         out->poles[k] = (struct attainable_pole){.frequency_Hz = exp(x[2 * k]) / (2.0 * M_PI),
                                                  .damping_ratio = exp(x[2 * k + 1] - x[2 * k]),
                                                  .without_noise_ratio = without[k]};
-    qsort(out->poles, m, sizeof *out->poles, by_frequency);
+    out->n_outputs = p->n_outputs, out->n_inputs = n_inputs;
+    out->residue = bf_alloc(m * p->n_outputs * n_inputs + 1, sizeof *out->residue);
+    if (attainable_residues(p, x, n_inputs, out->residue, &ignored) != BF_OK)
+        for (size_t i = 0; i < m * p->n_outputs * n_inputs; i++)
+            out->residue[i] = CMPLX(NAN, NAN);
     free(without);
 }
 
@@ -56,7 +57,7 @@ enum bf_status attainable_find(const struct model *model, const struct record re
             out->n_moving += p.records[r].first && p.records[r].moving ? 1 : 0;
         status = attainable_search(&p, top_rad, x, out, err);
         if (status == BF_OK)
-            write_poles(&p, top_rad, x, out);
+            write_poles(&p, top_rad, x, model->n_inputs, out);
     }
     attainable_problem_free(&p);
     free(x), free(own);
@@ -65,7 +66,7 @@ enum bf_status attainable_find(const struct model *model, const struct record re
 
 void attainable_free(struct attainable *attainable)
 {
-    free(attainable->poles);
+    free(attainable->poles), free(attainable->residue);
     free(attainable->channels);
     *attainable = (struct attainable){0};
 }

@@ -2,7 +2,7 @@
 /*
  * attainable_problem.h — private to noise/: attainable.c calls attainable_start.c (start poles), attainable_noise.c, attainable_records.c (what is fitted) and
  * attainable_search.c (rounds), which calls attainable_rows.c (records at given poles, on the lines of attainable_lines.c),
- * attainable_stack.c (residues) and attainable_poles.c (better poles). attainable_gain.c: the answer of one record's free linear model to noise.
+ * attainable_stack.c (residues) and attainable_poles.c (better poles). attainable_residues.c: the residues at the end. attainable_gain.c: the answer of one record's free linear model to noise.
  *
  * A pair of poles is a quadratic q = s² + 2as + ω², kept as x[2k] = ln ω, x[2k + 1] = ln a: stable, and two real poles where a > ω.
  * Its columns for an input u are ω²u/q and ω s u/q; an initial state has the same columns with a pulse for u.
@@ -167,5 +167,8 @@ enum bf_status attainable_search(struct attainable_problem *problem, double top_
                                  struct bf_error *err);
 /* without[m]: the noise ratio without each pair of x[2m], the best residues of the others anew; NaN where it is not known (long records). Cost: m values. */
 void attainable_leave_each_out(struct attainable_problem *problem, double top_rad, double x[], double without[]);
+/* residue[m][n_outputs][n_inputs] of the best residues at x[2m], see struct attainable. Cost: one value. */
+enum bf_status attainable_residues(struct attainable_problem *problem, const double x[], size_t n_inputs,
+                                   double complex residue[], struct bf_error *err);
 
 #endif

@@ -14,6 +14,7 @@
 #ifndef BEAMFIT_NOISE_H
 #define BEAMFIT_NOISE_H
 
+#include <complex.h>
 #include <stdbool.h>
 
 #include "maths/maths.h"
@@ -345,6 +346,8 @@ struct attainable {
         each_noise_ratio;          /* of free linear models of each record alone, attainable_each(); NaN: not known */
     size_t n_moving;               /* records that do not begin at rest */
     struct attainable_pole *poles; /* [modes] ascending */
+    size_t n_outputs, n_inputs;    /* of the model */
+    double complex *residue; /* [modes][n_outputs][n_inputs] of the pole with Im > 0, unit of the output over those of the input and s; NaN: no record tells */
     size_t n_channels;
     struct attainable_channel *channels; /* record by record */
 };

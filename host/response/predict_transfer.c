@@ -31,6 +31,41 @@ const double complex *transfer_pole_derivative(const struct predictor *p, size_t
     return NULL;
 }
 
+/* s^ν at a pole. */
+static double complex power(double complex s, int order)
+{
+    double complex product = 1.0;
+    for (int i = 0; i < order; i++)
+        product *= s;
+    return product;
+}
+
+double complex transfer_residue(const struct predictor *p, const double theta[], size_t output, size_t input,
+                                size_t pole, double complex d[])
+{
+    const struct run run = {.p = (struct predictor *)p, .theta = theta};
+    const struct functional *c = &p->outputs[output], *b = &p->inputs[input];
+    const int order = output_order(p->model.outputs[output].kind);
+    const size_t n_poles = p->system->n_poles;
+    const double complex s = p->system->p[pole], alpha = c->alpha[pole], beta = b->alpha[pole];
+    const double complex path = power(s, order) * alpha * beta;
+    size_t of_input, of_output;
+    const double gain_in = input_gain(&run, input, &of_input), gain_out = output_gain(&run, output, &of_output);
+    for (size_t j = 0; j < p->map.n && d != NULL; j++) {
+        const struct pole_derivative *moved = &p->system->derivative[j];
+        const size_t at = j * n_poles + pole;
+        d[j] = 0.0;
+        if (p->structural[j]) {
+            d[j] = power(s, order) * (c->d_alpha[at] * beta + alpha * b->d_alpha[at]);
+            if (moved->p != NULL && order > 0)
+                d[j] += order * power(s, order - 1) * moved->p[pole] * alpha * beta;
+            d[j] *= gain_in * gain_out;
+        }
+        d[j] += (j == of_input ? gain_out * path : 0.0) + (j == of_output ? gain_in * path : 0.0);
+    }
+    return gain_in * gain_out * path;
+}
+
 const struct model *transfer_model(const struct predictor *p)
 {
     return &p->model;

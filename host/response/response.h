@@ -312,6 +312,12 @@ struct transfer_modes {
  */
 size_t transfer_poles(const struct predictor *p, const double complex **poles);
 const double complex *transfer_pole_derivative(const struct predictor *predictor, size_t parameter);
+/*
+ * Residue of one of these poles in the path from an input to an output, gains included, filters of the sensor and direct paths not: the path is Σ R/(s − p) + R̄/(s − p̄) + what is
+ * smooth in s. At the last run, whose parameters theta are; d[n_parameters] (NULL: not wanted): its derivatives by what that run wanted, else 0. One beam for all records.
+ */
+double complex transfer_residue(const struct predictor *predictor, const double theta[], size_t output, size_t input,
+                                size_t pole, double complex d[]);
 
 const struct model *transfer_model(const struct predictor *predictor);
 const struct reduced *transfer_reduced(const struct predictor *predictor);
