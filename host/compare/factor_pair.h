@@ -42,6 +42,15 @@ enum bf_status factor_errors(const struct model *model, const struct record reco
                              const struct predict_options *options, const struct fit_result *fitted, double nrmse[],
                              struct bf_error *err);
 
+/* ---- factor_modes.c ---- */
+
+/*
+ * A free linear model has found the modes of the records, and this model, fitted to those, answers each input at each output with their sign and within a factor of two
+ * of their size: no channel has a wrong sign, unit or name. False where that is not settled. Cost: attainable_find().
+ */
+bool factor_modes_agree(const struct model *model, const struct record records[], size_t n_records,
+                        const struct predict_options *options);
+
 /* ---- factor_check.c ---- */
 
 /* The model of the check, for one output (SIZE_MAX: all of them). *out is to be freed also after a failure. */

@@ -342,7 +342,7 @@ static enum bf_status find(struct search *s, bool places, struct channel_factors
     bool any = false;
     s->given = bf_alloc(s->n_records * s->model->n_outputs + 1, sizeof *s->given);
     enum bf_status status = factor_errors(s->model, s->records, s->n_records, s->options, s->fitted, s->given, err);
-    if (status || all_fit(s))
+    if (status || all_fit(s) || (!places && factor_modes_agree(s->model, s->records, s->n_records, s->options)))
         return status;
     status = suspected_time(s, &s->time_factor, err);
     if (!status)

@@ -16,6 +16,7 @@
 #include <stdbool.h>
 #include <stdio.h>
 
+#include "estimate/estimate_modes.h"
 #include "estimate/estimate_motion.h"
 #include "estimate/estimate_refit.h"
 #include "estimate/estimate_score.h"

@@ -3,7 +3,6 @@
 #ifndef BEAMFIT_ESTIMATE_REFIT_H
 #define BEAMFIT_ESTIMATE_REFIT_H
 
-#include <complex.h>
 #include <stdbool.h>
 #include <stddef.h>
 
@@ -86,18 +85,6 @@ struct refit_result {
 enum bf_status refit_run(const struct model *model, const struct record records[], size_t n_records,
                          const struct refit_options *options, struct refit_result *out, struct bf_error *err);
 void refit_free(struct refit_result *result);
-
-/*
- * MODES — the model's free values fitted to the modes of a free linear model, from those it has: a start for refit_run(). *left: rms over frequencies (in 0.1 %), damping
- * ratios (5 %), residues (10 %) and priors. After a failure the model is as it was. Linear models without values per record. Some milliseconds.
- */
-struct measured_modes {
-    size_t n;
-    double complex *pole;    /* [n] Im > 0, ascending in size */
-    double complex *residue; /* [n][n_outputs][n_inputs] of the model; NaN: not known; NULL: none is */
-};
-enum bf_status refit_to_modes(struct model *model, const struct measured_modes *modes,
-                              const struct predict_options *predict, double *left, struct bf_error *err);
 
 /* Values and standard errors (sd may be NULL) in the order of a refit of this model to these records, into the model. */
 void refit_into_model(const struct record records[], size_t n_records, const double value[], const double sd[],

@@ -22,10 +22,12 @@ static const struct modal_limits {
     double unseen; /* ln of a frequency: a measured mode is rather left without one of the model's than with one so far away */
     double rebase; /* a move of an unknown that asks for another reduced space */
 } limits = {.frequency = 1e-3, .damping = 0.05, .residue = 0.1, .small = 0.1, .unseen = 0.7, .rebase = 0.1};
-enum { SILENT = 16, SPLINES = 48, ITERATIONS = 40, ROUNDS = 3 };
+enum { SILENT = 16, SPLINES = 48, ITERATIONS = 12, ROUNDS = 8, ROUGH_ROUNDS = 1 };
 static const double above = 1.3; /* times the highest measured mode: up to there the model's modes are made */
 
 struct modal_fit {
+    double frequency, damping; /* standard errors */
+    int rounds;
     const struct measured_modes *modes;
     struct model *model;
     struct record silence;
@@ -114,7 +116,7 @@ static double without_order(const struct modal_fit *w, size_t k, size_t path, do
     return size * pow(cabs(w->modes->pole[k]), 1.0 - order);
 }
 
-static void find_scales(struct modal_fit *w)
+static void find_scales(struct modal_fit *w, double sharpness)
 {
     for (size_t path = 0; path < w->n_paths; path++) {
         double square = 0.0, known = 0.0;
@@ -126,7 +128,7 @@ static void find_scales(struct modal_fit *w)
         for (size_t k = 0; k < w->modes->n; k++) {
             const double size = cabs(measured_residue(w, k, path)), per_unit = without_order(w, k, path, 1.0);
             const double least = limits.small * sqrt(square / fmax(known, 1.0)) / per_unit;
-            w->scale[k * w->n_paths + path] = isfinite(size) ? limits.residue * hypot(size, least) : 0.0;
+            w->scale[k * w->n_paths + path] = isfinite(size) ? limits.residue / sharpness * hypot(size, least) : 0.0;
         }
     }
 }
@@ -139,22 +141,22 @@ static void fill_mode(struct modal_fit *w, size_t k, size_t row, bool derivative
     const size_t rows = w->n_rows;
     (void)transfer_poles(w->predictor, &poles);
     if (w->mode[k] >= w->n_order) {
-        w->r[row] = limits.unseen / limits.frequency;
+        w->r[row] = limits.unseen / w->frequency;
         return;
     }
     const size_t pole = w->order[w->mode[k]];
     const double complex s = poles[pole], measured = w->modes->pole[k];
     const double damping = fmax(-creal(s) / cabs(s), 1e-9);
-    w->r[row] = log(cabs(s) / cabs(measured)) / limits.frequency;
-    w->r[row + 1] = log(damping * cabs(measured) / -creal(measured)) / limits.damping;
+    w->r[row] = log(cabs(s) / cabs(measured)) / w->frequency;
+    w->r[row + 1] = log(damping * cabs(measured) / -creal(measured)) / w->damping;
     for (size_t i = 0; i < p->n_unknowns && derivatives; i++) {
         d = transfer_pole_derivative(w->predictor, p->unknowns[i].ref);
         if (d == NULL)
             continue;
         const double relative = creal(d[pole] / s), slope = fit_problem_slope(p, i, p->at);
-        w->J[i * rows + row] = slope * relative / limits.frequency;
+        w->J[i * rows + row] = slope * relative / w->frequency;
         w->J[i * rows + row + 1] =
-            creal(s) < 0.0 ? slope * (creal(d[pole]) / creal(s) - relative) / limits.damping : 0.0;
+            creal(s) < 0.0 ? slope * (creal(d[pole]) / creal(s) - relative) / w->damping : 0.0;
     }
     for (size_t path = 0; path < w->n_paths; path++) {
         const double scale = w->scale[k * w->n_paths + path];
@@ -258,7 +260,8 @@ static void close_fit(struct modal_fit *w)
     free(w->names), free(w->refs), free(w->order), free(w->mode), free(w->scale), free(w->r), free(w->J), free(w->d);
 }
 
-static enum bf_status open_fit(struct modal_fit *w, const struct predict_options *predict, struct bf_error *err)
+static enum bf_status open_fit(struct modal_fit *w, const struct predict_options *predict, double sharpness,
+                               struct bf_error *err)
 {
     struct predict_options options = *predict;
     options.fine_splines = SPLINES, options.quiet = true, options.threads = 1;
@@ -275,14 +278,14 @@ static enum bf_status open_fit(struct modal_fit *w, const struct predict_options
     if (status != BF_OK)
         return status;
     const size_t n = w->modes->n;
-    w->n_paths = w->modes->residue != NULL ? w->model->n_inputs * w->model->n_outputs : 0;
+    w->n_paths = w->model->n_inputs * w->model->n_outputs;
     w->n_rows = n * (2 + 2 * w->n_paths) + w->p.n_unknowns;
     w->mode = bf_alloc(n, sizeof *w->mode);
     w->scale = bf_alloc(n * w->n_paths + 1, sizeof *w->scale);
     w->r = bf_alloc(w->n_rows, sizeof *w->r);
     w->J = bf_alloc(w->n_rows * w->p.n_unknowns + 1, sizeof *w->J);
     w->d = bf_alloc(w->n_refs + 1, sizeof *w->d);
-    find_scales(w);
+    find_scales(w, sharpness);
     return BF_OK;
 }
 
@@ -297,7 +300,8 @@ static enum bf_status search(struct modal_fit *w, double x[], double *half_squar
     const struct optimise_options options = {.iterations = ITERATIONS, .tolerance = 0.1, .relative = 1e-2};
     struct optimise_result found = {0};
     enum bf_status status = BF_OK;
-    for (int round = 0; round < ROUNDS && status == BF_OK; round++) {
+    for (int round = 0; round < w->rounds && status == BF_OK; round++) {
+        fit_problem_rescale(&w->p, x); /* a strength may be far larger than its start */
         status = rebase(w, x, err);
         if (status == BF_OK)
             status = run(w, x, false, err);
@@ -306,18 +310,35 @@ static enum bf_status search(struct modal_fit *w, double x[], double *half_squar
         pair_modes(w);
         status = optimise_local(&view, &options, x, &found, err);
         *half_square = found.half_square;
-        if (fit_problem_moved(&w->p, x) < fit_problem_unmoved)
+        if (found.end != OPTIMISE_ITERATIONS && fit_problem_moved(&w->p, x) < fit_problem_unmoved)
             break;
     }
     return status;
 }
 
-enum bf_status refit_to_modes(struct model *model, const struct measured_modes *modes,
-                              const struct predict_options *predict, double *left, struct bf_error *err)
+/* At the last run, next to the end. */
+static void tell_residues(const struct modal_fit *w, double complex fitted[])
 {
-    struct modal_fit w = {.modes = modes, .model = model};
+    const size_t n_inputs = w->model->n_inputs;
+    for (size_t k = 0; k < w->modes->n; k++)
+        for (size_t path = 0; path < w->n_paths; path++)
+            fitted[k * w->n_paths + path] =
+                w->mode[k] < w->n_order ? transfer_residue(w->predictor, w->p.theta, path / n_inputs, path % n_inputs,
+                                                           w->order[w->mode[k]], NULL)
+                                        : 0.0;
+}
+
+enum bf_status refit_to_modes(struct model *model, const struct measured_modes *modes,
+                              const struct modal_options *options, double *left, struct bf_error *err)
+{
+    const double sharpness = options->sharpness > 0.0 ? options->sharpness : 1.0;
+    struct modal_fit w = {.modes = modes,
+                          .model = model,
+                          .frequency = limits.frequency / sharpness,
+                          .damping = limits.damping / sharpness,
+                          .rounds = options->rough ? ROUGH_ROUNDS : ROUNDS};
     double half_square = HUGE_VAL;
-    enum bf_status status = open_fit(&w, predict, err);
+    enum bf_status status = open_fit(&w, &options->predict, sharpness, err);
     if (status == BF_OK) {
         double *x = bf_alloc(w.p.n_unknowns + 1, sizeof *x), *theta = bf_alloc(w.n_refs + 1, sizeof *theta);
         for (size_t i = 0; i < w.n_refs; i++)
@@ -327,7 +348,9 @@ enum bf_status refit_to_modes(struct model *model, const struct measured_modes *
         if (status == BF_OK) {
             fit_problem_to_theta(&w.p, x, theta);
             model_set_parameters(model, w.refs, w.n_refs, theta, NULL, w.names);
-            *left = sqrt(2.0 * half_square / (double)w.n_rows);
+            *left = sqrt(2.0 * half_square / (double)w.n_rows) / sharpness;
+            if (options->fitted != NULL)
+                tell_residues(&w, options->fitted);
         }
         free(x), free(theta);
     }

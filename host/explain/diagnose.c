@@ -184,7 +184,11 @@ static enum bf_status search(struct diagnose_state *w, struct bf_error *err)
         if (w->d->n_hypotheses == 0 || !diagnose_more_wanted(w->d) || !diagnose_last_one_helped(w->d, n) ||
             rig_leaves_little(w->d) || (n > 1 && !far))
             break; /* a weak misfit does not tell three effects */
-        status = diagnose_one_more(w, n, err);
+        const bool by_modes = n == 1 && linear_may_do(w->d);
+        if (by_modes)
+            status = diagnose_pairs_by_modes(w, err);
+        if (!status && !(by_modes && diagnose_explained(w->d, 2)))
+            status = diagnose_one_more(w, n, err);
         if (!status && !progress_interrupted())
             status = diagnose_steps(w, err);
     }

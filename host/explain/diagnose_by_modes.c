@@ -7,6 +7,7 @@
 #include "diagnose_relatives.h"
 #include "diagnose_road.h"
 #include "diagnose_shortlist.h"
+#include "plausible.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -16,12 +17,10 @@
 
 /* All that is set by hand. */
 static const struct by_modes_limits {
-    double in_band;  /* of the Nyquist frequency: above it a pole stands for what lies beyond */
-    double counts;   /* times the floor: without a pole that counts the free linear model leaves more */
     double promises; /* of what the model without any effect leaves of the modes */
     double near;     /* times what the nearest leaves: what is refitted */
     double same;     /* of that: two starts of one effect that have come to the same end */
-} limits = {.in_band = 0.8, .counts = 1.1, .promises = 0.7, .near = 3.0, .same = 0.02};
+} limits = {.promises = 0.7, .near = 3.0, .same = 0.02};
 /* Places along the span; refits at most, and their evaluations: from a start that has the modes it is done in 20 to 60. */
 enum { PLACES = 8, MOST_REFITS = 4, QUICK_RUNS = 100 };
 
@@ -34,70 +33,28 @@ struct modal_start {
 
 struct modal_road {
     struct diagnose_state *w;
-    struct model given;
-    struct measured_modes modes;
-    double left; /* by the model without any effect */
+    const struct measured_modes *modes;
+    size_t n_effects; /* of what is fitted, more than the baseline has */
+    double left;      /* by the model without one more effect */
     size_t n;
     struct modal_start *starts;
 };
 
-/* ---- The modes ---- */
-
-static bool counts(const struct diagnosis *d, const struct attainable_pole *pole)
-{
-    return pole->frequency_Hz < limits.in_band * diagnose_band_Hz(d) &&
-           diagnose_is_mode(d, pole->frequency_Hz, pole->damping_ratio) &&
-           !(pole->without_noise_ratio < limits.counts * d->attainable.noise_ratio);
-}
-
-static struct measured_modes modes_of(const struct diagnosis *d)
-{
-    const struct attainable *a = &d->attainable;
-    const size_t n_paths = a->n_outputs * a->n_inputs;
-    struct measured_modes modes = {.pole = bf_alloc(a->modes + 1, sizeof *modes.pole),
-                                   .residue = bf_alloc(a->modes * n_paths + 1, sizeof *modes.residue)};
-    for (size_t k = 0; k < a->modes; k++) {
-        const struct attainable_pole *pole = &a->poles[k];
-        if (!counts(d, pole))
-            continue;
-        const double size = 2.0 * M_PI * pole->frequency_Hz, damping = pole->damping_ratio;
-        memcpy(modes.residue + modes.n * n_paths, a->residue + k * n_paths, n_paths * sizeof *modes.residue);
-        modes.pole[modes.n++] = CMPLX(-damping * size, sqrt(1.0 - damping * damping) * size);
-    }
-    return modes;
-}
-
 /* ---- Fits to them ---- */
 
-static void fit_to_modes(struct modal_road *road, const struct candidate *candidate, const double start[])
+static void start_free(struct modal_start *start)
 {
-    struct modal_start one = {.candidate = candidate};
-    struct bf_error ignored;
-    if (candidate_model(&road->given, candidate, start, &one.model, &ignored) != BF_OK)
-        return;
-    if (refit_to_modes(&one.model, &road->modes, road->w->predict, &one.left, &ignored) != BF_OK ||
-        !isfinite(one.left)) {
-        model_free(&one.model);
-        return;
-    }
-    road->starts = bf_grow(road->starts, road->n + 1, sizeof *road->starts);
-    road->starts[road->n++] = one;
+    model_free(&start->model);
 }
 
-/* At places along the span, if it has one. */
-static void fit_along(struct modal_road *road, const struct candidate *candidate, const double start[])
+/* The model's misfit to the modes from where it stands; infinite where it has no value. */
+static void fit_start(const struct modal_road *road, bool rough, double sharpness, struct modal_start *start)
 {
-    const int place = effect_slot(candidate->effect, BEAM_ROLE_PLACE);
-    double p[BEAM_EFFECT_PARAMETERS];
-    memcpy(p, start, sizeof p);
-    if (place < 0) {
-        fit_to_modes(road, candidate, p);
-        return;
-    }
-    for (int k = 1; k <= PLACES; k++) {
-        p[place] = fmin(road->given.length_m * k / PLACES, candidate->upper[place]);
-        fit_to_modes(road, candidate, p);
-    }
+    const struct modal_options options = {.predict = *road->w->predict, .rough = rough, .sharpness = sharpness};
+    struct bf_error ignored;
+    if (refit_to_modes(&start->model, road->modes, &options, &start->left, &ignored) != BF_OK ||
+        !isfinite(start->left))
+        start->left = HUGE_VAL;
 }
 
 static int by_left(const void *a, const void *b)
@@ -106,28 +63,105 @@ static int by_left(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-static void fit_all(struct modal_road *road, const struct candidate_list *list)
+/* Starts of one candidate on a model, ranked by a few steps: starts[ROADS · PLACES]. Returns how many. */
+static size_t rank_starts(const struct modal_road *road, const struct model *from, const struct candidate *candidate,
+                          struct modal_start starts[])
+{
+    const size_t first = 0;
+    const int place = effect_slot(candidate->effect, BEAM_ROLE_PLACE);
+    struct road roads[ROADS];
+    struct bf_error ignored;
+    size_t n = 0;
+    const size_t n_roads = roads_lay(candidate, from, &first, 1, true, roads);
+    for (size_t r = 0; r < n_roads; r++)
+        for (int k = 1; k <= (place < 0 ? 1 : PLACES); k++) {
+            struct modal_start *start = &starts[n];
+            *start = (struct modal_start){.candidate = candidate};
+            if (place >= 0)
+                roads[r].start[place] = fmin(from->length_m * k / PLACES, candidate->upper[place]);
+            if (candidate_model(from, candidate, roads[r].start, &start->model, &ignored) != BF_OK)
+                continue;
+            fit_start(road, true, 1.0, start);
+            n++;
+        }
+    qsort(starts, n, sizeof *starts, by_left);
+    return n;
+}
+
+/* The best two starts to their ends. */
+static void fit_candidate(struct modal_road *road, const struct model *from, const struct candidate *candidate)
+{
+    enum { BEST = 2 };
+    struct modal_start starts[ROADS * PLACES];
+    const size_t n = rank_starts(road, from, candidate, starts);
+    for (size_t k = 0; k < n; k++) {
+        if (k < BEST && isfinite(starts[k].left))
+            fit_start(road, false, 1.0, &starts[k]);
+        if (k < BEST && isfinite(starts[k].left)) {
+            road->starts = bf_grow(road->starts, road->n + 1, sizeof *road->starts);
+            road->starts[road->n++] = starts[k];
+        } else {
+            start_free(&starts[k]);
+        }
+    }
+}
+
+/* One more effect on `from`, each of the list that the model does not have. */
+static void fit_each(struct modal_road *road, const struct model *from, const struct candidate_list *list)
 {
     for (size_t i = 0; i < list->n && !progress_interrupted(); i++) {
         const struct candidate *candidate = &list->candidates[i];
-        struct road roads[ROADS];
-        if (!road_is_structural(candidate->effect) || effect_kind(candidate->effect) != KIND_LINEAR)
-            continue;
-        const size_t n = roads_lay(list->candidates, &road->given, &i, 1, true, roads);
-        for (size_t k = 0; k < n; k++)
-            fit_along(road, candidate, roads[k].start);
+        if (road_is_structural(candidate->effect) && effect_kind(candidate->effect) == KIND_LINEAR &&
+            !model_has_effect(from, candidate->effect))
+            fit_candidate(road, from, candidate);
     }
-    if (road->n > 0)
+}
+
+/* Where several leave next to nothing of what the modes may be off by, they are held against each other by a tenth and a hundredth of that. */
+static void sharpen(struct modal_road *road)
+{
+    static const double nothing = 0.5;
+    enum { MOST = 12 };
+    if (road->n == 0)
+        return;
+    qsort(road->starts, road->n, sizeof *road->starts, by_left);
+    for (double sharpness = 10.0; sharpness <= 100.0 && road->starts[0].left < 10.0 * nothing / sharpness;
+         sharpness *= 10.0) {
+        const double most = 10.0 * nothing / sharpness;
+        for (size_t k = 0; k < road->n && k < MOST && road->starts[k].left < most; k++)
+            fit_start(road, false, sharpness, &road->starts[k]);
         qsort(road->starts, road->n, sizeof *road->starts, by_left);
+    }
+}
+
+/* What the model leaves of the modes as it is. */
+static enum bf_status fit_alone(struct modal_road *road, const struct model *from, double *left, struct bf_error *err)
+{
+    struct model alone;
+    enum bf_status status = model_copy(from, &alone, err);
+    if (status)
+        return status;
+    const struct modal_options options = {.predict = *road->w->predict};
+    status = refit_to_modes(&alone, road->modes, &options, left, err);
+    model_free(&alone);
+    return status;
 }
 
 /* ---- Refits from there ---- */
 
-/* The same effect at the same misfit has been taken. */
+static bool same_effects(const struct model *one, const struct model *other)
+{
+    for (size_t e = 0; e < one->n_effects; e++)
+        if (!model_has_effect(other, one->effects[e].effect))
+            return false;
+    return one->n_effects == other->n_effects;
+}
+
+/* The same effects at the same misfit have been taken. */
 static bool is_taken(const struct modal_road *road, size_t k)
 {
     for (size_t i = 0; i < k; i++)
-        if (road->starts[i].candidate->effect == road->starts[k].candidate->effect &&
+        if (same_effects(&road->starts[i].model, &road->starts[k].model) &&
             road->starts[k].left - road->starts[i].left <= limits.same * road->left)
             return true;
     return false;
@@ -138,13 +172,16 @@ static enum bf_status refit_nearest(struct modal_road *road, struct bf_error *er
     struct refit_job jobs[MOST_REFITS];
     size_t n = 0;
     enum bf_status status = BF_OK;
+    sharpen(road);
+    if (getenv("MODES")) for (size_t k = 0; k < road->n && k < 10; k++) { fprintf(stderr, "POLE"); for (size_t e = 0; e < road->starts[k].model.n_effects; e++) fprintf(stderr, " %s", road->starts[k].model.effects[e].effect->id); fprintf(stderr, " %.4f of %.3f\n", road->starts[k].left, road->left); }
     for (size_t k = 0; k < road->n && n < MOST_REFITS && !status; k++) {
         const struct modal_start *start = &road->starts[k];
         if (start->left > limits.near * road->starts[0].left || start->left > limits.promises * road->left)
             break;
         if (is_taken(road, k))
             continue;
-        jobs[n] = (struct refit_job){.n_effects = 1, .n_tried = road->w->n_tried, .most_runs = QUICK_RUNS};
+        jobs[n] = (struct refit_job){
+            .n_effects = road->n_effects, .n_tried = road->w->n_tried, .most_runs = QUICK_RUNS};
         status = model_copy(&start->model, &jobs[n].model, err);
         jobs[n].first_new = jobs[n].model.n_effects;
         n += !status;
@@ -155,37 +192,75 @@ static enum bf_status refit_nearest(struct modal_road *road, struct bf_error *er
 static void road_free(struct modal_road *road)
 {
     for (size_t k = 0; k < road->n; k++)
-        model_free(&road->starts[k].model);
+        start_free(&road->starts[k]);
     free(road->starts);
-    free(road->modes.pole), free(road->modes.residue);
-    model_free(&road->given);
-}
-
-/* What the model without any effect leaves of them. */
-static enum bf_status fit_none(struct modal_road *road, struct bf_error *err)
-{
-    struct model none;
-    enum bf_status status = model_copy(&road->given, &none, err);
-    if (status)
-        return status;
-    status = refit_to_modes(&none, &road->modes, road->w->predict, &road->left, err);
-    model_free(&none);
-    return status;
 }
 
 enum bf_status diagnose_by_modes(struct diagnose_state *w, const struct candidate_list *list, struct bf_error *err)
 {
-    struct modal_road road = {.w = w};
+    struct measured_modes modes = measured_modes_of(&w->d->attainable, w->d->records, w->d->n_records);
+    struct modal_road road = {.w = w, .modes = &modes, .n_effects = 1};
     struct bf_error ignored;
-    enum bf_status status = diagnose_as_given(w->d->model, &road.given, err);
-    if (status)
-        return status;
-    road.modes = modes_of(w->d);
-    if (road.modes.n > 1 && fit_none(&road, &ignored) == BF_OK) {
-        fit_all(&road, list);
+    struct model given = {0};
+    enum bf_status status = diagnose_as_given(w->d->model, &given, err);
+    if (!status && modes.n > 1 && fit_alone(&road, &given, &road.left, &ignored) == BF_OK) {
+        fit_each(&road, &given, list);
         status = refit_nearest(&road, err);
     }
+    model_free(&given);
     road_free(&road);
+    measured_modes_free(&modes);
     w->by_modes = !status && diagnose_explained(w->d, 1);
+    return status;
+}
+
+/* ---- Pairs ---- */
+
+/* The best of the beam's own linear effects that is none of roots[n]; NULL: there is no more. */
+static const struct hypothesis *next_root(const struct diagnosis *d, const struct model roots[], size_t n)
+{
+    for (size_t i = 0; i < d->n_hypotheses; i++) {
+        const struct hypothesis *h = &d->hypotheses[i];
+        bool wanted = h->n_effects == 1 && !is_stand_in(h) && road_is_structural(h->effects[0]) &&
+                      effect_kind(h->effects[0]) == KIND_LINEAR;
+        for (size_t k = 0; k < n; k++)
+            wanted = wanted && !same_effects(&roots[k], &h->model);
+        if (wanted)
+            return h;
+    }
+    return NULL;
+}
+
+enum bf_status diagnose_pairs_by_modes(struct diagnose_state *w, struct bf_error *err)
+{
+    enum { ROOTS = 3 };
+    struct measured_modes modes = measured_modes_of(&w->d->attainable, w->d->records, w->d->n_records);
+    struct modal_road road = {.w = w, .modes = &modes, .n_effects = 2, .left = HUGE_VAL};
+    const struct candidate_options options = {.without = w->options->without, .n_without = w->options->n_without};
+    struct candidate_list list = {0};
+    struct model roots[ROOTS];
+    const struct hypothesis *root;
+    struct bf_error ignored;
+    size_t n = 0;
+    enum bf_status status =
+        candidate_list_new(&w->d->baseline.model, w->d->records, w->d->n_records, &options, &list, err);
+    while (!status && modes.n > 1 && n < ROOTS && (root = next_root(w->d, roots, n)) != NULL) {
+        double left = HUGE_VAL;
+        status = model_copy(&root->model, &roots[n], err);
+        if (status)
+            break;
+        if (fit_alone(&road, &roots[n], &left, &ignored) == BF_OK) {
+            road.left = fmin(road.left, left);
+            fit_each(&road, &roots[n], &list);
+        }
+        n++;
+    }
+    if (!status)
+        status = refit_nearest(&road, err);
+    for (size_t k = 0; k < n; k++)
+        model_free(&roots[k]);
+    candidate_list_free(&list);
+    road_free(&road);
+    measured_modes_free(&modes);
     return status;
 }

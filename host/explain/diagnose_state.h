@@ -98,6 +98,9 @@ enum bf_status diagnose_as_given(const struct model *model, struct model *out, s
 /* The linear effects with the best first-order score, refitted from the fitted baseline. Ranks. Some tenths of a second each. */
 enum bf_status diagnose_first_look(struct diagnose_state *w, struct bf_error *err);
 
+/* diagnose_by_modes.c: one more of the beam's own linear effects on each of the best three, by way of the modes. Ranks. A second or two. */
+enum bf_status diagnose_pairs_by_modes(struct diagnose_state *w, struct bf_error *err);
+
 /* What is fitted with the rig free, and when the diagnosis goes on with it. */
 enum rig_trial {
     RIG_ALONE, /* the baseline: where it comes down to the noise */
