@@ -247,6 +247,7 @@ static void work_free(struct diagnose_state *w)
         noise_free(&w->check_noise[c]);
     free(w->check_noise), free(w->whiteners), free(w->sigma), free(w->check_sigma);
     forget_look(w);
+    diagnose_modes_free(w);
     diagnose_side_free(&w->other);
 }
 

@@ -10,6 +10,7 @@
 #include "plausible.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -17,30 +18,33 @@
 
 /* All that is set by hand. */
 static const struct by_modes_limits {
+    double half, most; /* of the misfit's power that a refit takes: the modes tell what others are worth, or nearly all */
     double promises; /* of what the model without any effect leaves of the modes */
     double near;     /* times what the nearest leaves: what is refitted */
     double same;     /* of that: two starts of one effect that have come to the same end */
-} limits = {.promises = 0.7, .near = 3.0, .same = 0.02};
+} limits = {.half = 0.5, .most = 0.9, .promises = 0.7, .near = 3.0, .same = 0.02};
 /* Places along the span; refits at most, and their evaluations: from a start that has the modes it is done in 20 to 60. */
 enum { PLACES = 8, MOST_REFITS = 4, QUICK_RUNS = 100 };
 
-/* An effect fitted to the modes from one start. */
+/* What is fitted to the modes, from one start. */
 struct modal_start {
-    const struct candidate *candidate;
+    const struct beam_effect *effect; /* the last one of the model */
     struct model model;
-    double left; /* rms, in what a good model may be off by */
+    double left;   /* rms, in what a good model may be off by */
+    bool refitted; /* to the records */
 };
 
+/* All starts with one more effect, the nearest first. */
 struct modal_road {
     struct diagnose_state *w;
-    const struct measured_modes *modes;
+    const struct model *of; /* the model that was extended */
+    struct measured_modes modes;
     size_t n_effects; /* of what is fitted, more than the baseline has */
     double left;      /* by the model without one more effect */
+    double taken;     /* the largest part of the misfit that a refit from here has taken */
     size_t n;
     struct modal_start *starts;
 };
-
-/* ---- Fits to them ---- */
 
 static void start_free(struct modal_start *start)
 {
@@ -52,7 +56,7 @@ static void fit_start(const struct modal_road *road, bool rough, double sharpnes
 {
     const struct modal_options options = {.predict = *road->w->predict, .rough = rough, .sharpness = sharpness};
     struct bf_error ignored;
-    if (refit_to_modes(&start->model, road->modes, &options, &start->left, &ignored) != BF_OK ||
+    if (refit_to_modes(&start->model, &road->modes, &options, &start->left, &ignored) != BF_OK ||
         !isfinite(start->left))
         start->left = HUGE_VAL;
 }
@@ -76,7 +80,7 @@ static size_t rank_starts(const struct modal_road *road, const struct model *fro
     for (size_t r = 0; r < n_roads; r++)
         for (int k = 1; k <= (place < 0 ? 1 : PLACES); k++) {
             struct modal_start *start = &starts[n];
-            *start = (struct modal_start){.candidate = candidate};
+            *start = (struct modal_start){.effect = candidate->effect};
             if (place >= 0)
                 roads[r].start[place] = fmin(from->length_m * k / PLACES, candidate->upper[place]);
             if (candidate_model(from, candidate, roads[r].start, &start->model, &ignored) != BF_OK)
@@ -132,6 +136,7 @@ static void sharpen(struct modal_road *road)
             fit_start(road, false, sharpness, &road->starts[k]);
         qsort(road->starts, road->n, sizeof *road->starts, by_left);
     }
+    if (getenv("MODES")) for (size_t k = 0; k < road->n && k < 10; k++) { fprintf(stderr, "POLE"); for (size_t e = 0; e < road->starts[k].model.n_effects; e++) fprintf(stderr, " %s", road->starts[k].model.effects[e].effect->id); fprintf(stderr, " %.4f of %.3f\n", road->starts[k].left, road->left); }
 }
 
 /* What the model leaves of the modes as it is. */
@@ -142,7 +147,7 @@ static enum bf_status fit_alone(struct modal_road *road, const struct model *fro
     if (status)
         return status;
     const struct modal_options options = {.predict = *road->w->predict};
-    status = refit_to_modes(&alone, road->modes, &options, left, err);
+    status = refit_to_modes(&alone, &road->modes, &options, left, err);
     model_free(&alone);
     return status;
 }
@@ -167,26 +172,37 @@ static bool is_taken(const struct modal_road *road, size_t k)
     return false;
 }
 
+/* It comes near the modes, as the nearest does, and leaves clearly less of them than the model without it. */
+static bool is_near(const struct modal_road *road, const struct modal_start *start)
+{
+    return start->left <= limits.near * road->starts[0].left && start->left <= limits.promises * road->left;
+}
+
+/* The next of them that were not refitted. */
 static enum bf_status refit_nearest(struct modal_road *road, struct bf_error *err)
 {
     struct refit_job jobs[MOST_REFITS];
     size_t n = 0;
     enum bf_status status = BF_OK;
-    sharpen(road);
-    if (getenv("MODES")) for (size_t k = 0; k < road->n && k < 10; k++) { fprintf(stderr, "POLE"); for (size_t e = 0; e < road->starts[k].model.n_effects; e++) fprintf(stderr, " %s", road->starts[k].model.effects[e].effect->id); fprintf(stderr, " %.4f of %.3f\n", road->starts[k].left, road->left); }
     for (size_t k = 0; k < road->n && n < MOST_REFITS && !status; k++) {
-        const struct modal_start *start = &road->starts[k];
-        if (start->left > limits.near * road->starts[0].left || start->left > limits.promises * road->left)
+        struct modal_start *start = &road->starts[k];
+        if (!is_near(road, start))
             break;
-        if (is_taken(road, k))
+        if (start->refitted || is_taken(road, k))
             continue;
-        jobs[n] = (struct refit_job){
-            .n_effects = road->n_effects, .n_tried = road->w->n_tried, .most_runs = QUICK_RUNS};
+        jobs[n] = (struct refit_job){.n_effects = road->n_effects,
+                                     .n_tried = road->w->n_tried,
+                                     .most_runs = QUICK_RUNS,
+                                     .places_tried = true};
         status = model_copy(&start->model, &jobs[n].model, err);
         jobs[n].first_new = jobs[n].model.n_effects;
+        start->refitted = true;
         n += !status;
     }
-    return diagnose_try(road->w, jobs, n, status, 0.0);
+    status = diagnose_try(road->w, jobs, n, status, 0.0);
+    for (size_t k = 0; k < n && !status; k++)
+        road->taken = fmax(road->taken, 1.0 - jobs[k].left / road->w->d->baseline.fit.chi2_per_row);
+    return status;
 }
 
 static void road_free(struct modal_road *road)
@@ -194,24 +210,75 @@ static void road_free(struct modal_road *road)
     for (size_t k = 0; k < road->n; k++)
         start_free(&road->starts[k]);
     free(road->starts);
+    measured_modes_free(&road->modes);
+}
+
+static struct modal_road road_of(struct diagnose_state *w, size_t n_effects)
+{
+    return (struct modal_road){.w = w,
+                               .of = w->d->model,
+                               .modes = measured_modes_of(&w->d->attainable, w->d->records, w->d->n_records),
+                               .n_effects = n_effects,
+                               .left = HUGE_VAL};
+}
+
+void diagnose_modes_free(struct diagnose_state *w)
+{
+    if (w->modal != NULL)
+        road_free(w->modal);
+    free(w->modal);
+    w->modal = NULL;
+}
+
+/* ---- Single effects ---- */
+
+static enum bf_status begin(struct diagnose_state *w, const struct candidate_list *list, struct bf_error *err)
+{
+    struct bf_error ignored;
+    struct model given;
+    enum bf_status status = diagnose_as_given(w->d->model, &given, err);
+    if (status)
+        return status;
+    diagnose_modes_free(w);
+    w->modal = bf_alloc(1, sizeof *w->modal);
+    *w->modal = road_of(w, 1);
+    if (w->modal->modes.n > 1 && fit_alone(w->modal, &given, &w->modal->left, &ignored) == BF_OK) {
+        fit_each(w->modal, &given, list);
+        sharpen(w->modal);
+    }
+    model_free(&given);
+    return BF_OK;
 }
 
 enum bf_status diagnose_by_modes(struct diagnose_state *w, const struct candidate_list *list, struct bf_error *err)
 {
-    struct measured_modes modes = measured_modes_of(&w->d->attainable, w->d->records, w->d->n_records);
-    struct modal_road road = {.w = w, .modes = &modes, .n_effects = 1};
-    struct bf_error ignored;
-    struct model given = {0};
-    enum bf_status status = diagnose_as_given(w->d->model, &given, err);
-    if (!status && modes.n > 1 && fit_alone(&road, &given, &road.left, &ignored) == BF_OK) {
-        fit_each(&road, &given, list);
-        status = refit_nearest(&road, err);
-    }
-    model_free(&given);
-    road_free(&road);
-    measured_modes_free(&modes);
-    w->by_modes = !status && diagnose_explained(w->d, 1);
-    return status;
+    enum bf_status status = w->modal == NULL || w->modal->of != w->d->model ? begin(w, list, err) : BF_OK;
+    return status ? status : refit_nearest(w->modal, err);
+}
+
+static bool has_told(const struct diagnose_state *w, double part)
+{
+    return w->modal != NULL && w->modal->of == w->d->model && w->modal->taken >= part;
+}
+
+bool diagnose_modes_have_told(const struct diagnose_state *w)
+{
+    return has_told(w, limits.half);
+}
+
+bool diagnose_modes_have_told_all(const struct diagnose_state *w)
+{
+    return has_told(w, limits.most);
+}
+
+bool diagnose_modes_rule_out(const struct diagnose_state *w, const struct beam_effect *effect)
+{
+    if (!diagnose_modes_have_told(w) || !road_is_structural(effect))
+        return false;
+    for (size_t k = 0; k < w->modal->n; k++)
+        if (w->modal->starts[k].effect == effect && is_near(w->modal, &w->modal->starts[k]))
+            return false;
+    return true;
 }
 
 /* ---- Pairs ---- */
@@ -234,8 +301,7 @@ static const struct hypothesis *next_root(const struct diagnosis *d, const struc
 enum bf_status diagnose_pairs_by_modes(struct diagnose_state *w, struct bf_error *err)
 {
     enum { ROOTS = 3 };
-    struct measured_modes modes = measured_modes_of(&w->d->attainable, w->d->records, w->d->n_records);
-    struct modal_road road = {.w = w, .modes = &modes, .n_effects = 2, .left = HUGE_VAL};
+    struct modal_road road = road_of(w, 2);
     const struct candidate_options options = {.without = w->options->without, .n_without = w->options->n_without};
     struct candidate_list list = {0};
     struct model roots[ROOTS];
@@ -244,7 +310,7 @@ enum bf_status diagnose_pairs_by_modes(struct diagnose_state *w, struct bf_error
     size_t n = 0;
     enum bf_status status =
         candidate_list_new(&w->d->baseline.model, w->d->records, w->d->n_records, &options, &list, err);
-    while (!status && modes.n > 1 && n < ROOTS && (root = next_root(w->d, roots, n)) != NULL) {
+    while (!status && road.modes.n > 1 && n < ROOTS && (root = next_root(w->d, roots, n)) != NULL) {
         double left = HUGE_VAL;
         status = model_copy(&root->model, &roots[n], err);
         if (status)
@@ -255,12 +321,12 @@ enum bf_status diagnose_pairs_by_modes(struct diagnose_state *w, struct bf_error
         }
         n++;
     }
+    sharpen(&road);
     if (!status)
         status = refit_nearest(&road, err);
     for (size_t k = 0; k < n; k++)
         model_free(&roots[k]);
     candidate_list_free(&list);
     road_free(&road);
-    measured_modes_free(&modes);
     return status;
 }

@@ -71,7 +71,7 @@ static bool untried_are_wanted(const struct shortlist *s)
 {
     const struct diagnosis *d = s->w->d;
     const bool outdone = best_follows_much(d) || (diagnose_explained(d, 1) && !diagnose_no_linear_outdoes(d));
-    return s->from->n_effects == 0 && !s->w->options->everything && !s->w->by_modes &&
+    return s->from->n_effects == 0 && !s->w->options->everything && !diagnose_modes_have_told(s->w) &&
            (!diagnose_is_far(&d->baseline) || outdone) &&
            !diagnose_is_complete(d) && d->linearity.verdict != LINEARITY_NONLINEAR && !progress_interrupted();
 }
@@ -229,11 +229,12 @@ static enum bf_status linear_kinds(struct shortlist *s, const enum effect_kind k
     const bool has_ended = diagnose_is_far(&w->d->baseline) && diagnose_far_ahead(w->d, s->n_effects);
     if (!status && !has_ended && !progress_interrupted())
         status = stage(s, kinds, 2, most, span, err);
-    if (!status && has_ended && s->from->n_effects == 0 && !w->by_modes && !progress_interrupted())
+    if (!status && has_ended && s->from->n_effects == 0 && !diagnose_modes_have_told(w) &&
+        !progress_interrupted())
         status = shortlist_mates(s, err);
     if (!status && untried_are_wanted(s))
         status = shortlist_untried_from_given(s, 0.0, err);
-    if (!status && still_wanted(s))
+    if (!status && still_wanted(s) && !diagnose_modes_have_told(w))
         status = diagnose_single_places(w, 0.0, err);
     return status;
 }
@@ -253,7 +254,7 @@ static enum bf_status nonlinear_kinds(struct shortlist *s, const enum effect_kin
         return status;
     if (is_driven(w->d))
         status = shortlist_from_given(s, span, err);
-    return !status && still_wanted(s) ? diagnose_single_places(w, 0.0, err) : status;
+    return !status && still_wanted(s) && !diagnose_modes_have_told(w) ? diagnose_single_places(w, 0.0, err) : status;
 }
 
 /* What the first stage has left to the second: laws, or linear effects where laws came first. */
@@ -297,6 +298,8 @@ enum bf_status diagnose_extend(struct diagnose_state *w, const struct hypothesis
     struct shortlist *s;
     bool worth_it = true;
     enum bf_status status = shortlist_new(w, from, &s, err);
+    if (!status && !nonlinear && given_is_wanted(s))
+        status = diagnose_by_modes(w, &s->list, err);
     if (!status && w->answered && from->n_effects > 0)
         status = is_promising(s, &worth_it, err);
     if (!status && worth_it)

@@ -267,6 +267,13 @@ static enum bf_status score_and_give(struct shortlist *s, struct model *given, s
     return status ? status : diagnose_as_given(s->w->d->model, given, err);
 }
 
+/* Where the modes have told, the beam's own effects that come near them have been refitted from there, and no other will do. */
+static void leave_known_by_modes(const struct diagnose_state *w, struct road roads[], size_t n)
+{
+    for (size_t k = 0; k < n && diagnose_modes_have_told(w); k++)
+        roads[k].done = roads[k].done || road_is_structural(roads[k].candidate->effect);
+}
+
 enum bf_status shortlist_from_given(struct shortlist *s, double span, struct bf_error *err)
 {
     struct model given;
@@ -278,7 +285,9 @@ enum bf_status shortlist_from_given(struct shortlist *s, double span, struct bf_
     size_t *order = bf_alloc(s->list.n + 1, sizeof *order);
     const size_t all = order_from_given(s, order), n = all < MOST_GIVEN ? all : MOST_GIVEN;
     struct road *roads = bf_alloc(ROADS * n + 1, sizeof *roads);
-    refit_in_turn(s, &given, roads, roads_lay(s->list.candidates, &given, order, n, true, roads), span);
+    const size_t n_roads = roads_lay(s->list.candidates, &given, order, n, true, roads);
+    leave_known_by_modes(s->w, roads, n_roads);
+    refit_in_turn(s, &given, roads, n_roads, span);
     free(order), free(roads);
     model_free(&given);
     return BF_OK;
@@ -385,9 +394,10 @@ enum bf_status diagnose_first_look(struct diagnose_state *w, struct bf_error *er
     enum bf_status status = shortlist_new(w, &w->d->baseline, &s, err);
     if (!status)
         status = diagnose_by_modes(w, &s->list, err);
-    if (!status && !w->by_modes)
+    const bool told = diagnose_modes_have_told_all(w);
+    if (!status && !told)
         status = shortlist_score(s, KIND_LINEAR, err);
-    if (!status && !w->by_modes) {
+    if (!status && !told) {
         struct road roads[ROADS * MOST_FIRST];
         size_t order[MOST_FIRST];
         const size_t n = order_first(s, order);

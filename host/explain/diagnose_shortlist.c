@@ -60,6 +60,16 @@ static size_t keep_likely(const struct score scores[], size_t order[], size_t n)
     return kept;
 }
 
+static size_t keep_near_modes(const struct diagnose_state *w, const struct candidate candidates[], size_t order[],
+                              size_t n)
+{
+    size_t kept = 0;
+    for (size_t k = 0; k < n; k++)
+        if (!diagnose_modes_rule_out(w, candidates[order[k]].effect))
+            order[kept++] = order[k];
+    return kept;
+}
+
 /* The candidates of one kind with their scores, as score_run() takes them. */
 struct of_kind {
     size_t n;
@@ -98,6 +108,8 @@ static void score_kind(struct shortlist *s, enum effect_kind kind)
     size_t ranked = score_rank(some.candidates, some.scores, some.n, order);
     if (s->from->fitted.noise_ratio < first_order_ratio)
         ranked = keep_likely(some.scores, order, ranked);
+    if (s->n_effects == 1)
+        ranked = keep_near_modes(s->w, some.candidates, order, ranked);
     for (size_t i = 0; i < some.n; i++)
         s->w->n_tried += some.scores[i].n_tried;
     for (size_t k = 0; k < ranked; k++)

@@ -72,8 +72,17 @@ enum bf_status shortlist_untried_from_given(struct shortlist *s, double span, st
  */
 enum bf_status shortlist_by_record(struct shortlist *s, struct bf_error *err);
 
-/* diagnose_by_modes.c: the beam's own linear effects, fitted to the modes of the free linear model, and those that come near them refitted to the records. Ranks. Half a second. */
+/*
+ * diagnose_by_modes.c: the beam's own linear effects, fitted to the modes of the free linear model, and the next four that come near those refitted to the records. Ranks.
+ * Half a second, once for each model of the diagnosis, and the refits.
+ */
 enum bf_status diagnose_by_modes(struct diagnose_state *w, const struct candidate_list *list, struct bf_error *err);
+/* One of these refits takes half of the misfit, so that the modes tell what other effects are worth; nearly all. */
+bool diagnose_modes_have_told(const struct diagnose_state *w);
+bool diagnose_modes_have_told_all(const struct diagnose_state *w);
+/* The modes have told, and this effect of the beam comes nowhere near them. */
+bool diagnose_modes_rule_out(const struct diagnose_state *w, const struct beam_effect *effect);
+void diagnose_modes_free(struct diagnose_state *w);
 
 /*
  * diagnose_mates.c: linear effects whose scores are nearly that of the single effect that has explained the records, and which no refit has tried to its end. Far from the

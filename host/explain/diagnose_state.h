@@ -8,6 +8,7 @@
 
 struct progress;
 struct shortlist;
+struct modal_road;
 
 /* A diagnosis on one of two models: with its channels where and what the file says, or within what a ruler and a gauge are good for. */
 struct diagnose_side {
@@ -35,7 +36,7 @@ struct diagnose_state {
     double done; /* part of the work, 0 … 1 */
     size_t n_tried;
     struct shortlist *looked; /* of the first look at the baseline, until the single effects take it; NULL: none */
-    bool by_modes; /* an effect that was fitted to the modes explains the records; all of the beam's own were */
+    struct modal_road *modal; /* single effects fitted to the modes, diagnose_by_modes.c; NULL: not yet */
     bool
         answered; /* a single effect would be named that explains nearly all: one more must promise much to be refitted */
 };
