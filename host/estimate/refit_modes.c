@@ -20,8 +20,9 @@ static const struct modal_limits {
     double frequency, damping, residue; /* relative: what a good model may differ by for other reasons, as a rig's errors */
     double small;  /* of the rms of a path's residues: what a residue may be off by that is small itself */
     double unseen; /* ln of a frequency: a measured mode is rather left without one of the model's than with one so far away */
+    double lacking; /* standard errors of a frequency: what such a mode counts */
     double rebase; /* a move of an unknown that asks for another reduced space */
-} limits = {.frequency = 1e-3, .damping = 0.05, .residue = 0.1, .small = 0.1, .unseen = 0.7, .rebase = 0.1};
+} limits = {.frequency = 1e-3, .damping = 0.05, .residue = 0.1, .small = 0.1, .unseen = 0.7, .lacking = 10.0, .rebase = 0.1};
 enum { SILENT = 16, SPLINES = 48, ITERATIONS = 12, ROUNDS = 8, ROUGH_ROUNDS = 1 };
 static const double above = 1.3; /* times the highest measured mode: up to there the model's modes are made */
 
@@ -133,6 +134,19 @@ static void find_scales(struct modal_fit *w, double sharpness)
     }
 }
 
+/* A mode that the model lacks: its residues are left. */
+static void fill_lacking(struct modal_fit *w, size_t k, size_t row)
+{
+    w->r[row] = limits.lacking * limits.frequency / w->frequency;
+    for (size_t path = 0; path < w->n_paths; path++) {
+        const double scale = w->scale[k * w->n_paths + path];
+        if (!(scale > 0.0))
+            continue;
+        const double complex left = measured_residue(w, k, path) / scale;
+        w->r[row + 2 + 2 * path] = creal(left), w->r[row + 3 + 2 * path] = cimag(left);
+    }
+}
+
 /* Of one measured mode, from `row` on: its frequency, its damping, and the real and imaginary part of each residue. */
 static void fill_mode(struct modal_fit *w, size_t k, size_t row, bool derivatives)
 {
@@ -141,7 +155,7 @@ static void fill_mode(struct modal_fit *w, size_t k, size_t row, bool derivative
     const size_t rows = w->n_rows;
     (void)transfer_poles(w->predictor, &poles);
     if (w->mode[k] >= w->n_order) {
-        w->r[row] = limits.unseen / w->frequency;
+        fill_lacking(w, k, row);
         return;
     }
     const size_t pole = w->order[w->mode[k]];

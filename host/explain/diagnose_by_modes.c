@@ -5,12 +5,12 @@
  * comes nearest is refitted to the records from there.
  */
 #include "diagnose_relatives.h"
+#include "diagnose_resonator.h"
 #include "diagnose_road.h"
 #include "diagnose_shortlist.h"
 #include "plausible.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -71,12 +71,11 @@ static int by_left(const void *a, const void *b)
 static size_t rank_starts(const struct modal_road *road, const struct model *from, const struct candidate *candidate,
                           struct modal_start starts[])
 {
-    const size_t first = 0;
     const int place = effect_slot(candidate->effect, BEAM_ROLE_PLACE);
     struct road roads[ROADS];
     struct bf_error ignored;
     size_t n = 0;
-    const size_t n_roads = roads_lay(candidate, from, &first, 1, true, roads);
+    const size_t n_roads = roads_lay_all(from, candidate, roads);
     for (size_t r = 0; r < n_roads; r++)
         for (int k = 1; k <= (place < 0 ? 1 : PLACES); k++) {
             struct modal_start *start = &starts[n];
@@ -92,12 +91,10 @@ static size_t rank_starts(const struct modal_road *road, const struct model *fro
     return n;
 }
 
-/* The best two starts to their ends. */
-static void fit_candidate(struct modal_road *road, const struct model *from, const struct candidate *candidate)
+/* The best two of ranked starts to their ends; takes all. */
+static void fit_best(struct modal_road *road, struct modal_start starts[], size_t n)
 {
     enum { BEST = 2 };
-    struct modal_start starts[ROADS * PLACES];
-    const size_t n = rank_starts(road, from, candidate, starts);
     for (size_t k = 0; k < n; k++) {
         if (k < BEST && isfinite(starts[k].left))
             fit_start(road, false, 1.0, &starts[k]);
@@ -110,15 +107,53 @@ static void fit_candidate(struct modal_road *road, const struct model *from, con
     }
 }
 
+static void fit_candidate(struct modal_road *road, const struct model *from, const struct candidate *candidate)
+{
+    struct modal_start starts[ROADS * PLACES];
+    const size_t n = rank_starts(road, from, candidate, starts);
+    fit_best(road, starts, n);
+}
+
+/* What swings by itself, at the frequency of each measured mode. */
+static void fit_swinging(struct modal_road *road, const struct model *from, const struct beam_effect *effect)
+{
+    enum { FREQUENCIES = 8, ALONG = 4 };
+    struct modal_start starts[FREQUENCIES * ALONG];
+    const size_t places = effect_slot(effect, BEAM_ROLE_PLACE) < 0 ? 1 : ALONG;
+    size_t n = 0;
+    for (size_t k = 0; k < road->modes.n && k < FREQUENCIES; k++)
+        for (size_t a = 1; a <= places; a++) {
+            const double at_m = model_last_place_m(from) * (double)a / (double)places;
+            starts[n] = (struct modal_start){.effect = effect};
+            if (!resonator_begin(from, effect, cabs(road->modes.pole[k]) / (2.0 * M_PI), at_m, &starts[n].model))
+                continue;
+            fit_start(road, true, 1.0, &starts[n++]);
+        }
+    qsort(starts, n, sizeof *starts, by_left);
+    fit_best(road, starts, n);
+}
+
+/* It may differ from record to record, and all have the same modes. */
+static bool is_of_record(const struct beam_effect *effect)
+{
+    bool any = false;
+    for (int i = 0; i < effect->n_parameters; i++)
+        any = any || effect->parameters[i].flags & BEAM_PARAMETER_PER_RECORD;
+    return any;
+}
+
 /* One more effect on `from`, each of the list that the model does not have. */
 static void fit_each(struct modal_road *road, const struct model *from, const struct candidate_list *list)
 {
     for (size_t i = 0; i < list->n && !progress_interrupted(); i++) {
         const struct candidate *candidate = &list->candidates[i];
         if (road_is_structural(candidate->effect) && effect_kind(candidate->effect) == KIND_LINEAR &&
-            !model_has_effect(from, candidate->effect))
+            !is_of_record(candidate->effect) && !model_has_effect(from, candidate->effect))
             fit_candidate(road, from, candidate);
     }
+    for (int i = 0; i < beam_effects_count && resonator_may_be_there(road->w->d) && !progress_interrupted(); i++)
+        if (resonator_can_act(road->w, beam_effects[i]))
+            fit_swinging(road, from, beam_effects[i]);
 }
 
 /* Where several leave next to nothing of what the modes may be off by, they are held against each other by a tenth and a hundredth of that. */
@@ -136,7 +171,6 @@ static void sharpen(struct modal_road *road)
             fit_start(road, false, sharpness, &road->starts[k]);
         qsort(road->starts, road->n, sizeof *road->starts, by_left);
     }
-    if (getenv("MODES")) for (size_t k = 0; k < road->n && k < 10; k++) { fprintf(stderr, "POLE"); for (size_t e = 0; e < road->starts[k].model.n_effects; e++) fprintf(stderr, " %s", road->starts[k].model.effects[e].effect->id); fprintf(stderr, " %.4f of %.3f\n", road->starts[k].left, road->left); }
 }
 
 /* What the model leaves of the modes as it is. */
@@ -190,7 +224,7 @@ static enum bf_status refit_nearest(struct modal_road *road, struct bf_error *er
             break;
         if (start->refitted || is_taken(road, k))
             continue;
-        jobs[n] = (struct refit_job){.n_effects = road->n_effects,
+        jobs[n] = (struct refit_job){.n_effects = start->model.n_effects - road->w->d->baseline.n_base,
                                      .n_tried = road->w->n_tried,
                                      .most_runs = QUICK_RUNS,
                                      .places_tried = true};
@@ -200,6 +234,7 @@ static enum bf_status refit_nearest(struct modal_road *road, struct bf_error *er
         n += !status;
     }
     status = diagnose_try(road->w, jobs, n, status, 0.0);
+    resonators_judge(road->w);
     for (size_t k = 0; k < n && !status; k++)
         road->taken = fmax(road->taken, 1.0 - jobs[k].left / road->w->d->baseline.fit.chi2_per_row);
     return status;
@@ -273,12 +308,21 @@ bool diagnose_modes_have_told_all(const struct diagnose_state *w)
 
 bool diagnose_modes_rule_out(const struct diagnose_state *w, const struct beam_effect *effect)
 {
-    if (!diagnose_modes_have_told(w) || !road_is_structural(effect))
-        return false;
-    for (size_t k = 0; k < w->modal->n; k++)
-        if (w->modal->starts[k].effect == effect && is_near(w->modal, &w->modal->starts[k]))
-            return false;
-    return true;
+    bool tried = false, near = false;
+    for (size_t k = 0; diagnose_modes_have_told(w) && k < w->modal->n; k++) {
+        const struct modal_start *start = &w->modal->starts[k];
+        tried = tried || start->effect == effect;
+        near = near || (start->effect == effect && is_near(w->modal, start));
+    }
+    return tried && !near;
+}
+
+bool diagnose_modes_have_refitted(const struct diagnose_state *w, const struct beam_effect *effect)
+{
+    for (size_t k = 0; diagnose_modes_have_told(w) && k < w->modal->n; k++)
+        if (w->modal->starts[k].effect == effect && w->modal->starts[k].refitted)
+            return true;
+    return false;
 }
 
 /* ---- Pairs ---- */

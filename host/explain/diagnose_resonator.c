@@ -8,6 +8,7 @@
  * What does not decay within the longest record is no mode: something drives it (a support that moves, hum).
  */
 #include "diagnose_relatives.h"
+#include "diagnose_resonator.h"
 #include "diagnose_state.h"
 #include "plausible.h"
 
@@ -53,7 +54,7 @@ static double first_Hz(const struct diagnosis *d)
 }
 
 /* It swings, the model has none of it and has where it can act, and it is not left out. */
-static bool is_candidate(const struct diagnose_state *w, const struct beam_effect *effect)
+bool resonator_can_act(const struct diagnose_state *w, const struct beam_effect *effect)
 {
     const struct model *model = w->d->model;
     return effect_slot(effect, BEAM_ROLE_RESONANCE) >= 0 && !model_has_effect(model, effect) &&
@@ -87,7 +88,7 @@ static const struct hypothesis *least_without(const struct diagnosis *d)
 }
 
 /* What swings in the model already takes what another one would; and where the records have no more modes than the best of the others, there is none. */
-static bool is_worth_trying(const struct diagnosis *d)
+bool resonator_may_be_there(const struct diagnosis *d)
 {
     return d->n_modes > modes_rigid(d->mode_Hz, d->n_modes) && own_mode(d->model, 0) == NULL &&
            !diagnose_is_complete(d) && !diagnose_linear_is_out(d) && diagnose_may_lack_mode(d, least_without(d));
@@ -153,6 +154,24 @@ static void begin_at(const struct model *model, double frequency_Hz, double at_m
             break;
         }
     }
+}
+
+bool resonator_begin(const struct model *from, const struct beam_effect *effect, double frequency_Hz, double at_m,
+                     struct model *out)
+{
+    static const double part = 0.1; /* of the beam's mass or flexibility */
+    struct bf_error ignored;
+    if (model_copy(from, out, &ignored) != BF_OK)
+        return false;
+    size_t own = 0;
+    while (own < out->n_effects && out->effects[own].effect != effect)
+        own++;
+    if (own == out->n_effects && model_append_effect(out, effect->id, "", &ignored) != BF_OK) {
+        model_free(out);
+        return false;
+    }
+    begin_at(from, frequency_Hz, at_m, part, &out->effects[own]);
+    return true;
 }
 
 /* The effect beside those of `from`; a clamp that is among them already begins to rock. */
@@ -370,7 +389,7 @@ static enum bf_status to_the_end(struct diagnose_state *w, struct bf_error *err)
 static enum bf_status try_beside(struct diagnose_state *w, const struct hypothesis *from, struct bf_error *err)
 {
     for (int i = 0; i < beam_effects_count && !progress_interrupted(); i++)
-        if (is_candidate(w, beam_effects[i]))
+        if (resonator_can_act(w, beam_effects[i]))
             try_all(w, from, beam_effects[i]);
     return progress_interrupted() ? BF_OK : to_the_end(w, err);
 }
@@ -400,7 +419,7 @@ static enum bf_status try_beside_single(struct diagnose_state *w, struct bf_erro
     return status;
 }
 
-static void keep_modes(struct diagnose_state *w)
+void resonators_judge(struct diagnose_state *w)
 {
     drop_others(w->d);
     diagnose_rank(w->d, w->n_tried);
@@ -412,27 +431,27 @@ enum bf_status diagnose_resonator_from_given(struct diagnose_state *w, struct bf
     struct hypothesis given = {0};
     double mode_Hz[DIAGNOSE_MODES];
     size_t n_modes = 0;
-    if (!is_worth_trying(w->d) || !is_outdone(w->d))
+    if (!resonator_may_be_there(w->d) || !is_outdone(w->d))
         return BF_OK;
     enum bf_status status = diagnose_as_given(w->d->model, &given.model, err);
     if (status)
         return status;
     status = diagnose_modes_in_band(w->d, &given.model, mode_Hz, &n_modes, err);
     for (int i = 0; i < beam_effects_count && !status && !progress_interrupted(); i++)
-        if (is_candidate(w, beam_effects[i]))
+        if (resonator_can_act(w, beam_effects[i]))
             look_from_given(w, &given, mode_Hz, n_modes, beam_effects[i]);
     model_free(&given.model);
-    keep_modes(w);
+    resonators_judge(w);
     return status == BF_NUMERIC ? BF_OK : status; /* a model that cannot be computed as given has the other road */
 }
 
 enum bf_status diagnose_resonator(struct diagnose_state *w, struct bf_error *err)
 {
-    if (!is_worth_trying(w->d))
+    if (!resonator_may_be_there(w->d))
         return BF_OK;
     enum bf_status status = try_beside(w, &w->d->baseline, err);
     if (!status)
         status = try_beside_single(w, err);
-    keep_modes(w);
+    resonators_judge(w);
     return status;
 }

@@ -85,14 +85,20 @@ static size_t lay_large_alone(const struct model *from, const struct candidate *
     return 1;
 }
 
+size_t roads_lay_all(const struct model *from, const struct candidate *candidate, struct road roads[])
+{
+    roads[0] = (struct road){.candidate = candidate, .usual = true};
+    memcpy(roads[0].start, candidate->start, sizeof candidate->start);
+    const size_t n = 1 + lay_others(from, candidate, &roads[1]);
+    return n + lay_large_alone(from, candidate, &roads[n]);
+}
+
 size_t roads_lay_own(const struct model *from, const struct candidate *candidate, struct road roads[])
 {
     static const enum beam_role differing[] = {BEAM_ROLE_STRENGTH, BEAM_ROLE_PLACE};
-    struct road starts[ROADS] = {{.candidate = candidate}};
+    struct road starts[ROADS];
     size_t n = 0;
-    memcpy(starts[0].start, candidate->start, sizeof candidate->start);
-    size_t n_starts = 1 + lay_others(from, candidate, &starts[1]);
-    n_starts += lay_large_alone(from, candidate, &starts[n_starts]);
+    const size_t n_starts = roads_lay_all(from, candidate, starts);
     for (size_t role = 0; role < sizeof differing / sizeof *differing; role++) {
         const int slot = effect_slot(candidate->effect, differing[role]);
         for (size_t k = 0; k < n_starts && slot >= 0; k++) {

@@ -31,6 +31,8 @@ bool road_is_structural(const struct beam_effect *effect);
  */
 size_t roads_lay(const struct candidate candidates[], const struct model *from, const size_t order[], size_t n,
                  bool all, struct road roads[]);
+/* Every start of one candidate, one that has a strength alone as a large one, too. roads[ROADS]; returns how many. */
+size_t roads_lay_all(const struct model *from, const struct candidate *candidate, struct road roads[]);
 /* From every start twice: with a strength of its own in each record, and with a place of its own. roads[2 · ROADS]; returns how many. */
 size_t roads_lay_own(const struct model *from, const struct candidate *candidate, struct road roads[]);
 

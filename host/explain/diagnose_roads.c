@@ -271,7 +271,8 @@ static enum bf_status score_and_give(struct shortlist *s, struct model *given, s
 static void leave_known_by_modes(const struct diagnose_state *w, struct road roads[], size_t n)
 {
     for (size_t k = 0; k < n && diagnose_modes_have_told(w); k++)
-        roads[k].done = roads[k].done || road_is_structural(roads[k].candidate->effect);
+        roads[k].done = roads[k].done || diagnose_modes_rule_out(w, roads[k].candidate->effect) ||
+                        diagnose_modes_have_refitted(w, roads[k].candidate->effect);
 }
 
 enum bf_status shortlist_from_given(struct shortlist *s, double span, struct bf_error *err)

@@ -82,6 +82,8 @@ bool diagnose_modes_have_told(const struct diagnose_state *w);
 bool diagnose_modes_have_told_all(const struct diagnose_state *w);
 /* The modes have told, and this effect of the beam comes nowhere near them. */
 bool diagnose_modes_rule_out(const struct diagnose_state *w, const struct beam_effect *effect);
+/* The modes have told, and it was refitted to the records from there. */
+bool diagnose_modes_have_refitted(const struct diagnose_state *w, const struct beam_effect *effect);
 void diagnose_modes_free(struct diagnose_state *w);
 
 /*
