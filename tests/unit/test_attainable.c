@@ -5,6 +5,7 @@
 #include <stddef.h>
 #include <stdint.h>
 #include <cmocka.h>
+#include <complex.h>
 #include <math.h>
 #include "noise/attainable_problem.h"
 #include "noise/noise.h"
@@ -58,6 +59,27 @@ static void two_records_of_one_beam_end_at_their_noise(void **state)
     attainable_free(&a);
     record_free(&records[0]);
     record_free(&records[1]);
+}
+
+/* The middle swings against the tip in the second mode, with it in the others, and as far. */
+static void residues_are_those_of_the_records(void **state)
+{
+    (void)state;
+    struct record record = make_record(1, 3.0, 0.0, 41);
+    struct attainable a = find(&record, 1);
+    assert_int_equal(a.n_outputs, 2);
+    assert_int_equal(a.n_inputs, 1);
+    for (int m = 0; m < MODES; m++) {
+        size_t k = 0;
+        while (k < a.modes && fabs(a.poles[k].frequency_Hz - mode_Hz[m]) > 1e-3 * mode_Hz[m])
+            k++;
+        assert_true(k < a.modes);
+        const double complex ratio = a.residue[2 * k + 1] / a.residue[2 * k];
+        assert_true(cabs(ratio - (m == 1 ? -1.0 : 1.0)) < 0.05);
+        assert_true(fabs(carg(a.residue[2 * k]) + 0.5 * M_PI) < 0.05); /* of A sin: A/2i */
+    }
+    attainable_free(&a);
+    record_free(&record);
 }
 
 /* What the linear model of a record leaves of another, in times the noise. */
@@ -323,6 +345,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(two_records_of_one_beam_end_at_their_noise),
+        cmocka_unit_test(residues_are_those_of_the_records),
         cmocka_unit_test(what_is_held_out_ends_at_its_noise_unless_its_input_is_wrong),
         cmocka_unit_test(a_free_decay_ends_at_its_noise),
         cmocka_unit_test(a_recorder_that_rings_is_no_mode),
