@@ -7,8 +7,9 @@
 
 /* All that is set by hand. */
 static const struct agreement {
-    double floor;  /* of the signal: what the free linear model may leave, or it tells no modes */
-    double alike;  /* cosine between measured and fitted residues of a path: a mass or a spring turns some modes, not all */
+    double floor; /* of the signal: what the free linear model may leave, or it tells no modes */
+    double
+        alike; /* cosine between measured and fitted residues of a path: a mass or a spring turns some modes, not all */
     double factor; /* between them, either way: a decade, g and a turned sign are beyond */
 } limits = {.floor = 0.3, .alike = 0.8, .factor = 2.0};
 

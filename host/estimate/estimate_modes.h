@@ -27,9 +27,10 @@ void measured_modes_free(struct measured_modes *modes);
 
 struct modal_options {
     struct predict_options predict;
-    double sharpness;       /* standard errors are those below over this; 0: 1 */
-    bool rough;             /* a few steps: good enough to rank starts of one model */
-    double complex *fitted; /* [n][n_outputs][n_inputs], out: the model's own residues, 0 of a mode that it lacks; NULL: not wanted */
+    double sharpness; /* standard errors are those below over this; 0: 1 */
+    bool rough;       /* a few steps: good enough to rank starts of one model */
+    double complex *
+        fitted; /* [n][n_outputs][n_inputs], out: the model's own residues, 0 of a mode that it lacks; NULL: not wanted */
 };
 
 /*

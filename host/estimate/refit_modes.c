@@ -17,12 +17,15 @@
 
 /* All that is set by hand. */
 static const struct modal_limits {
-    double frequency, damping, residue; /* relative: what a good model may differ by for other reasons, as a rig's errors */
-    double small;  /* of the rms of a path's residues: what a residue may be off by that is small itself */
-    double unseen; /* ln of a frequency: a measured mode is rather left without one of the model's than with one so far away */
+    double frequency, damping,
+        residue;  /* relative: what a good model may differ by for other reasons, as a rig's errors */
+    double small; /* of the rms of a path's residues: what a residue may be off by that is small itself */
+    double
+        unseen; /* ln of a frequency: a measured mode is rather left without one of the model's than with one so far away */
     double lacking; /* standard errors of a frequency: what such a mode counts */
-    double rebase; /* a move of an unknown that asks for another reduced space */
-} limits = {.frequency = 1e-3, .damping = 0.05, .residue = 0.1, .small = 0.1, .unseen = 0.7, .lacking = 10.0, .rebase = 0.1};
+    double rebase;  /* a move of an unknown that asks for another reduced space */
+} limits = {
+    .frequency = 1e-3, .damping = 0.05, .residue = 0.1, .small = 0.1, .unseen = 0.7, .lacking = 10.0, .rebase = 0.1};
 enum { SILENT = 16, SPLINES = 48, ITERATIONS = 12, ROUNDS = 8, ROUGH_ROUNDS = 1 };
 static const double above = 1.3; /* times the highest measured mode: up to there the model's modes are made */
 
@@ -36,7 +39,7 @@ struct modal_fit {
     struct parameter_ref *refs;
     size_t n_refs;
     struct predictor *predictor;
-    struct fit_problem p; /* unknowns, bounds and priors; no rows of its own */
+    struct fit_problem p;   /* unknowns, bounds and priors; no rows of its own */
     size_t n_order, *order; /* of the model's poles by size */
     size_t *mode;           /* [modes->n] which of these; SIZE_MAX: none */
     size_t n_paths, n_rows;
@@ -169,8 +172,7 @@ static void fill_mode(struct modal_fit *w, size_t k, size_t row, bool derivative
             continue;
         const double relative = creal(d[pole] / s), slope = fit_problem_slope(p, i, p->at);
         w->J[i * rows + row] = slope * relative / w->frequency;
-        w->J[i * rows + row + 1] =
-            creal(s) < 0.0 ? slope * (creal(d[pole]) / creal(s) - relative) / w->damping : 0.0;
+        w->J[i * rows + row + 1] = creal(s) < 0.0 ? slope * (creal(d[pole]) / creal(s) - relative) / w->damping : 0.0;
     }
     for (size_t path = 0; path < w->n_paths; path++) {
         const double scale = w->scale[k * w->n_paths + path];
@@ -287,7 +289,8 @@ static enum bf_status open_fit(struct modal_fit *w, const struct predict_options
         ones[o] = 1.0;
     enum bf_status status = predictor_new(w->model, &w->silence, 1, &options, &w->predictor, err);
     if (status == BF_OK)
-        status = fit_problem_new(&w->p, w->model, w->predictor, &w->silence, 1, w->names, w->refs, w->n_refs, ones, err);
+        status =
+            fit_problem_new(&w->p, w->model, w->predictor, &w->silence, 1, w->names, w->refs, w->n_refs, ones, err);
     free(ones);
     if (status != BF_OK)
         return status;
@@ -336,10 +339,10 @@ static void tell_residues(const struct modal_fit *w, double complex fitted[])
     const size_t n_inputs = w->model->n_inputs;
     for (size_t k = 0; k < w->modes->n; k++)
         for (size_t path = 0; path < w->n_paths; path++)
-            fitted[k * w->n_paths + path] =
-                w->mode[k] < w->n_order ? transfer_residue(w->predictor, w->p.theta, path / n_inputs, path % n_inputs,
-                                                           w->order[w->mode[k]], NULL)
-                                        : 0.0;
+            fitted[k * w->n_paths + path] = w->mode[k] < w->n_order
+                                                ? transfer_residue(w->predictor, w->p.theta, path / n_inputs,
+                                                                   path % n_inputs, w->order[w->mode[k]], NULL)
+                                                : 0.0;
 }
 
 enum bf_status refit_to_modes(struct model *model, const struct measured_modes *modes,

@@ -4,6 +4,7 @@
  * model as given (refit_to_modes()). That takes milliseconds, has no wrong cycle to lock in, and leaves much where an effect cannot make the modes what they are. What
  * comes nearest is refitted to the records from there.
  */
+#include "diagnose_modal.h"
 #include "diagnose_relatives.h"
 #include "diagnose_resonator.h"
 #include "diagnose_road.h"
@@ -16,40 +17,8 @@
 
 #include "ground/ground.h"
 
-/* All that is set by hand. */
-static const struct by_modes_limits {
-    double half, most; /* of the misfit's power that a refit takes: the modes tell what others are worth, or nearly all */
-    double promises; /* of what the model without any effect leaves of the modes */
-    double near;     /* times what the nearest leaves: what is refitted */
-    double same;     /* of that: two starts of one effect that have come to the same end */
-} limits = {.half = 0.5, .most = 0.9, .promises = 0.7, .near = 3.0, .same = 0.02};
 /* Places along the span; refits at most, and their evaluations: from a start that has the modes it is done in 20 to 60. */
 enum { PLACES = 8, MOST_REFITS = 4, QUICK_RUNS = 100 };
-
-/* What is fitted to the modes, from one start. */
-struct modal_start {
-    const struct beam_effect *effect; /* the last one of the model */
-    struct model model;
-    double left;   /* rms, in what a good model may be off by */
-    bool refitted; /* to the records */
-};
-
-/* All starts with one more effect, the nearest first. */
-struct modal_road {
-    struct diagnose_state *w;
-    const struct model *of; /* the model that was extended */
-    struct measured_modes modes;
-    size_t n_effects; /* of what is fitted, more than the baseline has */
-    double left;      /* by the model without one more effect */
-    double taken;     /* the largest part of the misfit that a refit from here has taken */
-    size_t n;
-    struct modal_start *starts;
-};
-
-static void start_free(struct modal_start *start)
-{
-    model_free(&start->model);
-}
 
 /* The model's misfit to the modes from where it stands; infinite where it has no value. */
 static void fit_start(const struct modal_road *road, bool rough, double sharpness, struct modal_start *start)
@@ -102,7 +71,7 @@ static void fit_best(struct modal_road *road, struct modal_start starts[], size_
             road->starts = bf_grow(road->starts, road->n + 1, sizeof *road->starts);
             road->starts[road->n++] = starts[k];
         } else {
-            start_free(&starts[k]);
+            modal_start_free(&starts[k]);
         }
     }
 }
@@ -201,15 +170,9 @@ static bool is_taken(const struct modal_road *road, size_t k)
 {
     for (size_t i = 0; i < k; i++)
         if (same_effects(&road->starts[i].model, &road->starts[k].model) &&
-            road->starts[k].left - road->starts[i].left <= limits.same * road->left)
+            road->starts[k].left - road->starts[i].left <= modal_limits.same * road->left)
             return true;
     return false;
-}
-
-/* It comes near the modes, as the nearest does, and leaves clearly less of them than the model without it. */
-static bool is_near(const struct modal_road *road, const struct modal_start *start)
-{
-    return start->left <= limits.near * road->starts[0].left && start->left <= limits.promises * road->left;
 }
 
 /* The next of them that were not refitted. */
@@ -220,7 +183,7 @@ static enum bf_status refit_nearest(struct modal_road *road, struct bf_error *er
     enum bf_status status = BF_OK;
     for (size_t k = 0; k < road->n && n < MOST_REFITS && !status; k++) {
         struct modal_start *start = &road->starts[k];
-        if (!is_near(road, start))
+        if (!modal_is_near(road, start))
             break;
         if (start->refitted || is_taken(road, k))
             continue;
@@ -240,14 +203,6 @@ static enum bf_status refit_nearest(struct modal_road *road, struct bf_error *er
     return status;
 }
 
-static void road_free(struct modal_road *road)
-{
-    for (size_t k = 0; k < road->n; k++)
-        start_free(&road->starts[k]);
-    free(road->starts);
-    measured_modes_free(&road->modes);
-}
-
 static struct modal_road road_of(struct diagnose_state *w, size_t n_effects)
 {
     return (struct modal_road){.w = w,
@@ -255,14 +210,6 @@ static struct modal_road road_of(struct diagnose_state *w, size_t n_effects)
                                .modes = measured_modes_of(&w->d->attainable, w->d->records, w->d->n_records),
                                .n_effects = n_effects,
                                .left = HUGE_VAL};
-}
-
-void diagnose_modes_free(struct diagnose_state *w)
-{
-    if (w->modal != NULL)
-        road_free(w->modal);
-    free(w->modal);
-    w->modal = NULL;
 }
 
 /* ---- Single effects ---- */
@@ -289,40 +236,6 @@ enum bf_status diagnose_by_modes(struct diagnose_state *w, const struct candidat
 {
     enum bf_status status = w->modal == NULL || w->modal->of != w->d->model ? begin(w, list, err) : BF_OK;
     return status ? status : refit_nearest(w->modal, err);
-}
-
-static bool has_told(const struct diagnose_state *w, double part)
-{
-    return w->modal != NULL && w->modal->of == w->d->model && w->modal->taken >= part;
-}
-
-bool diagnose_modes_have_told(const struct diagnose_state *w)
-{
-    return has_told(w, limits.half);
-}
-
-bool diagnose_modes_have_told_all(const struct diagnose_state *w)
-{
-    return has_told(w, limits.most);
-}
-
-bool diagnose_modes_rule_out(const struct diagnose_state *w, const struct beam_effect *effect)
-{
-    bool tried = false, near = false;
-    for (size_t k = 0; diagnose_modes_have_told(w) && k < w->modal->n; k++) {
-        const struct modal_start *start = &w->modal->starts[k];
-        tried = tried || start->effect == effect;
-        near = near || (start->effect == effect && is_near(w->modal, start));
-    }
-    return tried && !near;
-}
-
-bool diagnose_modes_have_refitted(const struct diagnose_state *w, const struct beam_effect *effect)
-{
-    for (size_t k = 0; diagnose_modes_have_told(w) && k < w->modal->n; k++)
-        if (w->modal->starts[k].effect == effect && w->modal->starts[k].refitted)
-            return true;
-    return false;
 }
 
 /* ---- Pairs ---- */
@@ -371,6 +284,6 @@ enum bf_status diagnose_pairs_by_modes(struct diagnose_state *w, struct bf_error
     for (size_t k = 0; k < n; k++)
         model_free(&roots[k]);
     candidate_list_free(&list);
-    road_free(&road);
+    modal_road_free(&road);
     return status;
 }

@@ -72,8 +72,8 @@ static bool untried_are_wanted(const struct shortlist *s)
     const struct diagnosis *d = s->w->d;
     const bool outdone = best_follows_much(d) || (diagnose_explained(d, 1) && !diagnose_no_linear_outdoes(d));
     return s->from->n_effects == 0 && !s->w->options->everything && !diagnose_modes_have_told(s->w) &&
-           (!diagnose_is_far(&d->baseline) || outdone) &&
-           !diagnose_is_complete(d) && d->linearity.verdict != LINEARITY_NONLINEAR && !progress_interrupted();
+           (!diagnose_is_far(&d->baseline) || outdone) && !diagnose_is_complete(d) &&
+           d->linearity.verdict != LINEARITY_NONLINEAR && !progress_interrupted();
 }
 
 /* Scores, trials and refits of the kinds. */
@@ -229,8 +229,7 @@ static enum bf_status linear_kinds(struct shortlist *s, const enum effect_kind k
     const bool has_ended = diagnose_is_far(&w->d->baseline) && diagnose_far_ahead(w->d, s->n_effects);
     if (!status && !has_ended && !progress_interrupted())
         status = stage(s, kinds, 2, most, span, err);
-    if (!status && has_ended && s->from->n_effects == 0 && !diagnose_modes_have_told(w) &&
-        !progress_interrupted())
+    if (!status && has_ended && s->from->n_effects == 0 && !diagnose_modes_have_told(w) && !progress_interrupted())
         status = shortlist_mates(s, err);
     if (!status && untried_are_wanted(s))
         status = shortlist_untried_from_given(s, 0.0, err);

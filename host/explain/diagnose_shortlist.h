@@ -77,14 +77,6 @@ enum bf_status shortlist_by_record(struct shortlist *s, struct bf_error *err);
  * Half a second, once for each model of the diagnosis, and the refits.
  */
 enum bf_status diagnose_by_modes(struct diagnose_state *w, const struct candidate_list *list, struct bf_error *err);
-/* One of these refits takes half of the misfit, so that the modes tell what other effects are worth; nearly all. */
-bool diagnose_modes_have_told(const struct diagnose_state *w);
-bool diagnose_modes_have_told_all(const struct diagnose_state *w);
-/* The modes have told, and this effect of the beam comes nowhere near them. */
-bool diagnose_modes_rule_out(const struct diagnose_state *w, const struct beam_effect *effect);
-/* The modes have told, and it was refitted to the records from there. */
-bool diagnose_modes_have_refitted(const struct diagnose_state *w, const struct beam_effect *effect);
-void diagnose_modes_free(struct diagnose_state *w);
 
 /*
  * diagnose_mates.c: linear effects whose scores are nearly that of the single effect that has explained the records, and which no refit has tried to its end. Far from the

@@ -6,7 +6,7 @@
  * high-pass both leave a transient that dies away with it, and in free decays the two differ in nothing else.
  */
 #include "diagnose_relatives.h"
-#include "diagnose_shortlist.h"
+#include "diagnose_state.h"
 
 #include <string.h>
 
@@ -101,8 +101,8 @@ static bool is_worth_trying(const struct diagnose_state *w, const struct hypothe
 {
     const bool related = diagnose_special_case(special, general->effects[e], w->d->model) ||
                          has_its_time_constant(special, general->effects[e]);
-    const bool known = general->n_effects == 1 &&
-                       (diagnose_modes_have_refitted(w, special) || diagnose_modes_rule_out(w, special));
+    const bool known =
+        general->n_effects == 1 && (diagnose_modes_have_refitted(w, special) || diagnose_modes_rule_out(w, special));
     return related && !known && !diagnose_leaves_out(w, special) && !model_has_effect(&general->model, special) &&
            !does_as_well(w->d, general, e, special);
 }

@@ -102,6 +102,16 @@ enum bf_status diagnose_first_look(struct diagnose_state *w, struct bf_error *er
 /* diagnose_by_modes.c: one more of the beam's own linear effects on each of the best three, by way of the modes. Ranks. A second or two. */
 enum bf_status diagnose_pairs_by_modes(struct diagnose_state *w, struct bf_error *err);
 
+/* diagnose_modal.c: what the fits to the modes say of effects. */
+/* One of these refits takes half of the misfit, so that the modes tell what other effects are worth; nearly all. */
+bool diagnose_modes_have_told(const struct diagnose_state *w);
+bool diagnose_modes_have_told_all(const struct diagnose_state *w);
+/* The modes have told, and this effect of the beam comes nowhere near them. */
+bool diagnose_modes_rule_out(const struct diagnose_state *w, const struct beam_effect *effect);
+/* The modes have told, and it was refitted to the records from there. */
+bool diagnose_modes_have_refitted(const struct diagnose_state *w, const struct beam_effect *effect);
+void diagnose_modes_free(struct diagnose_state *w);
+
 /* What is fitted with the rig free, and when the diagnosis goes on with it. */
 enum rig_trial {
     RIG_ALONE, /* the baseline: where it comes down to the noise */

@@ -347,7 +347,8 @@ struct attainable {
     size_t n_moving;               /* records that do not begin at rest */
     struct attainable_pole *poles; /* [modes] ascending */
     size_t n_outputs, n_inputs;    /* of the model */
-    double complex *residue; /* [modes][n_outputs][n_inputs] of the pole with Im > 0, unit of the output over those of the input and s; NaN: no record tells */
+    double complex *
+        residue; /* [modes][n_outputs][n_inputs] of the pole with Im > 0, unit of the output over those of the input and s; NaN: no record tells */
     size_t n_channels;
     struct attainable_channel *channels; /* record by record */
 };

@@ -170,12 +170,8 @@ static void only_modes_of_a_beam_are_taken(void **state)
     struct attainable_pole poles[] = {{10.0, 0.01, 50.0}, {20.0, 0.01, 1.01}, {30.0, 1e-6, 50.0},
                                       {40.0, 0.5, 50.0},  {60.0, 0.02, NAN},  {90.0, 0.01, 50.0}};
     double complex residue[] = {1.0, 2.0, 3.0, 4.0, 5.0, 6.0};
-    const struct attainable attainable = {.modes = 6,
-                                          .noise_ratio = 1.0,
-                                          .poles = poles,
-                                          .n_outputs = 1,
-                                          .n_inputs = 1,
-                                          .residue = residue};
+    const struct attainable attainable = {
+        .modes = 6, .noise_ratio = 1.0, .poles = poles, .n_outputs = 1, .n_inputs = 1, .residue = residue};
     struct record record = {.n = 512, .dt_s = 1.0 / 200.0, .path = strdup("test.csv")};
     record_add_column(&record, "accel_mps2", nothing);
     struct measured_modes modes = measured_modes_of(&attainable, &record, 1);

@@ -1,0 +1,68 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "diagnose_modal.h"
+
+#include <stdlib.h>
+
+const struct modal_limits modal_limits = {.half = 0.5, .most = 0.9, .promises = 0.7, .near = 3.0, .same = 0.02};
+
+bool modal_is_near(const struct modal_road *road, const struct modal_start *start)
+{
+    return start->left <= modal_limits.near * road->starts[0].left && start->left <= modal_limits.promises * road->left;
+}
+
+void modal_start_free(struct modal_start *start)
+{
+    model_free(&start->model);
+}
+
+void modal_road_free(struct modal_road *road)
+{
+    for (size_t k = 0; k < road->n; k++)
+        modal_start_free(&road->starts[k]);
+    free(road->starts);
+    measured_modes_free(&road->modes);
+}
+
+void diagnose_modes_free(struct diagnose_state *w)
+{
+    if (w->modal != NULL)
+        modal_road_free(w->modal);
+    free(w->modal);
+    w->modal = NULL;
+}
+
+/* ---- What they say ---- */
+
+static bool has_told(const struct diagnose_state *w, double part)
+{
+    return w->modal != NULL && w->modal->of == w->d->model && w->modal->taken >= part;
+}
+
+bool diagnose_modes_have_told(const struct diagnose_state *w)
+{
+    return has_told(w, modal_limits.half);
+}
+
+bool diagnose_modes_have_told_all(const struct diagnose_state *w)
+{
+    return has_told(w, modal_limits.most);
+}
+
+bool diagnose_modes_rule_out(const struct diagnose_state *w, const struct beam_effect *effect)
+{
+    bool tried = false, near = false;
+    for (size_t k = 0; diagnose_modes_have_told(w) && k < w->modal->n; k++) {
+        const struct modal_start *start = &w->modal->starts[k];
+        tried = tried || start->effect == effect;
+        near = near || (start->effect == effect && modal_is_near(w->modal, start));
+    }
+    return tried && !near;
+}
+
+bool diagnose_modes_have_refitted(const struct diagnose_state *w, const struct beam_effect *effect)
+{
+    for (size_t k = 0; diagnose_modes_have_told(w) && k < w->modal->n; k++)
+        if (w->modal->starts[k].effect == effect && w->modal->starts[k].refitted)
+            return true;
+    return false;
+}

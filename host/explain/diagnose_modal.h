@@ -1,0 +1,42 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* diagnose_modal.h — effects fitted to the modes of the free linear model, and what that says of them; private to explain/. */
+#ifndef BEAMFIT_DIAGNOSE_MODAL_H
+#define BEAMFIT_DIAGNOSE_MODAL_H
+
+#include "diagnose_state.h"
+
+/* All that is set by hand. */
+extern const struct modal_limits {
+    double half,
+        most;        /* of the misfit's power that a refit takes: the modes tell what others are worth, or nearly all */
+    double promises; /* of what the model without any effect leaves of the modes */
+    double near;     /* times what the nearest leaves: what is refitted */
+    double same;     /* of the first: two starts of one effect that have come to the same end */
+} modal_limits;
+
+/* What is fitted to the modes, from one start. */
+struct modal_start {
+    const struct beam_effect *effect; /* the last one of the model */
+    struct model model;
+    double left;   /* rms, in what a good model may be off by */
+    bool refitted; /* to the records */
+};
+
+/* All starts with one more effect, the nearest first. */
+struct modal_road {
+    struct diagnose_state *w;
+    const struct model *of; /* the model that was extended */
+    struct measured_modes modes;
+    size_t n_effects; /* of what is fitted, more than the baseline has */
+    double left;      /* by the model without one more effect */
+    double taken;     /* the largest part of the misfit that a refit from here has taken */
+    size_t n;
+    struct modal_start *starts;
+};
+
+/* It comes near the modes, as the nearest does, and leaves clearly less of them than the model without it. */
+bool modal_is_near(const struct modal_road *road, const struct modal_start *start);
+void modal_start_free(struct modal_start *start);
+void modal_road_free(struct modal_road *road);
+
+#endif
