@@ -78,7 +78,7 @@ static void fit_best(struct modal_road *road, struct modal_start starts[], size_
 
 static void fit_candidate(struct modal_road *road, const struct model *from, const struct candidate *candidate)
 {
-    struct modal_start starts[ROADS * PLACES];
+    struct modal_start starts[ROADS * PLACES] = {{0}};
     const size_t n = rank_starts(road, from, candidate, starts);
     fit_best(road, starts, n);
 }
@@ -87,7 +87,7 @@ static void fit_candidate(struct modal_road *road, const struct model *from, con
 static void fit_swinging(struct modal_road *road, const struct model *from, const struct beam_effect *effect)
 {
     enum { FREQUENCIES = 8, ALONG = 4 };
-    struct modal_start starts[FREQUENCIES * ALONG];
+    struct modal_start starts[FREQUENCIES * ALONG] = {{0}};
     const size_t places = effect_slot(effect, BEAM_ROLE_PLACE) < 0 ? 1 : ALONG;
     size_t n = 0;
     for (size_t k = 0; k < road->modes.n && k < FREQUENCIES; k++)
