@@ -150,45 +150,77 @@ static void fill_lacking(struct modal_fit *w, size_t k, size_t row)
     }
 }
 
-/* Of one measured mode, from `row` on: its frequency, its damping, and the real and imaginary part of each residue. */
-static void fill_mode(struct modal_fit *w, size_t k, size_t row, bool derivatives)
+/* As records with this clock show a pole or a residue. */
+struct clock {
+    double value;
+    const double *by; /* [n_refs] */
+};
+
+static struct clock clock_of(const struct modal_fit *w)
 {
-    struct fit_problem *p = &w->p;
-    const double complex *poles, *d;
-    const size_t rows = w->n_rows;
+    struct clock clock;
+    clock.value = transfer_clock(w->predictor, &clock.by);
+    return clock;
+}
+
+static double complex shown_change(const struct clock *clock, double complex x, double complex dx, size_t parameter)
+{
+    return clock->value * dx + clock->by[parameter] * x;
+}
+
+/* The frequency and the damping of one measured mode. */
+static void fill_pole(struct modal_fit *w, size_t k, size_t row, size_t pole, bool derivatives)
+{
+    const struct fit_problem *p = &w->p;
+    const struct clock clock = clock_of(w);
+    const double complex *poles, measured = w->modes->pole[k];
     (void)transfer_poles(w->predictor, &poles);
-    if (w->mode[k] >= w->n_order) {
-        fill_lacking(w, k, row);
-        return;
-    }
-    const size_t pole = w->order[w->mode[k]];
-    const double complex s = poles[pole], measured = w->modes->pole[k];
+    const double complex s = clock.value * poles[pole];
     const double damping = fmax(-creal(s) / cabs(s), 1e-9);
     w->r[row] = log(cabs(s) / cabs(measured)) / w->frequency;
     w->r[row + 1] = log(damping * cabs(measured) / -creal(measured)) / w->damping;
     for (size_t i = 0; i < p->n_unknowns && derivatives; i++) {
-        d = transfer_pole_derivative(w->predictor, p->unknowns[i].ref);
-        if (d == NULL)
-            continue;
-        const double relative = creal(d[pole] / s), slope = fit_problem_slope(p, i, p->at);
-        w->J[i * rows + row] = slope * relative / w->frequency;
-        w->J[i * rows + row + 1] = creal(s) < 0.0 ? slope * (creal(d[pole]) / creal(s) - relative) / w->damping : 0.0;
+        const size_t j = p->unknowns[i].ref;
+        const double complex *d = transfer_pole_derivative(w->predictor, j);
+        const double complex ds = shown_change(&clock, poles[pole], d != NULL ? d[pole] : 0.0, j);
+        const double relative = creal(ds / s), slope = fit_problem_slope(p, i, p->at);
+        w->J[i * w->n_rows + row] = slope * relative / w->frequency;
+        w->J[i * w->n_rows + row + 1] = creal(s) < 0.0 ? slope * (creal(ds) / creal(s) - relative) / w->damping : 0.0;
     }
+}
+
+/* The real and imaginary part of each residue. */
+static void fill_residues(struct modal_fit *w, size_t k, size_t row, size_t pole, bool derivatives)
+{
+    const struct fit_problem *p = &w->p;
+    const struct clock clock = clock_of(w);
+    const size_t n_inputs = w->model->n_inputs;
     for (size_t path = 0; path < w->n_paths; path++) {
         const double scale = w->scale[k * w->n_paths + path];
-        const size_t at = row + 2 + 2 * path, n_inputs = w->model->n_inputs;
+        const size_t at = row + 2 * path;
         if (!(scale > 0.0))
             continue;
-        const double complex off = (transfer_residue(w->predictor, p->theta, path / n_inputs, path % n_inputs, pole,
-                                                     derivatives ? w->d : NULL) -
-                                    measured_residue(w, k, path)) /
-                                   scale;
+        const double complex R =
+            transfer_residue(w->predictor, p->theta, path / n_inputs, path % n_inputs, pole, derivatives ? w->d : NULL);
+        const double complex off = (clock.value * R - measured_residue(w, k, path)) / scale;
         w->r[at] = creal(off), w->r[at + 1] = cimag(off);
         for (size_t i = 0; i < p->n_unknowns && derivatives; i++) {
-            const double complex slope = fit_problem_slope(p, i, p->at) / scale * w->d[p->unknowns[i].ref];
-            w->J[i * rows + at] = creal(slope), w->J[i * rows + at + 1] = cimag(slope);
+            const size_t j = p->unknowns[i].ref;
+            const double complex slope = fit_problem_slope(p, i, p->at) / scale * shown_change(&clock, R, w->d[j], j);
+            w->J[i * w->n_rows + at] = creal(slope), w->J[i * w->n_rows + at + 1] = cimag(slope);
         }
     }
+}
+
+/* Of one measured mode, from `row` on. */
+static void fill_mode(struct modal_fit *w, size_t k, size_t row, bool derivatives)
+{
+    if (w->mode[k] >= w->n_order) {
+        fill_lacking(w, k, row);
+        return;
+    }
+    fill_pole(w, k, row, w->order[w->mode[k]], derivatives);
+    fill_residues(w, k, row + 2, w->order[w->mode[k]], derivatives);
 }
 
 static void fill(struct modal_fit *w, const double x[], bool derivatives)
@@ -337,11 +369,12 @@ static enum bf_status search(struct modal_fit *w, double x[], double *half_squar
 static void tell_residues(const struct modal_fit *w, double complex fitted[])
 {
     const size_t n_inputs = w->model->n_inputs;
+    const double clock = clock_of(w).value;
     for (size_t k = 0; k < w->modes->n; k++)
         for (size_t path = 0; path < w->n_paths; path++)
             fitted[k * w->n_paths + path] = w->mode[k] < w->n_order
-                                                ? transfer_residue(w->predictor, w->p.theta, path / n_inputs,
-                                                                   path % n_inputs, w->order[w->mode[k]], NULL)
+                                                ? clock * transfer_residue(w->predictor, w->p.theta, path / n_inputs,
+                                                                           path % n_inputs, w->order[w->mode[k]], NULL)
                                                 : 0.0;
 }
 

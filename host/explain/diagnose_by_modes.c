@@ -125,7 +125,7 @@ static void fit_each(struct modal_road *road, const struct model *from, const st
             fit_swinging(road, from, beam_effects[i]);
 }
 
-/* Where several leave next to nothing of what the modes may be off by, they are held against each other by a tenth and a hundredth of that. */
+/* Where several leave next to nothing of what the modes may be off by, they are held against each other, and against none, by a tenth and a hundredth of that. */
 static void sharpen(struct modal_road *road)
 {
     static const double nothing = 0.5;
@@ -139,20 +139,29 @@ static void sharpen(struct modal_road *road)
         for (size_t k = 0; k < road->n && k < MOST && road->starts[k].left < most; k++)
             fit_start(road, false, sharpness, &road->starts[k]);
         qsort(road->starts, road->n, sizeof *road->starts, by_left);
+        if (road->alone.left < most)
+            fit_start(road, false, sharpness, &road->alone);
     }
 }
 
-/* What the model leaves of the modes as it is. */
-static enum bf_status fit_alone(struct modal_road *road, const struct model *from, double *left, struct bf_error *err)
+/* One more effect on the model, which is fitted to the modes, too; that with the least is what others are held against. */
+static enum bf_status extend(struct modal_road *road, const struct model *from, const struct candidate_list *list,
+                             struct bf_error *err)
 {
-    struct model alone;
-    enum bf_status status = model_copy(from, &alone, err);
+    struct modal_start alone = {0};
+    const enum bf_status status = model_copy(from, &alone.model, err);
     if (status)
         return status;
-    const struct modal_options options = {.predict = *road->w->predict};
-    status = refit_to_modes(&alone, &road->modes, &options, left, err);
-    model_free(&alone);
-    return status;
+    fit_start(road, false, 1.0, &alone);
+    if (isfinite(alone.left))
+        fit_each(road, from, list);
+    if (alone.left < road->alone.left) {
+        modal_start_free(&road->alone);
+        road->alone = alone;
+    } else {
+        modal_start_free(&alone);
+    }
+    return BF_OK;
 }
 
 /* ---- Refits from there ---- */
@@ -170,7 +179,7 @@ static bool is_taken(const struct modal_road *road, size_t k)
 {
     for (size_t i = 0; i < k; i++)
         if (same_effects(&road->starts[i].model, &road->starts[k].model) &&
-            road->starts[k].left - road->starts[i].left <= modal_limits.same * road->left)
+            road->starts[k].left - road->starts[i].left <= modal_limits.same * road->alone.left)
             return true;
     return false;
 }
@@ -209,33 +218,57 @@ static struct modal_road road_of(struct diagnose_state *w, size_t n_effects)
                                .of = w->d->model,
                                .modes = measured_modes_of(&w->d->attainable, w->d->records, w->d->n_records),
                                .n_effects = n_effects,
-                               .left = HUGE_VAL};
+                               .alone = {.left = HUGE_VAL}};
 }
 
 /* ---- Single effects ---- */
 
-static enum bf_status begin(struct diagnose_state *w, const struct candidate_list *list, struct bf_error *err)
+static enum bf_status begin(struct diagnose_state *w, const struct model *given, const struct candidate_list *list,
+                            struct bf_error *err)
 {
-    struct bf_error ignored;
-    struct model given;
-    enum bf_status status = diagnose_as_given(w->d->model, &given, err);
-    if (status)
-        return status;
     diagnose_modes_free(w);
     w->modal = bf_alloc(1, sizeof *w->modal);
     *w->modal = road_of(w, 1);
-    if (w->modal->modes.n > 1 && fit_alone(w->modal, &given, &w->modal->left, &ignored) == BF_OK) {
-        fit_each(w->modal, &given, list);
+    const enum bf_status status = w->modal->modes.n > 1 ? extend(w->modal, given, list, err) : BF_OK;
+    if (!status)
         sharpen(w->modal);
+    return status;
+}
+
+/* What differs from record to record cannot be fitted to modes that all have in common: a quick look from the model as given. */
+static enum bf_status look_at_own(struct diagnose_state *w, const struct model *given,
+                                  const struct candidate_list *list, struct bf_error *err)
+{
+    struct refit_job jobs[MOST_REFITS];
+    size_t n = 0;
+    enum bf_status status = BF_OK;
+    for (size_t i = 0; i < list->n && n < MOST_REFITS && !status; i++) {
+        const struct candidate *candidate = &list->candidates[i];
+        if (!road_is_structural(candidate->effect) || !is_of_record(candidate->effect))
+            continue;
+        jobs[n] = (struct refit_job){
+            .n_effects = 1, .n_tried = w->n_tried, .most_runs = QUICK_RUNS, .first_new = given->n_effects};
+        status = candidate_model(given, candidate, candidate->start, &jobs[n].model, err);
+        n += !status;
     }
-    model_free(&given);
-    return BF_OK;
+    return diagnose_try(w, jobs, n, status, 0.0);
 }
 
 enum bf_status diagnose_by_modes(struct diagnose_state *w, const struct candidate_list *list, struct bf_error *err)
 {
-    enum bf_status status = w->modal == NULL || w->modal->of != w->d->model ? begin(w, list, err) : BF_OK;
-    return status ? status : refit_nearest(w->modal, err);
+    struct model given;
+    const bool first = w->modal == NULL || w->modal->of != w->d->model;
+    enum bf_status status = diagnose_as_given(w->d->model, &given, err);
+    if (status)
+        return status;
+    if (first)
+        status = begin(w, &given, list, err);
+    if (!status)
+        status = refit_nearest(w->modal, err);
+    if (!status && first && diagnose_modes_have_told(w) && !diagnose_explained(w->d, 1))
+        status = look_at_own(w, &given, list, err);
+    model_free(&given);
+    return status;
 }
 
 /* ---- Pairs ---- */
@@ -263,20 +296,13 @@ enum bf_status diagnose_pairs_by_modes(struct diagnose_state *w, struct bf_error
     struct candidate_list list = {0};
     struct model roots[ROOTS];
     const struct hypothesis *root;
-    struct bf_error ignored;
     size_t n = 0;
     enum bf_status status =
         candidate_list_new(&w->d->baseline.model, w->d->records, w->d->n_records, &options, &list, err);
     while (!status && road.modes.n > 1 && n < ROOTS && (root = next_root(w->d, roots, n)) != NULL) {
-        double left = HUGE_VAL;
         status = model_copy(&root->model, &roots[n], err);
-        if (status)
-            break;
-        if (fit_alone(&road, &roots[n], &left, &ignored) == BF_OK) {
-            road.left = fmin(road.left, left);
-            fit_each(&road, &roots[n], &list);
-        }
-        n++;
+        if (!status)
+            status = extend(&road, &roots[n++], &list, err);
     }
     sharpen(&road);
     if (!status)

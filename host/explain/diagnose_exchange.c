@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
  * A set of effects grows from the effect that came first. Another one that alone explains the records as well (a lag and a high-pass of
- * a long time constant) has its place taken: in its stead it is tried in the same set, or the set would speak for the first alone.
+ * a long time constant) has its place taken: in its stead it is tried in the same set, or the set would speak for the first alone. So is an effect of the beam that
+ * comes as near the modes: what a sensor's response leaves of the records may have kept it behind.
  */
 #include "diagnose_relatives.h"
+#include "diagnose_road.h"
 #include "diagnose_state.h"
 
 enum { MOST_EXCHANGED = 4 };
@@ -33,6 +35,16 @@ static enum bf_status exchanged(const struct hypothesis *set, const struct beam_
     return status;
 }
 
+/* Where the modes have told, an effect of the beam stands for none of the measurement, nor the reverse. */
+static bool may_stand_for(const struct diagnose_state *w, const struct beam_effect *member,
+                          const struct hypothesis *alone, const struct hypothesis *other)
+{
+    const bool of_beam = road_is_structural(member);
+    if (diagnose_modes_have_told(w) && of_beam != road_is_structural(other->effects[0]))
+        return false;
+    return diagnose_as_good(other, alone) || (of_beam && diagnose_modes_have_refitted(w, other->effects[0]));
+}
+
 enum bf_status diagnose_exchange(struct diagnose_state *w, struct bf_error *err)
 {
     const struct diagnosis *d = w->d;
@@ -49,7 +61,7 @@ enum bf_status diagnose_exchange(struct diagnose_state *w, struct bf_error *err)
         for (size_t i = 0; alone != NULL && i < d->n_hypotheses && n < MOST_EXCHANGED; i++) {
             const struct hypothesis *other = &d->hypotheses[i];
             if (other->n_effects != 1 || hypothesis_has_law(other) || hypothesis_has(set, other->effects[0]) ||
-                !diagnose_as_good(other, alone))
+                !may_stand_for(w, set->effects[e], alone, other))
                 continue;
             jobs[n] = (struct refit_job){.n_effects = set->n_effects, .n_tried = w->n_tried, .to_the_end = true};
             if (exchanged(set, set->effects[e], other, &jobs[n].model, err) == BF_OK) {

@@ -7,7 +7,7 @@ const struct modal_limits modal_limits = {.half = 0.5, .most = 0.9, .promises = 
 
 bool modal_is_near(const struct modal_road *road, const struct modal_start *start)
 {
-    return start->left <= modal_limits.near * road->starts[0].left && start->left <= modal_limits.promises * road->left;
+    return start->left <= modal_limits.near * road->starts[0].left && start->left <= modal_limits.promises * road->alone.left;
 }
 
 void modal_start_free(struct modal_start *start)
@@ -20,6 +20,7 @@ void modal_road_free(struct modal_road *road)
     for (size_t k = 0; k < road->n; k++)
         modal_start_free(&road->starts[k]);
     free(road->starts);
+    modal_start_free(&road->alone);
     measured_modes_free(&road->modes);
 }
 

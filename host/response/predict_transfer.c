@@ -31,6 +31,12 @@ const double complex *transfer_pole_derivative(const struct predictor *p, size_t
     return NULL;
 }
 
+double transfer_clock(const struct predictor *p, const double **by)
+{
+    *by = p->geometry.clock_by;
+    return p->geometry.clock;
+}
+
 /* s^ν at a pole. */
 static double complex power(double complex s, int order)
 {

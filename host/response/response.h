@@ -312,6 +312,8 @@ struct transfer_modes {
  */
 size_t transfer_poles(const struct predictor *p, const double complex **poles);
 const double complex *transfer_pole_derivative(const struct predictor *predictor, size_t parameter);
+/* The interval between samples is so many times what the records say: they show the poles times that, and residues likewise. *by[n_parameters]: its derivatives. At the last run. */
+double transfer_clock(const struct predictor *predictor, const double **by);
 /*
  * Residue of one of these poles in the path from an input to an output, gains included, filters of the sensor and direct paths not: the path is Σ R/(s − p) + R̄/(s − p̄) + what is
  * smooth in s. At the last run, whose parameters theta are; d[n_parameters] (NULL: not wanted): its derivatives by what that run wanted, else 0. One beam for all records.
