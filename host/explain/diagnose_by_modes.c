@@ -184,31 +184,53 @@ static bool is_taken(const struct modal_road *road, size_t k)
     return false;
 }
 
-/* The next of them that were not refitted. */
+/* starts[n ≤ MOST_REFITS] to the records; most_runs 0: to their ends. unfinished[n], left[n] out: as of the jobs. */
+static enum bf_status refit_starts(struct modal_road *road, struct modal_start *const starts[], size_t n,
+                                   size_t most_runs, bool unfinished[], double left[], struct bf_error *err)
+{
+    struct diagnose_state *w = road->w;
+    struct refit_job jobs[MOST_REFITS];
+    size_t begun = 0;
+    enum bf_status status = BF_OK;
+    while (begun < n && !status) {
+        struct refit_job *job = &jobs[begun];
+        *job = (struct refit_job){.n_effects = starts[begun]->model.n_effects - w->d->baseline.n_base,
+                                  .n_tried = w->n_tried,
+                                  .most_runs = most_runs,
+                                  .places_tried = true};
+        status = model_copy(&starts[begun]->model, &job->model, err);
+        job->first_new = job->model.n_effects;
+        starts[begun]->refitted = true;
+        begun += !status;
+    }
+    status = diagnose_try(w, jobs, begun, status, 0.0);
+    for (size_t k = 0; k < begun && !status; k++) {
+        unfinished[k] = jobs[k].unfinished, left[k] = jobs[k].left;
+        road->taken = fmax(road->taken, 1.0 - left[k] / w->d->baseline.fit.chi2_per_row);
+    }
+    return status;
+}
+
+/* The next of those that are near and were not refitted: briefly, and then to their ends those that leave little more than the best of them. */
 static enum bf_status refit_nearest(struct modal_road *road, struct bf_error *err)
 {
-    struct refit_job jobs[MOST_REFITS];
-    size_t n = 0;
-    enum bf_status status = BF_OK;
-    for (size_t k = 0; k < road->n && n < MOST_REFITS && !status; k++) {
-        struct modal_start *start = &road->starts[k];
-        if (!modal_is_near(road, start))
-            break;
-        if (start->refitted || is_taken(road, k))
-            continue;
-        jobs[n] = (struct refit_job){.n_effects = start->model.n_effects - road->w->d->baseline.n_base,
-                                     .n_tried = road->w->n_tried,
-                                     .most_runs = QUICK_RUNS,
-                                     .places_tried = true};
-        status = model_copy(&start->model, &jobs[n].model, err);
-        jobs[n].first_new = jobs[n].model.n_effects;
-        start->refitted = true;
-        n += !status;
-    }
-    status = diagnose_try(road->w, jobs, n, status, 0.0);
-    resonators_judge(road->w);
+    struct modal_start *starts[MOST_REFITS] = {NULL};
+    bool unfinished[MOST_REFITS];
+    double left[MOST_REFITS], least = HUGE_VAL;
+    size_t n = 0, more = 0;
+    for (size_t k = 0; k < road->n && n < MOST_REFITS && modal_is_near(road, &road->starts[k]); k++)
+        if (!road->starts[k].refitted && !is_taken(road, k))
+            starts[n++] = &road->starts[k];
+    enum bf_status status = refit_starts(road, starts, n, QUICK_RUNS, unfinished, left, err);
     for (size_t k = 0; k < n && !status; k++)
-        road->taken = fmax(road->taken, 1.0 - jobs[k].left / road->w->d->baseline.fit.chi2_per_row);
+        least = fmin(least, left[k]);
+    for (size_t k = 0; k < n && !status; k++)
+        if (unfinished[k] && left[k] <= diagnose_worth * diagnose_worth * least)
+            starts[more++] = starts[k];
+    if (!status && more > 0 && !progress_interrupted())
+        status = refit_starts(road, starts, more, 0, unfinished, left, err);
+    if (!status)
+        resonators_judge(road->w);
     return status;
 }
 
