@@ -40,6 +40,7 @@ struct modal_fit {
     size_t n_refs;
     struct predictor *predictor;
     struct fit_problem p;   /* unknowns, bounds and priors; no rows of its own */
+    bool based;             /* the predictor has a base */
     size_t n_order, *order; /* of the model's poles by size */
     size_t *mode;           /* [modes->n] which of these; SIZE_MAX: none */
     size_t n_paths, n_rows;
@@ -248,6 +249,8 @@ static enum bf_status run(struct modal_fit *w, const double x[], bool derivative
 {
     struct prediction y;
     struct fit_problem *p = &w->p;
+    if (!w->based)
+        return bf_fail(err, BF_NUMERIC, "the model cannot be evaluated here");
     fit_problem_to_theta(p, x, p->theta);
     const enum bf_status status = predictor_run(w->predictor, p->theta, derivatives ? p->want : NULL, &y, err);
     if (status == BF_OK)
@@ -255,12 +258,21 @@ static enum bf_status run(struct modal_fit *w, const double x[], bool derivative
     return status;
 }
 
+/* A predictor without a base cannot run: after a failure it is the last one's again, if there was one. */
 static enum bf_status rebase(struct modal_fit *w, const double x[], struct bf_error *err)
 {
     struct fit_problem *p = &w->p;
+    struct bf_error ignored;
     fit_problem_to_theta(p, x, p->theta);
-    memcpy(p->base, x, p->n_unknowns * sizeof *x);
-    return predictor_rebase(w->predictor, p->theta, err);
+    const enum bf_status status = predictor_rebase(w->predictor, p->theta, err);
+    if (status == BF_OK) {
+        memcpy(p->base, x, p->n_unknowns * sizeof *x);
+        w->based = true;
+    } else if (w->based) {
+        fit_problem_to_theta(p, p->base, p->theta);
+        w->based = predictor_rebase(w->predictor, p->theta, &ignored) == BF_OK;
+    }
+    return status;
 }
 
 /* ---- The search ---- */

@@ -183,6 +183,23 @@ static void only_modes_of_a_beam_are_taken(void **state)
     record_free(&record);
 }
 
+/* Compressed beyond its buckling load a beam has no modes: that is said, and the model stays as it was. */
+static void a_model_that_has_no_modes_is_refused_and_kept(void **state)
+{
+    (void)state;
+    const struct modal_options options = {0};
+    struct model model = read_model(bare.EI_Nm2, bare.cDI_sNm2, bare.gamma_sNpm2);
+    struct measured_modes modes = exact_modes(&bare);
+    struct bf_error err;
+    double left = -1.0;
+    assert_int_equal(model_append_effect(&model, "axial_load", "", &err), BF_OK);
+    model.effects[0].parameters[0].value = -100.0;
+    assert_int_equal(refit_to_modes(&model, &modes, &options, &left, &err), BF_NUMERIC);
+    assert_true(left == -1.0 && model.effects[0].parameters[0].value == -100.0);
+    measured_modes_free(&modes);
+    model_free(&model);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -190,6 +207,7 @@ int main(void)
         cmocka_unit_test(a_mass_is_found_from_the_modes_and_a_beam_without_it_leaves_much),
         cmocka_unit_test(a_mode_that_the_model_lacks_belongs_to_none_of_its_own),
         cmocka_unit_test(only_modes_of_a_beam_are_taken),
+        cmocka_unit_test(a_model_that_has_no_modes_is_refused_and_kept),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
