@@ -215,8 +215,8 @@ static enum bf_status refit_starts(struct modal_road *road, struct modal_start *
 static enum bf_status refit_nearest(struct modal_road *road, struct bf_error *err)
 {
     struct modal_start *starts[MOST_REFITS] = {NULL};
-    bool unfinished[MOST_REFITS];
-    double left[MOST_REFITS], least = HUGE_VAL;
+    bool unfinished[MOST_REFITS] = {false};
+    double left[MOST_REFITS] = {0.0}, least = HUGE_VAL;
     size_t n = 0, more = 0;
     for (size_t k = 0; k < road->n && n < MOST_REFITS && modal_is_near(road, &road->starts[k]); k++)
         if (!road->starts[k].refitted && !is_taken(road, k))

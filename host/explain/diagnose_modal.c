@@ -7,7 +7,8 @@ const struct modal_limits modal_limits = {.half = 0.5, .most = 0.9, .promises = 
 
 bool modal_is_near(const struct modal_road *road, const struct modal_start *start)
 {
-    return start->left <= modal_limits.near * road->starts[0].left && start->left <= modal_limits.promises * road->alone.left;
+    return start->left <= modal_limits.near * road->starts[0].left &&
+           start->left <= modal_limits.promises * road->alone.left;
 }
 
 void modal_start_free(struct modal_start *start)
