@@ -83,12 +83,19 @@ static void fit_candidate(struct modal_road *road, const struct model *from, con
     fit_best(road, starts, n);
 }
 
+/* What swings above the band is stiff there, or a mass: another effect, or another form of it, is that. */
+static bool is_in_band(const struct modal_road *road, const struct modal_start *start)
+{
+    const struct model_effect *own = &start->model.effects[start->model.n_effects - 1];
+    return own->parameters[effect_slot(own->effect, BEAM_ROLE_RESONANCE)].value < diagnose_band_Hz(road->w->d);
+}
+
 /* What swings by itself, at the frequency of each measured mode. */
 static void fit_swinging(struct modal_road *road, const struct model *from, const struct beam_effect *effect)
 {
     enum { FREQUENCIES = 8, ALONG = 4 };
     struct modal_start starts[FREQUENCIES * ALONG] = {{0}};
-    const size_t places = effect_slot(effect, BEAM_ROLE_PLACE) < 0 ? 1 : ALONG;
+    const size_t places = effect_slot(effect, BEAM_ROLE_PLACE) < 0 ? 1 : ALONG, before = road->n;
     size_t n = 0;
     for (size_t k = 0; k < road->modes.n && k < FREQUENCIES; k++)
         for (size_t a = 1; a <= places; a++) {
@@ -100,6 +107,14 @@ static void fit_swinging(struct modal_road *road, const struct model *from, cons
         }
     qsort(starts, n, sizeof *starts, by_left);
     fit_best(road, starts, n);
+    size_t kept = before;
+    for (size_t k = before; k < road->n; k++) {
+        if (is_in_band(road, &road->starts[k]))
+            road->starts[kept++] = road->starts[k];
+        else
+            modal_start_free(&road->starts[k]);
+    }
+    road->n = kept;
 }
 
 /* It may differ from record to record, and all have the same modes. */
@@ -174,11 +189,17 @@ static bool same_effects(const struct model *one, const struct model *other)
     return one->n_effects == other->n_effects;
 }
 
+static bool swings(const struct model *model)
+{
+    return effect_swings(&model->effects[model->n_effects - 1]);
+}
+
 /* The same effects at the same misfit have been taken. */
 static bool is_taken(const struct modal_road *road, size_t k)
 {
     for (size_t i = 0; i < k; i++)
         if (same_effects(&road->starts[i].model, &road->starts[k].model) &&
+            swings(&road->starts[i].model) == swings(&road->starts[k].model) &&
             road->starts[k].left - road->starts[i].left <= modal_limits.same * road->alone.left)
             return true;
     return false;
@@ -204,16 +225,15 @@ static enum bf_status refit_starts(struct modal_road *road, struct modal_start *
         begun += !status;
     }
     status = diagnose_try(w, jobs, begun, status, 0.0);
-    for (size_t k = 0; k < begun && !status; k++) {
+    for (size_t k = 0; k < begun && !status; k++)
         unfinished[k] = jobs[k].unfinished, left[k] = jobs[k].left;
-        road->taken = fmax(road->taken, 1.0 - left[k] / w->d->baseline.fit.chi2_per_row);
-    }
     return status;
 }
 
 /* The next of those that are near and were not refitted: briefly, and then to their ends those that leave little more than the best of them. */
 static enum bf_status refit_nearest(struct modal_road *road, struct bf_error *err)
 {
+    const struct diagnosis *d = road->w->d;
     struct modal_start *starts[MOST_REFITS] = {NULL};
     bool unfinished[MOST_REFITS] = {false};
     double left[MOST_REFITS] = {0.0}, least = HUGE_VAL;
@@ -231,6 +251,9 @@ static enum bf_status refit_nearest(struct modal_road *road, struct bf_error *er
         status = refit_starts(road, starts, more, 0, unfinished, left, err);
     if (!status)
         resonators_judge(road->w);
+    for (size_t i = 0; i < d->n_hypotheses && !status; i++)
+        if (d->hypotheses[i].n_effects == 1 && road_is_structural(d->hypotheses[i].effects[0]))
+            road->taken = fmax(road->taken, d->hypotheses[i].explained);
     return status;
 }
 
