@@ -233,7 +233,6 @@ static enum bf_status refit_starts(struct modal_road *road, struct modal_start *
 /* The next of those that are near and were not refitted: briefly, and then to their ends those that leave little more than the best of them. */
 static enum bf_status refit_nearest(struct modal_road *road, struct bf_error *err)
 {
-    const struct diagnosis *d = road->w->d;
     struct modal_start *starts[MOST_REFITS] = {NULL};
     bool unfinished[MOST_REFITS] = {false};
     double left[MOST_REFITS] = {0.0}, least = HUGE_VAL;
@@ -251,18 +250,14 @@ static enum bf_status refit_nearest(struct modal_road *road, struct bf_error *er
         status = refit_starts(road, starts, more, 0, unfinished, left, err);
     if (!status)
         resonators_judge(road->w);
-    for (size_t i = 0; i < d->n_hypotheses && !status; i++)
-        if (d->hypotheses[i].n_effects == 1 && road_is_structural(d->hypotheses[i].effects[0]))
-            road->taken = fmax(road->taken, d->hypotheses[i].explained);
     return status;
 }
 
-static struct modal_road road_of(struct diagnose_state *w, size_t n_effects)
+static struct modal_road road_of(struct diagnose_state *w)
 {
     return (struct modal_road){.w = w,
                                .of = w->d->model,
                                .modes = measured_modes_of(&w->d->attainable, w->d->records, w->d->n_records),
-                               .n_effects = n_effects,
                                .alone = {.left = HUGE_VAL}};
 }
 
@@ -273,7 +268,7 @@ static enum bf_status begin(struct diagnose_state *w, const struct model *given,
 {
     diagnose_modes_free(w);
     w->modal = bf_alloc(1, sizeof *w->modal);
-    *w->modal = road_of(w, 1);
+    *w->modal = road_of(w);
     const enum bf_status status = w->modal->modes.n > 1 ? extend(w->modal, given, list, err) : BF_OK;
     if (!status)
         sharpen(w->modal);
@@ -336,7 +331,7 @@ static const struct hypothesis *next_root(const struct diagnosis *d, const struc
 enum bf_status diagnose_pairs_by_modes(struct diagnose_state *w, struct bf_error *err)
 {
     enum { ROOTS = 3 };
-    struct modal_road road = road_of(w, 2);
+    struct modal_road road = road_of(w);
     const struct candidate_options options = {.without = w->options->without, .n_without = w->options->n_without};
     struct candidate_list list = {0};
     struct model roots[ROOTS];

@@ -35,9 +35,25 @@ void diagnose_modes_free(struct diagnose_state *w)
 
 /* ---- What they say ---- */
 
+static bool was_refitted(const struct modal_road *road, const struct beam_effect *effect)
+{
+    for (size_t k = 0; k < road->n; k++)
+        if (road->starts[k].effect == effect && road->starts[k].refitted)
+            return true;
+    return false;
+}
+
+/* Of the misfit as it is now: a baseline that has found a lower minimum since leaves less to take. */
 static bool has_told(const struct diagnose_state *w, double part)
 {
-    return w->modal != NULL && w->modal->of == w->d->model && w->modal->taken >= part;
+    const struct diagnosis *d = w->d;
+    bool told = false;
+    if (w->modal == NULL || w->modal->of != d->model)
+        return false;
+    for (size_t i = 0; i < d->n_hypotheses; i++)
+        told = told || (d->hypotheses[i].n_effects == 1 && d->hypotheses[i].explained >= part &&
+                        was_refitted(w->modal, d->hypotheses[i].effects[0]));
+    return told;
 }
 
 bool diagnose_modes_have_told(const struct diagnose_state *w)
@@ -63,8 +79,5 @@ bool diagnose_modes_rule_out(const struct diagnose_state *w, const struct beam_e
 
 bool diagnose_modes_have_refitted(const struct diagnose_state *w, const struct beam_effect *effect)
 {
-    for (size_t k = 0; diagnose_modes_have_told(w) && k < w->modal->n; k++)
-        if (w->modal->starts[k].effect == effect && w->modal->starts[k].refitted)
-            return true;
-    return false;
+    return diagnose_modes_have_told(w) && was_refitted(w->modal, effect);
 }

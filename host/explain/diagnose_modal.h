@@ -27,9 +27,7 @@ struct modal_road {
     struct diagnose_state *w;
     const struct model *of; /* the model that was extended */
     struct measured_modes modes;
-    size_t n_effects;         /* of what is fitted, more than the baseline has */
     struct modal_start alone; /* the model without one more effect, fitted to them, too */
-    double taken;             /* the largest part of the misfit that a refit from here has taken */
     size_t n;
     struct modal_start *starts;
 };
