@@ -178,6 +178,7 @@ static inline void state_free(struct diagnose_state *w)
     for (size_t c = 0; c < w->n_check_channels; c++)
         noise_free(&w->check_noise[c]);
     free(w->sigma), free(w->check_sigma), free(w->whiteners), free(w->check_noise);
+    diagnose_modes_free(w);
 }
 
 #endif
