@@ -13,16 +13,14 @@ static const struct agreement {
     double factor; /* between them, either way: a decade, g and a turned sign are beyond */
 } limits = {.floor = 0.3, .alike = 0.8, .factor = 2.0};
 
-/* Residues of one path, each without what its output's order makes of the frequency. */
+/* Measured and fitted residues of one path have the same sign and size. */
 static bool path_agrees(const struct model *model, const struct measured_modes *modes, const double complex fitted[],
                         size_t path)
 {
     const size_t n_paths = modes->n_outputs * modes->n_inputs;
-    const enum output_kind kind = model->outputs[path / modes->n_inputs].kind;
-    const double order = kind == OUTPUT_ACCELERATION ? 2.0 : kind == OUTPUT_VELOCITY ? 1.0 : 0.0;
     double both = 0.0, of_fitted = 0.0, of_measured = 0.0;
     for (size_t k = 0; k < modes->n; k++) {
-        const double weight = pow(cabs(modes->pole[k]), 1.0 - order);
+        const double weight = measured_modes_weight(modes, model, k, path);
         const double complex measured = weight * modes->residue[k * n_paths + path];
         const double complex own = weight * fitted[k * n_paths + path];
         if (isnan(creal(measured)))

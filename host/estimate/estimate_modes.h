@@ -4,6 +4,7 @@
 #define BEAMFIT_ESTIMATE_MODES_H
 
 #include <complex.h>
+#include <stdbool.h>
 #include <stddef.h>
 
 #include "ground/ground.h"
@@ -20,10 +21,22 @@ struct measured_modes {
     double complex *pole;          /* [n] Im > 0, ascending in size */
     double complex *residue;       /* [n][n_outputs][n_inputs] as of struct attainable; NaN: not known */
 };
-/* Those that are modes of a beam (in the band, damped below 0.3 and decaying within the longest record) and without which that model leaves more. Free with measured_modes_free(). */
+/* What makes a pole of a free linear model a mode of a beam; all that is set by hand. */
+extern const struct beam_mode_limits {
+    double in_band; /* of the Nyquist frequency: above it a pole stands for what lies beyond the band */
+    double damping; /* ratio: above it, it is a damper */
+    double
+        decay; /* of the amplitude's logarithm within the longest record: what decays less is a tone that something drives */
+    double counts; /* times the floor: without the pole that model leaves more */
+} beam_mode_limits;
+bool beam_mode_decays(double frequency_Hz, double damping_ratio, double longest_s);
+
+/* The modes of a beam that lie in the band and that count. Free with measured_modes_free(). */
 struct measured_modes measured_modes_of(const struct attainable *attainable, const struct record records[],
                                         size_t n_records);
 void measured_modes_free(struct measured_modes *modes);
+/* |p|^(1 − ν) of a mode, ν being the order of the path's output: residues times that are of one size in all modes, as shapes are. path: output · n_inputs + input. */
+double measured_modes_weight(const struct measured_modes *modes, const struct model *model, size_t mode, size_t path);
 
 struct modal_options {
     struct predict_options predict;

@@ -56,34 +56,6 @@ void frequencies_add(struct line_rows *lines, struct line_set *set)
 
 /* ---- Poles ---- */
 
-struct sorted {
-    double size_rad;
-    size_t pole;
-};
-
-static int by_size(const void *a, const void *b)
-{
-    const double x = ((const struct sorted *)a)->size_rad, y = ((const struct sorted *)b)->size_rad;
-    return (x > y) - (x < y);
-}
-
-static size_t sort_poles(const struct predictor *predictor, struct sorted **out)
-{
-    static const double rigid = 1e-6; /* of the largest: a motion of a free beam as a whole */
-    const double complex *p;
-    const size_t n = transfer_poles(predictor, &p);
-    double largest = 0.0;
-    size_t kept = 0;
-    *out = bf_alloc(n, sizeof **out);
-    for (size_t k = 0; k < n; k++)
-        largest = fmax(largest, cabs(p[k]));
-    for (size_t k = 0; k < n; k++)
-        if (cabs(p[k]) > rigid * largest)
-            (*out)[kept++] = (struct sorted){cabs(p[k]), k};
-    qsort(*out, kept, sizeof **out, by_size);
-    return kept;
-}
-
 static void use_rows(struct line_rows *lines, const struct line_set *set)
 {
     size_t frequency = lines->groups[set->first_group].row, damping = frequency + set->list.n;
@@ -96,12 +68,14 @@ static void use_rows(struct line_rows *lines, const struct line_set *set)
 
 void frequencies_pair(struct line_rows *lines, struct line_set *set)
 {
-    struct sorted *poles;
+    const double complex *p;
+    size_t *order;
     const struct frequency_list *list = &set->list;
-    const size_t n_poles = sort_poles(set->predictor, &poles), n = list->n;
+    const size_t n_poles = transfer_poles_by_size(set->predictor, &order), n = list->n;
     double *model = bf_alloc(n_poles + n, sizeof *model), *measured = model + n_poles;
+    (void)transfer_poles(set->predictor, &p);
     for (size_t k = 0; k < n_poles; k++)
-        model[k] = poles[k].size_rad / (2.0 * M_PI);
+        model[k] = cabs(p[order[k]]) / (2.0 * M_PI);
     for (size_t i = 0; i < n; i++)
         measured[i] = list->modes[i].frequency_Hz;
     alignment_find(measured, n, model, n_poles, set->mode);
@@ -111,7 +85,7 @@ void frequencies_pair(struct line_rows *lines, struct line_set *set)
             set->mode[i] = said <= n_poles ? said - 1 : SIZE_MAX;
     }
     use_rows(lines, set);
-    free(poles), free(model);
+    free(order), free(model);
 }
 
 /* ---- Residuals and derivatives ---- */
@@ -191,14 +165,14 @@ static void fill_residuals(struct line_rows *lines, const struct line_set *set, 
 enum bf_status frequencies_fill(struct line_rows *lines, const struct line_set *set, const double x[],
                                 const bool want[], struct bf_error *err)
 {
-    struct sorted *poles;
-    const size_t n_poles = sort_poles(set->predictor, &poles), n = set->list.n;
+    size_t *order;
+    const size_t n_poles = transfer_poles_by_size(set->predictor, &order), n = set->list.n;
     size_t *pole = bf_alloc(n, sizeof *pole);
     struct at_run at = {.pole = pole};
     enum bf_status status = BF_OK;
     (void)transfer_poles(set->predictor, &at.p);
     for (size_t i = 0; i < n && !status; i++) {
-        pole[i] = set->mode[i] < n_poles ? poles[set->mode[i]].pole : SIZE_MAX;
+        pole[i] = set->mode[i] < n_poles ? order[set->mode[i]] : SIZE_MAX;
         if (set->mode[i] != SIZE_MAX && pole[i] == SIZE_MAX)
             status = bf_fail(err, BF_NUMERIC, "%s: mode %zu does not oscillate at these parameters", set->record->path,
                              set->mode[i] + 1);
@@ -207,6 +181,6 @@ enum bf_status frequencies_fill(struct line_rows *lines, const struct line_set *
         fill_residuals(lines, set, &at);
     if (status == BF_OK && want != NULL)
         fill_derivatives(lines, set, &at, x, want);
-    free(poles), free(pole);
+    free(order), free(pole);
     return status;
 }

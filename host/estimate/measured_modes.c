@@ -5,13 +5,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* All that is set by hand. */
-static const struct mode_limits {
-    double in_band; /* of the Nyquist frequency: above it a pole stands for what lies beyond */
-    double damping; /* ratio: above, it is no mode */
-    double decay;   /* nats within the longest record: what decays less is a tone that something drives */
-    double counts;  /* times the floor: without a pole that counts the free linear model leaves more */
-} limits = {.in_band = 0.8, .damping = 0.3, .decay = 0.1, .counts = 1.1};
+const struct beam_mode_limits beam_mode_limits = {.in_band = 0.8, .damping = 0.3, .decay = 0.1, .counts = 1.1};
+
+bool beam_mode_decays(double frequency_Hz, double damping_ratio, double longest_s)
+{
+    return damping_ratio * 2.0 * M_PI * frequency_Hz * longest_s > beam_mode_limits.decay;
+}
 
 struct span {
     double nyquist_Hz, longest_s;
@@ -29,9 +28,10 @@ static struct span span_of(const struct record records[], size_t n_records)
 
 static bool counts(const struct attainable *a, const struct attainable_pole *pole, const struct span *span)
 {
-    return pole->frequency_Hz < limits.in_band * span->nyquist_Hz && pole->damping_ratio < limits.damping &&
-           pole->damping_ratio * 2.0 * M_PI * pole->frequency_Hz * span->longest_s > limits.decay &&
-           !(pole->without_noise_ratio < limits.counts * a->noise_ratio);
+    return pole->frequency_Hz < beam_mode_limits.in_band * span->nyquist_Hz &&
+           pole->damping_ratio < beam_mode_limits.damping &&
+           beam_mode_decays(pole->frequency_Hz, pole->damping_ratio, span->longest_s) &&
+           !(pole->without_noise_ratio < beam_mode_limits.counts * a->noise_ratio);
 }
 
 struct measured_modes measured_modes_of(const struct attainable *a, const struct record records[], size_t n_records)
@@ -57,4 +57,9 @@ void measured_modes_free(struct measured_modes *modes)
 {
     free(modes->pole), free(modes->residue);
     *modes = (struct measured_modes){0};
+}
+
+double measured_modes_weight(const struct measured_modes *modes, const struct model *model, size_t mode, size_t path)
+{
+    return pow(cabs(modes->pole[mode]), 1.0 - output_order(model->outputs[path / modes->n_inputs].kind));
 }

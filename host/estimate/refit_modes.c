@@ -5,7 +5,7 @@
  *
  *   r = [ (ln|p| − ln|p_k|)/σ_f ;  (ln ζ − ln ζ_k)/σ_ζ ;  (R − R_k)/(σ_R size_k) for each path ;  priors ]
  *
- * Each measured mode has the model's mode that alignment gives it, in order.
+ * Measured modes and the model's are paired in order of frequency; the pairs are made anew in each round.
  */
 #include "estimate.h"
 
@@ -16,7 +16,7 @@
 #include "fit_problem.h"
 
 /* All that is set by hand. */
-static const struct modal_limits {
+static const struct modal_errors {
     double frequency, damping,
         residue;  /* relative: what a good model may differ by for other reasons, as a rig's errors */
     double small; /* of the rms of a path's residues: what a residue may be off by that is small itself */
@@ -51,33 +51,18 @@ struct modal_fit {
 
 /* ---- Which belongs to which ---- */
 
-static int by_size(const void *a, const void *b)
+static void sort_poles(struct modal_fit *w)
 {
-    const double *x = a, *y = b;
-    return (x[0] > y[0]) - (x[0] < y[0]);
-}
-
-/* order[n]: the model's poles by size; their order in the system changes from run to run. Returns n. */
-static size_t sort_poles(struct modal_fit *w)
-{
-    const double complex *p;
-    const size_t n = transfer_poles(w->predictor, &p);
-    double *sorted = bf_alloc(2 * n + 1, sizeof *sorted);
-    w->order = bf_grow(w->order, n + 1, sizeof *w->order);
-    for (size_t k = 0; k < n; k++)
-        sorted[2 * k] = cabs(p[k]), sorted[2 * k + 1] = (double)k;
-    qsort(sorted, n, 2 * sizeof *sorted, by_size);
-    for (size_t k = 0; k < n; k++)
-        w->order[k] = (size_t)sorted[2 * k + 1];
-    free(sorted);
-    return w->n_order = n;
+    free(w->order);
+    w->n_order = transfer_poles_by_size(w->predictor, &w->order);
 }
 
 /* In order, by the least Σ |ln f − ln f_k|, a mode that is left out on either side at the price of `unseen`. */
 static void pair_modes(struct modal_fit *w)
 {
     const double complex *p;
-    const size_t n_model = sort_poles(w), n = w->modes->n, stride = n_model + 1;
+    sort_poles(w);
+    const size_t n_model = w->n_order, n = w->modes->n, stride = n_model + 1;
     double *cost = bf_alloc((n + 1) * stride, sizeof *cost);
     (void)transfer_poles(w->predictor, &p);
     for (size_t i = 0; i <= n; i++)
@@ -113,26 +98,19 @@ static double complex measured_residue(const struct modal_fit *w, size_t k, size
     return w->modes->residue[k * w->n_paths + path];
 }
 
-/* Residues grow with the frequency as the path's order has it: sizes are compared without that. */
-static double without_order(const struct modal_fit *w, size_t k, size_t path, double size)
-{
-    const enum output_kind kind = w->model->outputs[path / w->model->n_inputs].kind;
-    const int order = kind == OUTPUT_ACCELERATION ? 2 : kind == OUTPUT_VELOCITY ? 1 : 0;
-    return size * pow(cabs(w->modes->pole[k]), 1.0 - order);
-}
-
 static void find_scales(struct modal_fit *w, double sharpness)
 {
     for (size_t path = 0; path < w->n_paths; path++) {
         double square = 0.0, known = 0.0;
         for (size_t k = 0; k < w->modes->n; k++) {
-            const double size = without_order(w, k, path, cabs(measured_residue(w, k, path)));
+            const double size = measured_modes_weight(w->modes, w->model, k, path) * cabs(measured_residue(w, k, path));
             if (isfinite(size))
                 square += size * size, known += 1.0;
         }
         for (size_t k = 0; k < w->modes->n; k++) {
-            const double size = cabs(measured_residue(w, k, path)), per_unit = without_order(w, k, path, 1.0);
-            const double least = limits.small * sqrt(square / fmax(known, 1.0)) / per_unit;
+            const double size = cabs(measured_residue(w, k, path));
+            const double least =
+                limits.small * sqrt(square / fmax(known, 1.0)) / measured_modes_weight(w->modes, w->model, k, path);
             w->scale[k * w->n_paths + path] = isfinite(size) ? limits.residue / sharpness * hypot(size, least) : 0.0;
         }
     }
@@ -231,7 +209,7 @@ static void fill(struct modal_fit *w, const double x[], bool derivatives)
     if (derivatives)
         memset(w->J, 0, w->n_rows * p->n_unknowns * sizeof *w->J);
     memcpy(p->at, x, p->n_unknowns * sizeof *x);
-    (void)sort_poles(w);
+    sort_poles(w);
     for (size_t k = 0; k < w->modes->n; k++)
         fill_mode(w, k, k * (2 + 2 * w->n_paths), derivatives);
     for (size_t i = 0; i < p->n_unknowns; i++) { /* the last rows are those of the priors */

@@ -94,6 +94,7 @@ static bool is_in_band(const struct modal_road *road, const struct modal_start *
 static void fit_swinging(struct modal_road *road, const struct model *from, const struct beam_effect *effect)
 {
     enum { FREQUENCIES = 8, ALONG = 4 };
+    static const double part = 0.1; /* of the beam's mass or flexibility */
     struct modal_start starts[FREQUENCIES * ALONG] = {{0}};
     const size_t places = effect_slot(effect, BEAM_ROLE_PLACE) < 0 ? 1 : ALONG, before = road->n;
     size_t n = 0;
@@ -101,7 +102,7 @@ static void fit_swinging(struct modal_road *road, const struct model *from, cons
         for (size_t a = 1; a <= places; a++) {
             const double at_m = model_last_place_m(from) * (double)a / (double)places;
             starts[n] = (struct modal_start){.effect = effect};
-            if (!resonator_begin(from, effect, cabs(road->modes.pole[k]) / (2.0 * M_PI), at_m, &starts[n].model))
+            if (!resonator_begin(from, effect, cabs(road->modes.pole[k]) / (2.0 * M_PI), at_m, part, &starts[n].model))
                 continue;
             fit_start(road, true, 1.0, &starts[n++]);
         }

@@ -229,11 +229,11 @@ static enum bf_status linear_kinds(struct shortlist *s, const enum effect_kind k
     const bool has_ended = diagnose_is_far(&w->d->baseline) && diagnose_far_ahead(w->d, s->n_effects);
     if (!status && !has_ended && !progress_interrupted())
         status = stage(s, kinds, 2, most, span, err);
-    if (!status && has_ended && s->from->n_effects == 0 && !diagnose_modes_have_told(w) && !progress_interrupted())
+    if (!status && has_ended && s->from->n_effects == 0 && !progress_interrupted())
         status = shortlist_mates(s, err);
     if (!status && untried_are_wanted(s))
         status = shortlist_untried_from_given(s, 0.0, err);
-    if (!status && still_wanted(s) && !diagnose_modes_have_told(w))
+    if (!status && still_wanted(s))
         status = diagnose_single_places(w, 0.0, err);
     return status;
 }
@@ -253,7 +253,7 @@ static enum bf_status nonlinear_kinds(struct shortlist *s, const enum effect_kin
         return status;
     if (is_driven(w->d))
         status = shortlist_from_given(s, span, err);
-    return !status && still_wanted(s) && !diagnose_modes_have_told(w) ? diagnose_single_places(w, 0.0, err) : status;
+    return !status && still_wanted(s) ? diagnose_single_places(w, 0.0, err) : status;
 }
 
 /* What the first stage has left to the second: laws, or linear effects where laws came first. */

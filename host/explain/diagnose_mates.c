@@ -38,6 +38,8 @@ enum bf_status shortlist_mates(struct shortlist *s, struct bf_error *err)
     static const double as_well = 1.5; /* of the rms that is left, after a few steps from the baseline */
     struct refit_job jobs[MOST_MATES];
     size_t mates[MOST_MATES], n_jobs = 0;
+    if (diagnose_modes_have_told(s->w)) /* what comes as near the modes has been refitted */
+        return BF_OK;
     enum bf_status status = shortlist_score(s, KIND_LINEAR, err);
     if (status || s->has_law) /* its scores are those of a linear part */
         return status;

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
+/* What the fits to the modes (diagnose_by_modes.c) say of an effect. Asked by many files, and calls none of them. */
 #include "diagnose_modal.h"
 
 #include <stdlib.h>

@@ -12,11 +12,9 @@ static const struct mode_limits {
     double
         as_well; /* times what it leaves: a free linear model that leaves no more has found the modes that there are */
     double near; /* of a frequency: so near it a pole of the free linear model is that mode */
-    double in_band; /* of the Nyquist frequency: up to here a mode in the records is seen */
-    double damping; /* ratio: above, it is a damper and no mode */
     double
         counts; /* of the power that an explanation leaves above the free linear model: what a mode that it lacks does of it at least */
-} limits = {.as_well = 1.1, .near = 0.1, .in_band = 0.8, .damping = 0.3, .counts = 0.25};
+} limits = {.as_well = 1.1, .near = 0.1, .counts = 0.25};
 
 double diagnose_band_Hz(const struct diagnosis *d)
 {
@@ -60,7 +58,7 @@ bool diagnose_modes_are_seen(const struct diagnosis *d, const struct hypothesis 
     if (!knows_modes(d, h) || diagnose_modes_in_band(d, &h->model, mode_Hz, &n_modes, &ignored) != BF_OK)
         return true;
     for (size_t m = 0; m < n_modes; m++)
-        hidden += mode_Hz[m] > above_Hz && mode_Hz[m] < limits.in_band * diagnose_band_Hz(d) &&
+        hidden += mode_Hz[m] > above_Hz && mode_Hz[m] < beam_mode_limits.in_band * diagnose_band_Hz(d) &&
                   !is_seen(&d->attainable, mode_Hz[m]);
     return hidden <= 1;
 }
@@ -80,7 +78,7 @@ static bool take_mode(double pole_Hz, const double mode_Hz[], size_t n_modes, bo
 
 bool diagnose_is_mode(const struct diagnosis *d, double frequency_Hz, double damping_ratio)
 {
-    return damping_ratio < limits.damping && diagnose_decays(d, frequency_Hz, damping_ratio);
+    return damping_ratio < beam_mode_limits.damping && diagnose_decays(d, frequency_Hz, damping_ratio);
 }
 
 /*
@@ -105,7 +103,7 @@ bool diagnose_may_lack_mode(const struct diagnosis *d, const struct hypothesis *
         return true;
     for (size_t k = 0; k < d->attainable.modes; k++) {
         const struct attainable_pole *pole = &d->attainable.poles[k];
-        if (pole->frequency_Hz < limits.in_band * diagnose_band_Hz(d) &&
+        if (pole->frequency_Hz < beam_mode_limits.in_band * diagnose_band_Hz(d) &&
             diagnose_is_mode(d, pole->frequency_Hz, pole->damping_ratio) && may_be_what_is_left(d, pole, h) &&
             !take_mode(pole->frequency_Hz, mode_Hz, n_modes, taken))
             return true;

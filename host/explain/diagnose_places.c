@@ -100,6 +100,8 @@ enum bf_status diagnose_single_places(struct diagnose_state *w, double span, str
     struct diagnosis *d = w->d;
     struct place_jobs jobs = {0};
     enum bf_status status = BF_OK;
+    if (diagnose_modes_have_told(w)) /* they were asked for places all along the span */
+        return BF_OK;
     diagnose_drop_repeats(d); /* one hypothesis of each effect */
     const double most_left = diagnose_worth * diagnose_best_left(d, 1);
     for (size_t i = 0, n = 0; i < d->n_hypotheses && n < MOST_SINGLES && !status; i++) {

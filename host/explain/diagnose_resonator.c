@@ -27,7 +27,6 @@ static const struct resonator_limits {
     double below_first; /* of the first mode: below, it stands still */
     double part;        /* of the beam's mass, or of its flexibility ℓ/EI: where a search begins */
     double large_part;  /* the same, from the model as given: from little it does not find what has moved every mode */
-    double begin;       /* ratio: the damping there */
     double takes;       /* of the misfit's power: a single effect that takes it may have a mode beside it */
     double outdone;     /* times what a free linear model leaves: what leaves more may have missed a mode */
     double beaten;      /* of what a free linear model leaves, and of the noise: no refit leaves less */
@@ -37,7 +36,6 @@ static const struct resonator_limits {
             .below_first = 0.3,
             .part = 0.01,
             .large_part = 0.3,
-            .begin = 0.02,
             .takes = 0.25,
             .outdone = 2.0,
             .beaten = 0.9};
@@ -51,14 +49,6 @@ enum { QUICK_RUNS = 100, BROUGHT_FAR = 2 };
 static double first_Hz(const struct diagnosis *d)
 {
     return d->mode_Hz[modes_rigid(d->mode_Hz, d->n_modes)];
-}
-
-/* It swings, the model has none of it and has where it can act, and it is not left out. */
-bool resonator_can_act(const struct diagnose_state *w, const struct beam_effect *effect)
-{
-    const struct model *model = w->d->model;
-    return effect_slot(effect, BEAM_ROLE_RESONANCE) >= 0 && !model_has_effect(model, effect) &&
-           (!effect->releases_root || model_is_clamped(model)) && !diagnose_leaves_out(w, effect);
 }
 
 /* What swings by itself in a model, from this effect on. NULL: nothing does. */
@@ -109,90 +99,13 @@ static size_t start_frequencies(const double mode_Hz[], size_t n_modes, double f
     return n;
 }
 
-static double flexibility_radpNm(const struct model *model)
-{
-    return model->length_m / model->materials[model_plain_material(model)].EI.value;
-}
-
-/* What its strength is a part of: the beam's mass, or its flexibility where it is the clamp that swings. */
-static double whole_of(const struct beam_effect *effect, const struct model *model)
-{
-    return effect->releases_root ? flexibility_radpNm(model) : model_mass_kg(model);
-}
-
-/* Of a clamp the loss is a time, and τ = ζ/(π f). */
-static double loss_of(const struct beam_effect *effect, double damping_ratio, double frequency_Hz)
-{
-    return effect->releases_root ? damping_ratio / (M_PI * frequency_Hz) : damping_ratio;
-}
-
-static double damping_ratio_of(const struct beam_effect *effect, double loss, double frequency_Hz)
-{
-    return effect->releases_root ? loss * M_PI * frequency_Hz : loss;
-}
-
-/* Where a search of something that swings begins. */
-static void begin_at(const struct model *model, double frequency_Hz, double at_m, double part, struct model_effect *own)
-{
-    for (int i = 0; i < own->effect->n_parameters; i++) {
-        struct parameter *p = &own->parameters[i];
-        p->fixed = false;
-        switch (own->effect->parameters[i].role) {
-        case BEAM_ROLE_STRENGTH:
-            p->value = part * whole_of(own->effect, model);
-            break;
-        case BEAM_ROLE_RESONANCE:
-            p->value = frequency_Hz;
-            break;
-        case BEAM_ROLE_LOSS:
-            p->value = loss_of(own->effect, limits.begin, frequency_Hz);
-            break;
-        case BEAM_ROLE_PLACE:
-            p->value = at_m;
-            break;
-        default:
-            break;
-        }
-    }
-}
-
-bool resonator_begin(const struct model *from, const struct beam_effect *effect, double frequency_Hz, double at_m,
-                     struct model *out)
-{
-    static const double part = 0.1; /* of the beam's mass or flexibility */
-    struct bf_error ignored;
-    if (model_copy(from, out, &ignored) != BF_OK)
-        return false;
-    size_t own = 0;
-    while (own < out->n_effects && out->effects[own].effect != effect)
-        own++;
-    if (own == out->n_effects && model_append_effect(out, effect->id, "", &ignored) != BF_OK) {
-        model_free(out);
-        return false;
-    }
-    begin_at(from, frequency_Hz, at_m, part, &out->effects[own]);
-    return true;
-}
-
-/* The effect beside those of `from`; a clamp that is among them already begins to rock. */
 static bool job_at(const struct diagnose_state *w, const struct hypothesis *from, const struct beam_effect *effect,
                    double frequency_Hz, double at_m, double part, struct refit_job *job)
 {
-    struct bf_error ignored;
-    *job = (struct refit_job){.n_effects = from->n_effects, .n_tried = w->n_tried, .places_tried = true};
-    if (model_copy(&from->model, &job->model, &ignored) != BF_OK)
+    *job = (struct refit_job){.n_tried = w->n_tried, .places_tried = true};
+    if (!resonator_begin(&from->model, effect, frequency_Hz, at_m, part, &job->model))
         return false;
-    size_t own = w->d->baseline.n_base;
-    while (own < job->model.n_effects && job->model.effects[own].effect != effect)
-        own++;
-    if (own == job->model.n_effects) {
-        job->n_effects++;
-        if (model_append_effect(&job->model, effect->id, "", &ignored) != BF_OK) {
-            model_free(&job->model);
-            return false;
-        }
-    }
-    begin_at(&from->model, frequency_Hz, at_m, part, &job->model.effects[own]);
+    job->n_effects = job->model.n_effects - w->d->baseline.n_base;
     job->first_new = job->model.n_effects;
     return true;
 }
@@ -339,9 +252,9 @@ static bool is_mode(const struct diagnosis *d, const struct hypothesis *h, const
 {
     const struct model_effect *own = mode_of(h);
     const double f_Hz = value_of(own, BEAM_ROLE_RESONANCE);
-    const double damping = damping_ratio_of(own->effect, value_of(own, BEAM_ROLE_LOSS), f_Hz);
+    const double damping = resonator_damping_ratio(own->effect, value_of(own, BEAM_ROLE_LOSS), f_Hz);
     const bool heavy = !own->effect->releases_root &&
-                       value_of(own, BEAM_ROLE_STRENGTH) > limits.heaviest * whole_of(own->effect, &h->model);
+                       value_of(own, BEAM_ROLE_STRENGTH) > limits.heaviest * resonator_whole(own->effect, &h->model);
     return stands_out(h, others) && diagnose_is_mode(d, f_Hz, damping) && !heavy &&
            f_Hz > limits.below_first * first_Hz(d) && f_Hz < diagnose_band_Hz(d) &&
            diagnose_modes_are_seen(d, h, limits.below_first * first_Hz(d));

@@ -102,8 +102,10 @@ enum bf_status diagnose_first_look(struct diagnose_state *w, struct bf_error *er
 /* diagnose_by_modes.c: one more of the beam's own linear effects on each of the best three, by way of the modes. Ranks. A second or two. */
 enum bf_status diagnose_pairs_by_modes(struct diagnose_state *w, struct bf_error *err);
 
-/* diagnose_modal.c: what the fits to the modes say of effects. */
-/* One of these refits takes half of the misfit, so that the modes tell what other effects are worth; nearly all. */
+/*
+ * diagnose_modal.c. The modes have told: an effect that was fitted to them has been refitted to the records, and takes half of the misfit there. Then how far another effect of the
+ * beam is from the modes says how far it is from the records. have_told_all: it takes nine tenths.
+ */
 bool diagnose_modes_have_told(const struct diagnose_state *w);
 bool diagnose_modes_have_told_all(const struct diagnose_state *w);
 /* The modes have told, and this effect of the beam comes nowhere near them. */

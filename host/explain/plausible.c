@@ -109,8 +109,7 @@ static double nats_of_terms(const struct diagnosis *d, const struct model *model
 
 bool diagnose_decays(const struct diagnosis *d, double frequency_Hz, double damping_ratio)
 {
-    static const double decay = 0.1; /* of the amplitude's logarithm */
-    return damping_ratio * 2.0 * M_PI * frequency_Hz * longest_record_s(d) > decay;
+    return beam_mode_decays(frequency_Hz, damping_ratio, longest_record_s(d));
 }
 
 /*

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "response.h"
 
+#include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -18,6 +19,38 @@ size_t transfer_poles(const struct predictor *p, const double complex **poles)
     const struct system *s = first_beam(p)->system;
     *poles = s->p;
     return s->n_pairs;
+}
+
+struct sized {
+    double size_rad;
+    size_t pole;
+};
+
+static int by_size(const void *a, const void *b)
+{
+    const double x = ((const struct sized *)a)->size_rad, y = ((const struct sized *)b)->size_rad;
+    return (x > y) - (x < y);
+}
+
+size_t transfer_poles_by_size(const struct predictor *p, size_t **order)
+{
+    static const double rigid = 1e-6; /* of the largest: a motion of a free beam as a whole */
+    const double complex *poles;
+    const size_t n = transfer_poles(p, &poles);
+    struct sized *sized = bf_alloc(n + 1, sizeof *sized);
+    double largest = 0.0;
+    size_t kept = 0;
+    for (size_t k = 0; k < n; k++)
+        largest = fmax(largest, cabs(poles[k]));
+    for (size_t k = 0; k < n; k++)
+        if (cabs(poles[k]) > rigid * largest)
+            sized[kept++] = (struct sized){cabs(poles[k]), k};
+    qsort(sized, kept, sizeof *sized, by_size);
+    *order = bf_alloc(kept + 1, sizeof **order);
+    for (size_t k = 0; k < kept; k++)
+        (*order)[k] = sized[k].pole;
+    free(sized);
+    return kept;
 }
 
 const double complex *transfer_pole_derivative(const struct predictor *p, size_t parameter)

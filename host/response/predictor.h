@@ -202,7 +202,6 @@ void kernels_new(struct predictor *p); /* at the system as evaluated */
 void kernels_free(struct predictor *p);
 /* predict_parameters.c: what a parameter vector says. predictor_use: writes it into p->model. */
 void predictor_use(struct predictor *p, const double theta[]);
-int output_order(enum output_kind kind); /* time derivatives of the deflection: 0, 1, 2 */
 /* KB or Ks of a patch, else the channel's gain, and where it stands; SIZE_MAX: it is held. */
 double input_gain(const struct run *run, size_t input, size_t *parameter);
 double output_gain(const struct run *run, size_t output, size_t *parameter);

@@ -72,6 +72,9 @@ struct predict_options {
 /* What --splines of the commands can be: N or N,uniform; into fine_splines and uniform_splines. BF_USAGE for anything else. */
 enum bf_status splines_from_text(const char *text, struct predict_options *out, struct bf_error *err);
 
+/* Time derivatives of the deflection that an output shows: 0, 1, 2. */
+int output_order(enum output_kind kind);
+
 /* The largest number of steps a sample that these options make any law of the model take. */
 int predict_steps(const struct model *model, const struct predict_options *options);
 
@@ -312,6 +315,8 @@ struct transfer_modes {
  */
 size_t transfer_poles(const struct predictor *p, const double complex **poles);
 const double complex *transfer_pole_derivative(const struct predictor *predictor, size_t parameter);
+/* The same poles by size, without the motions of a free beam as a whole: (*order)[n], indices into them, to be freed. Their own order changes from run to run. */
+size_t transfer_poles_by_size(const struct predictor *predictor, size_t **order);
 /* The interval between samples is so many times what the records say: they show the poles times that, and residues likewise. *by[n_parameters]: its derivatives. At the last run. */
 double transfer_clock(const struct predictor *predictor, const double **by);
 /*

@@ -233,6 +233,29 @@ static void nor_a_decade(void **state)
     }
 }
 
+/* A mass of a twentieth of the beam that the model does not know shifts its modes, and no more; a turned sign, a wrong unit and a decade are left to the search. */
+static void the_modes_settle_that_no_channel_is_wrong(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *column;
+        double by;
+    } wrong[] = {{"hammer_N", -1.0}, {"laser_mps", -1.0}, {"accel_mps2", 1.0 / 9.80665}, {"hammer_N", 10.0}};
+    const struct predict_options options = {.quiet = true};
+    struct model model = model_at("0.28");
+    struct record right = hit("effect tip_mass mass_kg=0.02");
+    assert_true(factor_modes_agree(&model, &right, 1, &options));
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
+        struct record record = copy_of(&right);
+        scale(&record, wrong[i].column, wrong[i].by);
+        if (factor_modes_agree(&model, &record, 1, &options))
+            fail_msg("%s times %g is taken for right", wrong[i].column, wrong[i].by);
+        record_free(&record);
+    }
+    record_free(&right);
+    model_free(&model);
+}
+
 /* The model states a gain of -1, and the sensor is the right way round. */
 static void a_sign_that_the_model_has_too_much_is_named(void **state)
 {
@@ -265,6 +288,7 @@ int main(void)
         cmocka_unit_test(the_channel_that_explains_all_is_named),
         cmocka_unit_test(a_mass_that_nobody_wrote_down_hides_no_sign),
         cmocka_unit_test(nor_a_decade),
+        cmocka_unit_test(the_modes_settle_that_no_channel_is_wrong),
         cmocka_unit_test(a_sign_that_the_model_has_too_much_is_named),
     };
     plain_hit = hit(NULL);

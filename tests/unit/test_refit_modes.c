@@ -162,6 +162,27 @@ static void a_mode_that_the_model_lacks_belongs_to_none_of_its_own(void **state)
     model_free(&model);
 }
 
+/*
+ * With mass and stiffness known. Samples that are taken further apart than the records say show every pole as so much larger, and the residues of an acceleration, too.
+ */
+static void a_wrong_clock_is_found_from_the_modes(void **state)
+{
+    (void)state;
+    static const double relative = 0.01;
+    struct model model = read_model(bare.EI_Nm2, 5e-5, 0.005);
+    struct measured_modes modes = exact_modes(&bare);
+    struct bf_error err;
+    model.materials[0].EI.fixed = model.materials[0].rho.fixed = true;
+    for (size_t k = 0; k < modes.n; k++)
+        modes.pole[k] *= 1.0 + relative, modes.residue[k] *= 1.0 + relative;
+    assert_int_equal(model_append_effect(&model, "clock_error", "", &err), BF_OK);
+    model.effects[0].parameters[0].fixed = false;
+    assert_true(fit(&model, &modes, 1.0, NULL) < 0.05);
+    assert_true(fabs(model.effects[0].parameters[0].value - relative) < 1e-4);
+    measured_modes_free(&modes);
+    model_free(&model);
+}
+
 /* The free linear model's spare poles, tones that nothing damps and what lies above the band are no modes of a beam. */
 static void only_modes_of_a_beam_are_taken(void **state)
 {
@@ -206,6 +227,7 @@ int main(void)
         cmocka_unit_test(a_model_with_the_true_values_has_the_exact_modes),
         cmocka_unit_test(a_mass_is_found_from_the_modes_and_a_beam_without_it_leaves_much),
         cmocka_unit_test(a_mode_that_the_model_lacks_belongs_to_none_of_its_own),
+        cmocka_unit_test(a_wrong_clock_is_found_from_the_modes),
         cmocka_unit_test(only_modes_of_a_beam_are_taken),
         cmocka_unit_test(a_model_that_has_no_modes_is_refused_and_kept),
     };
