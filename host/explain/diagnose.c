@@ -147,10 +147,12 @@ static bool rig_leaves_little(const struct diagnosis *d)
 
 /*
  * Fits the baseline again from the best explanation, so that a local minimum of the baseline is not taken for missing physics. Where that finds a
- * lower minimum, single effects are refitted from it, because a refit that began at the old one may have stayed there.
+ * minimum that is far lower, single effects are refitted from it, because a refit that began at the old one may have stayed there.
  */
 static enum bf_status restart(struct diagnose_state *w, struct bf_error *err)
 {
+    static const double far_lower = 0.5; /* of the power above the noise */
+    const double before = hypothesis_excess(&w->d->baseline.fitted);
     bool lower;
     enum bf_status status = diagnose_restart(w, &lower, err);
     if (status || !lower)
@@ -158,12 +160,20 @@ static enum bf_status restart(struct diagnose_state *w, struct bf_error *err)
     localise_free(&w->d->where);
     status = localise(w->d, &w->d->baseline, &w->d->where, err);
     diagnose_rank(w->d, w->n_tried);
-    if (!status && !diagnose_is_complete(w->d) && !progress_interrupted()) {
+    const bool again = hypothesis_excess(&w->d->baseline.fitted) <= far_lower * before;
+    if (!status && again && !diagnose_is_complete(w->d) && !progress_interrupted()) {
         status = singles(w, err);
         diagnose_drop_repeats(w->d);
     }
     diagnose_decide(w->d);
     return status;
+}
+
+/* The best leaves the noise of the fitted records, and no free linear model predicts the others better: they are not of one linear beam, or hold what no effect takes. */
+static bool nothing_is_left(const struct diagnosis *d)
+{
+    return d->n_hypotheses > 0 && diagnose_errors_are_noise(&d->hypotheses[0].fitted, false) &&
+           diagnose_no_linear_outdoes(d);
 }
 
 static enum bf_status search(struct diagnose_state *w, struct bf_error *err)
@@ -182,7 +192,7 @@ static enum bf_status search(struct diagnose_state *w, struct bf_error *err)
         const bool far = diagnose_is_far(&w->d->baseline);
         w->answered = is_answered(w->d);
         if (w->d->n_hypotheses == 0 || !diagnose_more_wanted(w->d) || !diagnose_last_one_helped(w->d, n) ||
-            rig_leaves_little(w->d) || (n > 1 && !far))
+            rig_leaves_little(w->d) || nothing_is_left(w->d) || (n > 1 && !far))
             break; /* a weak misfit does not tell three effects */
         const bool by_modes = n == 1 && linear_may_do(w->d);
         if (by_modes)
@@ -285,10 +295,13 @@ static enum bf_status look(struct diagnose_state *w, struct bf_error *err)
         status = diagnose_resolve(w, err);
     if (!status)
         status = test_linearity(w, err);
+    if (!status && !progress_interrupted()) {
+        bool lower;
+        find_attainable(w);
+        status = diagnose_baseline_by_modes(w, &lower, err);
+    }
     if (!status)
         status = localise(d, &d->baseline, &d->where, err);
-    if (!status && !progress_interrupted())
-        find_attainable(w);
     d->interrupted = d->interrupted || progress_interrupted();
     return status;
 }

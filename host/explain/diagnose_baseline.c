@@ -141,13 +141,11 @@ static enum bf_status other_road(struct diagnose_state *w, struct bf_error *err)
 {
     struct hypothesis *h = &w->d->baseline;
     struct model start;
-    bool lower = false, same;
+    bool lower;
     if (h->fitted.noise_ratio <= diagnose_at_noise || progress_interrupted())
         return BF_OK;
-    enum bf_status status = model_copy(&h->model, &start, err);
-    if (!status)
-        status = restart_from(w, &start, false, &lower, &same, err);
-    return !status && lower ? find_facts(w, err) : status;
+    const enum bf_status status = model_copy(&h->model, &start, err);
+    return status ? status : diagnose_also_from(w, &start, &lower, err);
 }
 
 /*
@@ -242,14 +240,20 @@ enum bf_status diagnose_restart(struct diagnose_state *w, bool *lower, struct bf
     return status;
 }
 
+enum bf_status diagnose_also_from(struct diagnose_state *w, struct model *start, bool *lower, struct bf_error *err)
+{
+    bool same;
+    *lower = false;
+    const enum bf_status status = restart_from(w, start, false, lower, &same, err);
+    return !status && *lower ? find_facts(w, err) : status;
+}
+
 enum bf_status diagnose_not_above(struct diagnose_state *w, const struct hypothesis *narrower, struct model *start,
                                   struct bf_error *err)
 {
-    bool lower = false, same;
-    if (w->d->baseline.fit.chi2_per_row <= narrower->fit.chi2_per_row) {
-        model_free(start);
-        return BF_OK;
-    }
-    const enum bf_status status = restart_from(w, start, false, &lower, &same, err);
-    return !status && lower ? find_facts(w, err) : status;
+    bool lower;
+    if (w->d->baseline.fit.chi2_per_row > narrower->fit.chi2_per_row)
+        return diagnose_also_from(w, start, &lower, err);
+    model_free(start);
+    return BF_OK;
 }

@@ -30,10 +30,11 @@ const char *check_kind_name(enum check_kind kind)
     return names[kind];
 }
 
+/* The noise may have been judged too low, but not by so much that a beam whose misfit is far above it lacks nothing: no linear model then does what something else would. */
 bool diagnose_no_linear_misses(const struct diagnosis *d)
 {
     const struct attainable *a = &d->attainable;
-    return a->modes > 0 && d->linearity.verdict != LINEARITY_NONLINEAR &&
+    return a->modes > 0 && d->linearity.verdict != LINEARITY_NONLINEAR && !diagnose_is_far(&d->baseline) &&
            d->baseline.fitted.nrmse <= limits.attainable * a->nrmse;
 }
 

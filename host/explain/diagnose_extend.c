@@ -47,16 +47,6 @@ static bool given_is_wanted(const struct shortlist *s)
     return s->from->n_effects == 0 && !s->w->options->everything && diagnose_is_far(&d->baseline);
 }
 
-/*
- * The baseline leaves so much of the signal that its modes may not be the beam's: what it lacks has driven it somewhere. Where it leaves less, refits from it
- * and from the model as given end in the same place, and the first order tells which are worth it.
- */
-static bool is_driven(const struct diagnosis *d)
-{
-    static const double much = 0.1; /* of the signal's rms */
-    return !(d->baseline.fitted.nrmse < much);
-}
-
 /* The best is a mass or a spring at a free place, which may do what another effect that was not tried would do. */
 static bool best_follows_much(const struct diagnosis *d)
 {
@@ -217,6 +207,18 @@ static enum bf_status law_before_linear(struct shortlist *s, const enum effect_k
     return status || progress_interrupted() ? status : diagnose_steps(s->w, err);
 }
 
+/* Linear effects, and drives and sensors that bend: with them, or, where records of different level agree, after them if none explains the records. */
+static enum bf_status linear_and_chain(struct shortlist *s, const enum effect_kind kinds[], const size_t most[],
+                                       double span, struct bf_error *err)
+{
+    const struct diagnosis *d = s->w->d;
+    const bool agree = d->linearity.verdict == LINEARITY_LINEAR && !s->w->options->everything;
+    enum bf_status status = stage(s, kinds, agree ? 1 : 2, most, span, err);
+    if (!status && agree && !diagnose_explained(d, s->n_effects) && !progress_interrupted())
+        status = stage(s, kinds + 1, 1, most, 0.0, err);
+    return status;
+}
+
 /* The first of the two stages where linear effects come first. */
 static enum bf_status linear_kinds(struct shortlist *s, const enum effect_kind kinds[], const size_t most[],
                                    double span, struct bf_error *err)
@@ -225,10 +227,10 @@ static enum bf_status linear_kinds(struct shortlist *s, const enum effect_kind k
     enum bf_status status = law_before_linear(s, kinds + 2, most, span, err);
     if (status || progress_interrupted() || (given_is_wanted(s) && linear_is_out(w->d, s->n_effects)))
         return status;
-    status = given_is_wanted(s) && is_driven(w->d) ? shortlist_from_given(s, span, err) : BF_OK;
+    status = given_is_wanted(s) && diagnose_is_driven(w->d) ? shortlist_from_given(s, span, err) : BF_OK;
     const bool has_ended = diagnose_is_far(&w->d->baseline) && diagnose_far_ahead(w->d, s->n_effects);
     if (!status && !has_ended && !progress_interrupted())
-        status = stage(s, kinds, 2, most, span, err);
+        status = linear_and_chain(s, kinds, most, span, err);
     if (!status && has_ended && s->from->n_effects == 0 && !progress_interrupted())
         status = shortlist_mates(s, err);
     if (!status && untried_are_wanted(s))
@@ -251,9 +253,18 @@ static enum bf_status nonlinear_kinds(struct shortlist *s, const enum effect_kin
         refit_best_law(s);
     if (status || !still_wanted(s) || linear_is_out(w->d, s->n_effects))
         return status;
-    if (is_driven(w->d))
+    if (diagnose_is_driven(w->d))
         status = shortlist_from_given(s, span, err);
     return !status && still_wanted(s) ? diagnose_single_places(w, 0.0, err) : status;
+}
+
+/* Records of different level have told whether the beam is linear, and what is of that kind explains them: nothing of the other kind is the cause. */
+static bool levels_have_told(const struct diagnosis *d, size_t n_effects)
+{
+    if (!diagnose_explained(d, n_effects) || d->hypotheses[0].n_effects != n_effects)
+        return false;
+    const bool linear = effect_is_linear(d->hypotheses[0].effects[n_effects - 1]);
+    return d->linearity.verdict == (linear ? LINEARITY_LINEAR : LINEARITY_NONLINEAR);
 }
 
 /* What the first stage has left to the second: laws, or linear effects where laws came first. */
@@ -277,8 +288,8 @@ static enum bf_status others(struct shortlist *s, const enum effect_kind kinds[]
     /* what an answer leaves of a beam that is linear at every level, and one more linear effect takes, asks for no law */
     const bool answered = w->answered && d->linearity.verdict == LINEARITY_LINEAR &&
                           diagnose_best_left(d, s->n_effects) <= diagnose_at_noise;
-    const bool enough =
-        (diagnose_is_far(s->from) && little_left) || s->from->n_effects >= 2 || passes_for_linear || answered;
+    const bool enough = (diagnose_is_far(s->from) && little_left) || s->from->n_effects >= 2 || passes_for_linear ||
+                        answered || levels_have_told(d, s->n_effects);
     if (!enough || everything)
         status = stage(s, kinds + 2, 1, most, span, err);
     if (!status && nonlinear && !s->best_law_tried && !everything && !progress_interrupted() &&

@@ -13,10 +13,10 @@
 
 /*
  * A law that is there is found in 40 to 130 evaluations (simulated rigs; the air's drag on a measured strip in 290, beside a second effect in 420);
- * another takes up to two thousand, each a step through time, to end far off. Beside an explanation that leaves little, and of one that promises
- * little, so many are enough.
+ * another takes up to two thousand, each a step through time, to end far off. Beside an explanation that leaves little, of one that promises
+ * little, and after so many of all laws, fewer are enough.
  */
-enum { LAW_RUNS = 600, RIVAL_LAW_RUNS = 150 };
+enum { LAW_RUNS = 600, RIVAL_LAW_RUNS = 150, ALL_LAW_RUNS = 1200 };
 
 struct refit_queue {
     struct diagnose_state *w;
@@ -202,7 +202,8 @@ static void *work(void *argument)
         const size_t left = queue->n - queue->next + 1;
         const int threads = left >= (size_t)w->threads ? 1 : w->threads / (int)left;
         const double abandon_above = w->options->everything || job->to_the_end ? 0.0 : abandon_limit(w->d, job);
-        const bool rival = job->doubtful || diagnose_nearly_there(w->d, job->n_effects);
+        const bool rival =
+            job->doubtful || w->law_runs >= ALL_LAW_RUNS || diagnose_nearly_there(w->d, job->n_effects);
         bound_law(w, job, rival ? RIVAL_LAW_RUNS : LAW_RUNS);
         (void)pthread_mutex_unlock(&queue->lock);
         struct hypothesis h;
@@ -214,6 +215,7 @@ static void *work(void *argument)
         (void)pthread_mutex_lock(&queue->lock);
         struct diagnosis *d = w->d;
         d->evaluations += h.fit.evaluations;
+        w->law_runs += hypothesis_has_law(&h) ? h.fit.evaluations : 0;
         const bool kept = usable && !superseded && !is_lost(d, &h);
         if (kept) {
             if (is_explained(d, &h))

@@ -35,6 +35,7 @@ struct diagnose_state {
     struct progress *bar;
     double done; /* part of the work, 0 … 1 */
     size_t n_tried;
+    size_t law_runs; /* evaluations that laws have taken so far */
     struct shortlist *looked; /* of the first look at the baseline, until the single effects take it; NULL: none */
     struct modal_road *modal; /* single effects fitted to the modes, diagnose_by_modes.c; NULL: not yet */
     bool
@@ -83,6 +84,8 @@ bool diagnose_may_lack_mode(const struct diagnosis *d, const struct hypothesis *
  * where that ends lower (*lower) it becomes the baseline: a local minimum is not taken for missing physics. Cost: one to four refits of the baseline from nearby.
  */
 enum bf_status diagnose_restart(struct diagnose_state *w, bool *lower, struct bf_error *err);
+/* The baseline is fitted again from `start`, which is taken over; where that ends lower (*lower) it becomes the baseline. */
+enum bf_status diagnose_also_from(struct diagnose_state *w, struct model *start, bool *lower, struct bf_error *err);
 /*
  * A baseline that has more freedom than another, and ends above it, has found another minimum: it is fitted again from `start`, which is the narrower one's model with
  * that freedom, and is taken over.
@@ -99,6 +102,11 @@ enum bf_status diagnose_as_given(const struct model *model, struct model *out, s
 /* The linear effects with the best first-order score, refitted from the fitted baseline. Ranks. Some tenths of a second each. */
 enum bf_status diagnose_first_look(struct diagnose_state *w, struct bf_error *err);
 
+/*
+ * The model as given, fitted to the modes: another start of a baseline that has come nowhere near the records (*lower: it has found a lower minimum). Cost: 10 ms, and a
+ * refit.
+ */
+enum bf_status diagnose_baseline_by_modes(struct diagnose_state *w, bool *lower, struct bf_error *err);
 /* diagnose_by_modes.c: one more of the beam's own linear effects on each of the best three, by way of the modes. Ranks. A second or two. */
 enum bf_status diagnose_pairs_by_modes(struct diagnose_state *w, struct bf_error *err);
 
@@ -231,6 +239,11 @@ bool diagnose_explained(const struct diagnosis *d, size_t n_effects);
  * noise, and what quick looks have brought nowhere near it need not be refitted to the end. After diagnose_rank().
  */
 bool diagnose_far_ahead(const struct diagnosis *d, size_t n_effects);
+/*
+ * The baseline leaves so much of the signal that its modes may not be the beam's: what it lacks, or a wrong minimum, has driven it somewhere. Where it leaves less, refits
+ * from it and from the model as given end in the same place, and the first order tells which are worth it.
+ */
+bool diagnose_is_driven(const struct diagnosis *d);
 /* Rms over the noise, of what is far (diagnose_is_far()): below it effects of different kinds fit the records alike. */
 extern const double diagnose_far_misfit;
 /* The same, or one has come near the noise and has taken nearly all of the misfit: rivals that are far behind are not worth as much. */

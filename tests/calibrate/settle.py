@@ -19,6 +19,7 @@ PLAIN, FAINT = 3.2, 1.15  # times clean_ratio: plain above, subtle between, fain
 CHANGED = 0.3  # nrmse of a fit without the cause, from which a change is as large as laboratories make them
 ROUGH, MOST = (0.02, 0.2), 0.8  # nrmse that a rough rig's fit leaves without the cause, and most of what one with it should
 FIT_LIMIT_S = 60
+GROWN = 1e9  # SI: larger numbers are no motion of a beam, but of one that an effect has made unstable
 TRIALS = 3  # effects that are tried on a rig before it is given up
 
 
@@ -116,6 +117,8 @@ def measure(rig, hidden, tools, work, stage, probes=None):
     exact, message = write(rig, train(rig), hidden, tools, os.path.join(work, stage), directory, probes)
     if exact is None:
         raise Refused(message)
+    if max(max(map(abs, column)) for columns in exact.values() for column in columns.values()) > GROWN:
+        raise Refused("not stable")
     answer, message, _ = fit(tools["beamfit"], directory, train(rig))
     if answer and (answer["nrmse"] or 1) > BAD_FIT:
         again, _, _ = fit(tools["beamfit"], directory, train(rig), more=())
