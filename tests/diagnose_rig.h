@@ -167,7 +167,7 @@ static inline struct diagnose_state begun(struct bench *b)
 {
     struct bf_error err;
     b->d = (struct diagnosis){.model = &b->given, .records = b->records, .n_records = b->n};
-    struct diagnose_state w = {.d = &b->d, .options = &b->options, .threads = 2};
+    struct diagnose_state w = {.d = &b->d, .options = &b->options, .predict = &b->options.predict, .threads = 2};
     assert_int_equal(diagnose_noise(&w, &err), BF_OK);
     assert_int_equal(diagnose_baseline(&w, &err), BF_OK);
     return w;

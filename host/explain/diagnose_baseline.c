@@ -54,7 +54,10 @@ enum bf_status diagnose_noise(struct diagnose_state *w, struct bf_error *err)
     return status;
 }
 
-/* One fact a mode: the frequencies of the fitted baseline part the bands; of the model as given, where what is missing has driven that to where it has none. */
+/*
+ * One fact a mode: the frequencies of the fitted baseline part the bands; of the model as given, where what is missing has driven that to where it has none. And what the
+ * baseline leaves in each.
+ */
 static enum bf_status find_facts(struct diagnose_state *w, struct bf_error *err)
 {
     struct diagnosis *d = w->d;
@@ -65,8 +68,9 @@ static enum bf_status find_facts(struct diagnose_state *w, struct bf_error *err)
         return status;
     struct misfit_channel *channels = hypothesis_channels(d, &d->baseline);
     facts_of_channels(d, channels, w->sigma, d->mode_Hz, d->n_modes);
+    status = facts_measure(d, channels, &d->baseline, err);
     free(channels);
-    return BF_OK;
+    return status;
 }
 
 /* The fit that the caller has, of the model as given. Where the noise of a channel is not known it was weighted otherwise than here. */

@@ -202,8 +202,7 @@ static void *work(void *argument)
         const size_t left = queue->n - queue->next + 1;
         const int threads = left >= (size_t)w->threads ? 1 : w->threads / (int)left;
         const double abandon_above = w->options->everything || job->to_the_end ? 0.0 : abandon_limit(w->d, job);
-        const bool rival =
-            job->doubtful || w->law_runs >= ALL_LAW_RUNS || diagnose_nearly_there(w->d, job->n_effects);
+        const bool rival = job->doubtful || w->law_runs >= ALL_LAW_RUNS || diagnose_nearly_there(w->d, job->n_effects);
         bound_law(w, job, rival ? RIVAL_LAW_RUNS : LAW_RUNS);
         (void)pthread_mutex_unlock(&queue->lock);
         struct hypothesis h;

@@ -35,7 +35,7 @@ struct diagnose_state {
     struct progress *bar;
     double done; /* part of the work, 0 … 1 */
     size_t n_tried;
-    size_t law_runs; /* evaluations that laws have taken so far */
+    size_t law_runs;          /* evaluations that laws have taken so far */
     struct shortlist *looked; /* of the first look at the baseline, until the single effects take it; NULL: none */
     struct modal_road *modal; /* single effects fitted to the modes, diagnose_by_modes.c; NULL: not yet */
     bool

@@ -96,6 +96,34 @@ static void what_comes_nowhere_near_the_modes_is_not_refitted(void **state)
     }
 }
 
+static size_t refitted_laws(const struct diagnosis *d)
+{
+    size_t n = 0;
+    for (size_t i = 0; i < d->n_hypotheses; i++)
+        n += d->hypotheses[i].effects[0]->law != NULL;
+    return n;
+}
+
+/* Near the noise a law may follow what tension does, and is refitted unless records of different level have told that the beam is linear. */
+static void levels_that_agree_ask_for_no_law_beside_what_explains(void **state)
+{
+    (void)state;
+    static const char *const ids[] = {"axial_load", "bilinear_stiffness", "microslip", "cubic_stiffness", NULL};
+    static const size_t most[] = {[KIND_LINEAR] = 4, [KIND_NONLINEAR_CHAIN] = 2, [KIND_LAW] = 3};
+    for (int agree = 0; agree < 2; agree++) {
+        struct bench *b = bench_new("{kind: axial_load, force_N: 0.15}", 2, LONG, 0.02, ids);
+        struct diagnose_state w = begun(b);
+        struct bf_error err;
+        b->d.linearity.verdict = agree ? LINEARITY_LINEAR : LINEARITY_CANNOT_TELL;
+        assert_int_equal(diagnose_extend(&w, &b->d.baseline, most, 0.0, &err), BF_OK);
+        assert_non_null(single(&b->d, "axial_load"));
+        printf("%d %g -> %g laws %zu\n", agree, b->d.baseline.fitted.noise_ratio, diagnose_best_left(&b->d, 1),
+               refitted_laws(&b->d));
+        state_free(&w);
+        bench_free(b);
+    }
+}
+
 /* Tension has explained the records; what a spring would do to these few modes is much the same, what a tip mass does is not. */
 static void a_mate_is_held_against_what_has_explained(void **state)
 {
@@ -260,6 +288,7 @@ int main(void)
         cmocka_unit_test(near_the_noise_what_scores_hide_is_tried),
         cmocka_unit_test(a_signal_that_takes_nearly_all_is_looked_at_first),
         cmocka_unit_test(what_comes_nowhere_near_the_modes_is_not_refitted),
+        cmocka_unit_test(levels_that_agree_ask_for_no_law_beside_what_explains),
         cmocka_unit_test(a_mate_is_held_against_what_has_explained),
         cmocka_unit_test(a_rigid_support_is_found_at_its_place),
         cmocka_unit_test(a_mass_heavier_than_the_beam_is_found_at_its_place),
