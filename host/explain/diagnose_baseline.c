@@ -138,21 +138,6 @@ static enum bf_status restart_from(struct diagnose_state *w, struct model *start
 }
 
 /*
- * A minimum that is none of whole records is no misfit: a fit that has converged above the noise is run again by way of windows, from where it ended, which leads out of
- * many (damping that has gone to nothing, a share of it in the wrong material).
- */
-static enum bf_status other_road(struct diagnose_state *w, struct bf_error *err)
-{
-    struct hypothesis *h = &w->d->baseline;
-    struct model start;
-    bool lower;
-    if (h->fitted.noise_ratio <= diagnose_at_noise || progress_interrupted())
-        return BF_OK;
-    const enum bf_status status = model_copy(&h->model, &start, err);
-    return status ? status : diagnose_also_from(w, &start, &lower, err);
-}
-
-/*
  * Residual and errors in the form of every hypothesis: by way of windows where the fit did not converge. What has ended at values that no window can be predicted
  * with is taken as it is.
  */
@@ -185,13 +170,10 @@ enum bf_status diagnose_baseline(struct diagnose_state *w, struct bf_error *err)
         return status;
     refit_into_model(d->records, d->n_records, h->fit.value, h->fit.sd, &h->model);
     h->refitted = true;
-    const bool by_windows = !d->converged;
     d->converged = d->converged || h->fit.converged;
     d->evaluations += h->fit.evaluations;
     status = find_facts(w, err);
-    if (!status)
-        status = hypothesis_measure(w, h, err);
-    return status || by_windows ? status : other_road(w, err);
+    return status ? status : hypothesis_measure(w, h, err);
 }
 
 /* The parameters of the baseline come first in every hypothesis: new effects are appended. */

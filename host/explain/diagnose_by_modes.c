@@ -270,7 +270,7 @@ enum bf_status diagnose_baseline_by_modes(struct diagnose_state *w, bool *lower,
     struct modal_start start = {0};
     enum bf_status status = BF_OK;
     *lower = false;
-    if (road.modes.n > 1 && diagnose_is_driven(w->d) && diagnose_is_far(&w->d->baseline)) {
+    if (road.modes.n > 1 && w->d->baseline.fitted.noise_ratio > diagnose_at_noise) {
         status = diagnose_as_given(w->d->model, &start.model, err);
         if (!status)
             fit_start(&road, false, 1.0, &start);

@@ -168,12 +168,6 @@ bool diagnose_is_far(const struct hypothesis *h)
     return h->fitted.noise_ratio > diagnose_far_misfit;
 }
 
-bool diagnose_is_driven(const struct diagnosis *d)
-{
-    static const double much = 0.1; /* of the signal's rms */
-    return !(d->baseline.fitted.nrmse < much);
-}
-
 bool hypothesis_has_law(const struct hypothesis *h)
 {
     for (size_t i = 0; i < h->n_effects; i++)

@@ -47,6 +47,16 @@ static bool given_is_wanted(const struct shortlist *s)
     return s->from->n_effects == 0 && !s->w->options->everything && diagnose_is_far(&d->baseline);
 }
 
+/*
+ * The baseline leaves so much of the signal that its modes may not be the beam's: what it lacks has driven it somewhere. Where it leaves less, refits from it
+ * and from the model as given end in the same place, and the first order tells which are worth it.
+ */
+static bool is_driven(const struct diagnosis *d)
+{
+    static const double much = 0.1; /* of the signal's rms */
+    return !(d->baseline.fitted.nrmse < much);
+}
+
 /* The best is a mass or a spring at a free place, which may do what another effect that was not tried would do. */
 static bool best_follows_much(const struct diagnosis *d)
 {
@@ -227,7 +237,7 @@ static enum bf_status linear_kinds(struct shortlist *s, const enum effect_kind k
     enum bf_status status = law_before_linear(s, kinds + 2, most, span, err);
     if (status || progress_interrupted() || (given_is_wanted(s) && linear_is_out(w->d, s->n_effects)))
         return status;
-    status = given_is_wanted(s) && diagnose_is_driven(w->d) ? shortlist_from_given(s, span, err) : BF_OK;
+    status = given_is_wanted(s) && is_driven(w->d) ? shortlist_from_given(s, span, err) : BF_OK;
     const bool has_ended = diagnose_is_far(&w->d->baseline) && diagnose_far_ahead(w->d, s->n_effects);
     if (!status && !has_ended && !progress_interrupted())
         status = linear_and_chain(s, kinds, most, span, err);
@@ -253,7 +263,7 @@ static enum bf_status nonlinear_kinds(struct shortlist *s, const enum effect_kin
         refit_best_law(s);
     if (status || !still_wanted(s) || linear_is_out(w->d, s->n_effects))
         return status;
-    if (diagnose_is_driven(w->d))
+    if (is_driven(w->d))
         status = shortlist_from_given(s, span, err);
     return !status && still_wanted(s) ? diagnose_single_places(w, 0.0, err) : status;
 }

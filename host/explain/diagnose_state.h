@@ -103,8 +103,8 @@ enum bf_status diagnose_as_given(const struct model *model, struct model *out, s
 enum bf_status diagnose_first_look(struct diagnose_state *w, struct bf_error *err);
 
 /*
- * The model as given, fitted to the modes: another start of a baseline that has come nowhere near the records (*lower: it has found a lower minimum). Cost: 10 ms, and a
- * refit.
+ * The model as given, fitted to the modes: another start of a baseline that leaves more than the noise (*lower: it has found a lower minimum). A minimum that is none of the
+ * modes, nor of whole records, is no misfit: it has locked in to wrong cycles, or has driven a damping to nothing. Cost: 10 ms, and a refit.
  */
 enum bf_status diagnose_baseline_by_modes(struct diagnose_state *w, bool *lower, struct bf_error *err);
 /* diagnose_by_modes.c: one more of the beam's own linear effects on each of the best three, by way of the modes. Ranks. A second or two. */
@@ -239,11 +239,6 @@ bool diagnose_explained(const struct diagnosis *d, size_t n_effects);
  * noise, and what quick looks have brought nowhere near it need not be refitted to the end. After diagnose_rank().
  */
 bool diagnose_far_ahead(const struct diagnosis *d, size_t n_effects);
-/*
- * The baseline leaves so much of the signal that its modes may not be the beam's: what it lacks, or a wrong minimum, has driven it somewhere. Where it leaves less, refits
- * from it and from the model as given end in the same place, and the first order tells which are worth it.
- */
-bool diagnose_is_driven(const struct diagnosis *d);
 /* Rms over the noise, of what is far (diagnose_is_far()): below it effects of different kinds fit the records alike. */
 extern const double diagnose_far_misfit;
 /* The same, or one has come near the noise and has taken nearly all of the misfit: rivals that are far behind are not worth as much. */
