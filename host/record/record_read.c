@@ -237,9 +237,6 @@ static long line_of(const struct reader *r, size_t sample)
     return r->runs[k].line + (long)(sample - r->runs[k].sample);
 }
 
-/* No unit makes a measured value so large, and its square is still a number. */
-static const double largest = 1e30;
-
 static enum bf_status read_sample(struct reader *r, const char *line, const char *end, struct bf_error *err)
 {
     struct record *record = r->record;
@@ -257,7 +254,7 @@ static enum bf_status read_sample(struct reader *r, const char *line, const char
             if (!number_parse(from, to, '.', &x))
                 return fail_cell(r, i, s, after, err);
         }
-        if (!(fabs(x) <= largest))
+        if (!isfinite(x))
             return fail_cell(r, i, s, after, err);
         if (i == 0)
             time_axis_note(&r->time_digits, number_digits(s, after, '.'));

@@ -44,6 +44,10 @@ static void a_beam_at_the_attainable_error_is_complete(void **state)
     d.linearity.verdict = LINEARITY_NONLINEAR;
     diagnose_decide(&d);
     assert_int_equal(d.verdict, VERDICT_UNKNOWN);
+    d.linearity.verdict = LINEARITY_LINEAR;
+    d.baseline.fitted.noise_ratio = 4.0; /* nobody misjudges the noise by that much */
+    diagnose_decide(&d);
+    assert_int_equal(d.verdict, VERDICT_UNKNOWN);
     done(&d);
 }
 

@@ -111,7 +111,6 @@ static void names_line_and_column_of_a_bad_number(void **state)
     refuses("time_s,x\n0,'1.5 V'\n1,1\n", ":2:", "'1.5 V' is not a number", "repair");
     refuses("time_s,x\n0,0x10\n1,1\n", ":2:", "'0x10' is not a number", "column 2");
     refuses("time_s,x\n0,1e999\n1,1\n", ":2:", "too large", "column 2");
-    refuses("time_s,x\n0,1e31\n1,1\n", ":2:", "too large", "column 2");
     refuses("time_s,x\nzero,1\n1,1\n", ":2:", "column 1 'time_s'", "'zero'");
     refuses("time_s,x,y\n0,1,2\n1,,2\n", ":3:", "column 2 'x'", "empty");
     refuses("time_s,x,y\n0,1,2\n1,1\n", ":3:", "column 3 'y' is missing", "2 of 3 cells");
