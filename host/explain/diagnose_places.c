@@ -2,7 +2,7 @@
 /*
  * A refit stops when it is good enough to be compared, and the misfit has several minima over the place of an effect. The best
  * hypothesis is refitted from where it is and from other places, when it has not converged or one more effect would take a part of
- * what it leaves. On a weak misfit so are the single effects that leave little more than the noise, because each may become the best.
+ * what it leaves. On a weak misfit the scan of first-order scores, which is exact there, has looked at every place.
  */
 #include "diagnose_shortlist.h"
 #include "diagnose_state.h"
@@ -12,13 +12,10 @@
 
 enum {
     PLACES = 6,
-    MOST_JOBS = 1 + DIAGNOSE_EFFECTS * (PLACES - 1),
-    MOST_WEAK = 3,
     MOST_SINGLES = 2,
-    ALL_JOBS = (1 + MOST_WEAK) * MOST_JOBS
+    MOST_JOBS = 1 + DIAGNOSE_EFFECTS * (PLACES - 1),
+    ALL_JOBS = MOST_SINGLES * MOST_JOBS
 };
-/* On a weak misfit a single effect that leaves at most this many times the noise may be the cause at a wrong place. */
-static const double weak_ratio = 1.05;
 struct place_jobs {
     bool to_the_end; /* as of struct refit_job */
     size_t n;
@@ -39,14 +36,9 @@ static bool can_move(const struct hypothesis *h)
     return !h->places_tried && !hypothesis_has_law(h) && !h->fit.interrupted;
 }
 
-static bool is_wanted(const struct diagnosis *d, const struct hypothesis *h)
+static bool is_wanted(const struct diagnosis *d, const struct hypothesis *best)
 {
-    const bool best = h == &d->hypotheses[0];
-    if (!can_move(h))
-        return false;
-    if (best && (!h->fit.converged || !h->explains) && !diagnose_no_linear_outdoes(d))
-        return true;
-    return !diagnose_is_far(&d->baseline) && !isnan(hypothesis_only_place(h)) && h->fitted.noise_ratio <= weak_ratio;
+    return can_move(best) && (!best->fit.converged || !best->explains) && !diagnose_no_linear_outdoes(d);
 }
 
 static enum bf_status push_copy(const struct hypothesis *h, struct place_jobs *jobs, struct bf_error *err)
@@ -83,15 +75,12 @@ static enum bf_status push_jobs(const struct hypothesis *h, struct place_jobs *j
 
 enum bf_status diagnose_other_places(struct diagnose_state *w, double span, struct bf_error *err)
 {
-    struct diagnosis *d = w->d;
+    struct hypothesis *best = w->d->n_hypotheses > 0 ? &w->d->hypotheses[0] : NULL;
     struct place_jobs jobs = {.to_the_end = true};
-    enum bf_status status = BF_OK;
-    for (size_t i = 0, chosen = 0; i < d->n_hypotheses && chosen <= MOST_WEAK && !status; i++)
-        if (is_wanted(d, &d->hypotheses[i])) {
-            status = push_jobs(&d->hypotheses[i], &jobs, err);
-            d->hypotheses[i].places_tried = true;
-            chosen++;
-        }
+    if (best == NULL || !is_wanted(w->d, best))
+        return BF_OK;
+    const enum bf_status status = push_jobs(best, &jobs, err);
+    best->places_tried = true;
     return diagnose_try(w, jobs.job, jobs.n, status, span);
 }
 

@@ -281,8 +281,7 @@ enum bf_status diagnose_extend(struct diagnose_state *w, const struct hypothesis
 
 /*
  * diagnose_places.c: refits from other places of the best hypothesis, when it has not converged or leaves a part for one more effect to
- * take, and on a weak misfit of single effects that leave little more than the noise. Each hypothesis once. Cost: linear refits, some
- * tenths of a second each.
+ * take. Once. Cost: linear refits, some tenths of a second each.
  */
 enum bf_status diagnose_other_places(struct diagnose_state *w, double span, struct bf_error *err);
 /*
