@@ -58,11 +58,45 @@ static void what_leads_is_asked_with_the_rig_free(void **state)
     }
 }
 
+static void hit_at(struct bench *b, size_t r, double at_m)
+{
+    const char name[] = {'r', (char)('0' + r), '.', 'c', 's', 'v', '\0'};
+    b->truth.inputs[0].at_m = b->truth.inputs[0].own.at.value = at_m;
+    record_free(&b->records[r]);
+    b->records[r] = blow(&b->truth, name, LONG, 0.004, 1.0, 0.005);
+}
+
+/* Each hit is beside its mark: a place of the hammer that is fitted takes the one, and predicts the other worse than the mark does. */
+static void a_rig_that_predicts_worse_is_not_freed(void **state)
+{
+    (void)state;
+    static const char *const none[] = {NULL};
+    struct bench *b = bench_new("", 2, LONG, 0.005, none);
+    struct bf_error err;
+    bool freed;
+    hit_at(b, 0, 0.054);
+    hit_at(b, 1, 0.046);
+    b->d = (struct diagnosis){
+        .model = &b->given, .records = b->records, .n_records = 1, .checks = b->records + 1, .n_checks = 1};
+    struct diagnose_state w = {.d = &b->d, .options = &b->options, .predict = &b->options.predict, .threads = 2};
+    assert_int_equal(diagnose_noise(&w, &err), BF_OK);
+    assert_int_equal(diagnose_baseline(&w, &err), BF_OK);
+    assert_true(b->d.baseline.fitted.noise_ratio > 10.0);
+    assert_int_equal(diagnose_free_rig(&w, RIG_AND_BEST, &freed, &err), BF_OK);
+    assert_true(w.other.baseline.fitted.noise_ratio < 2.0);
+    assert_true(w.other.baseline.check.noise_ratio > b->d.baseline.check.noise_ratio);
+    assert_false(freed);
+    diagnose_side_free(&w.other);
+    state_free(&w);
+    bench_free(b);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_rig_that_nobody_would_believe_comes_after_single_effects),
         cmocka_unit_test(what_leads_is_asked_with_the_rig_free),
+        cmocka_unit_test(a_rig_that_predicts_worse_is_not_freed),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
