@@ -175,19 +175,28 @@ static const struct decision *fewest(const struct diagnosis *d)
     return found;
 }
 
-/* The best hypothesis that the decision looks at with this of its effects. */
+static bool has_another(const struct hypothesis *h, const struct decision *one, const struct beam_effect *effect)
+{
+    for (size_t e = 0; e < one->n; e++)
+        if (one->among[e] != effect && hypothesis_has(h, one->among[e]))
+            return true;
+    return false;
+}
+
+/* The best hypothesis that the decision looks at with this of its effects, and with none of the others if there is one: those are held against it. */
 static size_t best_with(const struct diagnosis *d, const struct decision *one, const struct beam_effect *effect)
 {
-    size_t best = one->with;
-    double score = -INFINITY;
+    size_t best[2] = {one->with, one->with};
+    double score[2] = {-INFINITY, -INFINITY};
     for (size_t i = 0; i < d->n_hypotheses; i++) {
         const struct hypothesis *h = &d->hypotheses[i];
-        if (h->n_effects > one->most_effects || !hypothesis_has(h, effect) || h->score <= score)
+        const int shared = has_another(h, one, effect);
+        if (h->n_effects > one->most_effects || !hypothesis_has(h, effect) || h->score <= score[shared])
             continue;
-        best = i;
-        score = h->score;
+        best[shared] = i;
+        score[shared] = h->score;
     }
-    return best;
+    return best[isfinite(score[0]) ? 0 : 1];
 }
 
 /* The effect, or its special case that a simpler explanation has in its place. */
