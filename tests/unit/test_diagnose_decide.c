@@ -92,6 +92,26 @@ static void what_takes_all_but_a_thousandth_is_far_ahead(void **state)
     }
 }
 
+/* A spring, or a shaking clamp: what the clamp explains beside the spring speaks for both. */
+static void each_of_several_is_told_without_the_others(void **state)
+{
+    struct diagnosis d;
+    struct hypothesis h[] = {refit("point_spring", NULL, 3, 1.60, 1.60),
+                             refit("point_spring", "base_motion", 6, 1.52, 1.52),
+                             refit("base_motion", NULL, 3, 1.72, 1.72), refit("axial_load", NULL, 1, 20.0, 20.0)};
+    bool clamp = false;
+    decide(&d, *state, 40.0, 40.0, h, 4);
+    assert_int_equal(d.verdict, VERDICT_AMBIGUOUS);
+    for (size_t i = 0; i < d.n_hypotheses; i++) {
+        const struct hypothesis *one = &d.hypotheses[i];
+        assert_true(one->n_effects == 1 || (i > 0 && !one->rival));
+        clamp = clamp || (one->n_effects == 1 && one->effects[0] == effect_by_id("base_motion") && one->rival &&
+                          one->score < d.hypotheses[0].score - 1.0);
+    }
+    assert_true(clamp);
+    done(&d);
+}
+
 static void significance_without_size_names_nothing(void **state)
 {
     struct diagnosis d;
@@ -361,6 +381,7 @@ int main(void)
         cmocka_unit_test(what_silences_a_channel_explains_nothing),
         cmocka_unit_test(what_takes_all_but_a_thousandth_is_far_ahead),
         cmocka_unit_test(a_general_form_that_takes_much_more_is_named),
+        cmocka_unit_test(each_of_several_is_told_without_the_others),
         cmocka_unit_test(significance_without_size_names_nothing),
         cmocka_unit_test(one_clear_explanation_is_named),
         cmocka_unit_test(what_stands_out_is_named_though_it_leaves_much),
