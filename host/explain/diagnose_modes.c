@@ -36,10 +36,12 @@ enum bf_status diagnose_modes_in_band(const struct diagnosis *d, const struct mo
     return status;
 }
 
-/* The free linear model has found the modes that there are: it leaves no more than h. */
+/* The free linear model has found the modes that there are: it leaves no more than h, nor more than the noise of records that agree with one linear beam. */
 static bool knows_modes(const struct diagnosis *d, const struct hypothesis *h)
 {
-    return d->attainable.poles != NULL && !(d->attainable.noise_ratio > limits.as_well * h->fitted.noise_ratio);
+    const double floor = d->attainable.noise_ratio;
+    const bool lacks_some = d->linearity.verdict == LINEARITY_LINEAR && floor > limits.as_well;
+    return d->attainable.poles != NULL && !lacks_some && !(floor > limits.as_well * h->fitted.noise_ratio);
 }
 
 static bool is_seen(const struct attainable *a, double mode_Hz)
