@@ -77,11 +77,28 @@ static const struct hypothesis *least_without(const struct diagnosis *d)
     return least;
 }
 
-/* What swings in the model already takes what another one would; and where the records have no more modes than the best of the others, there is none. */
-bool resonator_may_be_there(const struct diagnosis *d)
+/* What swings in the model already takes what another one would. */
+static bool is_wanted(const struct diagnosis *d)
 {
     return d->n_modes > modes_rigid(d->mode_Hz, d->n_modes) && own_mode(d->model, 0) == NULL &&
-           !diagnose_is_complete(d) && !diagnose_linear_is_out(d) && diagnose_may_lack_mode(d, least_without(d));
+           !diagnose_is_complete(d) && !diagnose_linear_is_out(d);
+}
+
+/* Where the records have no more modes than the best of the others, there is none. */
+bool resonator_may_be_there(const struct diagnosis *d)
+{
+    return is_wanted(d) && diagnose_may_lack_mode(d, least_without(d));
+}
+
+/*
+ * One that is damped as much as it differs from a mode of the beam hides beside that, and the free linear model does without it: other effects come near what is there, and
+ * none of them explains it.
+ */
+static bool may_hide(const struct diagnosis *d)
+{
+    const double left = diagnose_best_left(d, 1);
+    return is_wanted(d) && d->linearity.verdict != LINEARITY_NONLINEAR && !diagnose_explained(d, 1) &&
+           left < d->baseline.fitted.noise_ratio && left <= diagnose_far_misfit;
 }
 
 /* Modes and the middles between them, the lowest first: mode_Hz[n_modes], without those of the beam as a whole. Returns how many. */
@@ -360,7 +377,7 @@ enum bf_status diagnose_resonator_from_given(struct diagnose_state *w, struct bf
 
 enum bf_status diagnose_resonator(struct diagnose_state *w, struct bf_error *err)
 {
-    if (!resonator_may_be_there(w->d))
+    if (!resonator_may_be_there(w->d) && !may_hide(w->d))
         return BF_OK;
     enum bf_status status = try_beside(w, &w->d->baseline, err);
     if (!status)
