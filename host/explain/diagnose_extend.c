@@ -268,13 +268,18 @@ static enum bf_status nonlinear_kinds(struct shortlist *s, const enum effect_kin
     return !status && still_wanted(s) ? diagnose_single_places(w, 0.0, err) : status;
 }
 
-/* Records of different level have told whether the beam is linear, and what is of that kind explains them: nothing of the other kind is the cause. */
-static bool levels_have_told(const struct diagnosis *d, size_t n_effects)
+/*
+ * Records of different level have told whether the beam is linear, and what is of that kind explains them: nothing of the other kind is the cause. But for a law of degree
+ * one, which such records pass for linear with: unless a linear effect is sure enough to be named, those are asked.
+ */
+static bool levels_have_told(struct diagnosis *d, size_t n_effects)
 {
     if (!diagnose_explained(d, n_effects) || d->hypotheses[0].n_effects != n_effects)
         return false;
-    const bool linear = effect_is_linear(d->hypotheses[0].effects[n_effects - 1]);
-    return d->linearity.verdict == (linear ? LINEARITY_LINEAR : LINEARITY_NONLINEAR);
+    if (!effect_is_linear(d->hypotheses[0].effects[n_effects - 1]))
+        return d->linearity.verdict == LINEARITY_NONLINEAR;
+    diagnose_decide(d);
+    return d->linearity.verdict == LINEARITY_LINEAR && d->verdict == VERDICT_MISSING;
 }
 
 /* What the first stage has left to the second: laws, or linear effects where laws came first. */
@@ -282,7 +287,7 @@ static enum bf_status others(struct shortlist *s, const enum effect_kind kinds[]
                              struct bf_error *err)
 {
     struct diagnose_state *w = s->w;
-    const struct diagnosis *d = w->d;
+    struct diagnosis *d = w->d;
     const bool nonlinear = kinds[0] == KIND_LAW, everything = w->options->everything,
                explained = diagnose_explained(d, s->n_effects);
     enum bf_status status = BF_OK;
