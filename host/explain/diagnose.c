@@ -169,7 +169,7 @@ static enum bf_status restart(struct diagnose_state *w, struct bf_error *err)
     return status;
 }
 
-/* The best leaves the noise of the fitted records, and no free linear model predicts the others better: they are not of one linear beam, or hold what no effect takes. */
+/* The best leaves the noise of the fitted records, and what it leaves of the held-out ones a free linear model leaves, too: no second effect takes that. */
 static bool nothing_is_left(const struct diagnosis *d)
 {
     return d->n_hypotheses > 0 && diagnose_errors_are_noise(&d->hypotheses[0].fitted, false) &&
@@ -296,9 +296,8 @@ static enum bf_status look(struct diagnose_state *w, struct bf_error *err)
     if (!status)
         status = test_linearity(w, err);
     if (!status && !progress_interrupted()) {
-        bool lower;
         find_attainable(w);
-        status = diagnose_baseline_by_modes(w, &lower, err);
+        status = diagnose_baseline_by_modes(w, err);
     }
     if (!status)
         status = localise(d, &d->baseline, &d->where, err);

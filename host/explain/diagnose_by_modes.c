@@ -264,23 +264,23 @@ static struct modal_road road_of(struct diagnose_state *w)
 
 /* ---- The model without any effect ---- */
 
-enum bf_status diagnose_baseline_by_modes(struct diagnose_state *w, bool *lower, struct bf_error *err)
+enum bf_status diagnose_baseline_by_modes(struct diagnose_state *w, struct bf_error *err)
 {
     struct modal_road road = road_of(w);
     struct modal_start start = {0};
     enum bf_status status = BF_OK;
-    *lower = false;
+    bool lower = false;
     if (road.modes.n > 1 && w->d->baseline.fitted.noise_ratio > diagnose_at_noise) {
         status = diagnose_as_given(w->d->model, &start.model, err);
         if (!status)
             fit_start(&road, false, 1.0, &start);
         if (!status && isfinite(start.left))
-            status = diagnose_also_from(w, &start.model, lower, err);
+            status = diagnose_also_from(w, &start.model, &lower, err);
         else
             modal_start_free(&start);
     }
     modal_road_free(&road);
-    return status;
+    return !status && lower ? diagnose_numerics(w, err) : status;
 }
 
 /* ---- Single effects ---- */

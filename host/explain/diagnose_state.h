@@ -103,11 +103,11 @@ enum bf_status diagnose_as_given(const struct model *model, struct model *out, s
 enum bf_status diagnose_first_look(struct diagnose_state *w, struct bf_error *err);
 
 /*
- * The model as given, fitted to the modes: another start of a baseline that leaves more than the noise (*lower: it has found a lower minimum). A minimum that is none of the
- * modes, nor of whole records, is no misfit: it has locked in to wrong cycles, or has driven a damping to nothing. Cost: 10 ms, and a refit.
+ * diagnose_by_modes.c: the model as given, fitted to the modes: another start of a baseline that leaves more than the noise, which ends lower where that has locked in to wrong
+ * cycles, or has driven a damping to nothing. Its computation is checked again then. Cost: 10 ms, and a refit.
  */
-enum bf_status diagnose_baseline_by_modes(struct diagnose_state *w, bool *lower, struct bf_error *err);
-/* diagnose_by_modes.c: one more of the beam's own linear effects on each of the best three, by way of the modes. Ranks. A second or two. */
+enum bf_status diagnose_baseline_by_modes(struct diagnose_state *w, struct bf_error *err);
+/* The same: one more of the beam's own linear effects on each of the best three, by way of the modes. Ranks. A second or two. */
 enum bf_status diagnose_pairs_by_modes(struct diagnose_state *w, struct bf_error *err);
 
 /*
