@@ -307,6 +307,8 @@ static enum bf_status others(struct shortlist *s, const enum effect_kind kinds[]
                         answered || levels_have_told(d, s->n_effects);
     if (!enough || everything)
         status = stage(s, kinds + 2, 1, most, span, err);
+    if (!status && s->n_effects == 1 && !progress_interrupted())
+        status = diagnose_law_places(w, 0.0, err);
     if (!status && nonlinear && !s->best_law_tried && !everything && !progress_interrupted() &&
         !diagnose_explained(d, s->n_effects))
         refit_best_law(s);

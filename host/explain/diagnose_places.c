@@ -2,7 +2,7 @@
 /*
  * A refit stops when it is good enough to be compared, and the misfit has several minima over the place of an effect. The best
  * hypothesis is refitted from where it is and from other places, when it has not converged or one more effect would take a part of
- * what it leaves. On a weak misfit the scan of first-order scores, which is exact there, has looked at every place.
+ * what it leaves; a law where it comes near the records, because its place was told by the motion of a model without it. On a weak misfit the scan of first-order scores, which is exact there, has looked at every place.
  */
 #include "diagnose_shortlist.h"
 #include "diagnose_state.h"
@@ -13,6 +13,7 @@
 enum {
     PLACES = 6,
     MOST_SINGLES = 2,
+    LAW_RUNS = 40, /* evaluations: from a start at its place a law is there in some thirty */
     MOST_JOBS = 1 + DIAGNOSE_EFFECTS * (PLACES - 1),
     ALL_JOBS = MOST_SINGLES * MOST_JOBS
 };
@@ -52,10 +53,10 @@ static enum bf_status push_copy(const struct hypothesis *h, struct place_jobs *j
     return status;
 }
 
-/* From where it is, and with one place at each sixth of the length but the one where it stands. */
-static enum bf_status push_jobs(const struct hypothesis *h, struct place_jobs *jobs, struct bf_error *err)
+/* With one place at each sixth of the length but the one where it stands. */
+static enum bf_status push_places(const struct hypothesis *h, struct place_jobs *jobs, struct bf_error *err)
 {
-    enum bf_status status = push_copy(h, jobs, err);
+    enum bf_status status = BF_OK;
     for (size_t e = h->n_base; e < h->model.n_effects && !status; e++) {
         const struct model_effect *own = &h->model.effects[e];
         for (int i = 0; i < own->effect->n_parameters; i++) {
@@ -71,6 +72,13 @@ static enum bf_status push_jobs(const struct hypothesis *h, struct place_jobs *j
     return status;
 }
 
+/* Those, and from where it is. */
+static enum bf_status push_jobs(const struct hypothesis *h, struct place_jobs *jobs, struct bf_error *err)
+{
+    const enum bf_status status = push_copy(h, jobs, err);
+    return status ? status : push_places(h, jobs, err);
+}
+
 /* ---- Refits ---- */
 
 enum bf_status diagnose_other_places(struct diagnose_state *w, double span, struct bf_error *err)
@@ -81,6 +89,26 @@ enum bf_status diagnose_other_places(struct diagnose_state *w, double span, stru
         return BF_OK;
     const enum bf_status status = push_jobs(best, &jobs, err);
     best->places_tried = true;
+    return diagnose_try(w, jobs.job, jobs.n, status, span);
+}
+
+/* A law at a place comes near the records and does not explain them. */
+static bool may_be_elsewhere(const struct diagnosis *d, const struct hypothesis *best)
+{
+    return best->n_effects == 1 && hypothesis_has_law(best) && !isnan(hypothesis_only_place(best)) &&
+           !best->places_tried && !diagnose_is_far(best) && !diagnose_explained(d, 1);
+}
+
+enum bf_status diagnose_law_places(struct diagnose_state *w, double span, struct bf_error *err)
+{
+    struct hypothesis *best = w->d->n_hypotheses > 0 ? &w->d->hypotheses[0] : NULL;
+    struct place_jobs jobs = {0};
+    if (best == NULL || !may_be_elsewhere(w->d, best))
+        return BF_OK;
+    const enum bf_status status = push_places(best, &jobs, err);
+    best->places_tried = true;
+    for (size_t k = 0; k < jobs.n; k++)
+        jobs.job[k].most_runs = LAW_RUNS;
     return diagnose_try(w, jobs.job, jobs.n, status, span);
 }
 

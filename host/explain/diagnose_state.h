@@ -284,6 +284,8 @@ enum bf_status diagnose_extend(struct diagnose_state *w, const struct hypothesis
  * take. Once. Cost: linear refits, some tenths of a second each.
  */
 enum bf_status diagnose_other_places(struct diagnose_state *w, double span, struct bf_error *err);
+/* The best single effect, from other places, where it is a law that comes near the records and does not explain them. Once. Cost: five refits of forty evaluations. */
+enum bf_status diagnose_law_places(struct diagnose_state *w, double span, struct bf_error *err);
 /*
  * The best single effects that have a place, from other places: before a pair is looked at. Nothing twice; some linear refits,
  * and ranks again.

@@ -87,6 +87,33 @@ static void another_place_that_does_as_well_is_told(void **state)
     bench_free(b);
 }
 
+/* A crack that opens and closes, refitted from a place where it comes near the records: it is found where it is. */
+static void a_law_that_comes_near_is_looked_for_elsewhere(void **state)
+{
+    (void)state;
+    static const char *const cracks[] = {"bilinear_stiffness", NULL};
+    struct bf_error err;
+    struct bench *b =
+        bench_new("{kind: bilinear_stiffness, change_Nmprad: 10, at_m: 0.3, width_m: 0.005}", 2, LONG, 0.004, cracks);
+    struct diagnose_state w = begun(b);
+    struct refit_job job = {.model = make("{kind: bilinear_stiffness, change_Nmprad: 1, at_m: 0.12, width_m: 0.005}"),
+                            .first_new = 1,
+                            .n_effects = 1};
+    job.model.effects[0].parameters[0].fixed = false, job.model.effects[0].parameters[1].fixed = false;
+    diagnose_refits(&w, &job, 1, 0.0);
+    diagnose_rank(&b->d, 1);
+    assert_int_equal(b->d.n_hypotheses, 1);
+    assert_true(fabs(place(&b->d.hypotheses[0]) - 0.3) > 0.1 && b->d.hypotheses[0].fitted.noise_ratio > 1.1);
+    assert_int_equal(diagnose_law_places(&w, 0.0, &err), BF_OK);
+    assert_int_equal(b->d.n_hypotheses, 1);
+    assert_true(fabs(place(&b->d.hypotheses[0]) - 0.3) < 2e-3 && b->d.hypotheses[0].fitted.noise_ratio < 1.02);
+    const size_t evaluations = b->d.evaluations;
+    assert_int_equal(diagnose_law_places(&w, 0.0, &err), BF_OK); /* it explains the records: not twice */
+    assert_int_equal(b->d.evaluations, evaluations);
+    state_free(&w);
+    bench_free(b);
+}
+
 /* Before a pair is looked at, a single effect has been at other places too, whether or not its refit has converged. */
 static void a_single_effect_is_looked_for_elsewhere(void **state)
 {
@@ -122,6 +149,7 @@ int main(void)
         cmocka_unit_test(another_place_is_found),
         cmocka_unit_test(what_leaves_something_is_tried_elsewhere),
         cmocka_unit_test(another_place_that_does_as_well_is_told),
+        cmocka_unit_test(a_law_that_comes_near_is_looked_for_elsewhere),
         cmocka_unit_test(a_single_effect_is_looked_for_elsewhere),
         cmocka_unit_test(what_is_at_the_noise_stays),
     };
