@@ -269,8 +269,8 @@ static enum bf_status nonlinear_kinds(struct shortlist *s, const enum effect_kin
 }
 
 /*
- * Records of different level have told whether the beam is linear, and what is of that kind explains them: nothing of the other kind is the cause. But for a law of degree
- * one, which such records pass for linear with: unless a linear effect is sure enough to be named, those are asked.
+ * Records of different level have told whether the beam is linear, and an effect of that kind explains them: no effect of the other kind is the cause. A law of degree one
+ * is linear by this test, so that a linear effect must be sure enough to be named before such laws are left out.
  */
 static bool levels_have_told(struct diagnosis *d, size_t n_effects)
 {

@@ -2,7 +2,8 @@
 /*
  * A refit stops when it is good enough to be compared, and the misfit has several minima over the place of an effect. The best
  * hypothesis is refitted from where it is and from other places, when it has not converged or one more effect would take a part of
- * what it leaves; a law where it comes near the records, because its place was told by the motion of a model without it. On a weak misfit the scan of first-order scores, which is exact there, has looked at every place.
+ * what it leaves. A law is when it comes near the records: the motion of a model without it has told its place. On a weak misfit no
+ * other linear effect is: the scan of first-order scores, which is exact there, has looked at every place.
  */
 #include "diagnose_shortlist.h"
 #include "diagnose_state.h"
@@ -13,7 +14,7 @@
 enum {
     PLACES = 6,
     MOST_SINGLES = 2,
-    LAW_RUNS = 40, /* evaluations: from a start at its place a law is there in some thirty */
+    QUICK_RUNS = 40, /* evaluations of a law: more than it takes from a start near its place */
     MOST_JOBS = 1 + DIAGNOSE_EFFECTS * (PLACES - 1),
     ALL_JOBS = MOST_SINGLES * MOST_JOBS
 };
@@ -108,7 +109,7 @@ enum bf_status diagnose_law_places(struct diagnose_state *w, double span, struct
     const enum bf_status status = push_places(best, &jobs, err);
     best->places_tried = true;
     for (size_t k = 0; k < jobs.n; k++)
-        jobs.job[k].most_runs = LAW_RUNS;
+        jobs.job[k].most_runs = QUICK_RUNS;
     return diagnose_try(w, jobs.job, jobs.n, status, span);
 }
 

@@ -13,10 +13,10 @@
 
 /*
  * A law that is there is found in 40 to 130 evaluations (simulated rigs; the air's drag on a measured strip in 290, beside a second effect in 420);
- * another takes up to two thousand, each a step through time, to end far off. Beside an explanation that leaves little, of one that promises
- * little, and after so many of all laws, fewer are enough.
+ * another takes up to two thousand, each a step through time, to end far off. Fewer are enough beside an explanation that leaves little, of a
+ * law that promises little, and when all laws together have had twice as many.
  */
-enum { LAW_RUNS = 600, RIVAL_LAW_RUNS = 150, ALL_LAW_RUNS = 1200 };
+enum { LAW_RUNS = 600, RIVAL_LAW_RUNS = 150, ALL_LAW_RUNS = 2 * LAW_RUNS };
 
 struct refit_queue {
     struct diagnose_state *w;
