@@ -40,6 +40,28 @@ static void what_runs_out_is_kept_where_it_is_asked_for(void **state)
     }
 }
 
+/* The bound of a law's refit, and that what it has taken counts: of a search that has spent much on laws the next one has a quarter. */
+static void laws_have_so_many_evaluations_together(void **state)
+{
+    (void)state;
+    static const char *const laws[] = {"cubic_stiffness", NULL};
+    size_t most_runs[2];
+    for (int spent = 0; spent < 2; spent++) {
+        struct bench *b = bench_new("{kind: cubic_stiffness, coefficient_Npm3: 1e5, at_m: 0.3}", 2, SHORT, 0.01, laws);
+        struct diagnose_state w = begun(b);
+        struct refit_job job = {
+            .model = make("{kind: cubic_stiffness, coefficient_Npm3: 9e4, at_m: 0.3}"), .first_new = 1, .n_effects = 1};
+        const size_t before = spent ? 10000 : 0;
+        w.law_runs = before;
+        diagnose_refits(&w, &job, 1, 0.0);
+        assert_true(w.law_runs > before);
+        most_runs[spent] = job.most_runs;
+        state_free(&w);
+        bench_free(b);
+    }
+    assert_int_equal(most_runs[0], 4 * most_runs[1]);
+}
+
 static void what_ends_in_time_is_as_without_a_bound(void **state)
 {
     (void)state;
@@ -313,6 +335,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(what_runs_out_is_kept_where_it_is_asked_for),
+        cmocka_unit_test(laws_have_so_many_evaluations_together),
         cmocka_unit_test(what_ends_in_time_is_as_without_a_bound),
         cmocka_unit_test(only_laws_are_bounded),
         cmocka_unit_test(a_rival_law_is_given_up_sooner),
