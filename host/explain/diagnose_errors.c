@@ -163,6 +163,11 @@ double hypothesis_misfit(const struct hypothesis_errors *baseline)
     return silent > 0.0 && silent < left ? silent : left;
 }
 
+double hypothesis_left_of_all(const struct hypothesis *h)
+{
+    return hypothesis_excess(&h->fitted) + hypothesis_excess(&h->check);
+}
+
 bool diagnose_is_far(const struct hypothesis *h)
 {
     return h->fitted.noise_ratio > diagnose_far_misfit;

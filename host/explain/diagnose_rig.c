@@ -84,18 +84,12 @@ void diagnose_side_free(struct diagnose_side *side)
     *side = (struct diagnose_side){0};
 }
 
-/* Of the held-out records, too: places and gains that are fitted take what differs from record to record, and predict nothing. */
-static double excess_of_all(const struct hypothesis *h)
-{
-    return hypothesis_excess(&h->fitted) + hypothesis_excess(&h->check);
-}
-
-/* The least excess over the noise of a side's baseline and explanations. */
+/* The least that a side's baseline and explanations leave of all records: places and gains that are fitted take what differs from record to record, and predict nothing. */
 static double least_excess(const struct hypothesis *baseline, const struct hypothesis hypotheses[], size_t n)
 {
-    double least = excess_of_all(baseline);
+    double least = hypothesis_left_of_all(baseline);
     for (size_t i = 0; i < n; i++)
-        least = fmin(least, excess_of_all(&hypotheses[i]));
+        least = fmin(least, hypothesis_left_of_all(&hypotheses[i]));
     return least;
 }
 

@@ -45,8 +45,7 @@ static void free_root(struct hypothesis *root)
 /* Rms in units of the noise that is left of all records: what overfits the fitted ones must not keep the others from having a pair. */
 static double left_of_all(const struct hypothesis *h)
 {
-    const double held_out = h->check.n_channels > 0 ? h->check.noise_ratio : h->fitted.noise_ratio;
-    return hypot(h->fitted.noise_ratio, held_out);
+    return sqrt(1.0 + hypothesis_left_of_all(h));
 }
 
 static double least_left_of_all(const struct diagnosis *d, size_t n_effects)

@@ -222,6 +222,8 @@ void hypothesis_free(struct hypothesis *h);
 double hypothesis_excess(const struct hypothesis_errors *e);
 /* Of that, what there is to explain where the baseline leaves it: of a baseline that leaves more than no model at all, the signal. */
 double hypothesis_misfit(const struct hypothesis_errors *baseline);
+/* Power above the noise of the fitted and the held-out records together: what one takes of the fitted ones, and loses of the others, it has not explained. */
+double hypothesis_left_of_all(const struct hypothesis *h);
 /* One of its added effects is a law, so that its prediction steps through time. */
 bool hypothesis_has_law(const struct hypothesis *h);
 /* A refit of this effect alone has come to its end. */
