@@ -12,9 +12,8 @@ static const struct rank_limits {
     double noise;       /* times the noise, its level's own error taken off: nothing is left that matters */
     double one_channel; /* the same of the worst channel */
     double held_out;    /* more than that, of records whose values come of others */
-    double half;        /* of what the baseline leaves of all records */
     double nats;        /* two explanations closer than this are not told apart */
-} limits = {.alpha = 0.01, .noise = 1.05, .one_channel = 1.35, .held_out = 0.05, .half = 0.5, .nats = 3.0};
+} limits = {.alpha = 0.01, .noise = 1.05, .one_channel = 1.35, .held_out = 0.05, .nats = 3.0};
 
 /* ---- What a hypothesis explains, and what it leaves ---- */
 
@@ -159,17 +158,11 @@ static bool silences(const struct hypothesis *h)
     return false;
 }
 
-/*
- * Of held-out records it leaves more than the baseline. What leaves the noise there is held against an explanation only where there is no misfit of the others to explain; and
- * where the baseline leaves more than that itself, only where with it not half of what there is of all records is taken.
- */
+/* Of held-out records it leaves more than the baseline. What leaves the noise there is held against an explanation only where there is no misfit of the others to explain. */
 static bool predicts_worse(const struct diagnosis *d, const struct hypothesis *h)
 {
-    if (!(h->check.noise_ratio > d->baseline.check.noise_ratio))
-        return false;
-    if (diagnose_errors_are_noise(&d->baseline.check, true) || diagnose_errors_are_noise(&h->check, true))
-        return diagnose_is_complete(d) || !diagnose_errors_are_noise(&h->check, true);
-    return !(hypothesis_left_of_all(h) <= limits.half * hypothesis_left_of_all(&d->baseline));
+    return h->check.noise_ratio > d->baseline.check.noise_ratio &&
+           (diagnose_is_complete(d) || !diagnose_errors_are_noise(&h->check, true));
 }
 
 bool diagnose_significant(const struct diagnosis *d, const struct hypothesis *h)

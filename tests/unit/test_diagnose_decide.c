@@ -264,19 +264,6 @@ static void what_fits_and_predicts_worse_is_not_named(void **state)
     done(&d);
 }
 
-/* A drift shows in the long records, and makes the prediction of a short one a little worse: what it loses there is held against what it takes of all. */
-static void what_takes_most_may_predict_a_little_worse(void **state)
-{
-    static const double fitted[] = {1.6, 7.0};
-    for (int i = 0; i < 2; i++) {
-        struct diagnosis d;
-        struct hypothesis h[] = {refit("thermal_drift", NULL, 1, fitted[i], 1.85)};
-        decide(&d, *state, 8.2, 1.2, h, 1);
-        assert_int_equal(diagnose_significant(&d, &d.hypotheses[0]), i == 0);
-        done(&d);
-    }
-}
-
 /* The subset is among the hypotheses: a second effect has to be worth its parameters. */
 static void a_second_effect_that_adds_nothing_is_not_named(void **state)
 {
@@ -406,7 +393,6 @@ int main(void)
         cmocka_unit_test(the_simpler_of_a_family_is_named),
         cmocka_unit_test(a_place_at_the_free_end_does_not_make_the_larger_of_a_family),
         cmocka_unit_test(what_fits_and_predicts_worse_is_not_named),
-        cmocka_unit_test(what_takes_most_may_predict_a_little_worse),
         cmocka_unit_test(a_second_effect_that_adds_nothing_is_not_named),
         cmocka_unit_test(a_pair_that_one_effect_cannot_replace_is_named),
         cmocka_unit_test(a_soft_clamp_is_no_support_that_rocks),
