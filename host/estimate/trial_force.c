@@ -166,19 +166,24 @@ static enum bf_status march(struct trial_force *force, size_t record, struct bf_
     size_t d = law->d, steps = force->motion->records[record].n * (size_t)force->oversample;
     double h = transfer_record(force->motion->predictor, record).grid->dt_s / (double)force->oversample;
     double z[BEAM_LAW_STATES] = {0}, still[LAW_COORDINATES] = {0}, sum = 0.0;
+    struct law_prepared prepared;
     struct law_force out;
+    bool possible = true;
     const double *w = force->w[record], *v = force->v[record], *w_old = still;
-    for (size_t k = 0; k < steps; k++, w_old = w, w += d, v += d) {
+    law_prepare(law, &force->map, force->theta, &prepared);
+    for (size_t k = 0; k < steps && possible; k++, w_old = w, w += d, v += d) {
         struct law_motion motion = {.w = w, .v = v, .w_old = w_old, .z = z, .t_s = h * (double)k, .dt_s = h};
         if (law->shortening != NULL)
             motion.a = force->a[record] + k * d;
-        if (law_evaluate(law, &force->map, force->theta, &motion, false, false, &out) != 0)
-            return bf_fail(err, BF_NUMERIC, "effect %s: a parameter is outside its physical range", law->effect->id);
-        for (size_t c = 0; c < d; c++)
+        possible = law_force(&prepared, &motion, false, false, &out) == 0;
+        for (size_t c = 0; c < d && possible; c++)
             sum += fabs(force->F_work[k * d + c] = out.f[c]);
-        if (law->effect->n_law_states > 0)
+        if (possible && law->effect->n_law_states > 0)
             memcpy(z, out.z, sizeof z);
     }
+    law_prepared_free(&prepared);
+    if (!possible)
+        return bf_fail(err, BF_NUMERIC, "effect %s: a parameter is outside its physical range", law->effect->id);
     return isfinite(sum) ? BF_OK : bf_fail(err, BF_NUMERIC, "effect %s: its force is not finite", law->effect->id);
 }
 

@@ -8,8 +8,4 @@
 /* Where the value of a weight stands in the parameter vector; SIZE_MAX: it is 1. */
 size_t law_weight_parameter(const struct parameter_map *map, enum beam_weight weight, size_t material);
 
-void law_prepare(const struct law *law, const struct parameter_map *map, const double theta[],
-                 struct law_prepared *out);
-void law_prepared_free(struct law_prepared *prepared);
-
 #endif

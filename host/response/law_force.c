@@ -321,13 +321,3 @@ int law_force(const struct law_prepared *prepared, const struct law_motion *moti
         return point_force(prepared, motion, tangents, derivatives, out);
     return span_force(prepared, motion, tangents, derivatives, out);
 }
-
-int law_evaluate(const struct law *law, const struct parameter_map *map, const double theta[],
-                 const struct law_motion *motion, bool tangents, bool derivatives, struct law_force *out)
-{
-    struct law_prepared prepared;
-    law_prepare(law, map, theta, &prepared);
-    int result = law_force(&prepared, motion, tangents, derivatives, out);
-    law_prepared_free(&prepared);
-    return result;
-}

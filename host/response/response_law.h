@@ -85,12 +85,12 @@ struct law_prepared {
     size_t *by_mass;
 };
 
-/* As law_evaluate(), without preparing each time. */
-int law_force(const struct law_prepared *prepared, const struct law_motion *motion, bool tangents, bool derivatives,
-              struct law_force *out);
+void law_prepare(const struct law *law, const struct parameter_map *map, const double theta[],
+                 struct law_prepared *out);
+void law_prepared_free(struct law_prepared *prepared);
 
 /* tangents: also by_w, by_v, by_w_old, by_a; derivatives: also by_parameter and the z_* members. 0, or −1 out of range. */
-int law_evaluate(const struct law *law, const struct parameter_map *map, const double theta[],
-                 const struct law_motion *motion, bool tangents, bool derivatives, struct law_force *out);
+int law_force(const struct law_prepared *prepared, const struct law_motion *motion, bool tangents, bool derivatives,
+              struct law_force *out);
 
 #endif

@@ -37,8 +37,11 @@ static void evaluate(const struct predict_case *c, const struct instant *at, con
     const double z[BEAM_LAW_STATES] = {0};
     struct law_motion motion = {
         .w = at->w, .v = at->v, .w_old = at->w_old, .a = at->a, .z = z, .t_s = 0.1, .dt_s = 1e-4};
+    struct law_prepared prepared;
     memset(out, 0, sizeof *out);
-    assert_int_equal(law_evaluate(&c->predictor->laws[0], &c->predictor->map, theta, &motion, true, true, out), 0);
+    law_prepare(&c->predictor->laws[0], &c->predictor->map, theta, &prepared);
+    assert_int_equal(law_force(&prepared, &motion, true, true, out), 0);
+    law_prepared_free(&prepared);
 }
 
 static double *entry(struct instant *at, int which, size_t j)

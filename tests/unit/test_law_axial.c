@@ -37,8 +37,11 @@ struct instant {
 static void evaluate(const struct predict_case *c, const struct instant *at, struct law_force *out)
 {
     struct law_motion motion = {.w = at->w, .v = at->v, .w_old = at->w, .a = at->a, .t_s = 0.1, .dt_s = 1e-4};
+    struct law_prepared prepared;
     memset(out, 0, sizeof *out);
-    assert_int_equal(law_evaluate(&c->predictor->laws[0], &c->predictor->map, c->theta, &motion, true, true, out), 0);
+    law_prepare(&c->predictor->laws[0], &c->predictor->map, c->theta, &prepared);
+    assert_int_equal(law_force(&prepared, &motion, true, true, out), 0);
+    law_prepared_free(&prepared);
 }
 
 /* A smooth motion of all coordinates and its derivatives. */
