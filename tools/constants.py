@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """constants.py [check] — the hand-set constants of estimation and diagnosis, out of the sources into docs/constants.md.
 
-Listed is every `const` number or array of numbers and every enumerator with a value; the meaning is the comment behind or above it.
+Listed is every `const` number or array of numbers, every number in a `const` structure and every enumerator with a value; the meaning is the comment
+behind or above it, or of the structure's member.
 `check` writes nothing and fails when the page is out of date."""
 
 import difflib
@@ -20,6 +21,7 @@ BEGINNINGS = ("amplitude", "candidate", "diagnose", "discriminate", "evidence", 
 NOT_FOLDERS = ("cmd", "show")
 NOT = re.compile(r"_(plot|json)")      # how pictures and answers are laid out
 MATHEMATICS = ("pi", "golden", "none")  # not set by hand
+FITTED = ("probability_table",)         # likewise: by `make calibrate`
 
 HEAD = """# Constants of estimation and diagnosis
 
@@ -33,6 +35,8 @@ COMMENT = re.compile(r"/\*.*?\*/", re.S)
 NUMBERS = re.compile(r"[-+*/ ().0-9eExXuUlL\n]+")
 DECLARED = re.compile(r"^([ \t]*)(static )?const (?:double|float|int|size_t|unsigned|long|uint\d+_t)\s+([^;]*?)\s*;", re.M | re.S)
 ENUM = re.compile(r"\benum(?:\s+\w+)?\s*\{([^}]*)\}", re.S)
+STRUCTURE = re.compile(r"\bconst struct (\w+)\s*(?:\{[^}]*\})?\s*(\w+)\s*=\s*\{([^{};]*)\}")
+MEMBERS = r"\bstruct %s\s*\{([^}]*)\}"
 DEFINED = re.compile(r"^#define (\w+) ([-+.0-9eE]+)[ \t]*$", re.M)
 
 
@@ -84,8 +88,31 @@ def meaning(text, comments, begin, end):
     return ""
 
 
+def member_meaning(texts, structure, member):
+    """What the definition of a structure, in whichever file, says of a member."""
+    for text in texts:
+        defined = re.search(MEMBERS % structure, blank(text))
+        found = defined and re.search(r"\b%s\s*[,;]" % member, defined.group(1))
+        if found:
+            at = defined.start(1) + found.start()
+            begin, end = text.rfind("\n", 0, at) + 1, text.find(";", at) + 1
+            return meaning(text, [m.span() for m in COMMENT.finditer(text)], begin, end)
+    return ""
+
+
+def structures(text, texts):
+    """[(place, name, value, meaning)] of the numbers in the structures of one file."""
+    rows = []
+    for m in STRUCTURE.finditer(blank(text)):
+        for member in re.finditer(r"\.(\w+)\s*=\s*([^,]+)", m.group(3)):
+            value = squeeze(member.group(2))
+            if m.group(2) not in FITTED and re.search(r"\d", value) and NUMBERS.fullmatch(value + " "):
+                rows.append((m.start(3) + member.end(2), "%s.%s" % (m.group(2), member.group(1)), value, member_meaning(texts, m.group(1), member.group(1))))
+    return rows
+
+
 def constants(text):
-    """[(place, name, value, meaning)] of one file."""
+    """[(place, name, value, meaning)] of one file, without those in structures."""
     code, comments = blank(text), [m.span() for m in COMMENT.finditer(text)]
     rows = []
     for m in DECLARED.finditer(code):
@@ -104,7 +131,7 @@ def constants(text):
                 rows.append((end, name, value, meaning(text, comments, begin, end)))
     for m in DEFINED.finditer(code):
         rows.append((m.end(2), m.group(1), m.group(2), meaning(text, comments, m.start(), m.end(2))))
-    return sorted(rows)
+    return rows
 
 
 def page():
@@ -119,7 +146,7 @@ def page():
             told[m.group(1)] = meaning(text, spans, m.start(), m.end())
     lines = []
     for path, text in texts.items():
-        for _, name, value, what in constants(text):
+        for _, name, value, what in sorted(constants(text) + structures(text, texts.values())):
             what = (what or told.get(name, "")).replace("|", "\\|")
             lines.append("| `%s` | `%s` | %s | %s |\n" % (path, name, value.replace("|", "\\|"), what))
     return HEAD + "".join(lines)

@@ -33,9 +33,8 @@ static enum bf_status test_linearity(struct diagnose_state *w, struct bf_error *
  */
 static bool is_answered(struct diagnosis *d)
 {
-    static const double nearly_all = 0.95; /* of the misfit's power */
     diagnose_decide(d);
-    return d->verdict == VERDICT_MISSING && d->hypotheses[0].explained >= nearly_all;
+    return d->verdict == VERDICT_MISSING && d->hypotheses[0].explained >= search_limits.answer;
 }
 
 /* Where the misfit of a hypothesis is, mode by mode. */
@@ -99,8 +98,7 @@ static enum bf_status singles(struct diagnose_state *w, struct bf_error *err)
 /* The first look has found something that takes most of the misfit. */
 static bool has_leader(const struct diagnosis *d)
 {
-    static const double most = 0.5; /* of the misfit's power */
-    return linear_may_do(d) && d->n_hypotheses > 0 && d->hypotheses[0].explained >= most;
+    return linear_may_do(d) && d->n_hypotheses > 0 && d->hypotheses[0].explained >= search_limits.half;
 }
 
 /* What leads leaves what the rig's own errors do, perhaps: it is fitted with the rig free before any other effect is looked at. */
@@ -141,8 +139,7 @@ static enum bf_status singles_and_rig(struct diagnose_state *w, bool *done, stru
 /* With the rig free little is left by one effect: what a rig's other errors leave is no second effect. */
 static bool rig_leaves_little(const struct diagnosis *d)
 {
-    static const double all_but_the_rig = 0.99; /* of the misfit's power */
-    return d->free_rig && d->n_hypotheses > 0 && d->hypotheses[0].explained >= all_but_the_rig;
+    return d->free_rig && d->n_hypotheses > 0 && d->hypotheses[0].explained >= 1.0 - search_limits.hundredth;
 }
 
 /*
@@ -151,7 +148,6 @@ static bool rig_leaves_little(const struct diagnosis *d)
  */
 static enum bf_status restart(struct diagnose_state *w, struct bf_error *err)
 {
-    static const double far_lower = 0.5; /* of the power above the noise */
     const double before = hypothesis_excess(&w->d->baseline.fitted);
     bool lower;
     enum bf_status status = diagnose_restart(w, &lower, err);
@@ -160,7 +156,7 @@ static enum bf_status restart(struct diagnose_state *w, struct bf_error *err)
     localise_free(&w->d->where);
     status = localise(w->d, &w->d->baseline, &w->d->where, err);
     diagnose_rank(w->d, w->n_tried);
-    const bool again = hypothesis_excess(&w->d->baseline.fitted) <= far_lower * before;
+    const bool again = hypothesis_excess(&w->d->baseline.fitted) <= search_limits.half * before;
     if (!status && again && !diagnose_is_complete(w->d) && !progress_interrupted()) {
         status = singles(w, err);
         diagnose_drop_repeats(w->d);
@@ -176,24 +172,25 @@ static bool nothing_is_left(const struct diagnosis *d)
            diagnose_no_linear_outdoes(d);
 }
 
+/* A weak misfit does not tell three effects; and a pair that leaves a tenth of it is no two of them. */
+static bool third_is_wanted(const struct diagnosis *d)
+{
+    return diagnose_is_far(&d->baseline) && d->hypotheses[0].explained >= search_limits.nearly_all;
+}
+
 static enum bf_status search(struct diagnose_state *w, struct bf_error *err)
 {
     const size_t most = w->options->most_effects > 0 ? w->options->most_effects : DIAGNOSE_EFFECTS;
     bool done;
     set_progress(w, part_baseline, "short list");
     enum bf_status status = singles_and_rig(w, &done, err);
-    if (!status && !progress_interrupted())
-        status = diagnose_search_unconverged(w, err);
     if (!status && !done && !progress_interrupted() && w->d->n_hypotheses > 0 && !diagnose_explained(w->d, 1))
         status = restart(w, err);
-    if (!status && !done && !progress_interrupted())
-        status = diagnose_resonator_from_given(w, err);
     for (size_t n = 1; n < most && !status && !done && !progress_interrupted(); n++) {
-        const bool far = diagnose_is_far(&w->d->baseline);
         w->answered = is_answered(w->d);
         if (w->d->n_hypotheses == 0 || !diagnose_more_wanted(w->d) || !diagnose_last_one_helped(w->d, n) ||
-            rig_leaves_little(w->d) || nothing_is_left(w->d) || (n > 1 && !far))
-            break; /* a weak misfit does not tell three effects */
+            rig_leaves_little(w->d) || nothing_is_left(w->d) || (n > 1 && !third_is_wanted(w->d)))
+            break;
         const bool by_modes = n == 1 && linear_may_do(w->d);
         if (by_modes)
             status = diagnose_pairs_by_modes(w, err);

@@ -11,8 +11,6 @@
 #include "maths/maths.h"
 
 static const double guess = 1e-3; /* of the signal: stands for a noise that cannot be seen, as in a fit */
-/* Of the baseline's χ²: what a restart must fall below to be another minimum, and not the last steps to the same one. */
-static const double lower_minimum = 0.99;
 
 static enum bf_status noise_of(const struct model *model, const struct record records[], size_t n_records,
                                const struct predict_options *predict, struct noise_estimate **noise, double **sigma,
@@ -120,10 +118,11 @@ static enum bf_status restart_from(struct diagnose_state *w, struct model *start
                                           .first_new = h->model.n_effects,
                                           .near = near,
                                           .predict = w->options->predict};
+    const double last_steps = 1.0 - search_limits.hundredth;
     enum bf_status status = refit_run(&again.model, d->records, d->n_records, &options, &again.fit, err);
     d->evaluations += again.fit.evaluations;
-    *lower = !status && again.fit.chi2_per_row < lower_minimum * h->fit.chi2_per_row;
-    *same = !status && again.fit.converged && lower_minimum * again.fit.chi2_per_row < h->fit.chi2_per_row;
+    *lower = !status && again.fit.chi2_per_row < last_steps * h->fit.chi2_per_row;
+    *same = !status && again.fit.converged && last_steps * again.fit.chi2_per_row < h->fit.chi2_per_row;
     if (*lower) {
         refit_into_model(d->records, d->n_records, again.fit.value, again.fit.sd, &again.model);
         status = hypothesis_measure(w, &again, err);
@@ -192,9 +191,8 @@ static enum bf_status without_its_effects(const struct diagnosis *d, const struc
  */
 static bool may_stand_lower(const struct diagnosis *d, size_t i)
 {
-    static const double nearly_all = 0.9; /* of the misfit's power */
     const struct hypothesis *h = &d->hypotheses[i], *best = &d->hypotheses[0];
-    return i == 0 || (h->n_effects == 1 && h->explained >= nearly_all &&
+    return i == 0 || (h->n_effects == 1 && h->explained >= search_limits.nearly_all &&
                       !diagnose_is_kin(h->effects[0], best->effects[0], d->model));
 }
 
@@ -208,12 +206,11 @@ static enum bf_status restart_without(struct diagnose_state *w, const struct hyp
 
 enum bf_status diagnose_restart(struct diagnose_state *w, bool *lower, struct bf_error *err)
 {
-    enum { MOST = 4 };
     struct diagnosis *d = w->d;
     enum bf_status status = BF_OK;
     size_t n = 0;
     *lower = false;
-    for (size_t i = 0; i < d->n_hypotheses && n < MOST && !status; i++) {
+    for (size_t i = 0; i < d->n_hypotheses && n < SEARCH_FEW && !status; i++) {
         bool fell = false, same = false;
         if (!may_stand_lower(d, i))
             continue;

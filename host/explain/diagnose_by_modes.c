@@ -17,8 +17,7 @@
 
 #include "ground/ground.h"
 
-/* Places along the span; refits at most, and their evaluations: from a start that has the modes it is done in 20 to 60. */
-enum { PLACES = 8, MOST_REFITS = 4, QUICK_RUNS = 100 };
+enum { PLACES = 8 }; /* along the span */
 
 /* The model's misfit to the modes from where it stands; infinite where it has no value. */
 static void fit_start(const struct modal_road *road, bool rough, double sharpness, struct modal_start *start)
@@ -63,11 +62,10 @@ static size_t rank_starts(const struct modal_road *road, const struct model *fro
 /* The best two of ranked starts to their ends; takes all. */
 static void fit_best(struct modal_road *road, struct modal_start starts[], size_t n)
 {
-    enum { BEST = 2 };
     for (size_t k = 0; k < n; k++) {
-        if (k < BEST && isfinite(starts[k].left))
+        if (k < SEARCH_LEADERS && isfinite(starts[k].left))
             fit_start(road, false, 1.0, &starts[k]);
-        if (k < BEST && isfinite(starts[k].left)) {
+        if (k < SEARCH_LEADERS && isfinite(starts[k].left)) {
             road->starts = bf_grow(road->starts, road->n + 1, sizeof *road->starts);
             road->starts[road->n++] = starts[k];
         } else {
@@ -144,14 +142,13 @@ static void fit_each(struct modal_road *road, const struct model *from, const st
 /* Where several leave next to nothing of what the modes may be off by, they are held against each other, and against none, by a tenth and a hundredth of that. */
 static void sharpen(struct modal_road *road)
 {
-    static const double nothing = 0.5;
     enum { MOST = 12 };
     if (road->n == 0)
         return;
     qsort(road->starts, road->n, sizeof *road->starts, by_left);
-    for (double sharpness = 10.0; sharpness <= 100.0 && road->starts[0].left < 10.0 * nothing / sharpness;
+    for (double sharpness = 10.0; sharpness <= 100.0 && road->starts[0].left < 10.0 * search_limits.half / sharpness;
          sharpness *= 10.0) {
-        const double most = 10.0 * nothing / sharpness;
+        const double most = 10.0 * search_limits.half / sharpness;
         for (size_t k = 0; k < road->n && k < MOST && road->starts[k].left < most; k++)
             fit_start(road, false, sharpness, &road->starts[k]);
         qsort(road->starts, road->n, sizeof *road->starts, by_left);
@@ -206,12 +203,12 @@ static bool is_taken(const struct modal_road *road, size_t k)
     return false;
 }
 
-/* starts[n ≤ MOST_REFITS] to the records; most_runs 0: to their ends. unfinished[n], left[n] out: as of the jobs. */
+/* starts[n ≤ SEARCH_FEW] to the records; most_runs 0: to their ends. unfinished[n], left[n] out: as of the jobs. */
 static enum bf_status refit_starts(struct modal_road *road, struct modal_start *const starts[], size_t n,
                                    size_t most_runs, bool unfinished[], double left[], struct bf_error *err)
 {
     struct diagnose_state *w = road->w;
-    struct refit_job jobs[MOST_REFITS];
+    struct refit_job jobs[SEARCH_FEW];
     size_t begun = 0;
     enum bf_status status = BF_OK;
     while (begun < n && !status) {
@@ -234,18 +231,18 @@ static enum bf_status refit_starts(struct modal_road *road, struct modal_start *
 /* The next of those that are near and were not refitted: briefly, and then to their ends those that leave little more than the best of them. */
 static enum bf_status refit_nearest(struct modal_road *road, struct bf_error *err)
 {
-    struct modal_start *starts[MOST_REFITS] = {NULL};
-    bool unfinished[MOST_REFITS] = {false};
-    double left[MOST_REFITS] = {0.0}, least = HUGE_VAL;
+    struct modal_start *starts[SEARCH_FEW] = {NULL};
+    bool unfinished[SEARCH_FEW] = {false};
+    double left[SEARCH_FEW] = {0.0}, least = HUGE_VAL;
     size_t n = 0, more = 0;
-    for (size_t k = 0; k < road->n && n < MOST_REFITS && modal_is_near(road, &road->starts[k]); k++)
+    for (size_t k = 0; k < road->n && n < SEARCH_FEW && modal_is_near(road, &road->starts[k]); k++)
         if (!road->starts[k].refitted && !is_taken(road, k))
             starts[n++] = &road->starts[k];
     enum bf_status status = refit_starts(road, starts, n, QUICK_RUNS, unfinished, left, err);
     for (size_t k = 0; k < n && !status; k++)
         least = fmin(least, left[k]);
     for (size_t k = 0; k < n && !status; k++)
-        if (unfinished[k] && left[k] <= diagnose_worth * diagnose_worth * least)
+        if (unfinished[k] && left[k] <= search_limits.far * search_limits.far * least)
             starts[more++] = starts[k];
     if (!status && more > 0 && !progress_interrupted())
         status = refit_starts(road, starts, more, 0, unfinished, left, err);
@@ -301,10 +298,10 @@ static enum bf_status begin(struct diagnose_state *w, const struct model *given,
 static enum bf_status look_at_own(struct diagnose_state *w, const struct model *given,
                                   const struct candidate_list *list, struct bf_error *err)
 {
-    struct refit_job jobs[MOST_REFITS];
+    struct refit_job jobs[SEARCH_FEW];
     size_t n = 0;
     enum bf_status status = BF_OK;
-    for (size_t i = 0; i < list->n && n < MOST_REFITS && !status; i++) {
+    for (size_t i = 0; i < list->n && n < SEARCH_FEW && !status; i++) {
         const struct candidate *candidate = &list->candidates[i];
         if (!road_is_structural(candidate->effect) || !is_of_record(candidate->effect))
             continue;
@@ -352,16 +349,15 @@ static const struct hypothesis *next_root(const struct diagnosis *d, const struc
 
 enum bf_status diagnose_pairs_by_modes(struct diagnose_state *w, struct bf_error *err)
 {
-    enum { ROOTS = 3 };
     struct modal_road road = road_of(w);
     const struct candidate_options options = {.without = w->options->without, .n_without = w->options->n_without};
     struct candidate_list list = {0};
-    struct model roots[ROOTS];
+    struct model roots[SEARCH_RIVALS];
     const struct hypothesis *root;
     size_t n = 0;
     enum bf_status status =
         candidate_list_new(&w->d->baseline.model, w->d->records, w->d->n_records, &options, &list, err);
-    while (!status && road.modes.n > 1 && n < ROOTS && (root = next_root(w->d, roots, n)) != NULL) {
+    while (!status && road.modes.n > 1 && n < SEARCH_RIVALS && (root = next_root(w->d, roots, n)) != NULL) {
         status = model_copy(&root->model, &roots[n], err);
         if (!status)
             status = extend(&road, &roots[n++], &list, err);

@@ -10,9 +10,6 @@
 #include "estimate/estimate.h"
 #include "maths/maths.h"
 
-/* Below this misfit (× noise) effects of different kinds fit the records alike: a misfit above it is far from the noise, below it weak. */
-const double diagnose_far_misfit = 3.0;
-
 /* Rows of a channel before the horizon of its record: what a chaotic motion does later, no model can predict. */
 static size_t rows_in_use(const struct refit_result *fit, const struct predict_channel *channel)
 {
@@ -170,7 +167,7 @@ double hypothesis_left_of_all(const struct hypothesis *h)
 
 bool diagnose_is_far(const struct hypothesis *h)
 {
-    return h->fitted.noise_ratio > diagnose_far_misfit;
+    return h->fitted.noise_ratio > search_limits.far;
 }
 
 bool hypothesis_has_law(const struct hypothesis *h)
@@ -193,8 +190,7 @@ double diagnose_floor(const struct diagnosis *d)
 /* The noise may be less than its estimate: where a free linear model leaves clearly less, something else may explain more. */
 static bool is_near_floor(const struct diagnosis *d, const struct hypothesis *h)
 {
-    static const double near = 1.05;
-    return d->attainable.modes == 0 || h->fitted.noise_ratio <= near * diagnose_floor(d);
+    return d->attainable.modes == 0 || h->fitted.noise_ratio <= search_limits.alike * diagnose_floor(d);
 }
 
 /* A spring that attracts explains nothing: what it stands for is still to be found. */
@@ -218,9 +214,10 @@ bool diagnose_has_ended(const struct diagnosis *d, const struct beam_effect *eff
 
 bool hypothesis_takes_nearly_all(const struct diagnosis *d, const struct hypothesis *h)
 {
-    static const double thousandth = 1e-3; /* of the power above the noise */
-    const bool fitted = hypothesis_excess(&h->fitted) <= thousandth * hypothesis_misfit(&d->baseline.fitted);
-    const bool held_out = hypothesis_excess(&h->check) <= thousandth * hypothesis_misfit(&d->baseline.check);
+    const bool fitted =
+        hypothesis_excess(&h->fitted) <= search_limits.thousandth * hypothesis_misfit(&d->baseline.fitted);
+    const bool held_out =
+        hypothesis_excess(&h->check) <= search_limits.thousandth * hypothesis_misfit(&d->baseline.check);
     return h->fit.converged && fitted && (h->check.n_channels == 0 || held_out);
 }
 
@@ -236,14 +233,13 @@ bool diagnose_far_ahead(const struct diagnosis *d, size_t n_effects)
 
 bool diagnose_predicts_as_linear(const struct diagnosis *d, const struct hypothesis *h)
 {
-    static const double as_well = 1.05; /* times what a free linear model leaves */
-    return h->check.noise_ratio <= as_well * d->attainable.held_out_noise_ratio;
+    return h->check.noise_ratio <= search_limits.alike * d->attainable.held_out_noise_ratio;
 }
 
 bool hypothesis_is_answer(const struct diagnosis *d, const struct hypothesis *h)
 {
-    static const double an_answer = 0.97; /* of the misfit's power: a real beam is never exact */
-    return h->explained >= an_answer && (!(h->held_out_explained < an_answer) || diagnose_predicts_as_linear(d, h));
+    return h->explained >= search_limits.answer &&
+           (!(h->held_out_explained < search_limits.answer) || diagnose_predicts_as_linear(d, h));
 }
 
 bool diagnose_has_answer(const struct diagnosis *d, size_t n_effects)
@@ -258,12 +254,11 @@ bool diagnose_has_answer(const struct diagnosis *d, size_t n_effects)
 
 bool diagnose_nearly_there(const struct diagnosis *d, size_t n_effects)
 {
-    static const double part = 0.05; /* of the power above the noise */
     for (size_t i = 0; i < d->n_hypotheses; i++) {
         const struct hypothesis *h = &d->hypotheses[i];
-        const bool near = !diagnose_is_far(h) && !(h->check.noise_ratio > diagnose_far_misfit);
+        const bool near = !diagnose_is_far(h) && !(h->check.noise_ratio > search_limits.far);
         if (h->n_effects == n_effects && near && !is_stand_in(h) &&
-            hypothesis_excess(&h->fitted) <= part * hypothesis_misfit(&d->baseline.fitted))
+            hypothesis_excess(&h->fitted) <= (1.0 - search_limits.answer) * hypothesis_misfit(&d->baseline.fitted))
             return true;
     }
     return diagnose_far_ahead(d, n_effects);

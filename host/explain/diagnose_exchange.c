@@ -8,8 +8,6 @@
 #include "diagnose_road.h"
 #include "diagnose_state.h"
 
-enum { MOST_EXCHANGED = 4 };
-
 static const struct hypothesis *best_alone(const struct diagnosis *d, const struct beam_effect *effect)
 {
     for (size_t i = 0; i < d->n_hypotheses; i++)
@@ -48,7 +46,7 @@ static bool may_stand_for(const struct diagnose_state *w, const struct beam_effe
 enum bf_status diagnose_exchange(struct diagnose_state *w, struct bf_error *err)
 {
     const struct diagnosis *d = w->d;
-    struct refit_job jobs[MOST_EXCHANGED];
+    struct refit_job jobs[SEARCH_FEW];
     size_t n = 0;
     if (d->n_hypotheses == 0 || d->hypotheses[0].n_effects < 2)
         return BF_OK;
@@ -58,7 +56,7 @@ enum bf_status diagnose_exchange(struct diagnose_state *w, struct bf_error *err)
         return BF_OK;
     for (size_t e = 0; e < set->n_effects; e++) {
         const struct hypothesis *alone = best_alone(d, set->effects[e]);
-        for (size_t i = 0; alone != NULL && i < d->n_hypotheses && n < MOST_EXCHANGED; i++) {
+        for (size_t i = 0; alone != NULL && i < d->n_hypotheses && n < SEARCH_FEW; i++) {
             const struct hypothesis *other = &d->hypotheses[i];
             if (other->n_effects != 1 || hypothesis_has_law(other) || hypothesis_has(set, other->effects[0]) ||
                 !may_stand_for(w, set->effects[e], alone, other))

@@ -53,27 +53,7 @@ static bool given_is_wanted(const struct shortlist *s)
  */
 static bool is_driven(const struct diagnosis *d)
 {
-    static const double much = 0.1; /* of the signal's rms */
-    return !(d->baseline.fitted.nrmse < much);
-}
-
-/* The best is a mass or a spring at a free place, which may do what another effect that was not tried would do. */
-static bool best_follows_much(const struct diagnosis *d)
-{
-    return d->n_hypotheses > 0 && diagnose_follows_much(d->hypotheses[0].effects[0], d->model);
-}
-
-/*
- * Scores of the first order decide what is refitted; that a baseline has bent they do not see. Near the noise they are all there is; far from it one of
- * the likeliest effects may have explained the records, and another may do better where that leaves more than a free linear model does.
- */
-static bool untried_are_wanted(const struct shortlist *s)
-{
-    const struct diagnosis *d = s->w->d;
-    const bool outdone = best_follows_much(d) || (diagnose_explained(d, 1) && !diagnose_no_linear_outdoes(d));
-    return s->from->n_effects == 0 && !s->w->options->everything && !diagnose_modes_have_told(s->w) &&
-           (!diagnose_is_far(&d->baseline) || outdone) && !diagnose_is_complete(d) &&
-           d->linearity.verdict != LINEARITY_NONLINEAR && !progress_interrupted();
+    return !(d->baseline.fitted.nrmse < search_limits.tenth);
 }
 
 /* Scores, trials and refits of the kinds. */
@@ -112,7 +92,6 @@ static void refit_best_law(struct shortlist *s)
 /* By first-order score one more effect would take this share of what is left above the noise. */
 static enum bf_status is_promising(struct shortlist *s, bool *promising, struct bf_error *err)
 {
-    static const double most_of_it = 0.5;
     enum bf_status status = BF_OK;
     const double rows = (double)s->from->fit.n_rows, left = s->from->fit.chi2_per_row * rows - rows;
     double taken = 0.0;
@@ -121,16 +100,15 @@ static enum bf_status is_promising(struct shortlist *s, bool *promising, struct 
         if (!status && s->n_order[kind] > 0)
             taken = fmax(taken, s->scores[s->order[kind][0]].LM);
     }
-    *promising = taken >= most_of_it * left;
+    *promising = taken >= search_limits.half * left;
     return status;
 }
 
 /* What is left is little, and next to nothing of what was there: from far off no linear effect does that in a law's place. */
 static bool leaves_next_to_nothing(const struct diagnosis *d, const struct hypothesis *from, size_t n_effects)
 {
-    static const double little = 1.5, next_to_nothing = 0.005; /* of the noise's rms; of the misfit's power */
     const double left = diagnose_best_left(d, n_effects), before = from->fitted.noise_ratio;
-    return left <= little && left * left - 1.0 <= next_to_nothing * (before * before - 1.0);
+    return left <= search_limits.more && left * left - 1.0 <= search_limits.hundredth * (before * before - 1.0);
 }
 
 static bool seems_linear(const struct diagnosis *d)
@@ -153,10 +131,10 @@ static double bent_left(const struct diagnosis *d, size_t n_effects)
 /* What is clearly less than the rms of a free linear model: the fit of that model may have ended above its least, the sooner where no other level shows that the beam is not linear. */
 static double below_linear(const struct diagnosis *d)
 {
-    static const double clearly_less = 0.8, half = 0.5;
     return d->attainable.modes == 0
                ? 0.0
-               : (d->linearity.verdict == LINEARITY_NONLINEAR ? clearly_less : half) * diagnose_floor(d);
+               : (d->linearity.verdict == LINEARITY_NONLINEAR ? 1.0 - search_limits.fifth : search_limits.half) *
+                     diagnose_floor(d);
 }
 
 /* A nonlinear effect leaves clearly less than the best linear model without any physics does: no linear effect alone outdoes that. */
@@ -168,12 +146,11 @@ static bool linear_is_out(const struct diagnosis *d, size_t n_effects)
 /* Along the measured motion one law leaves next to nothing of the misfit: its refit decides before drives and sensors are looked at. */
 static bool law_stands_out(const struct shortlist *s)
 {
-    static const double next_to_nothing = 0.01; /* of the power above the noise */
     const double before = s->from->fitted.noise_ratio;
     if (s->n_trials == 0 || s->w->options->everything || !diagnose_is_far(s->from))
         return false; /* near the noise one kind imitates the other */
     const double left = s->trials[0].unexplained;
-    return left * left - 1.0 <= next_to_nothing * (before * before - 1.0);
+    return left * left - 1.0 <= search_limits.hundredth * (before * before - 1.0);
 }
 
 /* Laws, and nonlinear drives and sensors where no law does alone. */
@@ -243,10 +220,6 @@ static enum bf_status linear_kinds(struct shortlist *s, const enum effect_kind k
         status = linear_and_chain(s, kinds, most, span, err);
     if (!status && has_ended && s->from->n_effects == 0 && !progress_interrupted())
         status = shortlist_mates(s, err);
-    if (!status && untried_are_wanted(s))
-        status = shortlist_untried_from_given(s, 0.0, err);
-    if (!status && still_wanted(s))
-        status = diagnose_single_places(w, 0.0, err);
     return status;
 }
 
@@ -263,9 +236,7 @@ static enum bf_status nonlinear_kinds(struct shortlist *s, const enum effect_kin
         refit_best_law(s);
     if (status || !still_wanted(s) || linear_is_out(w->d, s->n_effects))
         return status;
-    if (is_driven(w->d))
-        status = shortlist_from_given(s, span, err);
-    return !status && still_wanted(s) ? diagnose_single_places(w, 0.0, err) : status;
+    return is_driven(w->d) ? shortlist_from_given(s, span, err) : BF_OK;
 }
 
 /*

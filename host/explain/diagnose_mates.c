@@ -7,8 +7,6 @@
 
 #include <math.h>
 
-enum { MOST_MATES = 4 }; /* refits of a few tenths of a second each */
-
 static double score_of(const struct shortlist *s, const struct beam_effect *effect)
 {
     double most = 0.0;
@@ -18,14 +16,13 @@ static double score_of(const struct shortlist *s, const struct beam_effect *effe
     return most;
 }
 
-/* mates[MOST_MATES] of the best single effect, best score first; returns how many. A law, or a set, has no score to compare with. */
+/* mates[SEARCH_FEW] of the best single effect, best score first; returns how many. A law, or a set, has no score to compare with. */
 static size_t find_mates(const struct shortlist *s, size_t mates[])
 {
-    static const double nearly = 0.9; /* of the score of what has explained */
     const struct hypothesis *best = &s->w->d->hypotheses[0];
-    const double least = best->n_effects == 1 ? nearly * score_of(s, best->effects[0]) : 0.0;
+    const double least = best->n_effects == 1 ? search_limits.nearly_all * score_of(s, best->effects[0]) : 0.0;
     size_t n = 0;
-    for (size_t k = 0; k < s->n_order[KIND_LINEAR] && n < MOST_MATES && least > 0.0; k++) {
+    for (size_t k = 0; k < s->n_order[KIND_LINEAR] && n < SEARCH_FEW && least > 0.0; k++) {
         const size_t i = s->order[KIND_LINEAR][k];
         if (s->scores[i].LM >= least && !diagnose_has_ended(s->w->d, s->list.candidates[i].effect))
             mates[n++] = i;
@@ -35,9 +32,8 @@ static size_t find_mates(const struct shortlist *s, size_t mates[])
 
 enum bf_status shortlist_mates(struct shortlist *s, struct bf_error *err)
 {
-    static const double as_well = 1.5; /* of the rms that is left, after a few steps from the baseline */
-    struct refit_job jobs[MOST_MATES];
-    size_t mates[MOST_MATES], n_jobs = 0;
+    struct refit_job jobs[SEARCH_FEW];
+    size_t mates[SEARCH_FEW], n_jobs = 0;
     if (diagnose_modes_have_told(s->w)) /* what comes as near the modes has been refitted */
         return BF_OK;
     enum bf_status status = shortlist_score(s, KIND_LINEAR, err);
@@ -46,7 +42,7 @@ enum bf_status shortlist_mates(struct shortlist *s, struct bf_error *err)
     const size_t n = find_mates(s, mates);
     score_refine_all(s->base, s->list.candidates, s->scores, mates, n, 0);
     for (size_t k = 0; k < n && !status; k++)
-        if (shortlist_left(s, mates[k]) <= as_well * s->w->d->hypotheses[0].fitted.noise_ratio) {
+        if (shortlist_left(s, mates[k]) <= search_limits.more * s->w->d->hypotheses[0].fitted.noise_ratio) {
             status = shortlist_job(s, mates[k], &jobs[n_jobs], err);
             n_jobs += !status;
         }

@@ -4,11 +4,11 @@
 
 #include <stdlib.h>
 
-const struct modal_limits modal_limits = {.half = 0.5, .most = 0.9, .promises = 0.7, .near = 3.0, .same = 0.02};
+const struct modal_limits modal_limits = {.promises = 0.7, .same = 0.02};
 
 bool modal_is_near(const struct modal_road *road, const struct modal_start *start)
 {
-    return start->left <= modal_limits.near * road->starts[0].left &&
+    return start->left <= search_limits.far * road->starts[0].left &&
            start->left <= modal_limits.promises * road->alone.left;
 }
 
@@ -59,12 +59,12 @@ static bool has_told(const struct diagnose_state *w, double part)
 
 bool diagnose_modes_have_told(const struct diagnose_state *w)
 {
-    return has_told(w, modal_limits.half);
+    return has_told(w, search_limits.half);
 }
 
 bool diagnose_modes_have_told_all(const struct diagnose_state *w)
 {
-    return has_told(w, modal_limits.most);
+    return has_told(w, search_limits.nearly_all);
 }
 
 bool diagnose_modes_rule_out(const struct diagnose_state *w, const struct beam_effect *effect)

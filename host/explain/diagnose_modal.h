@@ -7,10 +7,8 @@
 
 /* All that is set by hand. */
 extern const struct modal_limits {
-    double half, most; /* of the misfit's power, taken by a refit: see diagnose_modes_have_told() and …_told_all() */
-    double promises;   /* of what the model without the effect leaves of the modes: what leaves more is not refitted */
-    double near;       /* times what the nearest effect leaves of the modes: likewise */
-    double same; /* of what the model without the effect leaves: starts that differ by less have come to one end */
+    double promises; /* of what the model without the effect leaves of the modes: what leaves more is not refitted */
+    double same;     /* of what the model without the effect leaves: starts that differ by less have come to one end */
 } modal_limits;
 
 /* What is fitted to the modes, from one start. */

@@ -11,17 +11,11 @@
 #include <math.h>
 #include <stdlib.h>
 
-enum {
-    PLACES = 6,
-    MOST_SINGLES = 2,
-    QUICK_RUNS = 40, /* evaluations of a law: more than it takes from a start near its place */
-    MOST_JOBS = 1 + DIAGNOSE_EFFECTS * (PLACES - 1),
-    ALL_JOBS = MOST_SINGLES * MOST_JOBS
-};
+enum { MOST_JOBS = 1 + DIAGNOSE_EFFECTS * (SIXTHS - 1) };
 struct place_jobs {
     bool to_the_end; /* as of struct refit_job */
     size_t n;
-    struct refit_job job[ALL_JOBS];
+    struct refit_job job[MOST_JOBS];
 };
 
 /* ---- Places ---- */
@@ -63,11 +57,11 @@ static enum bf_status push_places(const struct hypothesis *h, struct place_jobs 
         for (int i = 0; i < own->effect->n_parameters; i++) {
             if (!is_free_place(own, i))
                 continue;
-            const int here = (int)lround(own->parameters[i].value / h->model.length_m * PLACES);
-            for (int k = 1; k <= PLACES && !status && jobs->n < ALL_JOBS; k++)
+            const int here = (int)lround(own->parameters[i].value / h->model.length_m * SIXTHS);
+            for (int k = 1; k <= SIXTHS && !status && jobs->n < MOST_JOBS; k++)
                 if (k != here && (status = push_copy(h, jobs, err)) == BF_OK)
                     jobs->job[jobs->n - 1].model.effects[e].parameters[i].value =
-                        fmin(h->model.length_m * k / PLACES, model_last_place_m(&h->model));
+                        fmin(h->model.length_m * k / SIXTHS, model_last_place_m(&h->model));
         }
     }
     return status;
@@ -109,26 +103,6 @@ enum bf_status diagnose_law_places(struct diagnose_state *w, double span, struct
     const enum bf_status status = push_places(best, &jobs, err);
     best->places_tried = true;
     for (size_t k = 0; k < jobs.n; k++)
-        jobs.job[k].most_runs = QUICK_RUNS;
-    return diagnose_try(w, jobs.job, jobs.n, status, span);
-}
-
-enum bf_status diagnose_single_places(struct diagnose_state *w, double span, struct bf_error *err)
-{
-    struct diagnosis *d = w->d;
-    struct place_jobs jobs = {0};
-    enum bf_status status = BF_OK;
-    if (diagnose_modes_have_told(w)) /* they were asked for places all along the span */
-        return BF_OK;
-    diagnose_drop_repeats(d); /* one hypothesis of each effect */
-    const double most_left = diagnose_worth * diagnose_best_left(d, 1);
-    for (size_t i = 0, n = 0; i < d->n_hypotheses && n < MOST_SINGLES && !status; i++) {
-        struct hypothesis *h = &d->hypotheses[i];
-        if (isnan(hypothesis_only_place(h)) || !can_move(h) || h->fitted.noise_ratio > most_left)
-            continue;
-        status = push_jobs(h, &jobs, err);
-        h->places_tried = true;
-        n++;
-    }
+        jobs.job[k].most_runs = PLACE_RUNS;
     return diagnose_try(w, jobs.job, jobs.n, status, span);
 }

@@ -79,10 +79,9 @@ bool diagnose_only_hum_is_left(const struct diagnosis *d)
 /* Of held-out records it leaves the noise, or next to nothing of what the baseline leaves of them: values that the records leave open, no law. */
 static bool linear_model_predicts(const struct diagnosis *d)
 {
-    static const double next_to_nothing = 1e-3; /* of the misfit's power */
     const double held_out = d->attainable.held_out_noise_ratio, baseline = d->baseline.check.noise_ratio;
     return !(held_out > limits.noise + limits.held_out) ||
-           held_out * held_out - 1.0 <= next_to_nothing * (baseline * baseline - 1.0);
+           held_out * held_out - 1.0 <= search_limits.thousandth * (baseline * baseline - 1.0);
 }
 
 bool diagnose_passes_for_linear(const struct diagnosis *d)

@@ -34,9 +34,8 @@ static bool is_superseded(void *queue)
 
 static bool is_explained(const struct diagnosis *d, const struct hypothesis *h)
 {
-    static const double check = 1.05;
-    const bool at_noise =
-        h->fitted.noise_ratio <= diagnose_at_noise && (h->check.n_channels == 0 || h->check.noise_ratio <= check);
+    const bool at_noise = h->fitted.noise_ratio <= diagnose_at_noise &&
+                          (h->check.n_channels == 0 || h->check.noise_ratio <= search_limits.alike);
     return diagnose_is_far(&d->baseline) && (at_noise || hypothesis_takes_nearly_all(d, h)) && !is_stand_in(h);
 }
 
@@ -49,8 +48,7 @@ static bool takes_long(const struct hypothesis *h)
     return effect_kind(h->effects[h->n_effects - 1]) == KIND_LAW;
 }
 
-/* The places along the span, sixths of it from the root: the tip has an effect of its own. */
-enum { ALONG = 4, PARTS = 6 };
+enum { ALONG = 4 }; /* places along the span, sixths of it from the root */
 
 /* [ALONG][n_parameters] of the model, with its last effect at each of them. Caller frees. */
 static double *starts_along(const struct diagnosis *d, const struct model *model)
@@ -64,7 +62,7 @@ static double *starts_along(const struct diagnosis *d, const struct model *model
     for (size_t k = 0; k < ALONG; k++)
         for (size_t i = 0; i < n; i++) {
             const bool moved = refs[i].role == ROLE_EFFECT && refs[i].owner == last && refs[i].slot == place;
-            starts[k * n + i] = moved ? model->length_m * (double)(k + 1) / PARTS : refs[i].value;
+            starts[k * n + i] = moved ? model->length_m * (double)(k + 1) / SIXTHS : refs[i].value;
         }
     free(refs), free(names);
     return starts;
@@ -74,14 +72,13 @@ static double *starts_along(const struct diagnosis *d, const struct model *model
 static bool fit_job(struct refit_queue *queue, struct refit_job *job, int threads, double abandon_above,
                     struct hypothesis *h)
 {
-    static const double takes_most = 0.5; /* of χ²/n without it */
     const struct diagnose_state *w = queue->w;
     const struct diagnosis *d = w->d;
     struct bf_error err;
     struct refit_options options = {.sigma = w->sigma,
                                     .threads = threads,
                                     .abandon_above = abandon_above,
-                                    .raise_below = takes_most * d->baseline.fit.chi2_per_row,
+                                    .raise_below = search_limits.half * d->baseline.fit.chi2_per_row,
                                     .most_runs = job->most_runs,
                                     .first_new = job->first_new,
                                     .near = job->near,
@@ -110,17 +107,15 @@ static bool fit_job(struct refit_queue *queue, struct refit_job *job, int thread
 /* It leaves far more than the model without it: it has come nowhere, and what its facts say is no measure of it. */
 static bool is_lost(const struct diagnosis *d, const struct hypothesis *h)
 {
-    return !(h->fitted.noise_ratio <= diagnose_worth * d->baseline.fitted.noise_ratio);
+    return !(h->fitted.noise_ratio <= search_limits.far * d->baseline.fitted.noise_ratio);
 }
 
 /* It takes all but a hundredth of the misfit, or most of it and leaves little more than a free linear model. */
 static bool is_promising(const struct diagnosis *d, const struct hypothesis *h)
 {
-    static const double hundredth = 0.01, half = 0.5; /* of the power above the noise */
-    static const double little_more = 1.1;            /* times the rms that a free linear model leaves */
     const double left = hypothesis_excess(&h->fitted), before = hypothesis_misfit(&d->baseline.fitted);
-    const bool at_floor = d->attainable.modes > 0 && h->fitted.noise_ratio <= little_more * diagnose_floor(d);
-    return left <= hundredth * before || (at_floor && left <= half * before);
+    const bool at_floor = d->attainable.modes > 0 && h->fitted.noise_ratio <= search_limits.alike * diagnose_floor(d);
+    return left <= search_limits.hundredth * before || (at_floor && left <= search_limits.half * before);
 }
 
 /* What it has come to by then is a hypothesis: of laws the best one tells something, even if none explains the records. */
@@ -168,10 +163,9 @@ static double lower(double limit, double other)
  */
 static double next_to_nothing(const struct diagnosis *d, const struct refit_job *job, double best)
 {
-    static const double most = 0.5, nothing = 0.1; /* of the power */
     const double before = d->baseline.fit.chi2_per_row;
-    const bool outdone = job->n_effects == 1 && best > 0.0 && best <= (1.0 - most) * before;
-    return outdone && !model_has_law(&job->model) ? (1.0 - nothing) * before : 0.0;
+    const bool outdone = job->n_effects == 1 && best > 0.0 && best <= (1.0 - search_limits.half) * before;
+    return outdone && !model_has_law(&job->model) ? (1.0 - search_limits.tenth) * before : 0.0;
 }
 
 /*
@@ -188,7 +182,7 @@ static double abandon_limit(const struct diagnosis *d, const struct refit_job *j
         if (h->n_effects == n_effects && !is_stand_in(h) && (best == 0.0 || left < best))
             best = left;
     }
-    const double limit = lower(diagnose_worth * diagnose_worth * best, job->useless * job->useless);
+    const double limit = lower(search_limits.far * search_limits.far * best, job->useless * job->useless);
     return lower(limit, next_to_nothing(d, job, best));
 }
 

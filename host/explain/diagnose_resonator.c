@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
  * A mode that no bending beam has: something on the beam that swings by itself, or a support that rocks. It has a strength, a frequency, a damping and
- * perhaps a place: enough to take a part of almost any misfit, near or far from a mode. So it is tried after all other single effects, from the model as given,
- * and last, where nothing else is sure, alone and beside the best single effect, and it stays only when it
+ * perhaps a place: enough to take a part of almost any misfit, near or far from a mode. So it is tried by way of the modes, and last, where nothing else is sure,
+ * alone and beside the best single effect, and it stays only when it
  * is a mode: within the band, lightly damped, and leaving nothing where no other pair of effects does, or clearly less than every other explanation: the more
  * clearly, the more parameters it has.
  * What does not decay within the longest record is no mode: something drives it (a support that moves, hum).
@@ -26,24 +26,12 @@ static const struct resonator_limits {
     double heaviest;    /* times the beam's mass: above, it holds the beam as a support does */
     double below_first; /* of the first mode: below, it stands still */
     double part;        /* of the beam's mass, or of its flexibility ℓ/EI: where a search begins */
-    double large_part;  /* the same, from the model as given: from little it does not find what has moved every mode */
     double takes;       /* of the misfit's power: a single effect that takes it may have a mode beside it */
-    double outdone;     /* times what a free linear model leaves: what leaves more may have missed a mode */
     double beaten;      /* of what a free linear model leaves, and of the noise: no refit leaves less */
-} limits = {.lead = 0.89,
-            .spare = 1.1,
-            .heaviest = 2.0,
-            .below_first = 0.3,
-            .part = 0.01,
-            .large_part = 0.3,
-            .takes = 0.25,
-            .outdone = 2.0,
-            .beaten = 0.9};
+} limits = {
+    .lead = 0.89, .spare = 1.1, .heaviest = 2.0, .below_first = 0.3, .part = 0.01, .takes = 0.25, .beaten = 0.9};
 enum { FREQUENCIES = 8, PLACES = 2 };
-static const double places[PLACES] = {1.0, 0.6};       /* of the length */
-static const double given_places[PLACES] = {0.3, 0.6}; /* a quick look from a place on either side of a node */
-/* Evaluations of a quick look, and how many of those that it has brought farthest are refitted to the end. */
-enum { QUICK_RUNS = 100, BROUGHT_FAR = 2 };
+static const double places[PLACES] = {1.0, 0.6}; /* of the length */
 
 /* The baseline's first mode in which the beam bends, or swings on what holds it. */
 static double first_Hz(const struct diagnosis *d)
@@ -98,7 +86,7 @@ static bool may_hide(const struct diagnosis *d)
 {
     const double left = diagnose_best_left(d, 1);
     return is_wanted(d) && d->linearity.verdict != LINEARITY_NONLINEAR && !diagnose_explained(d, 1) &&
-           left < d->baseline.fitted.noise_ratio && left <= diagnose_far_misfit;
+           left < d->baseline.fitted.noise_ratio && left <= search_limits.far;
 }
 
 /* Modes and the middles between them, the lowest first: mode_Hz[n_modes], without those of the beam as a whole. Returns how many. */
@@ -207,7 +195,7 @@ static size_t brought_far(struct start starts[], size_t n, double enough)
 {
     size_t far = 0;
     qsort(starts, n, sizeof *starts, by_left);
-    for (size_t k = 0; k < n && far < BROUGHT_FAR; k++) {
+    for (size_t k = 0; k < n && far < SEARCH_LEADERS; k++) {
         if (starts[k].unfinished)
             starts[far++] = starts[k];
         else if (starts[k].left <= enough)
@@ -235,23 +223,6 @@ static void try_all(struct diagnose_state *w, const struct hypothesis *from, con
     const double most = fmin(most_left(effect, &others), diagnose_best_left(w->d, from->n_effects + 1));
     if (!cannot_stand_out(w->d, effect, &others))
         look_from_each(w, from, effect, limits.part, starts, n, limits.spare * fmax(most, 1.0));
-}
-
-/* ---- From the model as given ---- */
-
-static void look_from_given(struct diagnose_state *w, const struct hypothesis *given, const double mode_Hz[],
-                            size_t n_modes, const struct beam_effect *effect)
-{
-    struct start starts[FREQUENCIES * PLACES];
-    const size_t n = lay_starts(&given->model, effect, mode_Hz, n_modes, given_places, starts);
-    look_from_each(w, given, effect, limits.large_part, starts, n, 0.0);
-}
-
-/* A free linear model takes what no single effect has: a mode may be missing. */
-static bool is_outdone(const struct diagnosis *d)
-{
-    return diagnose_is_far(&d->baseline) && d->attainable.modes > 0 && !diagnose_far_ahead(d, 1) &&
-           diagnose_best_left(d, 1) > limits.outdone * fmax(diagnose_floor(d), 1.0);
 }
 
 static double value_of(const struct model_effect *own, enum beam_role role)
@@ -354,25 +325,6 @@ void resonators_judge(struct diagnose_state *w)
     drop_others(w->d);
     diagnose_rank(w->d, w->n_tried);
     diagnose_drop_repeats(w->d);
-}
-
-enum bf_status diagnose_resonator_from_given(struct diagnose_state *w, struct bf_error *err)
-{
-    struct hypothesis given = {0};
-    double mode_Hz[DIAGNOSE_MODES];
-    size_t n_modes = 0;
-    if (!resonator_may_be_there(w->d) || !is_outdone(w->d))
-        return BF_OK;
-    enum bf_status status = diagnose_as_given(w->d->model, &given.model, err);
-    if (status)
-        return status;
-    status = diagnose_modes_in_band(w->d, &given.model, mode_Hz, &n_modes, err);
-    for (int i = 0; i < beam_effects_count && !status && !progress_interrupted(); i++)
-        if (resonator_can_act(w, beam_effects[i]))
-            look_from_given(w, &given, mode_Hz, n_modes, beam_effects[i]);
-    model_free(&given.model);
-    resonators_judge(w);
-    return status == BF_NUMERIC ? BF_OK : status; /* a model that cannot be computed as given has the other road */
 }
 
 enum bf_status diagnose_resonator(struct diagnose_state *w, struct bf_error *err)

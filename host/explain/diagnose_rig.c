@@ -15,8 +15,6 @@
 
 const struct rig_limits diagnose_rig_limits = {.place_m = 0.002, .gain = 0.05, .clear = 0.3, .believed = 4.0};
 
-enum { MOST_TAKEN = 4 }; /* explanations that are fitted again when the rig is freed, or held */
-
 /* ---- The model ---- */
 
 static size_t free_one(struct channel_parameters *own, double at_m)
@@ -131,10 +129,10 @@ static bool is_dear(const struct hypothesis *h, const struct hypothesis *best)
 /* The best explanations of the other side, fitted again from near with this side's channels. */
 static enum bf_status take_over(struct diagnose_state *w, struct bf_error *err)
 {
-    struct refit_job jobs[MOST_TAKEN];
+    struct refit_job jobs[SEARCH_FEW];
     size_t n = 0;
     enum bf_status status = BF_OK;
-    for (size_t i = 0; i < w->other.n_hypotheses && n < MOST_TAKEN && !status; i++) {
+    for (size_t i = 0; i < w->other.n_hypotheses && n < SEARCH_FEW && !status; i++) {
         const struct hypothesis *h = &w->other.hypotheses[i];
         if (h->score <= w->other.baseline.score || (i > 0 && is_dear(h, &w->other.hypotheses[0])))
             continue;
@@ -213,8 +211,7 @@ enum bf_status diagnose_free_rig(struct diagnose_state *w, enum rig_trial trial,
 /* It comes down to the noise, and leaves as much as what is best with the rig free. */
 static bool does_as_well(const struct hypothesis *held, double free_left)
 {
-    static const double as_well = 1.01; /* times the rms */
-    return held->explains && held->fitted.noise_ratio <= as_well * free_left;
+    return held->explains && held->fitted.noise_ratio <= search_limits.same * free_left;
 }
 
 enum bf_status diagnose_hold_rig(struct diagnose_state *w, struct bf_error *err)

@@ -16,13 +16,7 @@
 #include "ground/ground.h"
 
 /* Candidates at most, and how many refits before it is asked whether one has explained the records. */
-enum { MOST_FIRST = 3, MOST_GIVEN = 32, MOST_AT_ONCE = 8 };
-/* Refits to their ends of what is far behind the best: what it is held against. */
-enum { MOST_RIVALS = 3 };
-/* Evaluations in which the refit of an effect that is there has found it (50 to 100 do); that of another may take ten times as many to end far off. */
-enum { QUICK_RUNS = 100 };
-/* The same where one of its parameters has a value in each record: a stiff spring at four places needs more than 100. */
-enum { OWN_RUNS = 200 };
+enum { MOST_GIVEN = 32, MOST_AT_ONCE = 8 };
 
 static bool is_in(const size_t order[], size_t n, size_t i)
 {
@@ -101,15 +95,15 @@ static void sort_by_left(struct road roads[], size_t n)
  */
 static void leave_the_same(const struct diagnosis *d, struct road roads[], size_t n)
 {
-    static const double same = 1e-3, away = 0.02; /* of χ²/n */
     const double begin = d->baseline.fit.chi2_per_row;
     for (size_t k = 1; k < n; k++) {
         const struct road *road = &roads[k];
         bool known = false;
         for (size_t i = 0; i < k; i++)
-            known = known || (!roads[i].done && roads[i].candidate->effect == road->candidate->effect &&
-                              roads[i].own == road->own && road->left - roads[i].left <= same * road->left);
-        roads[k].done = road->done || (known && fabs(road->left - begin) > away * begin);
+            known = known ||
+                    (!roads[i].done && roads[i].candidate->effect == road->candidate->effect &&
+                     roads[i].own == road->own && road->left - roads[i].left <= search_limits.thousandth * road->left);
+        roads[k].done = road->done || (known && fabs(road->left - begin) > search_limits.hundredth * begin);
     }
 }
 
@@ -119,21 +113,18 @@ static void leave_the_same(const struct diagnosis *d, struct road roads[], size_
  */
 static bool is_at_floor(const struct diagnosis *d)
 {
-    static const double as_well = 1.005; /* class mates are told from each other above this (docs/hidden.md) */
     if (d->n_hypotheses == 0 || d->attainable.modes == 0 || is_stand_in(&d->hypotheses[0]))
         return false;
     const double left = d->hypotheses[0].fitted.noise_ratio, floor = diagnose_floor(d);
-    return left <= as_well * floor && (left <= as_well || floor <= as_well * left);
+    return left <= search_limits.mate * floor && (left <= search_limits.mate || floor <= search_limits.mate * left);
 }
 
 bool diagnose_no_linear_outdoes(const struct diagnosis *d)
 {
-    static const double as_well = 1.01; /* times what a free linear model leaves */
-    static const double most = 0.5;     /* of the misfit's power */
     const struct hypothesis *best = d->n_hypotheses > 0 ? &d->hypotheses[0] : NULL;
     return best != NULL && d->attainable.modes > 0 && d->linearity.verdict != LINEARITY_NONLINEAR &&
-           !is_stand_in(best) && effect_is_linear(best->effects[0]) && best->explained >= most &&
-           best->fitted.noise_ratio <= as_well * diagnose_floor(d) &&
+           !is_stand_in(best) && effect_is_linear(best->effects[0]) && best->explained >= search_limits.half &&
+           best->fitted.noise_ratio <= search_limits.same * diagnose_floor(d) &&
            (best->check.n_channels == 0 || isnan(d->attainable.held_out_noise_ratio) ||
             diagnose_predicts_as_linear(d, best));
 }
@@ -141,15 +132,14 @@ bool diagnose_no_linear_outdoes(const struct diagnosis *d)
 /* What a quick look has brought far below the model without it, and below all that has come to its end, goes on before others are looked at. */
 static void finish_leader(struct shortlist *s, const struct model *from, struct road roads[], size_t n)
 {
-    static const double most = 0.5; /* of χ²/n */
     const struct diagnosis *d = s->w->d;
     const double best = diagnose_best_left(d, s->n_effects);
     struct road *leader = NULL;
     for (size_t k = 0; k < n; k++)
         if (!roads[k].done && (leader == NULL || roads[k].left < leader->left))
             leader = &roads[k];
-    if (leader != NULL && leader->left <= most * d->baseline.fit.chi2_per_row && leader->left < best * best &&
-        !progress_interrupted())
+    if (leader != NULL && leader->left <= search_limits.half * d->baseline.fit.chi2_per_row &&
+        leader->left < best * best && !progress_interrupted())
         refit_roads(s, from, leader, 1, 0, 0.0);
 }
 
@@ -187,8 +177,7 @@ static double promise(const struct shortlist *s, const struct road *road)
 /* What would change a channel and promises next to nothing from the fitted baseline, beside an answer little, is not asked again. */
 static void leave_unpromising(const struct shortlist *s, struct road roads[], size_t n)
 {
-    static const double next_to_nothing = 0.01, little = 0.1; /* of the misfit's power */
-    const double least = diagnose_has_answer(s->w->d, s->n_effects) ? little : next_to_nothing;
+    const double least = diagnose_has_answer(s->w->d, s->n_effects) ? search_limits.tenth : search_limits.hundredth;
     for (size_t k = 0; k < n; k++)
         roads[k].done =
             roads[k].done || (!road_is_structural(roads[k].candidate->effect) && promise(s, &roads[k]) < least);
@@ -216,7 +205,7 @@ static size_t leave_far_behind(const struct shortlist *s, struct road roads[], s
         bool known = far_ahead && diagnose_has_ended(s->w->d, roads[k].candidate->effect);
         for (size_t i = 0; i < k && far_ahead; i++)
             known = known || (!roads[i].done && roads[i].candidate->effect == roads[k].candidate->effect);
-        roads[k].done = roads[k].done || known || (far_ahead && wanted == MOST_RIVALS);
+        roads[k].done = roads[k].done || known || (far_ahead && wanted == SEARCH_RIVALS);
         wanted += !roads[k].done;
     }
     return wanted;
@@ -252,21 +241,6 @@ static void refit_in_turn(struct shortlist *s, const struct model *from, struct 
         bring_to_the_end(s, from, roads, n, part);
 }
 
-static bool was_refitted(const struct diagnosis *d, const struct beam_effect *effect)
-{
-    for (size_t i = 0; i < d->n_hypotheses; i++)
-        if (d->hypotheses[i].n_effects == 1 && d->hypotheses[i].effects[0] == effect)
-            return true;
-    return false;
-}
-
-/* What both rounds from the model as given begin with: the scores, which give the order, and that model. Free *given with model_free(). */
-static enum bf_status score_and_give(struct shortlist *s, struct model *given, struct bf_error *err)
-{
-    const enum bf_status status = shortlist_score(s, KIND_LINEAR, err);
-    return status ? status : diagnose_as_given(s->w->d->model, given, err);
-}
-
 /* Where the modes have told, the beam's own effects that come near them have been refitted from there, and no other will do. */
 static void leave_known_by_modes(const struct diagnose_state *w, struct road roads[], size_t n)
 {
@@ -280,7 +254,9 @@ enum bf_status shortlist_from_given(struct shortlist *s, double span, struct bf_
     struct model given;
     if (diagnose_explained(s->w->d, s->n_effects) || diagnose_no_linear_outdoes(s->w->d))
         return BF_OK;
-    const enum bf_status status = score_and_give(s, &given, err);
+    enum bf_status status = shortlist_score(s, KIND_LINEAR, err);
+    if (!status)
+        status = diagnose_as_given(s->w->d->model, &given, err);
     if (status)
         return status;
     size_t *order = bf_alloc(s->list.n + 1, sizeof *order);
@@ -294,49 +270,15 @@ enum bf_status shortlist_from_given(struct shortlist *s, double span, struct bf_
     return BF_OK;
 }
 
-/* Of the beam's own effects, by score: those that no refit has tried. Returns how many. */
-static size_t order_untried(const struct shortlist *s, size_t order[])
-{
-    size_t kept = 0;
-    const size_t n = order_from_given(s, order);
-    for (size_t k = 0; k < n && kept < MOST_GIVEN; k++) {
-        const struct beam_effect *effect = s->list.candidates[order[k]].effect;
-        if (road_is_structural(effect) && !was_refitted(s->w->d, effect))
-            order[kept++] = order[k];
-    }
-    return kept;
-}
-
-enum bf_status shortlist_untried_from_given(struct shortlist *s, double span, struct bf_error *err)
-{
-    struct model given;
-    if (is_at_floor(s->w->d))
-        return BF_OK;
-    const enum bf_status status = score_and_give(s, &given, err);
-    if (status)
-        return status;
-    size_t *order = bf_alloc(s->list.n + 1, sizeof *order);
-    struct road roads[MOST_GIVEN];
-    const size_t n = roads_lay(s->list.candidates, &given, order, order_untried(s, order), false, roads);
-    for (size_t k = 0; k < n && !progress_interrupted(); k += MOST_AT_ONCE) {
-        const size_t some = n - k < MOST_AT_ONCE ? n - k : MOST_AT_ONCE;
-        refit_roads(s, &given, roads + k, some, QUICK_RUNS, span * (double)some / (double)n);
-    }
-    free(order);
-    model_free(&given);
-    return BF_OK;
-}
-
 /* Sorted: of the first few effects the two nearest roads each stay to be done. */
 static void leave_few(struct road roads[], size_t n)
 {
-    enum { EFFECTS = 3, OF_EACH = 2 };
     size_t n_effects = 0;
     for (size_t k = 0; k < n; k++) {
         size_t before = 0;
         for (size_t i = 0; i < k; i++)
             before += !roads[i].done && roads[i].candidate->effect == roads[k].candidate->effect;
-        roads[k].done = roads[k].done || before == OF_EACH || (before == 0 && n_effects == EFFECTS);
+        roads[k].done = roads[k].done || before == SEARCH_LEADERS || (before == 0 && n_effects == SEARCH_RIVALS);
         n_effects += !roads[k].done && before == 0;
     }
 }
@@ -370,9 +312,8 @@ enum bf_status shortlist_by_record(struct shortlist *s, struct bf_error *err)
 /* By first order, which is exact for what adds to the channels, it takes nearly all of the misfit. */
 static bool takes_nearly_all(const struct shortlist *s, size_t candidate)
 {
-    static const double nearly_all = 0.9; /* of the misfit's power */
     double freedom;
-    return s->scores[candidate].LM >= nearly_all * score_base_misfit(s->base, &freedom);
+    return s->scores[candidate].LM >= search_limits.nearly_all * score_base_misfit(s->base, &freedom);
 }
 
 /* order[n] of the first look: the best scores; a signal that no input caused is among them where the records show one, or it takes nearly all. Returns n. */
@@ -380,7 +321,7 @@ static size_t order_first(const struct shortlist *s, size_t order[])
 {
     const bool linear = s->w->d->linearity.verdict == LINEARITY_LINEAR;
     size_t n = 0;
-    for (size_t k = 0; k < s->n_order[KIND_LINEAR] && n < MOST_FIRST; k++) {
+    for (size_t k = 0; k < s->n_order[KIND_LINEAR] && n < SEARCH_RIVALS; k++) {
         const size_t candidate = s->order[KIND_LINEAR][k];
         const struct beam_effect *effect = s->list.candidates[candidate].effect;
         if (!linear || (effect->signal == NULL && effect->base == NULL) || takes_nearly_all(s, candidate))
@@ -399,8 +340,8 @@ enum bf_status diagnose_first_look(struct diagnose_state *w, struct bf_error *er
     if (!status && !told)
         status = shortlist_score(s, KIND_LINEAR, err);
     if (!status && !told) {
-        struct road roads[ROADS * MOST_FIRST];
-        size_t order[MOST_FIRST];
+        struct road roads[ROADS * SEARCH_RIVALS];
+        size_t order[SEARCH_RIVALS];
         const size_t n = order_first(s, order);
         (void)refit_briefly_first(s, &w->d->baseline.model, roads,
                                   roads_lay(s->list.candidates, &w->d->baseline.model, order, n, false, roads), 0.0);

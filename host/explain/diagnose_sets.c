@@ -19,11 +19,6 @@ enum { PAIR_ROOTS = 2, SET_ROOTS = 1 };
  * strength and unlike shape the first of three leaves 2/3, the first of two (or second of three) 1/2.
  */
 static const double least_progress = 0.75;
-/*
- * Stepping through time for every candidate is worth it on a law that leaves at most this many times (rms) what the best with as many
- * effects leaves: beside a stronger linear effect a law is found from that one's side, and beside a stronger law a linear one from the law's (diagnose_worth).
- */
-static const double law_root = 1.5;
 /* Part of the progress bar. */
 static const double part_pairs = 0.2;
 
@@ -63,9 +58,13 @@ static bool helps(const struct diagnosis *d, const struct hypothesis *h)
     return hypothesis_excess(&h->fitted) <= least_progress * hypothesis_misfit(&d->baseline.fitted);
 }
 
+/*
+ * Stepping through time for every candidate is worth it on a law that comes near what the best with as many effects leaves: beside a stronger linear effect a law is found from
+ * that one's side, and beside a stronger law a linear one from the law's.
+ */
 static bool is_root(const struct diagnosis *d, const struct hypothesis *h, size_t n_effects, bool stepping)
 {
-    const double most = stepping ? law_root : diagnose_worth;
+    const double most = stepping ? search_limits.more : search_limits.far;
     return h->n_effects == n_effects && hypothesis_has_law(h) == stepping && helps(d, h) &&
            left_of_all(h) <= most * least_left_of_all(d, n_effects);
 }
@@ -73,13 +72,12 @@ static bool is_root(const struct diagnosis *d, const struct hypothesis *h, size_
 /* The same root, and a root and its special case lead to the same pairs, unless the general one has taken what the other effect of the pair does. */
 static bool is_kin(const struct diagnosis *d, const struct hypothesis *one, const struct hypothesis *other)
 {
-    static const double alike = 1.05; /* of the rms that they leave */
     const double a = one->fitted.noise_ratio, b = other->fitted.noise_ratio;
     if (one->effects[0] == other->effects[0])
         return true;
     return (diagnose_special_case(one->effects[0], other->effects[0], d->model) ||
             diagnose_special_case(other->effects[0], one->effects[0], d->model)) &&
-           fmax(a, b) <= alike * fmin(a, b);
+           fmax(a, b) <= search_limits.alike * fmin(a, b);
 }
 
 static bool has_kin(const struct diagnosis *d, const struct hypothesis roots[], size_t n, const struct hypothesis *h)

@@ -7,31 +7,21 @@
 
 #include "ground/ground.h"
 
-/*
- * A candidate is refitted when what it leaves (rms, after its few steps) is at most this many times what the best one
- * leaves; a refit that will end above it is given up. docs/diagnose.md, 'Short list'.
- */
-const double diagnose_worth = 3.0;
 const double diagnose_at_noise = 1.025;
-/* It must also take away at least this part of the excess over the noise that the best takes: a ratio of rms values means little on a weak misfit. */
-static const double worth_share = 0.5;
 /*
  * Candidates whose score or trial has a p-value above this are not refitted. The limit is generous because an
- * omission is final. For scores it holds only up to first_order_ratio times the noise; above, the first order means little (a
+ * omission is final. For scores it holds only near the noise; above, the first order means little (a
  * baseline that compensates for an effect can turn its sign), and the refinement decides.
  */
 static const double highest_p = 0.05;
-static const double first_order_ratio = 1.5;
 /* Best first-order scores that are refined; those that are too where they take this part of what the best takes; renewals of a trial's motion. */
 enum { REFINED = 5, ALSO_REFINED = 10, TRIAL_ROUNDS = 3 };
 static const double also_refined = 0.3;
-/* Of the misfit's power above the noise: what promises less beside another effect, or as a drive or a sensor that bends, is not refined. */
-static const double least_promise = 0.01;
 
 bool diagnose_linear_is_out(const struct diagnosis *d)
 {
     return d->linearity.verdict == LINEARITY_NONLINEAR && d->attainable.modes > 0 &&
-           diagnose_floor(d) > diagnose_far_misfit;
+           diagnose_floor(d) > search_limits.far;
 }
 
 double shortlist_left(const struct shortlist *s, size_t i)
@@ -106,7 +96,7 @@ static void score_kind(struct shortlist *s, enum effect_kind kind)
     size_t *order = bf_alloc(some.n + 1, sizeof *order);
     score_run(s->base, some.candidates, some.n, some.scores);
     size_t ranked = score_rank(some.candidates, some.scores, some.n, order);
-    if (s->from->fitted.noise_ratio < first_order_ratio)
+    if (s->from->fitted.noise_ratio < search_limits.more)
         ranked = keep_likely(some.scores, order, ranked);
     if (s->n_effects == 1)
         ranked = keep_near_modes(s->w, some.candidates, order, ranked);
@@ -129,7 +119,7 @@ static size_t n_refined(const struct shortlist *s, enum effect_kind kind)
     double freedom;
     const double above = score_base_misfit(s->base, &freedom) - (double)s->from->fit.n_rows;
     /* a single linear effect's sign may be turned; what bends has one sign */
-    const double least = s->n_effects > 1 || kind == KIND_NONLINEAR_CHAIN ? least_promise * above : 0.0;
+    const double least = s->n_effects > 1 || kind == KIND_NONLINEAR_CHAIN ? search_limits.hundredth * above : 0.0;
     size_t n = 0;
     while (n < most && s->scores[order[n]].LM >= least &&
            (n < REFINED || s->scores[order[n]].LM >= also_refined * s->scores[order[0]].LM))
@@ -226,12 +216,14 @@ enum bf_status shortlist_try_laws(struct shortlist *s, struct bf_error *err)
 
 /* ---- Jobs ---- */
 
-/* left, best: rms in units of the noise */
+/*
+ * After its few steps it is not far from the best, and takes half of what that takes: a ratio of rms values means little on a weak misfit. left, best: rms in units of the noise.
+ */
 static bool worth_refit(const struct shortlist *s, double left, double best)
 {
     const double before = s->from->fitted.noise_ratio;
-    return left <= diagnose_worth * best &&
-           left * left <= best * best + (1.0 - worth_share) * fmax(before * before - best * best, 0.0);
+    return left <= search_limits.far * best &&
+           left * left <= best * best + (1.0 - search_limits.half) * fmax(before * before - best * best, 0.0);
 }
 
 static void push(struct refit_job **jobs, size_t *n, const struct refit_job *job)
@@ -291,17 +283,16 @@ static const struct candidate *candidate_of(const struct shortlist *s, const str
 }
 
 /*
- * The refit of a law that leaves much takes a minute and names nothing, so a trial must leave at most law_left of the excess
+ * The refit of a law that leaves much takes a minute and names nothing, so a trial must leave at most a fifth of the excess
  * over the noise, and take at least so much of what it is given as half of that excess is of the whole: its weights have a floor, under which
  * what is given to it may lie below the noise.
  */
 static bool trial_promises(const struct trial *trial, const struct hypothesis *from)
 {
-    static const double law_left = 0.2, half = 0.5;
     const double left = trial->unexplained * trial->unexplained;
     const double before = left * trial->chi_square_baseline / trial->chi_square;
     const double excess = hypothesis_excess(&from->fitted) / (1.0 + hypothesis_excess(&from->fitted));
-    return left - 1.0 <= law_left * (before - 1.0) && trial->share >= half * excess;
+    return left - 1.0 <= search_limits.fifth * (before - 1.0) && trial->share >= search_limits.half * excess;
 }
 
 static bool law_is_likely(const struct shortlist *s, const struct trial *trial, double best)
@@ -326,8 +317,7 @@ static bool push_law(const struct shortlist *s, const struct trial *trial, bool 
 /* Along the measured motion it takes nearly as much as the best of the trials, which promises enough: what is named stands against it. */
 static bool rivals_best(const struct shortlist *s, const struct trial *trial)
 {
-    static const double nearly = 0.8;
-    return trial_promises(&s->trials[0], s->from) && trial->share >= nearly * s->trials[0].share;
+    return trial_promises(&s->trials[0], s->from) && trial->share >= (1.0 - search_limits.fifth) * s->trials[0].share;
 }
 
 static void choose_laws(struct shortlist *s, size_t most, double best, struct refit_job **jobs, size_t *n)

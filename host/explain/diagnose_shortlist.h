@@ -61,12 +61,6 @@ enum bf_status shortlist_from_given(struct shortlist *s, double span, struct bf_
  */
 bool diagnose_no_linear_outdoes(const struct diagnosis *d);
 /*
- * Near the noise: the beam's own linear effects that no refit has tried, each from the model as given, for a few evaluations. A baseline that has
- * bent to stand in for one of them may make its score small.
- */
-enum bf_status shortlist_untried_from_given(struct shortlist *s, double span, struct bf_error *err);
-
-/*
  * The beam's own linear effects from the model as given, each with a strength and then a place that has a value of its own in each record: what a laboratory changes
  * between them. Ranks. Some forty quick looks, and the three nearest to their ends.
  */

@@ -44,14 +44,12 @@ static bool simplifies(const struct diagnosis *d, const struct hypothesis *simpl
 
 size_t diagnose_simplest(const struct diagnosis *d, size_t named)
 {
-    static const double little_more =
-        1.5; /* times the rms: the rig's own errors may make the general form so much better, and no more */
     const struct hypothesis *h = &d->hypotheses[named];
     const double gain = gain_of_unrelated(d, h);
     size_t found = named;
     for (size_t i = 0; i < d->n_hypotheses; i++)
         if (simplifies(d, &d->hypotheses[i], h) && h->score - d->hypotheses[i].score < gain &&
-            d->hypotheses[i].fitted.noise_ratio <= little_more * h->fitted.noise_ratio &&
+            d->hypotheses[i].fitted.noise_ratio <= search_limits.more * h->fitted.noise_ratio &&
             diagnose_significant(d, &d->hypotheses[i]) &&
             (found == named || d->hypotheses[i].score > d->hypotheses[found].score))
             found = i;

@@ -10,8 +10,6 @@
 
 #include <string.h>
 
-enum { MOST_SPECIAL = 4 };
-
 /* The best explanation of so many effects at most, wherever it stands; NULL: there is none. */
 static const struct hypothesis *best_of(const struct diagnosis *d, size_t most)
 {
@@ -36,10 +34,10 @@ static bool is_that(const struct hypothesis *h, const struct hypothesis *general
 static bool does_as_well(const struct diagnosis *d, const struct hypothesis *general, size_t e,
                          const struct beam_effect *special)
 {
-    static const double as_well = 1.005; /* class mates are told from each other above this (docs/hidden.md) */
     for (size_t i = 0; i < d->n_hypotheses; i++) {
         const struct hypothesis *h = &d->hypotheses[i];
-        if (is_that(h, general, e, special) && h->fitted.noise_ratio <= as_well * general->fitted.noise_ratio)
+        if (is_that(h, general, e, special) &&
+            h->fitted.noise_ratio <= search_limits.mate * general->fitted.noise_ratio)
             return true;
     }
     return false;
@@ -109,10 +107,10 @@ static bool is_worth_trying(const struct diagnose_state *w, const struct hypothe
 
 static void try_special_cases(struct diagnose_state *w, const struct hypothesis *general)
 {
-    struct refit_job jobs[MOST_SPECIAL];
+    struct refit_job jobs[SEARCH_FEW];
     size_t n = 0;
     for (size_t e = 0; general != NULL && e < general->n_effects; e++)
-        for (int i = 0; i < beam_effects_count && n < MOST_SPECIAL; i++) {
+        for (int i = 0; i < beam_effects_count && n < SEARCH_FEW; i++) {
             struct bf_error ignored;
             if (!is_worth_trying(w, general, e, beam_effects[i]))
                 continue;

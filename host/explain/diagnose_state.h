@@ -3,6 +3,7 @@
 #ifndef BEAMFIT_DIAGNOSE_STATE_H
 #define BEAMFIT_DIAGNOSE_STATE_H
 
+#include "diagnose_limits.h"
 #include "estimate/estimate.h"
 #include "explain.h"
 
@@ -150,11 +151,6 @@ extern const struct rig_limits diagnose_rig_limits;
  * Ranks. Linear refits, some tenths of a second to a second each.
  */
 enum bf_status diagnose_members_from_given(struct diagnose_state *w, struct bf_error *err);
-/*
- * Refits take no search through the whole range of what is open (sections of patches, damping). Where the best single effect has come to no end above what a free
- * linear model leaves, the fit that does is made of the model as given with it, as `fit` would after `add`. Ranks. Seconds.
- */
-enum bf_status diagnose_search_unconverged(struct diagnose_state *w, struct bf_error *err);
 
 /*
  * diagnose_sets.c: one more effect on the best hypotheses with n_effects of them. On a hypothesis without a law a law is tried along the measured motion, without a
@@ -181,11 +177,6 @@ enum bf_status diagnose_exchange(struct diagnose_state *w, struct bf_error *err)
  * refits, most of them given up early.
  */
 enum bf_status diagnose_resonator(struct diagnose_state *w, struct bf_error *err);
-/*
- * The same alone, from the model as given, where a free linear model leaves much less than any single effect: what swings may be as heavy as the beam and have moved
- * every mode, so that no baseline without it is near. Ranks. Sixteen quick looks of some tenths of a second each.
- */
-enum bf_status diagnose_resonator_from_given(struct diagnose_state *w, struct bf_error *err);
 
 /*
  * diagnose_by_record.c: d->by_record, where the verdict is unknown and the records are not of one linear beam. Some forty quick looks of some
@@ -241,8 +232,6 @@ bool diagnose_explained(const struct diagnosis *d, size_t n_effects);
  * noise, and what quick looks have brought nowhere near it need not be refitted to the end. After diagnose_rank().
  */
 bool diagnose_far_ahead(const struct diagnosis *d, size_t n_effects);
-/* Rms over the noise, of what is far (diagnose_is_far()): below it effects of different kinds fit the records alike. */
-extern const double diagnose_far_misfit;
 /* The same, or one has come near the noise and has taken nearly all of the misfit: rivals that are far behind are not worth as much. */
 bool diagnose_nearly_there(const struct diagnosis *d, size_t n_effects);
 /* Of the held-out records it leaves no more than a free linear model does; false where either is not known. */
@@ -267,7 +256,6 @@ enum bf_status diagnose_try(struct diagnose_state *w, struct refit_job jobs[], s
                             double span);
 
 /* diagnose_shortlist.c */
-extern const double diagnose_worth; /* a candidate that will leave more than this times the best is given up */
 /* The records show a nonlinear beam, and a free linear model leaves much of them: no linear effect explains them. */
 bool diagnose_linear_is_out(const struct diagnosis *d);
 /* The effect is left out on request (--without). */
@@ -288,11 +276,6 @@ enum bf_status diagnose_extend(struct diagnose_state *w, const struct hypothesis
 enum bf_status diagnose_other_places(struct diagnose_state *w, double span, struct bf_error *err);
 /* The best single effect, from other places, where it is a law that comes near the records and does not explain them. Once. Cost: five refits of forty evaluations. */
 enum bf_status diagnose_law_places(struct diagnose_state *w, double span, struct bf_error *err);
-/*
- * The best single effects that have a place, from other places: before a pair is looked at. Nothing twice; some linear refits,
- * and ranks again.
- */
-enum bf_status diagnose_single_places(struct diagnose_state *w, double span, struct bf_error *err);
 
 /*
  * diagnose_cross.c: held-out errors where no record is held out: each record (or group) is left out in turn, everything is

@@ -9,9 +9,6 @@
 
 #include "ground/ground.h"
 
-/* The best laws; each costs some predictions, and where it needs finer steps a refit from near. */
-enum { MOST_STEPPED = 3 };
-
 static enum bf_status add_job(const struct diagnose_state *w, const struct hypothesis *h, struct refit_job jobs[],
                               size_t *n, struct bf_error *err)
 {
@@ -37,10 +34,10 @@ static enum bf_status add_job(const struct diagnose_state *w, const struct hypot
 enum bf_status diagnose_steps(struct diagnose_state *w, struct bf_error *err)
 {
     struct diagnosis *d = w->d;
-    struct refit_job jobs[MOST_STEPPED];
+    struct refit_job jobs[SEARCH_RIVALS];
     size_t n = 0, seen = 0;
     enum bf_status status = BF_OK;
-    for (size_t i = 0; i < d->n_hypotheses && seen < MOST_STEPPED && !status && !progress_interrupted(); i++) {
+    for (size_t i = 0; i < d->n_hypotheses && seen < SEARCH_RIVALS && !status && !progress_interrupted(); i++) {
         struct hypothesis *h = &d->hypotheses[i];
         if (!hypothesis_has_law(h) || h->score <= d->baseline.score)
             continue;

@@ -75,46 +75,12 @@ static void a_start_that_says_nothing_is_refused(void **state)
     }
 }
 
-/* A refit that was left far off counts for nothing; the whole range of what is open is searched as fit does it. One that has come to its end is left alone. */
-static void what_has_not_converged_is_searched_for(void **state)
-{
-    (void)state;
-    for (int i = 0; i < 2; i++) {
-        static const char *const ids[] = {"point_mass", NULL};
-        struct bench *b = bench_new("{kind: point_mass, mass_kg: 0.008, at_m: 0.15}", 2, LONG, 0.004, ids);
-        struct diagnose_state w = begun(b);
-        struct refit_job job = {.n_effects = 1, .n_tried = 1, .most_runs = 12, .kept = true};
-        struct bf_error err;
-        assert_int_equal(model_copy(&b->d.baseline.model, &job.model, &err), BF_OK);
-        assert_int_equal(model_append_effect(&job.model, "point_mass", "", &err), BF_OK);
-        job.model.effects[job.model.n_effects - 1].parameters[1].fixed = false;
-        job.first_new = b->d.baseline.n_base;
-        assert_int_equal(diagnose_try(&w, &job, 1, BF_OK, 0.0), BF_OK);
-        assert_int_equal(b->d.n_hypotheses, 1);
-        assert_false(b->d.hypotheses[0].fit.converged);
-        assert_true(b->d.hypotheses[0].fitted.noise_ratio > 5.0);
-        b->d.attainable = (struct attainable){.modes = 4, .noise_ratio = 1.0};
-        b->d.hypotheses[0].explained = 0.6;
-        b->d.hypotheses[0].model.effects[0].parameters[0].value = 0.003;
-        b->d.hypotheses[0].model.effects[0].parameters[1].value = 0.25;
-        b->d.hypotheses[0].fit.converged = i == 1;
-        assert_int_equal(diagnose_search_unconverged(&w, &err), BF_OK);
-        const struct hypothesis *found = single(&b->d, "point_mass");
-        assert_int_equal(found->fitted.noise_ratio < 1.05, i == 0);
-        assert_int_equal(fabs(found->model.effects[0].parameters[0].value - 0.008) < 1e-4, i == 0);
-        b->d.attainable = (struct attainable){0};
-        state_free(&w);
-        bench_free(b);
-    }
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_prior_says_what_was_believed),
         cmocka_unit_test(a_fit_keeps_where_it_began),
         cmocka_unit_test(a_start_that_says_nothing_is_refused),
-        cmocka_unit_test(what_has_not_converged_is_searched_for),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -114,21 +114,6 @@ static void a_law_that_comes_near_is_looked_for_elsewhere(void **state)
     bench_free(b);
 }
 
-/* Before a pair is looked at, a single effect has been at other places too, whether or not its refit has converged. */
-static void a_single_effect_is_looked_for_elsewhere(void **state)
-{
-    (void)state;
-    struct bf_error err;
-    struct bench *b = with_damper();
-    struct diagnose_state w = trapped(b);
-    b->d.hypotheses[0].fit.converged = true;
-    assert_int_equal(diagnose_single_places(&w, 0.0, &err), BF_OK);
-    assert_int_equal(b->d.n_hypotheses, 1);
-    assert_true(fabs(place(&b->d.hypotheses[0]) - damper_at_m) < 0.02);
-    state_free(&w);
-    bench_free(b);
-}
-
 static void what_is_at_the_noise_stays(void **state)
 {
     (void)state;
@@ -150,7 +135,6 @@ int main(void)
         cmocka_unit_test(what_leaves_something_is_tried_elsewhere),
         cmocka_unit_test(another_place_that_does_as_well_is_told),
         cmocka_unit_test(a_law_that_comes_near_is_looked_for_elsewhere),
-        cmocka_unit_test(a_single_effect_is_looked_for_elsewhere),
         cmocka_unit_test(what_is_at_the_noise_stays),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
