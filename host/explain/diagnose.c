@@ -172,12 +172,6 @@ static bool nothing_is_left(const struct diagnosis *d)
            diagnose_no_linear_outdoes(d);
 }
 
-/* A weak misfit does not tell three effects; and a pair that leaves a tenth of it is no two of them. */
-static bool third_is_wanted(const struct diagnosis *d)
-{
-    return diagnose_is_far(&d->baseline) && d->hypotheses[0].explained >= search_limits.nearly_all;
-}
-
 static enum bf_status search(struct diagnose_state *w, struct bf_error *err)
 {
     const size_t most = w->options->most_effects > 0 ? w->options->most_effects : DIAGNOSE_EFFECTS;
@@ -187,10 +181,11 @@ static enum bf_status search(struct diagnose_state *w, struct bf_error *err)
     if (!status && !done && !progress_interrupted() && w->d->n_hypotheses > 0 && !diagnose_explained(w->d, 1))
         status = restart(w, err);
     for (size_t n = 1; n < most && !status && !done && !progress_interrupted(); n++) {
+        const bool far = diagnose_is_far(&w->d->baseline);
         w->answered = is_answered(w->d);
         if (w->d->n_hypotheses == 0 || !diagnose_more_wanted(w->d) || !diagnose_last_one_helped(w->d, n) ||
-            rig_leaves_little(w->d) || nothing_is_left(w->d) || (n > 1 && !third_is_wanted(w->d)))
-            break;
+            rig_leaves_little(w->d) || nothing_is_left(w->d) || (n > 1 && !far))
+            break; /* a weak misfit does not tell three effects */
         const bool by_modes = n == 1 && linear_may_do(w->d);
         if (by_modes)
             status = diagnose_pairs_by_modes(w, err);
