@@ -279,6 +279,8 @@ static enum bf_status look_for_places(struct arguments *a, struct model *model, 
                                       struct channel_factors *factors, struct bf_error *err)
 {
     const struct record_list *fitted = &a->sets.fitted;
+    channel_factors_free(factors);
+    a->options.free_model = NULL;
     factors_or_warn(model, fitted->records, fitted->n, &a->options.predict, a->options.fitted, true, factors);
     if (factors->n == 0)
         return BF_OK;
@@ -323,6 +325,7 @@ static enum bf_status check_factors(struct arguments *a, struct model *model, st
     const bool known = fit_run(model, fitted->records, fitted->n, &how, fit, &ignored) == BF_OK;
     factors_or_warn(model, fitted->records, fitted->n, &a->options.predict, known ? fit : NULL, false, factors);
     a->options.fitted = known && factors->n == 0 ? fit : NULL;
+    a->options.free_model = factors->n == 0 && factors->free_model.modes > 0 ? &factors->free_model : NULL;
     return take_factors(a, factors, model, err);
 }
 

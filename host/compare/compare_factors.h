@@ -9,6 +9,7 @@
 #include "estimate/estimate.h"
 #include "ground/ground.h"
 #include "model/model.h"
+#include "noise/noise.h"
 #include "record/record.h"
 
 /*
@@ -49,6 +50,7 @@ struct channel_factor {
 struct channel_factors {
     size_t n;
     struct channel_factor *all;
+    struct attainable free_model; /* of model and records as they were, if it was asked for on the way; else it has no modes */
 };
 
 /*

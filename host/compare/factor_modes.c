@@ -35,19 +35,20 @@ static bool path_agrees(const struct model *model, const struct measured_modes *
 }
 
 bool factor_modes_agree(const struct model *model, const struct record records[], size_t n_records,
-                        const struct predict_options *options)
+                        const struct predict_options *options, struct attainable *attainable)
 {
-    struct attainable attainable;
     struct bf_error ignored;
     struct model own;
     double left;
-    if (attainable_find(model, records, n_records, NULL, &attainable, &ignored) != BF_OK)
+    if (attainable_find(model, records, n_records, NULL, attainable, &ignored) != BF_OK) {
+        attainable_free(attainable);
         return false;
-    struct measured_modes modes = measured_modes_of(&attainable, records, n_records);
+    }
+    struct measured_modes modes = measured_modes_of(attainable, records, n_records);
     const size_t n_paths = modes.n_outputs * modes.n_inputs;
     double complex *fitted = bf_alloc(modes.n * n_paths + 1, sizeof *fitted);
     const struct modal_options how = {.predict = *options, .fitted = fitted};
-    bool agree = attainable.nrmse < limits.floor && modes.n > 1 && model_copy(model, &own, &ignored) == BF_OK;
+    bool agree = attainable->nrmse < limits.floor && modes.n > 1 && model_copy(model, &own, &ignored) == BF_OK;
     if (agree) {
         agree = refit_to_modes(&own, &modes, &how, &left, &ignored) == BF_OK;
         model_free(&own);
@@ -55,7 +56,6 @@ bool factor_modes_agree(const struct model *model, const struct record records[]
     for (size_t path = 0; path < n_paths && agree; path++)
         agree = path_agrees(model, &modes, fitted, path);
     measured_modes_free(&modes);
-    attainable_free(&attainable);
     free(fitted);
     return agree;
 }

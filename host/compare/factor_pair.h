@@ -46,10 +46,10 @@ enum bf_status factor_errors(const struct model *model, const struct record reco
 
 /*
  * A free linear model has found the modes of the records, and this model, fitted to those, answers each input at each output with their sign and within a factor of two
- * of their size: no channel has a wrong sign, unit or name. False where that is not settled. Cost: attainable_find().
+ * of their size: no channel has a wrong sign, unit or name. False where that is not settled. Cost: attainable_find(), which *attainable is from; to be freed.
  */
 bool factor_modes_agree(const struct model *model, const struct record records[], size_t n_records,
-                        const struct predict_options *options);
+                        const struct predict_options *options, struct attainable *attainable);
 
 /* ---- factor_check.c ---- */
 

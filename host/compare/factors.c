@@ -342,7 +342,8 @@ static enum bf_status find(struct search *s, bool places, struct channel_factors
     bool any = false;
     s->given = bf_alloc(s->n_records * s->model->n_outputs + 1, sizeof *s->given);
     enum bf_status status = factor_errors(s->model, s->records, s->n_records, s->options, s->fitted, s->given, err);
-    if (status || all_fit(s) || (!places && factor_modes_agree(s->model, s->records, s->n_records, s->options)))
+    if (status || all_fit(s) ||
+        (!places && factor_modes_agree(s->model, s->records, s->n_records, s->options, &out->free_model)))
         return status;
     status = suspected_time(s, &s->time_factor, err);
     if (!status)
@@ -382,5 +383,6 @@ enum bf_status channel_factors_find(const struct model *model, const struct reco
 void channel_factors_free(struct channel_factors *factors)
 {
     free(factors->all);
+    attainable_free(&factors->free_model);
     *factors = (struct channel_factors){0};
 }

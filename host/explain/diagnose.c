@@ -216,7 +216,9 @@ static void find_attainable(struct diagnose_state *w)
     set_progress(w, part_baseline, "a free linear model");
     for (size_t c = 0; c < d->n_channels; c++)
         noise[d->baseline.fit.channels[c].record * n_outputs + d->baseline.fit.channels[c].output] = d->noise[c].rms;
-    if (attainable_find(d->model, d->records, d->n_records, noise, &d->attainable, &ignored) != BF_OK)
+    if (w->options->free_model != NULL)
+        d->attainable = attainable_copy(w->options->free_model);
+    else if (attainable_find(d->model, d->records, d->n_records, noise, &d->attainable, &ignored) != BF_OK)
         attainable_free(&d->attainable);
     (void)attainable_each(d->model, d->records, d->n_records, noise, &d->attainable, &ignored);
     (void)attainable_check(d->model, d->records, d->n_records, noise, d->checks, d->n_checks, &d->attainable, &ignored);

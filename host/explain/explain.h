@@ -38,6 +38,7 @@ struct diagnose_options {
     bool quiet;
     struct predict_options predict;
     const struct fit_result *fitted; /* of the model to the records, as fit_run() without a search; NULL: fitted here */
+    const struct attainable *free_model; /* of model and records, as attainable_find(); NULL: found here */
 };
 
 /* Residual and errors of one model on one set of records. */

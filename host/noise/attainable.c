@@ -64,6 +64,24 @@ enum bf_status attainable_find(const struct model *model, const struct record re
     return status;
 }
 
+static void *copy_of(const void *from, size_t n, size_t size)
+{
+    void *to = bf_alloc(n + 1, size);
+    if (n > 0)
+        memcpy(to, from, n * size);
+    return to;
+}
+
+struct attainable attainable_copy(const struct attainable *attainable)
+{
+    struct attainable out = *attainable;
+    const size_t n_residues = out.modes * out.n_outputs * out.n_inputs;
+    out.poles = copy_of(out.poles, out.modes, sizeof *out.poles);
+    out.residue = copy_of(out.residue, n_residues, sizeof *out.residue);
+    out.channels = copy_of(out.channels, out.n_channels, sizeof *out.channels);
+    return out;
+}
+
 void attainable_free(struct attainable *attainable)
 {
     free(attainable->poles), free(attainable->residue);

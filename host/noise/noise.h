@@ -362,6 +362,8 @@ struct attainable {
 enum bf_status attainable_find(const struct model *model, const struct record records[], size_t n_records,
                                const double noise_rms[], struct attainable *out, struct bf_error *err);
 void attainable_free(struct attainable *attainable);
+/* An own copy of all of it; to be freed, too. */
+struct attainable attainable_copy(const struct attainable *attainable);
 
 /*
  * held_out_noise_ratio: what the free linear model of the records leaves of others, its poles, the residues that are best for the records,

@@ -244,12 +244,19 @@ static void the_modes_settle_that_no_channel_is_wrong(void **state)
     const struct predict_options options = {.quiet = true};
     struct model model = model_at("0.28");
     struct record right = hit("effect tip_mass mass_kg=0.02");
-    assert_true(factor_modes_agree(&model, &right, 1, &options));
+    struct attainable attainable;
+    assert_true(factor_modes_agree(&model, &right, 1, &options, &attainable));
+    struct attainable copy = attainable_copy(&attainable);
+    assert_true(copy.modes > 1 && copy.poles != attainable.poles && copy.residue != attainable.residue);
+    assert_memory_equal(copy.poles, attainable.poles, copy.modes * sizeof *copy.poles);
+    attainable_free(&copy);
+    attainable_free(&attainable);
     for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
         struct record record = copy_of(&right);
         scale(&record, wrong[i].column, wrong[i].by);
-        if (factor_modes_agree(&model, &record, 1, &options))
+        if (factor_modes_agree(&model, &record, 1, &options, &attainable))
             fail_msg("%s times %g is taken for right", wrong[i].column, wrong[i].by);
+        attainable_free(&attainable);
         record_free(&record);
     }
     record_free(&right);
