@@ -50,7 +50,8 @@ struct channel_factor {
 struct channel_factors {
     size_t n;
     struct channel_factor *all;
-    struct attainable free_model; /* of model and records as they were, if it was asked for on the way; else it has no modes */
+    struct attainable
+        free_model; /* of model and records as they were, if it was asked for on the way; else it has no modes */
 };
 
 /*
