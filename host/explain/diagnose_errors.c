@@ -193,15 +193,27 @@ static bool is_near_floor(const struct diagnosis *d, const struct hypothesis *h)
     return d->attainable.modes == 0 || h->fitted.noise_ratio <= search_limits.alike * diagnose_floor(d);
 }
 
-/* A spring that attracts explains nothing: what it stands for is still to be found. */
-bool diagnose_explained(const struct diagnosis *d, size_t n_effects)
+typedef bool judgement(const struct diagnosis *d, const struct hypothesis *h);
+
+/* Of the hypotheses with so many effects one is that, and no stand-in: a spring that attracts explains nothing, what it stands for is still to be found. */
+static bool any_is(const struct diagnosis *d, size_t n_effects, judgement *is)
 {
     for (size_t i = 0; i < d->n_hypotheses; i++) {
         const struct hypothesis *h = &d->hypotheses[i];
-        if (h->n_effects == n_effects && h->explains && is_near_floor(d, h) && !is_stand_in(h))
+        if (h->n_effects == n_effects && !is_stand_in(h) && is(d, h))
             return true;
     }
     return false;
+}
+
+static bool explains(const struct diagnosis *d, const struct hypothesis *h)
+{
+    return h->explains && is_near_floor(d, h);
+}
+
+bool diagnose_explained(const struct diagnosis *d, size_t n_effects)
+{
+    return any_is(d, n_effects, explains);
 }
 
 bool diagnose_has_ended(const struct diagnosis *d, const struct beam_effect *effect)
@@ -223,12 +235,7 @@ bool hypothesis_takes_nearly_all(const struct diagnosis *d, const struct hypothe
 
 bool diagnose_far_ahead(const struct diagnosis *d, size_t n_effects)
 {
-    for (size_t i = 0; i < d->n_hypotheses; i++) {
-        const struct hypothesis *h = &d->hypotheses[i];
-        if (h->n_effects == n_effects && hypothesis_takes_nearly_all(d, h) && !is_stand_in(h))
-            return true;
-    }
-    return diagnose_explained(d, n_effects);
+    return any_is(d, n_effects, hypothesis_takes_nearly_all) || diagnose_explained(d, n_effects);
 }
 
 bool diagnose_predicts_as_linear(const struct diagnosis *d, const struct hypothesis *h)
@@ -244,24 +251,20 @@ bool hypothesis_is_answer(const struct diagnosis *d, const struct hypothesis *h)
 
 bool diagnose_has_answer(const struct diagnosis *d, size_t n_effects)
 {
-    for (size_t i = 0; i < d->n_hypotheses; i++) {
-        const struct hypothesis *h = &d->hypotheses[i];
-        if (h->n_effects == n_effects && !is_stand_in(h) && hypothesis_is_answer(d, h))
-            return true;
-    }
-    return false;
+    return any_is(d, n_effects, hypothesis_is_answer);
+}
+
+/* It has come near the noise, and takes as much of the fitted records as an answer does. */
+static bool is_nearly_there(const struct diagnosis *d, const struct hypothesis *h)
+{
+    const bool near = !diagnose_is_far(h) && !(h->check.noise_ratio > search_limits.far);
+    return near &&
+           hypothesis_excess(&h->fitted) <= (1.0 - search_limits.answer) * hypothesis_misfit(&d->baseline.fitted);
 }
 
 bool diagnose_nearly_there(const struct diagnosis *d, size_t n_effects)
 {
-    for (size_t i = 0; i < d->n_hypotheses; i++) {
-        const struct hypothesis *h = &d->hypotheses[i];
-        const bool near = !diagnose_is_far(h) && !(h->check.noise_ratio > search_limits.far);
-        if (h->n_effects == n_effects && near && !is_stand_in(h) &&
-            hypothesis_excess(&h->fitted) <= (1.0 - search_limits.answer) * hypothesis_misfit(&d->baseline.fitted))
-            return true;
-    }
-    return diagnose_far_ahead(d, n_effects);
+    return any_is(d, n_effects, is_nearly_there) || diagnose_far_ahead(d, n_effects);
 }
 
 double diagnose_best_left(const struct diagnosis *d, size_t n_effects)
