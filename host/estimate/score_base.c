@@ -14,7 +14,8 @@ static const double at_bound = 1e-9;  /* closer than this to a bound (in x) an u
  * than this many times its value. A step down means that it is held at 0, a step up that the search stopped too early.
  */
 static const double far_step = 5.0;
-static const double seen = 0.1; /* of the residual: from where a vanished parameter is found again */
+static const double cancelled = 1e-3; /* of a column: what the baseline absorbs all but this of is projected twice */
+static const double seen = 0.1;       /* of the residual: from where a vanished parameter is found again */
 
 /* rows[n_rows] in units of the noise -> whitened by the colour of each channel. */
 static void whiten(const struct score_base *base, double rows[])
@@ -44,13 +45,20 @@ static void project_states(const struct score_base *base, double x[])
     }
 }
 
+static void project_once(const struct score_base *base, double along[], double x[])
+{
+    project_states(base, x);
+    take_out(base->n_all, base->rank, base->absorbed, along, x);
+}
+
+/* Twice is enough (Kahan), and once where no thousandth is left to cancel: the first leaves rounding of what was there. */
 static void project(const struct score_base *base, double x[])
 {
     double *along = bf_alloc(base->rank + 1, sizeof *along);
-    for (int pass = 0; pass < 2; pass++) { /* twice is enough (Kahan): the first leaves rounding */
-        project_states(base, x);
-        take_out(base->n_all, base->rank, base->absorbed, along, x);
-    }
+    const double before = dense_norm(base->n_all, x);
+    project_once(base, along, x);
+    if (!(dense_norm(base->n_all, x) > cancelled * before))
+        project_once(base, along, x);
     free(along);
 }
 
