@@ -89,7 +89,7 @@ static void refit_best_law(struct shortlist *s)
     diagnose_rank(s->w->d, s->w->n_tried);
 }
 
-/* By first-order score one more effect would take this share of what is left above the noise. */
+/* By first-order score one more effect would take half of what is left above the noise. */
 static enum bf_status is_promising(struct shortlist *s, bool *promising, struct bf_error *err)
 {
     enum bf_status status = BF_OK;

@@ -5,7 +5,8 @@
 
 /*
  * The words in which the rules of the search are told (docs/diagnose_search.md), each with one value everywhere. They say what is looked for next and what is left
- * alone; what is named is decided by probabilities (diagnose_decide.c).
+ * alone; what is named is decided by probabilities (diagnose_decide.c). Two are asked there, too: `more`, whether a special case does as well as what was found
+ * (diagnose_simplest.c), and `answer`, whether a nonlinear explanation is let off with the floor (diagnose_features.c).
  */
 extern const struct search_limits {
     /* Of a misfit's power, of χ²/n, or of a score that stands for one of them. */
@@ -16,7 +17,7 @@ extern const struct search_limits {
     double tenth;      /* less is little */
     double hundredth;  /* less is next to nothing */
     double thousandth; /* less is nothing */
-    /* Times a rms. */
+    /* Times an rms. */
     double mate;  /* what leaves no more does as well: class mates are told from each other above (docs/hidden.md) */
     double same;  /* likewise, where one of them is a fit that may have ended a little above its least */
     double alike; /* likewise, where the level of the noise is doubtful, too */
