@@ -146,9 +146,9 @@ static void sharpen(struct modal_road *road)
     if (road->n == 0)
         return;
     qsort(road->starts, road->n, sizeof *road->starts, by_left);
-    for (double sharpness = 10.0; sharpness <= 100.0 && road->starts[0].left < 10.0 * search_limits.half / sharpness;
+    for (double sharpness = 10.0; sharpness <= 100.0 && road->starts[0].left < 10.0 * modal_limits.nothing / sharpness;
          sharpness *= 10.0) {
-        const double most = 10.0 * search_limits.half / sharpness;
+        const double most = 10.0 * modal_limits.nothing / sharpness;
         for (size_t k = 0; k < road->n && k < MOST && road->starts[k].left < most; k++)
             fit_start(road, false, sharpness, &road->starts[k]);
         qsort(road->starts, road->n, sizeof *road->starts, by_left);

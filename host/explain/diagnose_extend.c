@@ -298,7 +298,8 @@ enum bf_status diagnose_extend(struct diagnose_state *w, const struct hypothesis
     enum bf_status status = shortlist_new(w, from, &s, err);
     if (!status && !nonlinear && given_is_wanted(s))
         status = diagnose_by_modes(w, &s->list, err);
-    if (!status && (from->n_effects > 1 || (w->answered && from->n_effects > 0)))
+    const bool third = from->n_effects > 1 && !w->options->everything;
+    if (!status && (third || (w->answered && from->n_effects > 0)))
         status = is_promising(s, &worth_it, err);
     if (!status && worth_it)
         status = (nonlinear ? nonlinear_kinds : linear_kinds)(s, kinds, most, 0.3 * span, err);

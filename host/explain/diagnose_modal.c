@@ -4,7 +4,7 @@
 
 #include <stdlib.h>
 
-const struct modal_limits modal_limits = {.promises = 0.7, .same = 0.02};
+const struct modal_limits modal_limits = {.promises = 0.7, .nothing = 0.5, .same = 0.02};
 
 bool modal_is_near(const struct modal_road *road, const struct modal_start *start)
 {

@@ -8,6 +8,7 @@
 /* All that is set by hand. */
 extern const struct modal_limits {
     double promises; /* of what the model without the effect leaves of the modes: what leaves more is not refitted */
+    double nothing;  /* of what a good model may be off by: what leaves less is told from its like by sharper errors */
     double same;     /* of what the model without the effect leaves: starts that differ by less have come to one end */
 } modal_limits;
 
