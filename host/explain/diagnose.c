@@ -186,7 +186,7 @@ static enum bf_status search(struct diagnose_state *w, struct bf_error *err)
         if (w->d->n_hypotheses == 0 || !diagnose_more_wanted(w->d) || !diagnose_last_one_helped(w->d, n) ||
             rig_leaves_little(w->d) || nothing_is_left(w->d) || (n > 1 && !far))
             break; /* a weak misfit does not tell three effects */
-        const bool by_modes = n == 1 && linear_may_do(w->d);
+        const bool by_modes = n == 1 && linear_may_do(w->d) && !diagnose_modes_clear_beam(w);
         if (by_modes)
             status = diagnose_pairs_by_modes(w, err);
         if (!status && !(by_modes && diagnose_explained(w->d, 2)))
@@ -268,6 +268,10 @@ static enum bf_status confirm(struct diagnose_state *w, struct bf_error *err)
     if (!status && d->n_named > 0) {
         status = diagnose_other_places(w, part_places, err);
         d->interrupted = progress_interrupted();
+        diagnose_decide(d);
+    }
+    if (!status && d->n_named > 0 && !d->interrupted) {
+        status = diagnose_hold_supports(w, err);
         diagnose_decide(d);
     }
     if (!status && d->n_named > 0)

@@ -322,7 +322,7 @@ enum bf_status diagnose_by_modes(struct diagnose_state *w, const struct candidat
         return status;
     if (first)
         status = begin(w, &given, list, err);
-    if (!status)
+    if (!status && !diagnose_modes_clear_beam(w))
         status = refit_nearest(w->modal, err);
     if (!status && first && diagnose_modes_have_told(w) && !diagnose_explained(w->d, 1))
         status = look_at_own(w, &given, list, err);

@@ -60,6 +60,20 @@ enum bf_status diagnose_as_given(const struct model *model, struct model *out, s
     return BF_OK;
 }
 
+enum bf_status diagnose_on_given(const struct diagnosis *d, const struct hypothesis *h, struct model *out,
+                                 struct bf_error *err)
+{
+    struct model given;
+    enum bf_status status = diagnose_as_given(d->model, &given, err);
+    if (status)
+        return status;
+    status = model_copy(&h->model, out, err);
+    if (!status)
+        take_materials(&given, out);
+    model_free(&given);
+    return status;
+}
+
 /* The model as given with one effect of a hypothesis: the others are dropped, every value of the beam is as it was believed before. */
 static enum bf_status only_one(const struct hypothesis *h, const struct model *given, size_t kept, struct model *out,
                                struct bf_error *err)

@@ -2,6 +2,7 @@
 /* What the fits to the modes (diagnose_by_modes.c) say of an effect. Asked by many files, and calls none of them. */
 #include "diagnose_modal.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 const struct modal_limits modal_limits = {.promises = 0.7, .nothing = 0.5, .same = 0.02};
@@ -67,15 +68,36 @@ bool diagnose_modes_have_told_all(const struct diagnose_state *w)
     return has_told(w, search_limits.nearly_all);
 }
 
+/* Of the modes, by the model without any effect or with one that was refitted to the records. */
+static double least_left(const struct modal_road *road)
+{
+    double least = road->alone.left;
+    for (size_t k = 0; k < road->n; k++)
+        if (road->starts[k].refitted)
+            least = fmin(least, road->starts[k].left);
+    return least;
+}
+
+bool diagnose_modes_clear_beam(const struct diagnose_state *w)
+{
+    const struct hypothesis_errors *e = &w->d->baseline.fitted;
+    if (w->modal == NULL || w->modal->of != w->d->model || w->options->everything || diagnose_modes_have_told(w))
+        return false;
+    const double floor = diagnose_floor(w->d);
+    return least_left(w->modal) <= 1.0 && e->nrmse >= search_limits.fifth &&
+           floor * floor <= search_limits.half * e->noise_ratio * e->noise_ratio;
+}
+
 bool diagnose_modes_rule_out(const struct diagnose_state *w, const struct beam_effect *effect)
 {
+    const bool told = diagnose_modes_have_told(w);
     bool tried = false, near = false;
-    for (size_t k = 0; diagnose_modes_have_told(w) && k < w->modal->n; k++) {
+    for (size_t k = 0; w->modal != NULL && k < w->modal->n; k++) {
         const struct modal_start *start = &w->modal->starts[k];
         tried = tried || start->effect == effect;
         near = near || (start->effect == effect && modal_is_near(w->modal, start));
     }
-    return tried && !near;
+    return tried && ((told && !near) || diagnose_modes_clear_beam(w));
 }
 
 bool diagnose_modes_have_refitted(const struct diagnose_state *w, const struct beam_effect *effect)

@@ -100,6 +100,7 @@ static bool fit_job(struct refit_queue *queue, struct refit_job *job, int thread
     refit_into_model(d->records, d->n_records, h->fit.value, h->fit.sd, &h->model);
     h->n_added = h->fit.n_unknowns > d->baseline.fit.n_unknowns ? h->fit.n_unknowns - d->baseline.fit.n_unknowns : 1;
     h->refitted = true;
+    h->tone_replaces_mode = tone_replaces_mode(h);
     h->places_tried = job->places_tried;
     return hypothesis_measure(w, h, &err) == BF_OK;
 }

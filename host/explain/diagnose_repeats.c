@@ -52,7 +52,25 @@ static void exchange(struct hypothesis *a, struct hypothesis *b)
     *b = kept;
 }
 
-/* What was computed with more steps is the truer one, whatever it leaves; else the one with the better score, which stands first. */
+static size_t n_held(const struct hypothesis *h)
+{
+    size_t n = 0;
+    for (size_t i = h->n_base; i < h->model.n_effects; i++)
+        for (int slot = 0; slot < h->model.effects[i].effect->n_parameters; slot++)
+            n += h->model.effects[i].parameters[slot].fixed;
+    return n;
+}
+
+/*
+ * What was computed with more steps is the truer one, whatever it leaves; what explains as much with less that is free is the simpler one (a support that is held); else the one
+ * with the better score, which stands first.
+ */
+static bool is_truer(const struct hypothesis *h, const struct hypothesis *first)
+{
+    const int more = h->model.steps_per_sample - first->model.steps_per_sample;
+    return more > 0 || (more == 0 && n_held(h) > n_held(first) && diagnose_as_good(h, first));
+}
+
 void diagnose_drop_repeats(struct diagnosis *d)
 {
     size_t kept = 0;
@@ -64,7 +82,7 @@ void diagnose_drop_repeats(struct diagnosis *d)
             d->hypotheses[kept++] = d->hypotheses[i];
             continue;
         }
-        if (d->hypotheses[i].model.steps_per_sample > d->hypotheses[first].model.steps_per_sample)
+        if (is_truer(&d->hypotheses[i], &d->hypotheses[first]))
             exchange(&d->hypotheses[first], &d->hypotheses[i]);
         else
             note_place(d, &d->hypotheses[first], &d->hypotheses[i]);

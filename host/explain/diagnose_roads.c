@@ -241,10 +241,10 @@ static void refit_in_turn(struct shortlist *s, const struct model *from, struct 
         bring_to_the_end(s, from, roads, n, part);
 }
 
-/* Where the modes have told, the beam's own effects that come near them have been refitted from there, and no other will do. */
+/* Where the modes have told, the beam's own effects that come near them have been refitted from there, and no other will do; where they clear the beam, none will. */
 static void leave_known_by_modes(const struct diagnose_state *w, struct road roads[], size_t n)
 {
-    for (size_t k = 0; k < n && diagnose_modes_have_told(w); k++)
+    for (size_t k = 0; k < n; k++)
         roads[k].done = roads[k].done || diagnose_modes_rule_out(w, roads[k].candidate->effect) ||
                         diagnose_modes_have_refitted(w, roads[k].candidate->effect);
 }

@@ -99,6 +99,9 @@ enum bf_status diagnose_not_above(struct diagnose_state *w, const struct hypothe
  * `start`; what neither tells keeps its value. Free *out with model_free().
  */
 enum bf_status diagnose_as_given(const struct model *model, struct model *out, struct bf_error *err);
+/* The effects of a hypothesis on the beam of that model. Free *out with model_free(). */
+enum bf_status diagnose_on_given(const struct diagnosis *d, const struct hypothesis *h, struct model *out,
+                                 struct bf_error *err);
 
 /* The linear effects with the best first-order score, refitted from the fitted baseline. Ranks. Some tenths of a second each. */
 enum bf_status diagnose_first_look(struct diagnose_state *w, struct bf_error *err);
@@ -117,7 +120,12 @@ enum bf_status diagnose_pairs_by_modes(struct diagnose_state *w, struct bf_error
  */
 bool diagnose_modes_have_told(const struct diagnose_state *w);
 bool diagnose_modes_have_told_all(const struct diagnose_state *w);
-/* The modes have told, and this effect of the beam comes nowhere near them. */
+/*
+ * The model without any effect, or with one that takes little of the records, has the modes that were measured, within what a good model may be off by; and the records are off
+ * by far more than that could make: no effect of the beam, which acts by way of its modes alone, is what is missing.
+ */
+bool diagnose_modes_clear_beam(const struct diagnose_state *w);
+/* It was fitted to the modes; and they have told, and it comes nowhere near them, or they clear the beam. */
 bool diagnose_modes_rule_out(const struct diagnose_state *w, const struct beam_effect *effect);
 /* The modes have told, and it was refitted to the records from there. */
 bool diagnose_modes_have_refitted(const struct diagnose_state *w, const struct beam_effect *effect);
@@ -168,6 +176,9 @@ bool diagnose_last_one_helped(const struct diagnosis *d, size_t n_effects);
  */
 void diagnose_special_cases(struct diagnose_state *w);
 void diagnose_special_sets(struct diagnose_state *w);
+
+/* diagnose_support.c: the best explanation with its supports held, where it has a spring that is as stiff as one: refitted from the model as given, along the span. Ranks. A linear refit. */
+enum bf_status diagnose_hold_supports(struct diagnose_state *w, struct bf_error *err);
 
 /* diagnose_exchange.c: linear effects that alone are as good as one of the best set, in its place. Ranks. A refit each, four at most. */
 enum bf_status diagnose_exchange(struct diagnose_state *w, struct bf_error *err);

@@ -89,8 +89,9 @@ struct hypothesis {
     bool explains;             /* what it leaves of fitted and held-out records is within what is known of the noise */
     bool
         open_values; /* held-out records are above the noise, and not with values fitted to all records: `check` is with those */
-    bool rival;        /* named beside the best: the records do not tell them apart */
-    bool cross_failed; /* `check` is empty because a refit without some of the records has no value */
+    bool tone_replaces_mode; /* it has a tone, and its beam's first mode does not ring (plausible.h) */
+    bool rival;              /* named beside the best: the records do not tell them apart */
+    bool cross_failed;       /* `check` is empty because a refit without some of the records has no value */
 };
 
 /* How much of the baseline's prediction depends on how finely it is computed. */

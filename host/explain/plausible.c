@@ -8,6 +8,7 @@
 #include <math.h>
 
 #include "beam/beam.h"
+#include "estimate/estimate.h"
 
 /* Of EI or of the buckling load: up to this part nothing is said; e times as much, and more, is improbable as a normal logarithm of deviation 1. */
 static const double usual_share = 0.1;
@@ -202,8 +203,35 @@ static bool holds(const struct model *model, const struct model_effect *own)
     return false;
 }
 
+static bool has_tone(const struct hypothesis *h)
+{
+    for (size_t i = 0; i < h->n_effects; i++)
+        for (int slot = 0; slot < h->effects[i]->n_parameters; slot++)
+            if (h->effects[i]->parameters[slot].role == BEAM_ROLE_FREQUENCY)
+                return true;
+    return false;
+}
+
+bool tone_replaces_mode(const struct hypothesis *h)
+{
+    enum { MODES = 3, POINTS = 2 }; /* two motions as a whole, at most */
+    struct modes modes;
+    struct bf_error ignored;
+    double frequency_Hz[MODES];
+    if (!has_tone(h) || modes_compute(&h->model, MODES, 0.0, POINTS, &modes, &ignored) != BF_OK)
+        return false;
+    for (size_t m = 0; m < modes.n; m++)
+        frequency_Hz[m] = modes.mode[m].undamped_Hz;
+    const size_t first = modes_rigid(frequency_Hz, modes.n);
+    const bool is_dead = first < modes.n && modes.mode[first].damping_ratio >= beam_mode_limits.damping;
+    modes_free(&modes);
+    return is_dead;
+}
+
 const char *stand_in_reason(const struct hypothesis *h)
 {
+    if (h->tone_replaces_mode)
+        return "the first mode of its beam does not ring: the tone does in its place";
     for (size_t i = 0; i < h->n_effects && h->n_base + i < h->model.n_effects; i++) {
         const struct model_effect *own = &h->model.effects[h->n_base + i];
         if (attracts(&h->model, own))

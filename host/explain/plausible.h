@@ -14,9 +14,12 @@ double implausible_nats(const struct diagnosis *d, const struct hypothesis *h);
 /* A mode's amplitude falls by a tenth and more within the longest record; a tone that does not is driven by something. */
 bool diagnose_decays(const struct diagnosis *d, double frequency_Hz, double damping_ratio);
 
+/* It has a tone, and a beam whose first bending mode is damped by more than any beam's. Cost: the modes of its beam, some milliseconds, where it has a tone. */
+bool tone_replaces_mode(const struct hypothesis *h);
+
 /*
  * One of its effects is, at its fitted values, a spring at a point that attracts (a magnet, or, nearly always, a stand-in for something else), a mass
- * that holds the beam, or a drive's hysteresis without a loop.
+ * that holds the beam, a drive's hysteresis without a loop, or a tone in the place of a mode.
  */
 bool is_stand_in(const struct hypothesis *h);
 /* Why it is one, for a person; NULL: it is none. */

@@ -77,6 +77,8 @@ static void add_effect(struct diagnose_next *next, const struct hypothesis *h, s
         put_value(out, own, j);
         if (effect_parameter_is_held(info) && !own->parameters[j].fixed && !own->by_record[j])
             (void)fprintf(out, " --free %s", info->name);
+        else if (!effect_parameter_is_held(info) && own->parameters[j].fixed)
+            (void)fprintf(out, " --fix %s", info->name);
     }
     (void)fprintf(out, " -o added%zu.yaml", i + 1);
     end(next, out);
