@@ -174,7 +174,7 @@ static enum bf_status add_channel(struct search *s, const struct channel *c, dou
     fill_measured(c, r);
     enum bf_status status = dense_least_squares(rows, m, A, r, dependent, x, NULL, err);
     if (status == BF_OK)
-        status = dense_orthonormal(rows, m, A, dependent, Q, &rank, err);
+        status = dense_orthonormal(rows, m, A, dependent, Q, NULL, &rank, err);
     if (status == BF_OK) {
         leave_perpendicular(rows, rank, Q, 1, r);
         s->cost += dense_dot(rows, r, r);

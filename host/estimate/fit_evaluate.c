@@ -65,13 +65,12 @@ static void gather(const struct fit_problem *p, const struct prediction *y, size
 /* Coefficients c = argmin ‖A c − target‖ through Q: min ‖QᵀA c − Qᵀ target‖. */
 static enum bf_status solve_part(struct linear_part *part, const double target[], struct bf_error *err)
 {
-    enum bf_status status = dense_orthonormal(part->m, part->n, part->A, dependent, part->Q, &part->rank, err);
-    if (status || part->rank == 0)
-        return status;
-    double *QA = bf_alloc(part->rank * part->n, sizeof *QA), *Qb = bf_alloc(part->rank, sizeof *Qb);
-    dense_gemm(true, false, part->rank, part->n, part->m, 1.0, part->Q, part->A, 0.0, QA);
-    dense_gemv(true, part->m, part->rank, 1.0, part->Q, target, 0.0, Qb);
-    status = dense_least_squares(part->rank, part->n, QA, Qb, dependent, part->c, NULL, err);
+    double *QA = bf_alloc(part->n * part->n, sizeof *QA), *Qb = bf_alloc(part->n, sizeof *Qb);
+    enum bf_status status = dense_orthonormal(part->m, part->n, part->A, dependent, part->Q, QA, &part->rank, err);
+    if (!status && part->rank > 0) {
+        dense_gemv(true, part->m, part->rank, 1.0, part->Q, target, 0.0, Qb);
+        status = dense_least_squares(part->rank, part->n, QA, Qb, dependent, part->c, NULL, err);
+    }
     free(QA), free(Qb);
     return status;
 }

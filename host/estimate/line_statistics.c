@@ -21,7 +21,7 @@ static enum bf_status find_leverage(const struct fit_problem *p, double leverage
     for (size_t j = 0; j < n; j++)
         for (size_t i = 0; i < p->n_jacobian; i++)
             A[i + j * rows] = p->jacobian[i + j * p->n_jacobian];
-    const enum bf_status status = n > 0 ? dense_orthonormal(rows, n, A, dependent, Q, &rank, err) : BF_OK;
+    const enum bf_status status = n > 0 ? dense_orthonormal(rows, n, A, dependent, Q, NULL, &rank, err) : BF_OK;
     for (size_t j = 0; n > 0 && !status && j < rank; j++)
         for (size_t i = 0; i < p->lines->n_rows; i++)
             leverage[i] += pow(Q[p->n_jacobian - p->lines->n_rows + i + j * rows], 2.0);

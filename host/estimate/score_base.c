@@ -163,7 +163,7 @@ static enum bf_status record_basis(const struct score_base *base, const struct f
         kept += state_column(base, record, k == 0 ? y->y : y->nuisance + (first + k - 1) * y->n_rows, own,
                              A + kept * own->n);
     own->Q = bf_alloc(kept * own->n + 1, sizeof *own->Q);
-    const enum bf_status status = dense_orthonormal(own->n, kept, A, dependent, own->Q, &own->rank, err);
+    const enum bf_status status = dense_orthonormal(own->n, kept, A, dependent, own->Q, NULL, &own->rank, err);
     free(A);
     return status;
 }
@@ -221,7 +221,7 @@ static enum bf_status span(struct score_base *base, struct absorbent *a, struct 
     for (bool done = false; !done && !status;) {
         size_t worst = a->n;
         double furthest = far_step;
-        status = dense_orthonormal(base->n_all, a->n, a->A, dependent, base->absorbed, &base->rank, err);
+        status = dense_orthonormal(base->n_all, a->n, a->A, dependent, base->absorbed, NULL, &base->rank, err);
         if (!status)
             status = linear_step(base, a, step, err);
         for (size_t j = 0; j < a->n && !status; j++) {

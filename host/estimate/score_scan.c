@@ -69,7 +69,7 @@ static enum bf_status solve(const struct score_base *base, struct answer *a, str
     }
     a->rank = 0;
     a->LM = base->misfit - dense_dot(n_all, target, target);
-    enum bf_status status = dense_orthonormal(n_all, n, free_columns, dependent, a->Q, &a->rank, err);
+    enum bf_status status = dense_orthonormal(n_all, n, free_columns, dependent, a->Q, NULL, &a->rank, err);
     double *QS = bf_alloc(a->rank * n + 1, sizeof *QS), *delta = bf_alloc(n + 1, sizeof *delta);
     if (!status && a->rank > 0) {
         dense_gemv(true, n_all, a->rank, 1.0, a->Q, target, 0.0, a->along);

@@ -1,14 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "maths.h"
+#include "dense_tall.h"
 
 #include <cblas.h>
 #include <lapacke.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-/* Rows of a long matrix at a time. */
-enum { QR_BLOCK = 65536 };
 
 static bool all_finite(size_t count, const double x[])
 {
@@ -211,28 +209,6 @@ enum bf_status dense_svd(size_t m, size_t n, const double A[], double U[], doubl
     return info ? failed(err, "singular values", info) : BF_OK;
 }
 
-/* Of a long matrix, block by block below the triangle so far: the triangle of [R; block] is that of both, and nothing of the matrix is copied as a whole. */
-static enum bf_status triangle_by_blocks(size_t m, size_t n, const double A[], double R[], struct bf_error *err)
-{
-    const size_t most = n + QR_BLOCK;
-    double *block = bf_alloc(most * n, sizeof *block), *tau = bf_alloc(n, sizeof *tau);
-    int info = 0;
-    memset(R, 0, n * n * sizeof *R);
-    for (size_t first = 0; first < m && info == 0; first += QR_BLOCK) {
-        const size_t count = m - first < QR_BLOCK ? m - first : QR_BLOCK, rows = n + count;
-        for (size_t j = 0; j < n; j++) {
-            memcpy(block + j * rows, R + j * n, n * sizeof *R);
-            memcpy(block + j * rows + n, A + j * m + first, count * sizeof *A);
-        }
-        info = LAPACKE_dgeqrf(LAPACK_COL_MAJOR, (int)rows, (int)n, block, (int)rows, tau);
-        for (size_t j = 0; j < n; j++)
-            for (size_t i = 0; i <= j; i++)
-                R[i + j * n] = block[i + j * rows];
-    }
-    free(block), free(tau);
-    return info ? failed(err, "QR", info) : BF_OK;
-}
-
 enum bf_status dense_qr_triangle(size_t m, size_t n, const double A[], double R[], struct bf_error *err)
 {
     if (m < n)
@@ -241,8 +217,10 @@ enum bf_status dense_qr_triangle(size_t m, size_t n, const double A[], double R[
         return BF_OK;
     if (!all_finite(m * n, A))
         return not_finite(err);
-    if (m > 4 * (size_t)QR_BLOCK)
-        return triangle_by_blocks(m, n, A, R, err);
+    if (tall_is(m, n)) {
+        const int failure = tall_triangle(m, n, A, NULL, R);
+        return failure ? failed(err, "QR", failure) : BF_OK;
+    }
     double *a = copy_of(m * n, A), *tau = bf_alloc(n, sizeof *tau);
     const int info = LAPACKE_dgeqrf(LAPACK_COL_MAJOR, (int)m, (int)n, a, (int)m, tau);
     for (size_t j = 0; j < n; j++)
@@ -252,8 +230,8 @@ enum bf_status dense_qr_triangle(size_t m, size_t n, const double A[], double R[
     return info ? failed(err, "QR", info) : BF_OK;
 }
 
-enum bf_status dense_orthonormal(size_t m, size_t n, const double A[], double tolerance, double Q[], size_t *rank,
-                                 struct bf_error *err)
+enum bf_status dense_orthonormal(size_t m, size_t n, const double A[], double tolerance, double Q[], double QA[],
+                                 size_t *rank, struct bf_error *err)
 {
     *rank = 0;
     if (m < n)
@@ -262,6 +240,10 @@ enum bf_status dense_orthonormal(size_t m, size_t n, const double A[], double to
         return BF_OK;
     if (!all_finite(m * n, A))
         return not_finite(err);
+    if (tall_is(m, n)) {
+        const int failure = tall_orthonormal(m, n, A, tolerance, Q, QA, rank);
+        return failure ? failed(err, "QR with pivoting", failure) : BF_OK;
+    }
     double *tau = bf_alloc(n, sizeof *tau);
     int *pivot = bf_alloc(n, sizeof *pivot);
     memset(pivot, 0, n * sizeof *pivot);
@@ -271,11 +253,28 @@ enum bf_status dense_orthonormal(size_t m, size_t n, const double A[], double to
         const double largest = fabs(Q[0]);
         while (*rank < n && fabs(Q[*rank + *rank * m]) > tolerance * largest)
             (*rank)++;
+        if (QA != NULL)
+            take_in_order(n, m, Q, pivot, *rank, QA);
         if (*rank > 0)
             info = LAPACKE_dorgqr(LAPACK_COL_MAJOR, (int)m, (int)*rank, (int)*rank, Q, (int)m, tau);
     }
     free(tau), free(pivot);
     return info ? failed(err, "QR with pivoting", info) : BF_OK;
+}
+
+/* The triangle of a tall system has all that its rows tell of the unknowns. */
+static enum bf_status tall_least_squares(size_t m, size_t n, const double A[], const double b[], double tolerance,
+                                         double x[], size_t *rank, struct bf_error *err)
+{
+    const size_t columns = n + 1;
+    double *R = bf_alloc(columns * columns, sizeof *R), *square = bf_alloc(n * n, sizeof *square);
+    const int info = tall_triangle(m, n, A, b, R);
+    for (size_t j = 0; j < n; j++)
+        memcpy(square + j * n, R + j * columns, n * sizeof *R);
+    const enum bf_status status = info ? failed(err, "least squares", info)
+                                       : dense_least_squares(n, n, square, R + n * columns, tolerance, x, rank, err);
+    free(R), free(square);
+    return status;
 }
 
 enum bf_status dense_least_squares(size_t m, size_t n, const double A[], const double b[], double tolerance, double x[],
@@ -288,6 +287,8 @@ enum bf_status dense_least_squares(size_t m, size_t n, const double A[], const d
         return BF_OK;
     if (!all_finite(m * n, A) || !all_finite(m, b))
         return not_finite(err);
+    if (tall_is(m, n))
+        return tall_least_squares(m, n, A, b, tolerance, x, rank, err);
     const size_t most = m > n ? m : n;
     double *a = copy_of(m * n, A), *rhs = bf_alloc(most, sizeof *rhs), *s = bf_alloc(m < n ? m : n, sizeof *s);
     memcpy(rhs, b, m * sizeof *rhs);

@@ -80,10 +80,11 @@ enum bf_status dense_qr_triangle(size_t m, size_t n, const double A[], double R[
 
 /*
  * Orthonormal basis Q[m × n] of the columns of A[m × n], m ≥ n, by QR with column pivoting; columns that depend on
- * earlier ones to within `tolerance` (relative to the largest) are left out. *rank columns of Q are filled.
+ * earlier ones to within `tolerance` (relative to the largest) are left out. *rank columns of Q are filled. QA: [n × n] room for
+ * QᵀA[rank × n], which A = Q QᵀA is made of again; NULL: not wanted.
  */
-enum bf_status dense_orthonormal(size_t m, size_t n, const double A[], double tolerance, double Q[], size_t *rank,
-                                 struct bf_error *err);
+enum bf_status dense_orthonormal(size_t m, size_t n, const double A[], double tolerance, double Q[], double QA[],
+                                 size_t *rank, struct bf_error *err);
 
 /*
  * Minimum-norm x[n] of min ‖A x − b‖₂ for A[m × n], b[m]; singular values below `tolerance` times the largest count as

@@ -226,7 +226,7 @@ static void a_basis_leaves_dependent_columns_out(void **state)
     fill(M * 2, A);
     for (size_t i = 0; i < M; i++)
         A[i + 2 * M] = 2.0 * A[i] - A[i + M];
-    assert_int_equal(dense_orthonormal(M, 3, A, 1e-10, Q, &rank, &err), BF_OK);
+    assert_int_equal(dense_orthonormal(M, 3, A, 1e-10, Q, NULL, &rank, &err), BF_OK);
     assert_int_equal(rank, 2);
     for (size_t j = 0; j < 3; j++) { /* every column of A lies in the span of Q */
         double rest[M];
@@ -239,8 +239,84 @@ static void a_basis_leaves_dependent_columns_out(void **state)
         assert_true(dense_norm(M, rest) < 1e-12);
     }
     memset(A, 0, sizeof A);
-    assert_int_equal(dense_orthonormal(M, 3, A, 1e-10, Q, &rank, &err), BF_OK);
+    assert_int_equal(dense_orthonormal(M, 3, A, 1e-10, Q, NULL, &rank, &err), BF_OK);
     assert_int_equal(rank, 0);
+}
+
+/* Decays, as records have them: five of them, one nearly another, one a sum of two. [TALL][TALL_COLUMNS] */
+enum { TALL = 5000, TALL_COLUMNS = 6 };
+
+static double *tall_matrix(void)
+{
+    static const double rate[] = {1e-4, 3e-4, 1e-3, 3e-3, 3.0000003e-3};
+    double *A = bf_alloc(TALL * TALL_COLUMNS, sizeof *A);
+    for (size_t j = 0; j + 1 < TALL_COLUMNS; j++)
+        for (size_t i = 0; i < TALL; i++)
+            A[i + j * TALL] = exp(-rate[j] * (double)i);
+    for (size_t i = 0; i < TALL; i++)
+        A[i + (TALL_COLUMNS - 1) * TALL] = A[i] - 2.0 * A[i + TALL];
+    return A;
+}
+
+static void a_tall_basis_is_orthonormal_and_makes_the_columns_again(void **state)
+{
+    (void)state;
+    struct bf_error err;
+    double *A = tall_matrix(), *Q = bf_alloc(TALL * TALL_COLUMNS, sizeof *Q);
+    double QA[TALL_COLUMNS * TALL_COLUMNS], G[TALL_COLUMNS * TALL_COLUMNS], off = 0.0, far = 0.0;
+    size_t rank;
+    assert_int_equal(dense_orthonormal(TALL, TALL_COLUMNS, A, 1e-12, Q, QA, &rank, &err), BF_OK);
+    assert_int_equal(rank, TALL_COLUMNS - 1);
+    dense_gram(TALL, rank, Q, G);
+    for (size_t i = 0; i < rank; i++)
+        for (size_t j = 0; j < rank; j++)
+            off = fmax(off, fabs(G[i + j * rank] - (i == j ? 1.0 : 0.0)));
+    dense_gemm(false, false, TALL, TALL_COLUMNS, rank, 1.0, Q, QA, -1.0, A);
+    for (size_t i = 0; i < TALL * TALL_COLUMNS; i++)
+        far = fmax(far, fabs(A[i]));
+    assert_true(off < 1e-13);
+    assert_true(far < 1e-12);
+    free(A), free(Q);
+}
+
+/* The solution that the right-hand side was made of, and nothing left where columns depend on each other. */
+static void a_tall_system_is_solved(void **state)
+{
+    (void)state;
+    static const double of[] = {1.0, -2.0, 0.5, 3.0};
+    enum { INDEPENDENT = 4 };
+    struct bf_error err;
+    double *A = tall_matrix(), *b = bf_alloc(TALL, sizeof *b), x[TALL_COLUMNS], left = 0.0;
+    size_t rank;
+    dense_gemv(false, TALL, INDEPENDENT, 1.0, A, of, 0.0, b);
+    assert_int_equal(dense_least_squares(TALL, INDEPENDENT, A, b, 1e-12, x, &rank, &err), BF_OK);
+    assert_int_equal(rank, INDEPENDENT);
+    for (size_t j = 0; j < INDEPENDENT; j++)
+        assert_near(x[j], of[j], 1e-9);
+    assert_int_equal(dense_least_squares(TALL, TALL_COLUMNS, A, b, 1e-12, x, &rank, &err), BF_OK);
+    assert_int_equal(rank, TALL_COLUMNS - 1);
+    dense_gemv(false, TALL, TALL_COLUMNS, 1.0, A, x, -1.0, b);
+    for (size_t i = 0; i < TALL; i++)
+        left = fmax(left, fabs(b[i]));
+    assert_true(left < 1e-10);
+    free(A), free(b);
+}
+
+static void a_tall_triangle_has_the_gram_matrix(void **state)
+{
+    (void)state;
+    struct bf_error err;
+    double *A = tall_matrix(), R[TALL_COLUMNS * TALL_COLUMNS], G[TALL_COLUMNS * TALL_COLUMNS],
+           H[TALL_COLUMNS * TALL_COLUMNS];
+    assert_int_equal(dense_qr_triangle(TALL, TALL_COLUMNS, A, R, &err), BF_OK);
+    dense_gram(TALL, TALL_COLUMNS, A, G);
+    dense_gram(TALL_COLUMNS, TALL_COLUMNS, R, H);
+    for (size_t j = 0; j < TALL_COLUMNS; j++)
+        for (size_t i = 0; i < TALL_COLUMNS; i++) {
+            assert_near(G[i + j * TALL_COLUMNS], H[i + j * TALL_COLUMNS], 1e-9);
+            assert_true(i <= j || R[i + j * TALL_COLUMNS] == 0.0);
+        }
+    free(A);
 }
 
 static void rank_deficient_least_squares_has_minimum_norm(void **state)
@@ -266,7 +342,7 @@ static void what_is_not_finite_is_refused(void **state)
     assert_int_equal(dense_symmetric_eigen(2, A, NULL, s, NULL, &err), BF_NUMERIC);
     assert_int_equal(dense_general_eigen(2, A, values, NULL, NULL, &err), BF_NUMERIC);
     assert_int_equal(dense_svd(2, 2, A, NULL, s, NULL, &err), BF_NUMERIC);
-    assert_int_equal(dense_orthonormal(2, 2, A, 1e-10, Q, &rank, &err), BF_NUMERIC);
+    assert_int_equal(dense_orthonormal(2, 2, A, 1e-10, Q, NULL, &rank, &err), BF_NUMERIC);
     assert_int_equal(dense_qr_triangle(2, 2, A, Q, &err), BF_NUMERIC);
     assert_int_equal(dense_cholesky_solve(2, 1, A, s, &err), BF_NUMERIC);
     double one[1] = {1.0}, no_number[1] = {nan("")};
@@ -286,6 +362,9 @@ int main(void)
         cmocka_unit_test(a_wide_matrix_has_its_null_space),
         cmocka_unit_test(the_triangle_has_the_gram_matrix),
         cmocka_unit_test(a_basis_leaves_dependent_columns_out),
+        cmocka_unit_test(a_tall_basis_is_orthonormal_and_makes_the_columns_again),
+        cmocka_unit_test(a_tall_system_is_solved),
+        cmocka_unit_test(a_tall_triangle_has_the_gram_matrix),
         cmocka_unit_test(rank_deficient_least_squares_has_minimum_norm),
         cmocka_unit_test(what_is_not_finite_is_refused),
         cmocka_unit_test(triangle_of_a_long_matrix),
