@@ -59,6 +59,33 @@ static void a_baseline_that_has_come_nowhere_is_fitted_to_the_modes(void **state
     }
 }
 
+/*
+ * A clamp that shakes leaves the beam's modes as they are, and far more of the records than modes that are nearly right could: no effect of the beam is refitted. What a mass
+ * leaves, its modes tell.
+ */
+static void modes_that_are_right_clear_the_beam(void **state)
+{
+    (void)state;
+    static const char *const ids[] = {"tip_mass", "point_spring", "base_motion", NULL},
+                             *const truths[] = {
+                                 "{kind: tip_mass, mass_kg: 0.004}",
+                                 "{kind: base_motion, amplitude_mps2: 1, frequency_Hz: 45, phase_rad: 0}"};
+    for (int shaken = 0; shaken < 2; shaken++) {
+        struct bench *b = bench_new(truths[shaken], 2, LONG, 0.004, ids);
+        struct diagnose_state w = begun(b);
+        struct bf_error err;
+        find_modes(b);
+        assert_true(b->d.baseline.fitted.nrmse > 0.2);
+        extend_by_modes(&w);
+        assert_int_equal(diagnose_modes_clear_beam(&w), shaken);
+        assert_int_equal(b->d.n_hypotheses == 0, shaken);
+        assert_int_equal(diagnose_modes_rule_out(&w, b->truth.effects[0].effect), false);
+        assert_int_equal(diagnose_modes_rule_out(&w, effect_find("tip_mass", &err)), shaken);
+        state_free(&w);
+        bench_free(b);
+    }
+}
+
 /* A mass at the tip and a spring within the span: neither explains the modes alone, and the pair is found from them. */
 static void a_pair_is_found_from_the_modes(void **state)
 {
@@ -90,6 +117,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_baseline_that_has_come_nowhere_is_fitted_to_the_modes),
+        cmocka_unit_test(modes_that_are_right_clear_the_beam),
         cmocka_unit_test(a_pair_is_found_from_the_modes),
     };
     return cmocka_run_group_tests_name("diagnose by modes", tests, NULL, NULL);

@@ -250,6 +250,32 @@ static void a_mass_that_holds_the_beam_is_a_stand_in(void **state)
     }
 }
 
+/* Air that damps the first mode by a half of critical leaves the tone alone to ring there; by a twentieth it leaves the mode. Without a tone there is none to do so. */
+static void a_tone_in_the_place_of_a_mode_is_a_stand_in(void **state)
+{
+    (void)state;
+    static const char *const effects[] = {
+        "  - {kind: base_motion, amplitude_mps2: 0.1, frequency_Hz: 7, phase_rad: 0}\n",
+        "  - {kind: tip_mass, mass_kg: 0.001}\n"};
+    static const double damping_ratio[] = {0.05, 0.5};
+    for (int tone = 0; tone < 2; tone++)
+        for (int dead = 0; dead < 2; dead++) {
+            struct hypothesis h = {.n_effects = 1};
+            struct modes modes;
+            struct bf_error err;
+            fixture_model(&h.model, effects[!tone]);
+            h.effects[0] = h.model.effects[0].effect;
+            assert_int_equal(modes_compute(&h.model, 1, 0.0, 2, &modes, &err), BF_OK);
+            /* γ/(2 ρ ω), of a beam of this mass */
+            h.model.gamma.value = 4.0 * M_PI * damping_ratio[dead] * modes.mode[0].undamped_Hz *
+                                  model_mass_kg(&h.model) / h.model.length_m;
+            modes_free(&modes);
+            h.tone_replaces_mode = tone_replaces_mode(&h);
+            assert_int_equal(is_stand_in(&h), tone && dead);
+            model_free(&h.model);
+        }
+}
+
 /* The beam: EI 0.793 at most, 0.4573 m, so that it buckles at 9.4 N and a tenth of either is usual. */
 static void an_unbelievable_strength_costs(void **state)
 {
@@ -355,6 +381,7 @@ int main(void)
         cmocka_unit_test(an_unbelievable_strength_costs),
         cmocka_unit_test(a_memory_that_stays_is_bending_stiffness),
         cmocka_unit_test(a_mass_that_holds_the_beam_is_a_stand_in),
+        cmocka_unit_test(a_tone_in_the_place_of_a_mode_is_a_stand_in),
         cmocka_unit_test(a_phase_counts_where_its_channel_was_recorded),
         cmocka_unit_test(a_rigid_support_has_its_place_alone),
         cmocka_unit_test(what_pulls_at_a_free_end_is_weight),
