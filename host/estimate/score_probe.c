@@ -67,14 +67,18 @@ void probe_free(struct probe *probe)
 
 /* ---- Predictions ---- */
 
-/* At theta, free decays from the states nearest to the baseline's: y->y is the whole prediction, or y->jacobian that of the strengths. */
+/*
+ * At theta, free decays from the states nearest to the baseline's: y->y is the whole prediction, or y->jacobian that of the strengths. Those are taken where the effect does
+ * nothing, wherever it is: the states are the same at every point of the scan.
+ */
 static enum bf_status predict(struct probe *probe, bool derivatives, struct prediction *y, struct bf_error *err)
 {
     const struct score_base *base = probe->base;
     const struct predict_target target = {.weight = base->weight, .z = base->fitted};
     enum bf_status status = BF_OK;
-    if (base->has_decay)
+    if (base->has_decay && !(derivatives && probe->at_states))
         status = predictor_run_solved(probe->predictor, probe->theta, &target, y, err);
+    probe->at_states = derivatives && !status;
     if (!status && (derivatives || !base->has_decay))
         status = predictor_run(probe->predictor, probe->theta, derivatives ? probe->want : NULL, y, err);
     if (!status && y->n_rows != base->n_rows)

@@ -18,6 +18,7 @@ struct probe {
     size_t n_points; /* tried so far */
     size_t n_most;   /* columns, at most */
     double *work;    /* [n_rows] */
+    bool at_states;  /* the last prediction was at the initial states that the baseline has */
 };
 
 /* What a column of S multiplies. */
