@@ -109,6 +109,41 @@ static size_t starts_of(const struct model *model, const struct parameter_ref re
     return turns + (strength ? others_of(model, strength, starts + turns) : 0);
 }
 
+/* What the model leaves of the record from a start; infinite where it has no value. */
+static double left_from(const struct model *model, const struct record *record, const struct parameter_ref refs[],
+                        size_t n, const struct fit_options *options, const struct own_start *start)
+{
+    struct model trial;
+    struct bf_error ignored;
+    struct fit_channel_error *channels = NULL;
+    size_t n_channels;
+    double nrmse = HUGE_VAL, ratio;
+    if (model_copy(model, &trial, &ignored) != BF_OK)
+        return HUGE_VAL;
+    prepare(model, refs, n, record_base_name(record), start, &trial);
+    if (fit_errors(&trial, record, 1, options, &channels, &n_channels, &ignored) == BF_OK)
+        fit_totals(channels, n_channels, &nrmse, &ratio);
+    free(channels);
+    model_free(&trial);
+    return nrmse;
+}
+
+/* Turns alone: the misfit of a sinusoid has one minimum, which the nearest turn leads to. Returns how many starts are left, the first. */
+static size_t keep_nearest_turn(const struct model *model, const struct record *record,
+                                const struct parameter_ref refs[], size_t n, const struct fit_options *options,
+                                struct own_start starts[], size_t n_starts)
+{
+    double least = HUGE_VAL;
+    size_t nearest = 0;
+    for (size_t k = 0; k < n_starts; k++) {
+        const double left = left_from(model, record, refs, n, options, &starts[k]);
+        if (left < least)
+            least = left, nearest = k;
+    }
+    starts[0] = starts[nearest];
+    return isfinite(least) ? 1 : n_starts;
+}
+
 /* The best of the starts; *out is empty when no start has a value. */
 static enum bf_status fit_one(const struct model *model, const struct record *record, const struct parameter_ref refs[],
                               size_t n, const struct fit_options *options, struct fit_result *out, struct bf_error *err)
@@ -117,13 +152,15 @@ static enum bf_status fit_one(const struct model *model, const struct record *re
     double lowest = HUGE_VAL;
     enum bf_status status = BF_OK;
     struct own_start starts[TURNS + OTHERS];
-    const size_t n_starts = starts_of(model, refs, n, name, starts);
+    const struct fit_options own_options = {
+        .start = FIT_NEAR, .never_search = true, .quiet = true, .sigma = options->sigma, .predict = options->predict};
+    size_t n_starts = starts_of(model, refs, n, name, starts);
+    if (n_starts == TURNS && starts[TURNS - 1].other == NULL)
+        n_starts = keep_nearest_turn(model, record, refs, n, &own_options, starts, n_starts);
     *out = (struct fit_result){0};
     for (size_t k = 0; k < n_starts && !status; k++) {
         struct model trial;
         struct fit_result result;
-        const struct fit_options own_options = {
-            .start = FIT_NEAR, .never_search = true, .quiet = true, .predict = options->predict};
         status = model_copy(model, &trial, err);
         if (status)
             return status;
@@ -185,12 +222,24 @@ static enum bf_status complete(const struct model *model, const struct record *r
     return status;
 }
 
+static size_t n_channels_of(const struct model *model, const struct record *record)
+{
+    size_t n = 0;
+    for (size_t o = 0; o < model->n_outputs; o++)
+        n += record_column(record, model->outputs[o].name) != NULL;
+    return n;
+}
+
 enum bf_status own_values_find(const struct model *model, const struct record records[], size_t n_records,
                                const struct fit_options *options, struct own_values *out, struct bf_error *err)
 {
     enum bf_status status = BF_OK;
+    struct fit_options own_options = *options;
     *out = (struct own_values){.model = model};
-    for (size_t r = 0; r < n_records && !status; r++)
-        status = complete(model, &records[r], options, out, err);
+    for (size_t r = 0; r < n_records && !status; r++) {
+        status = complete(model, &records[r], &own_options, out, err);
+        if (own_options.sigma != NULL)
+            own_options.sigma += n_channels_of(model, &records[r]);
+    }
     return status;
 }
