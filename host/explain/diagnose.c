@@ -184,8 +184,8 @@ static enum bf_status search(struct diagnose_state *w, struct bf_error *err)
         const bool far = diagnose_is_far(&w->d->baseline);
         w->answered = is_answered(w->d);
         if (w->d->n_hypotheses == 0 || !diagnose_more_wanted(w->d) || !diagnose_last_one_helped(w->d, n) ||
-            rig_leaves_little(w->d) || nothing_is_left(w->d) || (n > 1 && !far))
-            break; /* a weak misfit does not tell three effects */
+            rig_leaves_little(w->d) || nothing_is_left(w->d) || (n > 1 && (!far || diagnose_explained(w->d, n))))
+            break; /* a weak misfit does not tell three effects, and what two explain needs no third */
         const bool by_modes = n == 1 && linear_may_do(w->d) && !diagnose_modes_clear_beam(w);
         if (by_modes)
             status = diagnose_pairs_by_modes(w, err);
