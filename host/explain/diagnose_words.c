@@ -94,8 +94,8 @@ static void values(FILE *out, const struct hypothesis *h)
                 (void)fprintf(out, " ± %.2g", p->sd);
             if (info->unit[0] != '\0')
                 (void)fprintf(out, " %s", info->unit);
-            if (p->fixed && info->role == BEAM_ROLE_STRENGTH)
-                (void)fprintf(out, " (held: a rigid support)");
+            if (p->fixed && info->role == BEAM_ROLE_STRENGTH && hypothesis_has_support(h, effect->effect))
+                (void)fprintf(out, p->value > 0.0 ? " (held: a rigid support)" : " (held)");
         }
     }
 }
