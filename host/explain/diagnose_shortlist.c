@@ -398,6 +398,16 @@ static size_t find_lines(const struct diagnosis *d, const struct hypothesis *fro
     return n + more;
 }
 
+/*
+ * Records that could be compared agree, unless a free linear model is far from the noise of all: one that could not be, or a level above theirs, is not linear then (a sensor that
+ * saturates in the hardest blow). Without two records that can be compared that model alone tells.
+ */
+static bool passes_for_linear(const struct diagnosis *d)
+{
+    const bool agree = d->linearity.verdict == LINEARITY_LINEAR || d->linearity.verdict == LINEARITY_ADDITIVE;
+    return (agree && !(diagnose_floor(d) > search_limits.far)) || diagnose_passes_for_linear(d);
+}
+
 enum bf_status shortlist_new(struct diagnose_state *w, const struct hypothesis *from, struct shortlist **out,
                              struct bf_error *err)
 {
@@ -416,9 +426,7 @@ enum bf_status shortlist_new(struct diagnose_state *w, const struct hypothesis *
                                               .n_lines = n_lines,
                                               .each_channel = true};
     *s = (struct shortlist){.w = w, .from = from, .n_effects = from->n_effects + 1};
-    const enum linearity_verdict verdict = w->d->linearity.verdict;
-    s->linear = diagnose_is_far(from) &&
-                (verdict == LINEARITY_LINEAR || verdict == LINEARITY_ADDITIVE || diagnose_passes_for_linear(w->d));
+    s->linear = diagnose_is_far(from) && passes_for_linear(w->d);
     return candidate_list_new(&from->model, w->d->records, w->d->n_records, &options, &s->list, err);
 }
 

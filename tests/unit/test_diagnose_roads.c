@@ -110,6 +110,28 @@ static void levels_that_agree_ask_for_no_law_beside_what_explains(void **state)
     assert_true(n_tried[0] > n_tried[1]);
 }
 
+/* Records of different level agree; where a free linear model is far from the noise all the same, one that could not be compared is not linear. */
+static void what_no_linear_model_explains_is_not_linear(void **state)
+{
+    (void)state;
+    static const char *const ids[] = {"tip_mass", "sensor_saturation", NULL};
+    static const double floors[] = {1.2, 8.0};
+    struct bench *b = bench_new("{kind: tip_mass, mass_kg: 0.004}", 2, SHORT, 0.004, ids);
+    struct diagnose_state w = begun(b);
+    b->d.linearity.verdict = LINEARITY_LINEAR;
+    b->d.attainable.modes = 3;
+    for (int i = 0; i < 2; i++) {
+        struct shortlist *s;
+        struct bf_error err;
+        b->d.attainable.noise_ratio = floors[i];
+        assert_int_equal(shortlist_new(&w, &b->d.baseline, &s, &err), BF_OK);
+        assert_int_equal(s->linear, i == 0);
+        shortlist_free(s);
+    }
+    state_free(&w);
+    bench_free(b);
+}
+
 /* Tension has explained the records; what a spring would do to these few modes is much the same, what a tip mass does is not. */
 static void a_mate_is_held_against_what_has_explained(void **state)
 {
@@ -328,6 +350,7 @@ int main(void)
         cmocka_unit_test(a_signal_that_takes_nearly_all_is_looked_at_first),
         cmocka_unit_test(what_comes_nowhere_near_the_modes_is_not_refitted),
         cmocka_unit_test(levels_that_agree_ask_for_no_law_beside_what_explains),
+        cmocka_unit_test(what_no_linear_model_explains_is_not_linear),
         cmocka_unit_test(a_mate_is_held_against_what_has_explained),
         cmocka_unit_test(a_rigid_support_is_found_at_its_place),
         cmocka_unit_test(a_rigid_support_is_held_and_a_spring_is_not),
