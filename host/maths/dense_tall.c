@@ -78,7 +78,7 @@ static void divide(size_t m, size_t n, size_t rank, const double R[], double Q[]
 static int straighten(size_t m, size_t n, size_t rank, double Q[], double R[])
 {
     double *G = bf_alloc(rank * rank, sizeof *G);
-    dense_gram(m, rank, Q, G);
+    cblas_dsyrk(CblasColMajor, CblasUpper, CblasTrans, (int)rank, (int)m, 1.0, Q, (int)m, 0.0, G, (int)rank);
     const int info = LAPACKE_dpotrf(LAPACK_COL_MAJOR, 'U', (int)rank, G, (int)rank);
     if (info == 0) {
         divide(m, rank, rank, G, Q);
