@@ -248,7 +248,8 @@ struct own_values {
  * Estimates, by least squares on each record alone with every other parameter held, the per-record parameters of which
  * the model has no value for that record. Parameters held in the model, and those that the record does not determine,
  * stay. The model is not changed and must outlive *out. Free with own_values_free(), also after a failure.
- * Cost: three short fits in few unknowns per record; nothing when no value is missing.
+ * options: sigma, where it is given, is that of the channels of all these records in turn.
+ * Cost: three predictions and a short fit in few unknowns per record for phases, a fit per start for what else is missing; nothing when no value is.
  */
 enum bf_status own_values_find(const struct model *model, const struct record records[], size_t n_records,
                                const struct fit_options *options, struct own_values *out, struct bf_error *err);

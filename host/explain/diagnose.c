@@ -194,7 +194,7 @@ static enum bf_status search(struct diagnose_state *w, struct bf_error *err)
         if (!status && !progress_interrupted())
             status = diagnose_steps(w, err);
     }
-    diagnose_rank(w->d, w->n_tried); /* what was named stood first, and the sets that were found behind it */
+    diagnose_rank(w->d, w->n_tried); /* by score: what is_answered() has named stands before the best set */
     if (!status && !progress_interrupted())
         status = diagnose_without_one(w, err);
     if (!status && !progress_interrupted())

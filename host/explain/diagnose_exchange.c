@@ -56,9 +56,9 @@ enum bf_status diagnose_exchange(struct diagnose_state *w, struct bf_error *err)
         return BF_OK;
     for (size_t e = 0; e < set->n_effects; e++) {
         const struct hypothesis *alone = best_alone(d, set->effects[e]);
-        const bool known =
-            alone != NULL && alone->explained >= search_limits.tenth; /* as well as nothing anything explains */
-        for (size_t i = 0; known && i < d->n_hypotheses && n < SEARCH_FEW; i++) {
+        /* a member that takes next to nothing alone tells of no other that it does the same */
+        const bool tells = alone != NULL && alone->explained >= search_limits.tenth;
+        for (size_t i = 0; tells && i < d->n_hypotheses && n < SEARCH_FEW; i++) {
             const struct hypothesis *other = &d->hypotheses[i];
             if (other->n_effects != 1 || hypothesis_has_law(other) || hypothesis_has(set, other->effects[0]) ||
                 !may_stand_for(w, set->effects[e], alone, other))

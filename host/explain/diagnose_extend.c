@@ -111,11 +111,6 @@ static bool leaves_next_to_nothing(const struct diagnosis *d, const struct hypot
     return left <= search_limits.more && left * left - 1.0 <= search_limits.hundredth * (before * before - 1.0);
 }
 
-static bool seems_linear(const struct diagnosis *d)
-{
-    return d->linearity.verdict == LINEARITY_LINEAR || d->linearity.verdict == LINEARITY_ADDITIVE;
-}
-
 /* The least that a law, a drive or a sensor that bends leaves, rms in units of the noise. */
 static double bent_left(const struct diagnosis *d, size_t n_effects)
 {
@@ -140,7 +135,7 @@ static double below_linear(const struct diagnosis *d)
 /* A nonlinear effect leaves clearly less than the best linear model without any physics does: no linear effect alone outdoes that. */
 static bool linear_is_out(const struct diagnosis *d, size_t n_effects)
 {
-    return !seems_linear(d) && bent_left(d, n_effects) <= below_linear(d);
+    return !diagnose_levels_agree(d) && bent_left(d, n_effects) <= below_linear(d);
 }
 
 /* Along the measured motion one law leaves next to nothing of the misfit: its refit decides before drives and sensors are looked at. */
@@ -184,7 +179,7 @@ static enum bf_status law_before_linear(struct shortlist *s, const enum effect_k
                                         double span, struct bf_error *err)
 {
     const struct diagnosis *d = s->w->d;
-    const bool may_be_a_law = given_is_wanted(s) && !seems_linear(d) && below_linear(d) > 1.0;
+    const bool may_be_a_law = given_is_wanted(s) && !diagnose_levels_agree(d) && below_linear(d) > 1.0;
     if (!may_be_a_law || diagnose_explained(d, s->n_effects))
         return BF_OK;
     enum bf_status status = shortlist_try_laws(s, err);
@@ -263,7 +258,7 @@ static enum bf_status others(struct shortlist *s, const enum effect_kind kinds[]
                explained = diagnose_explained(d, s->n_effects);
     enum bf_status status = BF_OK;
     /* with modes to spare a free linear model follows a law in records of one level: it tells a linear cause only where one comes near it */
-    if (!seems_linear(d) && !explained && !diagnose_no_linear_outdoes(d))
+    if (!diagnose_levels_agree(d) && !explained && !diagnose_no_linear_outdoes(d))
         s->linear = false;
     s->linear = s->linear || (explained && !everything && d->linearity.verdict == LINEARITY_LINEAR);
     /* a law is found as the first or the second of three, and beside another effect only where something is not linear */

@@ -90,6 +90,23 @@ bool diagnose_passes_for_linear(const struct diagnosis *d)
            diagnose_floor(d) <= limits.noise && linear_model_predicts(d);
 }
 
+bool diagnose_levels_agree(const struct diagnosis *d)
+{
+    return d->linearity.verdict == LINEARITY_LINEAR || d->linearity.verdict == LINEARITY_ADDITIVE;
+}
+
+/* A free linear model is far from the noise, and leaves more than a tenth of the misfit. */
+static bool floor_is_high(const struct diagnosis *d)
+{
+    const double floor = diagnose_floor(d), before = d->baseline.fitted.noise_ratio;
+    return floor > search_limits.far && floor * floor > search_limits.tenth * before * before;
+}
+
+bool diagnose_is_taken_for_linear(const struct diagnosis *d)
+{
+    return (diagnose_levels_agree(d) && !floor_is_high(d)) || diagnose_passes_for_linear(d);
+}
+
 bool diagnose_floor_is_doubtful(const struct diagnosis *d)
 {
     const struct hypothesis_errors *e = &d->baseline.fitted;

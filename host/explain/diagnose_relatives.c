@@ -154,6 +154,16 @@ bool hypothesis_has_support(const struct hypothesis *h, const struct beam_effect
     return false;
 }
 
+bool hypothesis_support_is_held(const struct hypothesis *h)
+{
+    for (size_t e = 0; e < h->n_effects && h->n_base + e < h->model.n_effects; e++) {
+        const int strength = effect_slot(h->effects[e], BEAM_ROLE_STRENGTH);
+        if (hypothesis_has_support(h, h->effects[e]) && h->model.effects[h->n_base + e].parameters[strength].fixed)
+            return true;
+    }
+    return false;
+}
+
 /* What is asked for, or a part of it. */
 static bool decision_has_one(const struct hypothesis *h, const struct decision *one)
 {

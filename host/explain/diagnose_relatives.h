@@ -30,6 +30,8 @@ double diagnose_large_strength(const struct beam_effect *effect, const struct mo
 double diagnose_rigid_Npm(const struct model *model);
 /* The effect is among those that the hypothesis adds, and a spring as stiff there. */
 bool hypothesis_has_support(const struct hypothesis *h, const struct beam_effect *effect);
+/* It has such a spring, whose stiffness no fit changes. */
+bool hypothesis_support_is_held(const struct hypothesis *h);
 /* It acts at a point, at the clamp, or along the axis: what somebody screws on, moves or tightens between two records. */
 bool diagnose_can_be_changed(const struct beam_effect *effect, const struct model *model);
 

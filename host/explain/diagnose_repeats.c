@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Refits of the same effects: the best stays, and notes where another place explains the records as well. */
+#include "diagnose_relatives.h"
 #include "diagnose_state.h"
 
 #include <math.h>
@@ -52,23 +53,15 @@ static void exchange(struct hypothesis *a, struct hypothesis *b)
     *b = kept;
 }
 
-static size_t n_held(const struct hypothesis *h)
-{
-    size_t n = 0;
-    for (size_t i = h->n_base; i < h->model.n_effects; i++)
-        for (int slot = 0; slot < h->model.effects[i].effect->n_parameters; slot++)
-            n += h->model.effects[i].parameters[slot].fixed;
-    return n;
-}
-
 /*
- * What was computed with more steps is the truer one, whatever it leaves; what explains as much with less that is free is the simpler one (a support that is held); else the one
- * with the better score, which stands first.
+ * What was computed with more steps is the truer one, whatever it leaves; a support that is held, where it explains as much, is the simpler one; else the one with the better
+ * score stays, which stands first.
  */
 static bool is_truer(const struct hypothesis *h, const struct hypothesis *first)
 {
     const int more = h->model.steps_per_sample - first->model.steps_per_sample;
-    return more > 0 || (more == 0 && n_held(h) > n_held(first) && diagnose_as_good(h, first));
+    const bool is_held = hypothesis_support_is_held(h) && !hypothesis_support_is_held(first);
+    return more > 0 || (more == 0 && is_held && diagnose_as_good(h, first));
 }
 
 void diagnose_drop_repeats(struct diagnosis *d)

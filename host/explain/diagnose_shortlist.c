@@ -398,23 +398,6 @@ static size_t find_lines(const struct diagnosis *d, const struct hypothesis *fro
     return n + more;
 }
 
-/* It is far from the noise, and leaves more than a tenth of the misfit. */
-static bool floor_is_high(const struct diagnosis *d)
-{
-    const double floor = diagnose_floor(d), before = d->baseline.fitted.noise_ratio;
-    return floor > search_limits.far && floor * floor > search_limits.tenth * before * before;
-}
-
-/*
- * Records that could be compared agree, unless the floor is high: one that could not be, or a level above theirs, is not linear then (a sensor that saturates in the hardest
- * blow). Without two records that can be compared the free linear model alone tells.
- */
-static bool passes_for_linear(const struct diagnosis *d)
-{
-    const bool agree = d->linearity.verdict == LINEARITY_LINEAR || d->linearity.verdict == LINEARITY_ADDITIVE;
-    return (agree && !floor_is_high(d)) || diagnose_passes_for_linear(d);
-}
-
 enum bf_status shortlist_new(struct diagnose_state *w, const struct hypothesis *from, struct shortlist **out,
                              struct bf_error *err)
 {
@@ -433,7 +416,7 @@ enum bf_status shortlist_new(struct diagnose_state *w, const struct hypothesis *
                                               .n_lines = n_lines,
                                               .each_channel = true};
     *s = (struct shortlist){.w = w, .from = from, .n_effects = from->n_effects + 1};
-    s->linear = diagnose_is_far(from) && passes_for_linear(w->d);
+    s->linear = diagnose_is_far(from) && diagnose_is_taken_for_linear(w->d);
     return candidate_list_new(&from->model, w->d->records, w->d->n_records, &options, &s->list, err);
 }
 

@@ -310,6 +310,13 @@ bool diagnose_leaves_hum(const struct hypothesis *h);
 bool diagnose_more_wanted(const struct diagnosis *d);
 /* Nothing in the records is seen to be nonlinear: a free linear model leaves the noise of all, of held-out ones too where there are any. */
 bool diagnose_passes_for_linear(const struct diagnosis *d);
+/* Records that can be compared agree with one linear system, or would without a signal that was added to one. */
+bool diagnose_levels_agree(const struct diagnosis *d);
+/*
+ * No law, drive or sensor that bends is asked for: records that can be compared agree, and the floor is not high (a record that could not be compared is not linear then: a sensor
+ * that saturates in the hardest blow); or they pass for linear.
+ */
+bool diagnose_is_taken_for_linear(const struct diagnosis *d);
 /* The baseline leaves no more than the noise, and a free linear model less by what is not known of the noise: it takes what the noise of an input has made of the modes. */
 bool diagnose_floor_is_doubtful(const struct diagnosis *d);
 /* The baseline is within what is known of the noise. */

@@ -250,9 +250,7 @@ enum bf_status dense_orthonormal(size_t m, size_t n, const double A[], double to
     memmove(Q, A, m * n * sizeof *Q);
     int info = LAPACKE_dgeqp3(LAPACK_COL_MAJOR, (int)m, (int)n, Q, (int)m, pivot, tau);
     if (info == 0) {
-        const double largest = fabs(Q[0]);
-        while (*rank < n && fabs(Q[*rank + *rank * m]) > tolerance * largest)
-            (*rank)++;
+        *rank = pivots_rank(n, m, Q, tolerance);
         if (QA != NULL)
             take_in_order(n, m, Q, pivot, *rank, QA);
         if (*rank > 0)

@@ -51,6 +51,14 @@ int tall_triangle(size_t m, size_t n, const double A[], const double b[], double
     return info;
 }
 
+size_t pivots_rank(size_t n, size_t ld, const double R[], double tolerance)
+{
+    size_t rank = 0;
+    while (rank < n && fabs(R[rank + rank * ld]) > tolerance * fabs(R[0]))
+        rank++;
+    return rank;
+}
+
 /* Pivots of R[n²], whose factor takes its place; *rank: columns that depend on others less than the tolerance. */
 static int pivot_triangle(size_t n, double tolerance, double R[], int pivot[], size_t *rank)
 {
@@ -59,10 +67,7 @@ static int pivot_triangle(size_t n, double tolerance, double R[], int pivot[], s
     const int info = LAPACKE_dgeqp3(LAPACK_COL_MAJOR, (int)n, (int)n, R, (int)n, pivot, tau);
     for (size_t j = 0; j < n; j++)
         memset(R + j * n + j + 1, 0, (n - j - 1) * sizeof *R);
-    const double largest = fabs(R[0]);
-    *rank = 0;
-    while (info == 0 && *rank < n && fabs(R[*rank + *rank * n]) > tolerance * largest)
-        (*rank)++;
+    *rank = info == 0 ? pivots_rank(n, n, R, tolerance) : 0;
     free(tau);
     return info;
 }

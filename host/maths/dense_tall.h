@@ -12,6 +12,8 @@ bool tall_is(size_t m, size_t n);
 int tall_triangle(size_t m, size_t n, const double A[], const double b[], double R[]);
 /* dense_orthonormal() of a finite A. Returns LAPACK's info. */
 int tall_orthonormal(size_t m, size_t n, const double A[], double tolerance, double Q[], double QA[], size_t *rank);
+/* Columns of R[ld × n], of a factor with pivots, that depend on those before less than the tolerance. */
+size_t pivots_rank(size_t n, size_t ld, const double R[], double tolerance);
 /* A P = Q R, R upper in the corner of R[rows × n] -> QA[rank × n] in the order of A. */
 void take_in_order(size_t n, size_t rows, const double R[], const int pivot[], size_t rank, double QA[]);
 

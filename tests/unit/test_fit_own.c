@@ -80,6 +80,36 @@ static void the_phase_of_a_held_out_record_comes_from_the_record(void **state)
     }
 }
 
+/* What the second record is weighed by is its own noise: by that of the first its channel with the hum would count for nothing. */
+static void each_record_is_weighed_by_its_own_noise(void **state)
+{
+    (void)state;
+    static const double phase[] = {0.3, -2.0};
+    struct record records[2];
+    struct model model;
+    struct own_values own;
+    struct bf_error err = {0};
+    double sigma[4], of_one[2];
+    const struct fit_options options = {.quiet = true, .sigma = sigma};
+    for (int r = 0; r < 2; r++) {
+        seed = 44 + (uint64_t)r;
+        make_record(r == 0 ? "first.csv" : "second.csv", 0.02, 1.0, &records[r], of_one);
+        add_hum(&records[r], of_one[0], phase[r]);
+        sigma[2 * r] = of_one[0], sigma[2 * r + 1] = of_one[1];
+    }
+    make_hum_model(of_one[0], &model);
+    sigma[0] *= 1e9;
+    assert_int_equal(own_values_find(&model, records, 2, &options, &own, &err), BF_OK);
+    assert_true(own.n_notes > 0);
+    const struct per_record_value *second =
+        effect_record_value(&own.model->effects[0], model.effects[0].per_record[0].parameter, "second.csv");
+    assert_non_null(second);
+    assert_near(remainder(second->value - phase[1], 2.0 * M_PI), 0.0, 0.02);
+    own_values_free(&own);
+    model_free(&model);
+    record_free(&records[0]), record_free(&records[1]);
+}
+
 static void a_value_that_the_model_has_is_kept(void **state)
 {
     (void)state;
@@ -156,6 +186,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_phase_of_a_held_out_record_comes_from_the_record),
+        cmocka_unit_test(each_record_is_weighed_by_its_own_noise),
         cmocka_unit_test(a_value_that_the_model_has_is_kept),
         cmocka_unit_test(compare_allows_for_it_and_says_so),
         cmocka_unit_test(a_mass_of_a_held_out_record_begins_at_those_of_the_others),
