@@ -172,6 +172,12 @@ static bool nothing_is_left(const struct diagnosis *d)
            diagnose_no_linear_outdoes(d);
 }
 
+/* A weak misfit tells two effects only where the first takes half of it, and no three. */
+static bool is_led(const struct diagnosis *d, size_t n)
+{
+    return n == 1 && d->hypotheses[0].explained >= search_limits.half;
+}
+
 static enum bf_status search(struct diagnose_state *w, struct bf_error *err)
 {
     const size_t most = w->options->most_effects > 0 ? w->options->most_effects : DIAGNOSE_EFFECTS;
@@ -184,9 +190,10 @@ static enum bf_status search(struct diagnose_state *w, struct bf_error *err)
         const bool far = diagnose_is_far(&w->d->baseline);
         w->answered = is_answered(w->d);
         if (w->d->n_hypotheses == 0 || !diagnose_more_wanted(w->d) || !diagnose_last_one_helped(w->d, n) ||
-            rig_leaves_little(w->d) || nothing_is_left(w->d) || (n > 1 && (!far || diagnose_explained(w->d, n))))
-            break; /* a weak misfit does not tell three effects, and what two explain needs no third */
-        const bool by_modes = n == 1 && linear_may_do(w->d) && !diagnose_modes_clear_beam(w);
+            rig_leaves_little(w->d) || nothing_is_left(w->d) || (!far && !is_led(w->d, n)) ||
+            (n > 1 && diagnose_explained(w->d, n)))
+            break; /* what two explain needs no third */
+        const bool by_modes = n == 1 && !w->answered && linear_may_do(w->d) && !diagnose_modes_clear_beam(w);
         if (by_modes)
             status = diagnose_pairs_by_modes(w, err);
         if (!status && !(by_modes && diagnose_explained(w->d, 2)))

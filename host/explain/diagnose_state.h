@@ -133,9 +133,9 @@ void diagnose_modes_free(struct diagnose_state *w);
 
 /* What is fitted with the rig free, and when the diagnosis goes on with it. */
 enum rig_trial {
-    RIG_ALONE, /* the baseline: where it comes down to the noise */
-    RIG_AND_LEADER, /* the best explanations: where one of them explains the records then, or leaves what a free linear model does */
-    RIG_AND_BEST /* the best explanations: where that lowers the misfit clearly */
+    RIG_ALONE,      /* the baseline: where it comes down to the noise */
+    RIG_AND_LEADER, /* the best explanations: where one of them explains the records then, leaves what a free linear model does, or a tenth of what was left */
+    RIG_AND_BEST    /* the best explanations: where that lowers the misfit clearly */
 };
 /*
  * diagnose_rig.c: places and gains of the channels within what a ruler and a gauge are good for. *freed: the diagnosis goes on with a model whose channels are free.

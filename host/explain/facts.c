@@ -205,9 +205,15 @@ static struct fact_weight weigh(double least, double bins, double doubt)
                                 .bins = 1.0 / (1.0 / bins + form * form + computed * computed)};
 }
 
+/* Nats of a square that is one on average where all is well. */
+static double nats_of(double square)
+{
+    return 0.5 * freedom * log1p(square / freedom);
+}
+
 static double lost(const struct fact_weight *w, double left)
 {
-    return 0.5 * freedom * log1p(w->bins * (left - w->least) / (freedom * w->unit));
+    return nats_of(w->bins * (left - w->least) / w->unit);
 }
 
 /* The hypotheses, and last the baseline. */
@@ -247,10 +253,32 @@ static void add_held_out(const struct diagnosis *d, double score[])
     }
 }
 
+/* Standard deviations of its prior that a value is off by. */
+static double off_by(const struct parameter_ref *ref)
+{
+    const double centre = ref->info->prior_value, value = ref->value;
+    if (!(ref->info->prior > 0.0) || ref->info->fixed)
+        return 0.0;
+    return (ref->info->logarithmic && value / centre > 0.0 ? log(value / centre) : value / centre - 1.0) /
+           ref->info->prior;
+}
+
+/* Each prior of the beam, its patches and channels is a fact: an explanation that has to bend what is believed is believed less. A prior that is wrong costs all alike. */
+static double strain(const struct hypothesis *h)
+{
+    struct parameter_ref *refs;
+    const size_t n = model_parameters(&h->model, NULL, 0, &refs);
+    double nats = 0.0;
+    for (size_t i = 0; i < n; i++)
+        nats += nats_of(off_by(&refs[i]) * off_by(&refs[i]));
+    free(refs);
+    return nats;
+}
+
 void facts_scores(const struct diagnosis *d, double score[])
 {
     for (size_t i = 0; i <= d->n_hypotheses; i++)
-        score[i] = 0.0;
+        score[i] = -strain(nth(d, i));
     add_fitted(d, score);
     add_held_out(d, score);
     for (size_t i = 0; i < d->n_hypotheses; i++)

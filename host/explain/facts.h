@@ -23,7 +23,7 @@ enum bf_status facts_measure(const struct diagnosis *d, const struct misfit_chan
 void facts_of_channels(struct diagnosis *d, const struct misfit_channel channels[], const double sigma[],
                        const double frequency_Hz[], size_t n_modes);
 
-/* [n_hypotheses + 1] score of each hypothesis and last of the baseline: what it loses, and its parameters' price, in nats; highest is best. */
+/* [n_hypotheses + 1] score of each hypothesis and last of the baseline: what it loses, its strain and its parameters' price, in nats; highest is best. */
 void facts_scores(const struct diagnosis *d, double score[]);
 
 /*
