@@ -115,42 +115,24 @@ static bool job_at(const struct diagnose_state *w, const struct hypothesis *from
     return true;
 }
 
-/*
- * Of what `from` leaves above the noise, the share that is in the bands in which a frequency lies: a mode that is missing, or hides beside another, leaves its misfit where it is.
- * A middle between two modes lies in both bands.
- */
-static double share_around(const struct diagnosis *d, const struct hypothesis *from, double frequency_Hz)
-{
-    static const double edge = 1.0 + 1e-6;
-    double all = 0.0, around = 0.0;
-    for (size_t f = 0; f < d->n_facts; f++) {
-        const struct fact *fact = &d->facts[f];
-        const double excess = fact->bins * fmax(from->left[f] - 1.0, 0.0);
-        all += excess;
-        if (frequency_Hz >= fact->from_Hz / edge && frequency_Hz <= fact->to_Hz * edge)
-            around += excess;
-    }
-    return all > 0.0 ? around / all : 0.0;
-}
-
 /* Where a search begins, and what came of it: χ²/n, and whether it was left unfinished. */
 struct start {
     double frequency_Hz, at_m, left;
     bool unfinished;
 };
 
-/* starts[FREQUENCIES · PLACES]: each frequency around which `from` leaves something at each place, where the effect has one. Returns how many. */
-static size_t lay_starts(const struct diagnosis *d, const struct hypothesis *from, const struct beam_effect *effect,
-                         struct start starts[])
+/* starts[FREQUENCIES · PLACES]: each frequency at each place, shares of the length, where the effect has one. Returns how many. */
+static size_t lay_starts(const struct model *model, const struct beam_effect *effect, const double mode_Hz[],
+                         size_t n_modes, const double shares[PLACES], struct start starts[])
 {
     double frequency_Hz[FREQUENCIES];
-    const size_t n_frequencies = start_frequencies(d->mode_Hz, d->n_modes, frequency_Hz);
+    const size_t n_frequencies = start_frequencies(mode_Hz, n_modes, frequency_Hz);
     const size_t n_places = effect_slot(effect, BEAM_ROLE_PLACE) >= 0 ? PLACES : 1;
-    const double last_m = model_last_place_m(d->model);
+    const double last_m = model_last_place_m(model);
     size_t n = 0;
     for (size_t f = 0; f < n_frequencies; f++)
-        for (size_t a = 0; a < n_places && share_around(d, from, frequency_Hz[f]) >= search_limits.tenth; a++)
-            starts[n++] = (struct start){.frequency_Hz = frequency_Hz[f], .at_m = places[a] * last_m, .left = HUGE_VAL};
+        for (size_t a = 0; a < n_places; a++)
+            starts[n++] = (struct start){.frequency_Hz = frequency_Hz[f], .at_m = shares[a] * last_m, .left = HUGE_VAL};
     return n;
 }
 
@@ -236,7 +218,7 @@ static void look_from_each(struct diagnose_state *w, const struct hypothesis *fr
 static void try_all(struct diagnose_state *w, const struct hypothesis *from, const struct beam_effect *effect)
 {
     struct start starts[FREQUENCIES * PLACES];
-    const size_t n = lay_starts(w->d, from, effect, starts);
+    const size_t n = lay_starts(w->d->model, effect, w->d->mode_Hz, w->d->n_modes, places, starts);
     const struct others others = others_leave(w->d);
     const double most = fmin(most_left(effect, &others), diagnose_best_left(w->d, from->n_effects + 1));
     if (!cannot_stand_out(w->d, effect, &others))
@@ -331,12 +313,10 @@ static enum bf_status try_beside_single(struct diagnose_state *w, struct bf_erro
     if (single == NULL || progress_interrupted())
         return BF_OK;
     from.n_effects = single->n_effects;
-    from.left = bf_alloc(w->d->n_facts + 1, sizeof *from.left);
-    memcpy(from.left, single->left, w->d->n_facts * sizeof *from.left);
     enum bf_status status = model_copy(&single->model, &from.model, err);
     if (!status)
         status = try_beside(w, &from, err);
-    hypothesis_free(&from);
+    model_free(&from.model);
     return status;
 }
 

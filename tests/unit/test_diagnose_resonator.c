@@ -120,7 +120,6 @@ static void nothing_is_looked_for_where_no_mode_is_missing(void **state)
     }
 }
 
-/* Typed as it is printed, the command makes the model that was found. */
 /* The free linear model has the modes of the beam, and no more: one more may hide beside one of them where a single effect comes near the records, and does not explain them. */
 static void what_may_hide_is_looked_for_where_others_come_near(void **state)
 {
@@ -154,6 +153,7 @@ static void what_may_hide_is_looked_for_where_others_come_near(void **state)
     }
 }
 
+/* Typed as it is printed, the command makes the model that was found. */
 static void assert_next_frees_the_frequency(const struct diagnosis *d)
 {
     static const struct channel_factors none;

@@ -122,6 +122,30 @@ static void parameters_have_their_price(void **state)
     assert_true(fabs(score[0] - score[1] - 2.0) < 1e-9);
 }
 
+/* One of two equals has bent a stiffness that is known to 3 % (prior: 0.03) by so many standard deviations: 2 ln(1 + z²/4). A prior that is wrong costs both alike. */
+static void what_bends_the_beam_is_believed_less(void **state)
+{
+    static const double bent[] = {0.0, 1.0, 6.0}, common[] = {0.0, 10.0};
+    (void)state;
+    for (size_t k = 0; k < 2; k++)
+        for (size_t i = 0; i < 3; i++) {
+            struct case_of_two c;
+            double score[3];
+            two(&c, 1.0, 1.0, 4.0, 200.0, 0.01);
+            for (int h = 0; h < 2; h++) {
+                fixture_model(&c.h[h].model, "");
+                struct parameter *EI = &c.h[h].model.materials[0].EI;
+                *EI = (struct parameter){.prior = 0.03, .prior_value = 0.5, .logarithmic = true};
+                EI->value = 0.5 * exp(0.03 * (h == 1 ? bent[i] + common[k] : common[k]));
+            }
+            facts_scores(&c.d, score);
+            const double z = bent[i] + common[k],
+                         expected = 2.0 * (log1p(z * z / 4.0) - log1p(common[k] * common[k] / 4.0));
+            assert_true(fabs(score[0] - score[1] - expected) < 1e-9);
+            model_free(&c.h[0].model), model_free(&c.h[1].model);
+        }
+}
+
 /* What is estimated from each record is paid for in each: a shaking clamp's phase. */
 static void a_value_for_each_record_is_paid_for_in_each(void **state)
 {
@@ -374,6 +398,7 @@ int main(void)
         cmocka_unit_test(a_doubted_noise_is_no_error_of_form),
         cmocka_unit_test(what_leaks_into_a_band_is_no_misfit_there),
         cmocka_unit_test(parameters_have_their_price),
+        cmocka_unit_test(what_bends_the_beam_is_believed_less),
         cmocka_unit_test(a_value_for_each_record_is_paid_for_in_each),
         cmocka_unit_test(a_free_beam_has_its_first_mode_after_its_motions),
         cmocka_unit_test(a_sensor_that_loses_the_first_mode_costs),
