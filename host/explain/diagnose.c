@@ -193,7 +193,7 @@ static enum bf_status search(struct diagnose_state *w, struct bf_error *err)
             rig_leaves_little(w->d) || nothing_is_left(w->d) || (!far && !is_led(w->d, n)) ||
             (n > 1 && diagnose_explained(w->d, n)))
             break; /* what two explain needs no third */
-        const bool by_modes = n == 1 && !w->answered && linear_may_do(w->d) && !diagnose_modes_clear_beam(w);
+        const bool by_modes = n == 1 && linear_may_do(w->d) && !diagnose_modes_clear_beam(w);
         if (by_modes)
             status = diagnose_pairs_by_modes(w, err);
         if (!status && !(by_modes && diagnose_explained(w->d, 2)))
