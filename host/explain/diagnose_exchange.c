@@ -51,7 +51,7 @@ enum bf_status diagnose_exchange(struct diagnose_state *w, struct bf_error *err)
     if (d->n_hypotheses == 0 || d->hypotheses[0].n_effects < 2)
         return BF_OK;
     const struct hypothesis *set = &d->hypotheses[0];
-    /* up to four such refits step through time for minutes, and what the other effects do in pairs with the law is known */
+    /* up to four such refits step through time, and what the other effects do in pairs with the law is known */
     if (set->n_effects > 2 && hypothesis_has_law(set))
         return BF_OK;
     for (size_t e = 0; e < set->n_effects; e++) {
@@ -63,7 +63,11 @@ enum bf_status diagnose_exchange(struct diagnose_state *w, struct bf_error *err)
             if (other->n_effects != 1 || hypothesis_has_law(other) || hypothesis_has(set, other->effects[0]) ||
                 !may_stand_for(w, set->effects[e], alone, other))
                 continue;
-            jobs[n] = (struct refit_job){.n_effects = set->n_effects, .n_tried = w->n_tried, .to_the_end = true};
+            /* what alone does the same changes little else: beside a law the windows would take a minute to find that */
+            jobs[n] = (struct refit_job){.n_effects = set->n_effects,
+                                         .n_tried = w->n_tried,
+                                         .to_the_end = true,
+                                         .near = hypothesis_has_law(set)};
             if (exchanged(set, set->effects[e], other, &jobs[n].model, err) == BF_OK) {
                 jobs[n].first_new = jobs[n].model.n_effects;
                 n++;
