@@ -219,12 +219,21 @@ static void leave_to_the_other_road(const struct diagnosis *d, struct road roads
                                           roads[k].left > d->baseline.fit.chi2_per_row);
 }
 
+/* What a quick look has left far above the best is given up, as the rest of its refit would be. */
+static void leave_out_of_reach(const struct shortlist *s, struct road roads[], size_t n)
+{
+    const double best = diagnose_best_left(s->w->d, s->n_effects);
+    for (size_t k = 0; k < n; k++)
+        roads[k].done = roads[k].done || sqrt(roads[k].left) > search_limits.far * fmax(best, 1.0);
+}
+
 /* Those that were left unfinished, the nearest first, until one explains the records. */
 static void bring_to_the_end(struct shortlist *s, const struct model *from, struct road roads[], size_t n, double part)
 {
     sort_by_left(roads, n);
     leave_the_same(s->w->d, roads, n);
     leave_to_the_other_road(s->w->d, roads, n);
+    leave_out_of_reach(s, roads, n);
     for (size_t k = 0; k < n && !progress_interrupted() && !diagnose_explained(s->w->d, s->n_effects);
          k += MOST_AT_ONCE) {
         if (leave_far_behind(s, roads + k, n - k) == 0)
