@@ -338,6 +338,27 @@ static void a_third_effect_is_asked_for_what_two_leave(void **state)
     bench_free(lacks);
 }
 
+/* Near the noise: hum and an offset, of which one takes most, or neither half of what they and a mass, which is not asked for, leave. */
+static void a_weak_misfit_has_a_second_effect_where_one_leads(void **state)
+{
+    (void)state;
+    static const char *const ids[] = {"mains_hum", "sensor_offset", NULL};
+    static const char *const truths[] = {
+        "{kind: mains_hum, channel: piezo_V, amplitude: 6e-5, frequency_Hz: 50}, "
+        "{kind: sensor_offset, channel: piezo_V, offset: 8e-5, drift_per_s: 0}",
+        "{kind: mains_hum, channel: piezo_V, amplitude: 6e-5, frequency_Hz: 50}, "
+        "{kind: sensor_offset, channel: piezo_V, offset: 4e-5, drift_per_s: 0}, "
+        "{kind: point_mass, mass_kg: 2e-5, at_m: 0.3}",
+    };
+    for (size_t i = 0; i < 2; i++) {
+        struct bench *b = bench_new(truths[i], 2, LONG, 0.004, ids);
+        diagnose(b, 2, 0);
+        assert_true(b->d.baseline.fitted.noise_ratio > 1.5 && b->d.baseline.fitted.noise_ratio < 3.0);
+        assert_int_equal(most_effects(&b->d), i == 0 ? 2 : 1);
+        bench_free(b);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -357,6 +378,7 @@ int main(void)
         cmocka_unit_test(a_law_that_outdoes_linear_models_comes_first),
         cmocka_unit_test(a_law_that_passes_for_linear_is_tried),
         cmocka_unit_test(a_third_effect_is_asked_for_what_two_leave),
+        cmocka_unit_test(a_weak_misfit_has_a_second_effect_where_one_leads),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
