@@ -172,10 +172,10 @@ static bool nothing_is_left(const struct diagnosis *d)
            diagnose_no_linear_outdoes(d);
 }
 
-/* A weak misfit tells two effects only where the first takes half of it, and no three. */
-static bool is_led(const struct diagnosis *d, size_t n)
+/* A weak misfit tells a second effect only where the first takes half of it, and no third. */
+static bool is_too_weak(const struct diagnosis *d, size_t n_effects)
 {
-    return n == 1 && d->hypotheses[0].explained >= search_limits.half;
+    return !diagnose_is_far(&d->baseline) && (n_effects > 1 || d->hypotheses[0].explained < search_limits.half);
 }
 
 static enum bf_status search(struct diagnose_state *w, struct bf_error *err)
@@ -187,10 +187,9 @@ static enum bf_status search(struct diagnose_state *w, struct bf_error *err)
     if (!status && !done && !progress_interrupted() && w->d->n_hypotheses > 0 && !diagnose_explained(w->d, 1))
         status = restart(w, err);
     for (size_t n = 1; n < most && !status && !done && !progress_interrupted(); n++) {
-        const bool far = diagnose_is_far(&w->d->baseline);
         w->answered = is_answered(w->d);
         if (w->d->n_hypotheses == 0 || !diagnose_more_wanted(w->d) || !diagnose_last_one_helped(w->d, n) ||
-            rig_leaves_little(w->d) || nothing_is_left(w->d) || (!far && !is_led(w->d, n)) ||
+            rig_leaves_little(w->d) || nothing_is_left(w->d) || is_too_weak(w->d, n) ||
             (n > 1 && diagnose_explained(w->d, n)))
             break; /* what two explain needs no third */
         const bool by_modes = n == 1 && linear_may_do(w->d) && !diagnose_modes_clear_beam(w);

@@ -169,22 +169,31 @@ static double next_to_nothing(const struct diagnosis *d, const struct refit_job 
     return outdone && !model_has_law(&job->model) ? (1.0 - search_limits.tenth) * before : 0.0;
 }
 
+/* χ²/n, stand-ins apart; 0: there is none with so many effects. */
+static double least_left(const struct diagnosis *d, size_t n_effects)
+{
+    double least = 0.0;
+    for (size_t i = 0; i < d->n_hypotheses; i++) {
+        const struct hypothesis *h = &d->hypotheses[i];
+        if (h->n_effects == n_effects && !is_stand_in(h))
+            least = lower(least, fmax(h->fit.chi2_per_row, 1.0));
+    }
+    return least;
+}
+
+double diagnose_out_of_reach(const struct diagnosis *d, size_t n_effects)
+{
+    return search_limits.far * search_limits.far * least_left(d, n_effects);
+}
+
 /*
- * χ²/n that is far above what the best refit with as many effects leaves, or above what the job is of any use at, or next to what the model leaves without
+ * χ²/n that is out of reach, or above what the job is of any use at, or next to what the model leaves without
  * the effect: the last digits of what takes nothing would cost as much as the search for what takes most.
  */
 static double abandon_limit(const struct diagnosis *d, const struct refit_job *job)
 {
-    const size_t n_effects = job->n_effects;
-    double best = 0.0;
-    for (size_t i = 0; i < d->n_hypotheses; i++) {
-        const struct hypothesis *h = &d->hypotheses[i];
-        const double left = fmax(h->fit.chi2_per_row, 1.0);
-        if (h->n_effects == n_effects && !is_stand_in(h) && (best == 0.0 || left < best))
-            best = left;
-    }
-    const double limit = lower(search_limits.far * search_limits.far * best, job->useless * job->useless);
-    return lower(limit, next_to_nothing(d, job, best));
+    const double limit = lower(diagnose_out_of_reach(d, job->n_effects), job->useless * job->useless);
+    return lower(limit, next_to_nothing(d, job, least_left(d, job->n_effects)));
 }
 
 static void *work(void *argument)

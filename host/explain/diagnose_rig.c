@@ -120,7 +120,7 @@ static enum bf_status make_free_side(struct diagnose_state *w, struct bf_error *
     return status == BF_NUMERIC ? BF_OK : status;
 }
 
-/* A law that the best outdoes by more than a rig makes of two explanations, or that a linear effect outdoes: its refit takes ten times as long. */
+/* A law behind a linear effect, or far behind another law: its refit steps through time, which takes seconds to minutes. */
 static bool is_dear(const struct hypothesis *h, const struct hypothesis *best)
 {
     return hypothesis_has_law(h) &&
@@ -173,13 +173,6 @@ static bool is_believed(const struct model *freed, const struct model *stated)
     return near;
 }
 
-/* Of what is left above the noise with the rig held, with the rig free. */
-static double share_left(const struct diagnosis *d, const struct diagnose_side *held)
-{
-    return least_excess(&d->baseline, d->hypotheses, d->n_hypotheses) /
-           least_excess(&held->baseline, held->hypotheses, held->n_hypotheses);
-}
-
 /* On the free side: the trial has shown that the rig is to be free. */
 static bool is_worth_it(const struct diagnosis *d, const struct diagnose_side *held, enum rig_trial trial)
 {
@@ -188,10 +181,10 @@ static bool is_worth_it(const struct diagnosis *d, const struct diagnose_side *h
         return diagnose_is_complete(d) && is_believed(&d->baseline.model, held->model);
     case RIG_AND_LEADER:
         return d->n_hypotheses > 0 && is_believed(&d->hypotheses[0].model, held->model) &&
-               (diagnose_explained(d, 1) || diagnose_no_linear_outdoes(d) ||
-                share_left(d, held) <= 1.0 - search_limits.nearly_all);
+               (diagnose_explained(d, 1) || diagnose_no_linear_outdoes(d));
     default:
-        return share_left(d, held) < 1.0 - diagnose_rig_limits.clear;
+        return least_excess(&d->baseline, d->hypotheses, d->n_hypotheses) <
+               (1.0 - diagnose_rig_limits.clear) * least_excess(&held->baseline, held->hypotheses, held->n_hypotheses);
     }
 }
 

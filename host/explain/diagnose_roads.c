@@ -222,9 +222,9 @@ static void leave_to_the_other_road(const struct diagnosis *d, struct road roads
 /* What a quick look has left far above the best is given up, as the rest of its refit would be. */
 static void leave_out_of_reach(const struct shortlist *s, struct road roads[], size_t n)
 {
-    const double best = diagnose_best_left(s->w->d, s->n_effects);
+    const double most = diagnose_out_of_reach(s->w->d, s->n_effects);
     for (size_t k = 0; k < n; k++)
-        roads[k].done = roads[k].done || sqrt(roads[k].left) > search_limits.far * fmax(best, 1.0);
+        roads[k].done = roads[k].done || (most > 0.0 && roads[k].left > most);
 }
 
 /* Those that were left unfinished, the nearest first, until one explains the records. */

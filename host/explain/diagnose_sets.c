@@ -114,8 +114,7 @@ static enum bf_status extend_roots(struct diagnose_state *w, size_t n_effects, b
     while (n < most_roots && !status && (next = next_root(d, roots, n, n_effects, stepping)) != NULL)
         status = copy_root(next, &roots[n++], err);
     for (size_t i = 0; i < n; i++) {
-        const bool wanted = i == 0 || (diagnose_is_far(&d->baseline) && !diagnose_explained(d, n_effects + 1) &&
-                                       !diagnose_has_answer(d, n_effects + 1));
+        const bool wanted = i == 0 || (diagnose_is_far(&d->baseline) && !diagnose_explained(d, n_effects + 1));
         if (!status && wanted && !progress_interrupted())
             status = diagnose_extend(w, &roots[i], most, span / (double)n, err);
         free_root(&roots[i]);

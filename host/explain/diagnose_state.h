@@ -133,9 +133,9 @@ void diagnose_modes_free(struct diagnose_state *w);
 
 /* What is fitted with the rig free, and when the diagnosis goes on with it. */
 enum rig_trial {
-    RIG_ALONE,      /* the baseline: where it comes down to the noise */
-    RIG_AND_LEADER, /* the best explanations: where one of them explains the records then, leaves what a free linear model does, or a tenth of what was left */
-    RIG_AND_BEST    /* the best explanations: where that lowers the misfit clearly */
+    RIG_ALONE, /* the baseline: where it comes down to the noise */
+    RIG_AND_LEADER, /* the best explanations: where one of them explains the records then, or leaves what a free linear model does */
+    RIG_AND_BEST /* the best explanations: where that lowers the misfit clearly */
 };
 /*
  * diagnose_rig.c: places and gains of the channels within what a ruler and a gauge are good for. *freed: the diagnosis goes on with a model whose channels are free.
@@ -262,6 +262,8 @@ double hypothesis_only_place(const struct hypothesis *h);
 
 /* diagnose_refit.c: jobs on all threads; each job that has a value becomes a hypothesis of the diagnosis. */
 void diagnose_refits(struct diagnose_state *w, struct refit_job jobs[], size_t n, double span);
+/* χ²/n that is far above what the best refit with so many effects leaves, stand-ins apart: a refit that stays above it is given up. 0: there is none. */
+double diagnose_out_of_reach(const struct diagnosis *d, size_t n_effects);
 /* The same, ranked and without repeats; a status that is not BF_OK frees the jobs and is returned. */
 enum bf_status diagnose_try(struct diagnose_state *w, struct refit_job jobs[], size_t n, enum bf_status status,
                             double span);

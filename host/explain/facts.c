@@ -253,14 +253,9 @@ static void add_held_out(const struct diagnosis *d, double score[])
     }
 }
 
-/* Standard deviations of its prior that a value is off by. */
-static double off_by(const struct parameter_ref *ref)
+static bool is_believed(const struct parameter_ref *ref)
 {
-    const double centre = ref->info->prior_value, value = ref->value;
-    if (!(ref->info->prior > 0.0) || ref->info->fixed)
-        return 0.0;
-    return (ref->info->logarithmic && value / centre > 0.0 ? log(value / centre) : value / centre - 1.0) /
-           ref->info->prior;
+    return ref->info->prior > 0.0 && !ref->info->fixed;
 }
 
 /* Each prior of the beam, its patches and channels is a fact: an explanation that has to bend what is believed is believed less. A prior that is wrong costs all alike. */
@@ -269,8 +264,10 @@ static double strain(const struct hypothesis *h)
     struct parameter_ref *refs;
     const size_t n = model_parameters(&h->model, NULL, 0, &refs);
     double nats = 0.0;
-    for (size_t i = 0; i < n; i++)
-        nats += nats_of(off_by(&refs[i]) * off_by(&refs[i]));
+    for (size_t i = 0; i < n; i++) {
+        const double away = is_believed(&refs[i]) ? sds_from_prior(refs[i].info, refs[i].value) : 0.0;
+        nats += nats_of(away * away);
+    }
     free(refs);
     return nats;
 }

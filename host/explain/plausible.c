@@ -51,6 +51,12 @@ static double beyond(double value, double usual)
     return 0.5 * log_ratio * log_ratio;
 }
 
+double sds_from_prior(const struct parameter *parameter, double value)
+{
+    const double ratio = value / parameter->prior_value;
+    return (parameter->logarithmic && ratio > 0.0 ? log(ratio) : ratio - 1.0) / parameter->prior;
+}
+
 static double longest_record_s(const struct diagnosis *d)
 {
     double longest_s = 0.0;
@@ -69,8 +75,7 @@ static double nats_of_memory(const struct diagnosis *d, const struct model *mode
     if (!(EI->prior > 0.0) || term->value.memory <= 0)
         return 0.0;
     const double stays = (double)term->value.memory * exp(-longest_record_s(d) / (double)term->value.relaxation_s);
-    const double alone = log(EI->value / EI->prior_value) / EI->prior,
-                 together = log((EI->value + stays) / EI->prior_value) / EI->prior;
+    const double alone = sds_from_prior(EI, EI->value), together = sds_from_prior(EI, EI->value + stays);
     return fmax(0.5 * (together * together - alone * alone), 0.0);
 }
 

@@ -11,6 +11,9 @@
  */
 double implausible_nats(const struct diagnosis *d, const struct hypothesis *h);
 
+/* Standard deviations of its prior, which it must have, that a parameter is off by at this value. */
+double sds_from_prior(const struct parameter *parameter, double value);
+
 /* A mode's amplitude falls by a tenth and more within the longest record; a tone that does not is driven by something. */
 bool diagnose_decays(const struct diagnosis *d, double frequency_Hz, double damping_ratio);
 

@@ -28,33 +28,27 @@ static void a_rig_that_nobody_would_believe_comes_after_single_effects(void **st
     }
 }
 
-/*
- * A mass, and a sensor nearer to the clamp than the file says: with the rig free the mass explains the records, or all but little of what it leaves with the rig held,
- * but not where a spring is there, too.
- */
+/* A mass, and a sensor nearer to the clamp than the file says: with the rig free the mass explains the records, but not where a spring is there, too. */
 static void what_leads_is_asked_with_the_rig_free(void **state)
 {
     (void)state;
     static const char *const masses[] = {"tip_mass", NULL},
                              *const truths[] = {"{kind: tip_mass, mass_kg: 0.004}",
                                                 "{kind: tip_mass, mass_kg: 0.004}, {kind: point_spring, stiffness_Npm: "
-                                                "20, damping_Nspm: 0, at_m: 0.2}",
-                                                "{kind: tip_mass, mass_kg: 0.004}, {kind: point_spring, stiffness_Npm: "
-                                                "0.5, damping_Nspm: 0, at_m: 0.2}"};
-    static const double off_m[] = {0.0015, 0.0015, 0.005};
-    for (int i = 0; i < 3; i++) {
+                                                "20, damping_Nspm: 0, at_m: 0.2}"};
+    for (int i = 0; i < 2; i++) {
         struct bench *b = bench_new(truths[i], 2, LONG, 0.005, masses);
         struct bf_error err;
         bool freed;
-        b->given.outputs[1].at_m = b->given.outputs[1].own.at.value = 0.39 - off_m[i];
+        b->given.outputs[1].at_m = b->given.outputs[1].own.at.value = 0.39 - 0.0015;
         struct diagnose_state w = begun(b);
         assert_int_equal(diagnose_first_look(&w, &err), BF_OK);
         assert_true(b->d.n_hypotheses > 0 && b->d.hypotheses[0].fitted.noise_ratio > 1.1);
         assert_int_equal(diagnose_free_rig(&w, RIG_AND_LEADER, &freed, &err), BF_OK);
-        assert_int_equal(freed, i != 1);
-        assert_int_equal(b->d.free_rig, i != 1);
-        assert_int_equal(b->d.hypotheses[0].explains, i == 0);
-        if (i != 1) {
+        assert_int_equal(freed, i == 0);
+        assert_int_equal(b->d.free_rig, i == 0);
+        if (i == 0) {
+            assert_true(b->d.hypotheses[0].explains);
             assert_true(fabs(b->d.hypotheses[0].model.effects[0].parameters[0].value / 0.004 - 1.0) < 0.03);
         }
         shortlist_free(w.looked);

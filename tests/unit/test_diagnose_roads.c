@@ -338,6 +338,27 @@ static void a_third_effect_is_asked_for_what_two_leave(void **state)
     bench_free(lacks);
 }
 
+/* Three times what the best leaves; a spring that attracts leaves less, and explains nothing; nor does a pair say what a single effect should leave. */
+static void a_stand_in_puts_nothing_out_of_reach(void **state)
+{
+    (void)state;
+    struct hypothesis h[] = {
+        {.model = make("{kind: point_spring, stiffness_Npm: -20, damping_Nspm: 0, at_m: 0.2}"), .n_effects = 1},
+        {.model = make("{kind: tip_mass, mass_kg: 0.004}"), .n_effects = 1},
+        {.model = make("{kind: point_mass, mass_kg: 0.004, at_m: 0.2}"), .n_effects = 1},
+        {.model = make("{kind: tip_mass, mass_kg: 0.004}"), .n_effects = 2},
+    };
+    static const double left[] = {1.0, 25.0, 16.0, 1.0};
+    struct diagnosis d = {.hypotheses = h};
+    for (size_t i = 0; i < 4; i++)
+        h[i].fit.chi2_per_row = left[i];
+    assert_true(diagnose_out_of_reach(&d, 1) == 0.0);
+    d.n_hypotheses = 4;
+    assert_true(diagnose_out_of_reach(&d, 1) == 9.0 * 16.0);
+    for (size_t i = 0; i < 4; i++)
+        model_free(&h[i].model);
+}
+
 /* Near the noise: hum and an offset, of which one takes most, or neither half of what they and a mass, which is not asked for, leave. */
 static void a_weak_misfit_has_a_second_effect_where_one_leads(void **state)
 {
@@ -378,6 +399,7 @@ int main(void)
         cmocka_unit_test(a_law_that_outdoes_linear_models_comes_first),
         cmocka_unit_test(a_law_that_passes_for_linear_is_tried),
         cmocka_unit_test(a_third_effect_is_asked_for_what_two_leave),
+        cmocka_unit_test(a_stand_in_puts_nothing_out_of_reach),
         cmocka_unit_test(a_weak_misfit_has_a_second_effect_where_one_leads),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
