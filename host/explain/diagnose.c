@@ -310,12 +310,16 @@ static enum bf_status look(struct diagnose_state *w, struct bf_error *err)
     return status;
 }
 
-/* At the noise, as good as any linear model, linear as far as the records tell, and no signal is added: nothing to search for. */
+/*
+ * At the noise, as good as any linear model, linear as far as the records tell, and no signal is added: nothing to search for. Nor is there where no misfit is left that
+ * an effect could explain most of, which is asked of what is named (diagnose_decide.c).
+ */
 static bool nothing_to_find(const struct diagnosis *d)
 {
+    const bool no_misfit = !(hypothesis_misfit(&d->baseline.fitted) > 0.0);
     const bool as_good = diagnose_no_linear_misses(d) || diagnose_no_linear_predicts(d) ||
                          diagnose_floor_is_doubtful(d) || d->baseline.open_values;
-    return diagnose_is_complete(d) && as_good && d->linearity.n_added == 0;
+    return diagnose_is_complete(d) && (no_misfit || (as_good && d->linearity.n_added == 0));
 }
 
 static enum bf_status stages(struct diagnose_state *w, struct bf_error *err)

@@ -33,6 +33,17 @@ static enum bf_status exchanged(const struct hypothesis *set, const struct beam_
     return status;
 }
 
+/*
+ * Alone it takes as much as the member, of the fitted and the held-out records. Beside a large cause that is in none of the two their scores tell little: a spring
+ * that stands for a tension and for a sensor's lag, too, is not where it will be once the lag is there.
+ */
+static bool takes_as_much(const struct hypothesis *other, const struct hypothesis *alone)
+{
+    return road_is_structural(other->effects[0]) == road_is_structural(alone->effects[0]) &&
+           other->fitted.noise_ratio <= search_limits.same * alone->fitted.noise_ratio &&
+           (alone->check.n_channels == 0 || other->check.noise_ratio <= search_limits.same * alone->check.noise_ratio);
+}
+
 /* Where the modes have told, an effect of the beam stands for none of the measurement, nor the reverse. */
 static bool may_stand_for(const struct diagnose_state *w, const struct beam_effect *member,
                           const struct hypothesis *alone, const struct hypothesis *other)
@@ -40,7 +51,8 @@ static bool may_stand_for(const struct diagnose_state *w, const struct beam_effe
     const bool of_beam = road_is_structural(member);
     if (diagnose_modes_have_told(w) && of_beam != road_is_structural(other->effects[0]))
         return false;
-    return diagnose_as_good(other, alone) || (of_beam && diagnose_modes_have_refitted(w, other->effects[0]));
+    return diagnose_as_good(other, alone) || takes_as_much(other, alone) ||
+           (of_beam && diagnose_modes_have_refitted(w, other->effects[0]));
 }
 
 enum bf_status diagnose_exchange(struct diagnose_state *w, struct bf_error *err)

@@ -155,33 +155,48 @@ static void refit_starts(struct diagnose_state *w, const struct hypothesis *from
         taken[k]->left = jobs[k].left, taken[k]->unfinished = jobs[k].unfinished;
 }
 
-/* Explanations in which nothing swings. */
-struct others {
-    double least;  /* that one of them leaves, in units of the noise */
-    bool explains; /* one with so few parameters as a pair leaves nothing that matters */
-};
-
-static struct others others_leave(const struct diagnosis *d)
+/* An explanation in which nothing swings, with so few parameters as a pair, leaves nothing that matters. */
+static bool others_explain(const struct diagnosis *d)
 {
-    struct others others = {.least = least_without(d)->fitted.noise_ratio};
+    bool explained = false;
     for (size_t i = 0; i < d->n_hypotheses; i++) {
         const struct hypothesis *h = &d->hypotheses[i];
-        others.explains = others.explains || (mode_of(h) == NULL && h->explains && h->n_effects <= 2);
+        explained = explained || (mode_of(h) == NULL && h->explains && h->n_effects <= 2);
     }
-    return others;
+    return explained;
 }
 
-/* Of what others leave, in units of the noise: with this effect no more than that may be left. */
-static double most_left(const struct beam_effect *effect, const struct others *others)
+/* Of the effects that a model has more than the diagnosis was given. */
+static int added_parameters(const struct diagnosis *d, const struct model *model)
 {
-    return pow(limits.lead, effect->n_parameters - 1) * others->least;
+    int n = 0;
+    for (size_t e = d->baseline.n_base; e < model->n_effects; e++)
+        n += model->effects[e].effect->n_parameters;
+    return n;
+}
+
+/*
+ * What may be left at most with this effect in a model, in units of the noise: a part less than each explanation leaves in which nothing swings, for each parameter of the effect but the
+ * strength. Those that the other has as well are no luck of this one: against three effects that together bend in as many ways an absorber need not lead.
+ */
+static double most_left(const struct diagnosis *d, const struct beam_effect *effect, int n_parameters)
+{
+    const int luck = effect->n_parameters - 1;
+    double most = pow(limits.lead, luck) * d->baseline.fitted.noise_ratio;
+    for (size_t i = 0; i < d->n_hypotheses; i++) {
+        const struct hypothesis *h = &d->hypotheses[i];
+        const int more = n_parameters - added_parameters(d, &h->model), counted = more < luck ? more : luck;
+        if (mode_of(h) == NULL)
+            most = fmin(most, pow(limits.lead, counted > 0 ? counted : 0) * h->fitted.noise_ratio);
+    }
+    return most;
 }
 
 /* What others explain it would have to outdo by so much that not even the noise would be left, nor what the best free linear model leaves. */
-static bool cannot_stand_out(const struct diagnosis *d, const struct beam_effect *effect, const struct others *others)
+static bool cannot_stand_out(const struct diagnosis *d, double most)
 {
     const double floor = d->attainable.modes > 0 ? fmin(diagnose_floor(d), 1.0) : 0.0;
-    return others->explains && most_left(effect, others) < limits.beaten * floor;
+    return others_explain(d) && most < limits.beaten * floor;
 }
 
 static int by_left(const void *a, const void *b)
@@ -219,10 +234,10 @@ static void try_all(struct diagnose_state *w, const struct hypothesis *from, con
 {
     struct start starts[FREQUENCIES * PLACES];
     const size_t n = lay_starts(w->d->model, effect, w->d->mode_Hz, w->d->n_modes, places, starts);
-    const struct others others = others_leave(w->d);
-    const double most = fmin(most_left(effect, &others), diagnose_best_left(w->d, from->n_effects + 1));
-    if (!cannot_stand_out(w->d, effect, &others))
-        look_from_each(w, from, effect, limits.part, starts, n, limits.spare * fmax(most, 1.0));
+    const double most = most_left(w->d, effect, added_parameters(w->d, &from->model) + effect->n_parameters),
+                 useful = fmin(most, diagnose_best_left(w->d, from->n_effects + 1));
+    if (!cannot_stand_out(w->d, most))
+        look_from_each(w, from, effect, limits.part, starts, n, limits.spare * fmax(useful, 1.0));
 }
 
 static double value_of(const struct model_effect *own, enum beam_role role)
@@ -231,19 +246,20 @@ static double value_of(const struct model_effect *own, enum beam_role role)
     return slot >= 0 ? own->parameters[slot].value : (double)NAN;
 }
 
-static bool stands_out(const struct hypothesis *h, const struct others *others)
+static bool stands_out(const struct diagnosis *d, const struct hypothesis *h)
 {
-    return (h->explains && !others->explains) || h->fitted.noise_ratio <= most_left(mode_of(h)->effect, others);
+    return (h->explains && !others_explain(d)) ||
+           h->fitted.noise_ratio <= most_left(d, mode_of(h)->effect, added_parameters(d, &h->model));
 }
 
-static bool is_mode(const struct diagnosis *d, const struct hypothesis *h, const struct others *others)
+static bool is_mode(const struct diagnosis *d, const struct hypothesis *h)
 {
     const struct model_effect *own = mode_of(h);
     const double f_Hz = value_of(own, BEAM_ROLE_RESONANCE);
     const double damping = resonator_damping_ratio(own->effect, value_of(own, BEAM_ROLE_LOSS), f_Hz);
     const bool heavy = !own->effect->releases_root &&
                        value_of(own, BEAM_ROLE_STRENGTH) > limits.heaviest * resonator_whole(own->effect, &h->model);
-    return stands_out(h, others) && diagnose_is_mode(d, f_Hz, damping) && !heavy &&
+    return stands_out(d, h) && diagnose_is_mode(d, f_Hz, damping) && !heavy &&
            f_Hz > limits.below_first * first_Hz(d) && f_Hz < diagnose_band_Hz(d) &&
            diagnose_modes_are_seen(d, h, limits.below_first * first_Hz(d));
 }
@@ -251,16 +267,17 @@ static bool is_mode(const struct diagnosis *d, const struct hypothesis *h, const
 /* What is no mode is no explanation either. */
 static void drop_others(struct diagnosis *d)
 {
-    const struct others others = others_leave(d);
+    bool *dropped = bf_alloc(d->n_hypotheses + 1, sizeof *dropped);
     size_t kept = 0;
-    for (size_t i = 0; i < d->n_hypotheses; i++) {
-        struct hypothesis *h = &d->hypotheses[i];
-        if (mode_of(h) != NULL && !is_mode(d, h, &others))
-            hypothesis_free(h);
+    for (size_t i = 0; i < d->n_hypotheses; i++)
+        dropped[i] = mode_of(&d->hypotheses[i]) != NULL && !is_mode(d, &d->hypotheses[i]);
+    for (size_t i = 0; i < d->n_hypotheses; i++)
+        if (dropped[i])
+            hypothesis_free(&d->hypotheses[i]);
         else
-            d->hypotheses[kept++] = *h;
-    }
+            d->hypotheses[kept++] = d->hypotheses[i];
     d->n_hypotheses = kept;
+    free(dropped);
 }
 
 /* A refit takes a limited number of steps, too few where its frequency had far to go. The best one is refitted from where it stopped. */

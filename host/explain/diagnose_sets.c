@@ -122,12 +122,17 @@ static enum bf_status extend_roots(struct diagnose_state *w, size_t n_effects, b
     return status;
 }
 
+/* A weak misfit does not show two effects; of held-out records that come of other inputs it may be strong. */
+static bool misfit_is_weak(const struct diagnosis *d)
+{
+    return !diagnose_is_far(&d->baseline) && !(d->baseline.check.noise_ratio > search_limits.far);
+}
+
 enum bf_status diagnose_one_more(struct diagnose_state *w, size_t n_effects, struct bf_error *err)
 {
     const size_t most_roots = n_effects == 1 ? PAIR_ROOTS : SET_ROOTS;
     enum bf_status status = extend_roots(w, n_effects, false, most_roots, most_pairs, 0.5 * part_pairs, err);
-    const bool far = diagnose_is_far(&w->d->baseline); /* a weak misfit does not show two effects */
-    if (!status && far && !progress_interrupted() && diagnose_more_wanted(w->d))
+    if (!status && !misfit_is_weak(w->d) && !progress_interrupted() && diagnose_more_wanted(w->d))
         status = extend_roots(w, n_effects, true, 1, most_on_law, 0.5 * part_pairs, err);
     return status;
 }
