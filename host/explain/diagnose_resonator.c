@@ -78,6 +78,14 @@ bool resonator_may_be_there(const struct diagnosis *d)
     return is_wanted(d) && diagnose_may_lack_mode(d, least_without(d));
 }
 
+/* Nothing in the records is seen to be nonlinear, or so little that a free linear model takes most of what the best single effect leaves. */
+static bool is_mostly_linear(const struct diagnosis *d)
+{
+    const double left = diagnose_best_left(d, 1), floor = diagnose_floor(d);
+    return d->linearity.verdict != LINEARITY_NONLINEAR ||
+           (d->attainable.modes > 0 && floor * floor - 1.0 <= search_limits.half * (left * left - 1.0));
+}
+
 /*
  * One that is damped as much as it differs from a mode of the beam hides beside that, and the free linear model does without it: other effects come near what is there, and
  * none of them explains it.
@@ -85,8 +93,8 @@ bool resonator_may_be_there(const struct diagnosis *d)
 static bool may_hide(const struct diagnosis *d)
 {
     const double left = diagnose_best_left(d, 1);
-    return is_wanted(d) && d->linearity.verdict != LINEARITY_NONLINEAR && !diagnose_explained(d, 1) &&
-           left < d->baseline.fitted.noise_ratio && left <= search_limits.far;
+    return is_wanted(d) && is_mostly_linear(d) && !diagnose_explained(d, 1) && left < d->baseline.fitted.noise_ratio &&
+           left <= search_limits.far;
 }
 
 /* Modes and the middles between them, the lowest first: mode_Hz[n_modes], without those of the beam as a whole. Returns how many. */
