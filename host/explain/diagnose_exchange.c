@@ -81,7 +81,7 @@ enum bf_status diagnose_exchange(struct diagnose_state *w, struct bf_error *err)
                                          .to_the_end = true,
                                          .near = hypothesis_has_law(set)};
             if (exchanged(set, set->effects[e], other, &jobs[n].model, err) == BF_OK) {
-                jobs[n].first_new = jobs[n].model.n_effects;
+                jobs[n].first_new = jobs[n].model.n_effects - 1; /* its place is free, too */
                 n++;
             }
         }

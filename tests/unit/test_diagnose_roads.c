@@ -380,6 +380,43 @@ static void a_weak_misfit_has_a_second_effect_where_one_leads(void **state)
     }
 }
 
+/*
+ * A free linear model is said to leave half of the noise, so that it outdoes the beam: where the beam leaves no more than the noise there is no misfit that an effect could
+ * explain most of, and none is tried; ten milligrams leave a little, and are looked for.
+ */
+static void without_a_misfit_nothing_is_looked_for(void **state)
+{
+    (void)state;
+    static const char *const ids[] = {"tip_mass", "mains_hum", NULL}, *const truths[] = {
+                                                                          "", "{kind: tip_mass, mass_kg: 1e-5}"};
+    struct attainable_pole poles[] = {{.frequency_Hz = 8.0, .damping_ratio = 0.01},
+                                      {.frequency_Hz = 50.0, .damping_ratio = 0.01},
+                                      {.frequency_Hz = 150.0, .damping_ratio = 0.01}};
+    const struct attainable half = {.modes = 3, .poles = poles, .nrmse = 0.002, .noise_ratio = 0.5};
+    for (int i = 0; i < 2; i++) {
+        struct bench *b = bench_new(truths[i], 6, LONG, 0.004, ids);
+        b->options.free_model = &half;
+        diagnose(b, 6, 0);
+        assert_int_equal(b->d.baseline.fitted.noise_ratio <= 1.0, i == 0);
+        assert_int_equal(b->d.n_hypotheses == 0, i == 0);
+        bench_free(b);
+    }
+}
+
+/* The misfit of the fitted record, of drag and a weak spring, is weak; held-out ones that move farther show that there are two. */
+static void held_out_records_ask_for_a_second_effect(void **state)
+{
+    (void)state;
+    static const char *const ids[] = {"quadratic_drag", "point_spring", NULL};
+    struct bench *b = bench_new("{kind: quadratic_drag, coefficient_Ns2pm3: 3}, "
+                                "{kind: point_spring, stiffness_Npm: 0.5, damping_Nspm: 0, at_m: 0.3}",
+                                2, LONG, 0.02, ids);
+    diagnose(b, 1, 1);
+    assert_true(b->d.baseline.fitted.noise_ratio < 3.0 && b->d.baseline.check.noise_ratio > 30.0);
+    assert_int_equal(most_effects(&b->d), 2);
+    bench_free(b);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -401,6 +438,8 @@ int main(void)
         cmocka_unit_test(a_third_effect_is_asked_for_what_two_leave),
         cmocka_unit_test(a_stand_in_puts_nothing_out_of_reach),
         cmocka_unit_test(a_weak_misfit_has_a_second_effect_where_one_leads),
+        cmocka_unit_test(without_a_misfit_nothing_is_looked_for),
+        cmocka_unit_test(held_out_records_ask_for_a_second_effect),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
