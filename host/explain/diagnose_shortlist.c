@@ -333,10 +333,21 @@ static void choose_laws(struct shortlist *s, size_t most, double best, struct re
     }
 }
 
+/* What a trial leaves is in units of its own weights; the share that it takes of what it is given can be compared. NULL: none is likely. */
+static const struct trial *takes_most(const struct shortlist *s, double best)
+{
+    const struct trial *most = NULL;
+    for (size_t i = 0; i < s->n_trials; i++)
+        if (law_is_likely(s, &s->trials[i], best) && (most == NULL || s->trials[i].share > most->share))
+            most = &s->trials[i];
+    return most;
+}
+
 void shortlist_choose_last(const struct shortlist *s, double best, struct refit_job **jobs, size_t *n)
 {
-    if (s->n_trials > 0 && law_is_likely(s, &s->trials[0], best) && !trial_promises(&s->trials[0], s->from))
-        (void)push_law(s, &s->trials[0], true, jobs, n);
+    const struct trial *trial = takes_most(s, best);
+    if (trial != NULL && !trial_promises(trial, s->from))
+        (void)push_law(s, trial, true, jobs, n);
 }
 
 /* Every candidate of a kind from the catalogue's start, in its own time. */
