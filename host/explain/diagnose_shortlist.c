@@ -333,21 +333,27 @@ static void choose_laws(struct shortlist *s, size_t most, double best, struct re
     }
 }
 
-/* What a trial leaves is in units of its own weights; the share that it takes of what it is given can be compared. NULL: none is likely. */
-static const struct trial *takes_most(const struct shortlist *s, double best)
+/* What a trial leaves is in units of its own weights; the share that it takes of what it is given can be compared. The likely one, but for `than`, that takes most; NULL: none is. */
+static const struct trial *takes_most(const struct shortlist *s, double best, const struct trial *than)
 {
     const struct trial *most = NULL;
-    for (size_t i = 0; i < s->n_trials; i++)
-        if (law_is_likely(s, &s->trials[i], best) && (most == NULL || s->trials[i].share > most->share))
-            most = &s->trials[i];
+    for (size_t i = 0; i < s->n_trials; i++) {
+        const struct trial *trial = &s->trials[i];
+        if (trial != than && law_is_likely(s, trial, best) && (most == NULL || trial->share > most->share))
+            most = trial;
+    }
     return most;
 }
 
 void shortlist_choose_last(const struct shortlist *s, double best, struct refit_job **jobs, size_t *n)
 {
-    const struct trial *trial = takes_most(s, best);
-    if (trial != NULL && !trial_promises(trial, s->from))
-        (void)push_law(s, trial, true, jobs, n);
+    const struct trial *first = takes_most(s, best, NULL), *second = takes_most(s, best, first);
+    if (first == NULL || trial_promises(first, s->from))
+        return;
+    (void)push_law(s, first, true, jobs, n);
+    if (second != NULL && !trial_promises(second, s->from) &&
+        second->share >= (1.0 - search_limits.fifth) * first->share)
+        (void)push_law(s, second, true, jobs, n);
 }
 
 /* Every candidate of a kind from the catalogue's start, in its own time. */

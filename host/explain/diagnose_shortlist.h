@@ -47,7 +47,7 @@ enum bf_status shortlist_job(const struct shortlist *s, size_t candidate, struct
 /* Refits of a kind, at most so many, whose candidates leave little more than `best` (rms in units of the noise), with start values. */
 void shortlist_choose(struct shortlist *s, enum effect_kind kind, size_t most, double best, struct refit_job **jobs,
                       size_t *n);
-/* The law whose trial takes the largest share, even when that leaves too much: for a nonlinear beam that nothing else explains. */
+/* The law whose trial takes the largest share, and one that takes nearly as much, even when that leaves too much: for a nonlinear beam that nothing else explains. */
 void shortlist_choose_last(const struct shortlist *s, double best, struct refit_job **jobs, size_t *n);
 
 /*
