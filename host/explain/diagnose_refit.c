@@ -14,7 +14,7 @@
 /*
  * A law that is there is found in 40 to 130 evaluations (simulated rigs; the air's drag on a measured strip in 290, beside a second effect in 420);
  * another takes up to two thousand, each a step through time, to end far off. Fewer are enough beside an explanation that leaves little, of a
- * law that promises little, and when all laws together have had twice as many.
+ * law that promises little, of one of degree one beside a linear effect that leads, and when all laws together have had twice as many.
  */
 enum { LAW_RUNS = 600, RIVAL_LAW_RUNS = 150, ALL_LAW_RUNS = 2 * LAW_RUNS };
 
@@ -196,6 +196,13 @@ static double abandon_limit(const struct diagnosis *d, const struct refit_job *j
     return lower(limit, next_to_nothing(d, job, least_left(d, job->n_effects)));
 }
 
+/* Records of different level agree, and a linear effect takes most: the laws that are left do not depend on the level, and are found soon or not at all. */
+static bool is_beside_linear(const struct diagnosis *d)
+{
+    return d->linearity.verdict == LINEARITY_LINEAR && d->n_hypotheses > 0 &&
+           effect_is_linear(d->hypotheses[0].effects[0]) && d->hypotheses[0].explained >= search_limits.half;
+}
+
 static void *work(void *argument)
 {
     struct refit_queue *queue = argument;
@@ -206,7 +213,8 @@ static void *work(void *argument)
         const size_t left = queue->n - queue->next + 1;
         const int threads = left >= (size_t)w->threads ? 1 : w->threads / (int)left;
         const double abandon_above = w->options->everything || job->to_the_end ? 0.0 : abandon_limit(w->d, job);
-        const bool rival = job->doubtful || w->law_runs >= ALL_LAW_RUNS || diagnose_nearly_there(w->d, job->n_effects);
+        const bool rival = job->doubtful || w->law_runs >= ALL_LAW_RUNS ||
+                           diagnose_nearly_there(w->d, job->n_effects) || is_beside_linear(w->d);
         bound_law(w, job, rival ? RIVAL_LAW_RUNS : LAW_RUNS);
         (void)pthread_mutex_unlock(&queue->lock);
         struct hypothesis h;

@@ -100,12 +100,12 @@ static void only_laws_are_bounded(void **state)
     }
 }
 
-/* One that promises little, and a rival of what has taken nearly all of the misfit, is given up sooner. */
+/* One that promises little, a rival of what has taken nearly all of the misfit, and one beside a linear effect that takes most of a misfit that does not go with the level is given up sooner. */
 static void a_rival_law_is_given_up_sooner(void **state)
 {
     (void)state;
-    size_t most[3];
-    for (int k = 0; k < 3; k++) {
+    size_t most[4];
+    for (int k = 0; k < 4; k++) {
         struct bench *b = with_mass();
         struct diagnose_state w = begun(b);
         struct refit_job mass = job_of_mass(0, false);
@@ -114,11 +114,17 @@ static void a_rival_law_is_given_up_sooner(void **state)
                                 .n_effects = 1,
                                 .near = true,
                                 .doubtful = k == 1};
-        if (k == 2)
+        if (k >= 2)
             diagnose_refits(&w, &mass, 1, 0.0);
         else
             model_free(&mass.model);
         diagnose_rank(&b->d, w.n_tried);
+        if (k == 3) { /* it has come half of the way only */
+            b->d.hypotheses[0].fitted.noise_ratio = 0.6 * b->d.baseline.fitted.noise_ratio;
+            b->d.hypotheses[0].explained = 0.6;
+            b->d.hypotheses[0].explains = false;
+            b->d.linearity.verdict = LINEARITY_LINEAR;
+        }
         assert_int_equal(diagnose_nearly_there(&b->d, 1), k == 2);
         diagnose_refits(&w, &job, 1, 0.0);
         most[k] = job.most_runs;
@@ -127,6 +133,7 @@ static void a_rival_law_is_given_up_sooner(void **state)
     }
     assert_true(most[1] < most[0]);
     assert_int_equal(most[2], most[1]);
+    assert_int_equal(most[3], most[1]);
 }
 
 /* Nearly all of the misfit, and of the held-out records, where they have one, as much or what a free linear model takes: whatever is left. */
