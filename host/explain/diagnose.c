@@ -113,6 +113,13 @@ static enum bf_status free_rig_first(struct diagnose_state *w, bool *freed, stru
     return status;
 }
 
+/* The best leaves no more than the noise of the fitted records: nothing more can be found in them, whatever it leaves of held-out ones. */
+static bool fits_all(const struct diagnosis *d)
+{
+    return d->n_hypotheses > 0 && diagnose_errors_are_noise(&d->hypotheses[0].fitted, false) &&
+           !(hypothesis_excess(&d->hypotheses[0].fitted) > 0.0);
+}
+
 /*
  * Single effects, and the rig. Unless one of the likeliest effects explains the records with the rig that the file has, it is asked whether
  * the rig alone does, or with what leads; and when no single effect explains them, whether the best of them do with it.
@@ -127,7 +134,9 @@ static enum bf_status singles_and_rig(struct diagnose_state *w, bool *done, stru
     *done = freed && diagnose_is_complete(w->d);
     if (!status && !*done)
         status = singles(w, err);
-    if (!status && !freed && !diagnose_explained(w->d, 1))
+    const bool law_fits =
+        fits_all(w->d) && hypothesis_has_law(&w->d->hypotheses[0]); /* steps through time, for nothing */
+    if (!status && !freed && !diagnose_explained(w->d, 1) && !law_fits)
         status = free_rig(w, RIG_AND_BEST, &freed_later, err);
     if (!status && freed_later && !diagnose_explained(w->d, 1) && !diagnose_has_answer(w->d, 1))
         status = first_look(w, err);
@@ -189,7 +198,7 @@ static enum bf_status search(struct diagnose_state *w, struct bf_error *err)
     for (size_t n = 1; n < most && !status && !done && !progress_interrupted(); n++) {
         w->answered = is_answered(w->d);
         if (w->d->n_hypotheses == 0 || !diagnose_more_wanted(w->d) || !diagnose_last_one_helped(w->d, n) ||
-            rig_leaves_little(w->d) || nothing_is_left(w->d) || is_too_weak(w->d, n) ||
+            rig_leaves_little(w->d) || nothing_is_left(w->d) || fits_all(w->d) || is_too_weak(w->d, n) ||
             (n > 1 && diagnose_explained(w->d, n)))
             break; /* what two explain needs no third */
         const bool by_modes = n == 1 && linear_may_do(w->d) && !diagnose_modes_clear_beam(w);
