@@ -134,8 +134,8 @@ static enum bf_status singles_and_rig(struct diagnose_state *w, bool *done, stru
     *done = freed && diagnose_is_complete(w->d);
     if (!status && !*done)
         status = singles(w, err);
-    const bool law_fits =
-        fits_all(w->d) && hypothesis_has_law(&w->d->hypotheses[0]); /* steps through time, for nothing */
+    /* a rig that is free has nothing to take then; with a law finding that out takes long */
+    const bool law_fits = fits_all(w->d) && hypothesis_has_law(&w->d->hypotheses[0]);
     if (!status && !freed && !diagnose_explained(w->d, 1) && !law_fits)
         status = free_rig(w, RIG_AND_BEST, &freed_later, err);
     if (!status && freed_later && !diagnose_explained(w->d, 1) && !diagnose_has_answer(w->d, 1))
@@ -320,8 +320,8 @@ static enum bf_status look(struct diagnose_state *w, struct bf_error *err)
 }
 
 /*
- * At the noise, as good as any linear model, linear as far as the records tell, and no signal is added: nothing to search for. Nor is there where no misfit is left that
- * an effect could explain most of, which is asked of what is named (diagnose_decide.c).
+ * At the noise, as good as any linear model, linear as far as the records tell, and no signal is added: nothing to search for. Where the fitted records leave no misfit at all
+ * no effect can be named either: diagnose_decide() names only what explains half of it.
  */
 static bool nothing_to_find(const struct diagnosis *d)
 {

@@ -34,8 +34,8 @@ static enum bf_status exchanged(const struct hypothesis *set, const struct beam_
 }
 
 /*
- * Alone it takes as much as the member, of the fitted and the held-out records. Beside a large cause that is in none of the two their scores tell little: a spring
- * that stands for a tension and for a sensor's lag, too, is not where it will be once the lag is there.
+ * Alone it takes as much as the member, of the fitted and the held-out records. Scores of single effects tell little where a large cause is in neither of them: beside a
+ * sensor's lag a spring has another place than alone, where it had to imitate the lag, too.
  */
 static bool takes_as_much(const struct hypothesis *other, const struct hypothesis *alone)
 {
@@ -81,7 +81,8 @@ enum bf_status diagnose_exchange(struct diagnose_state *w, struct bf_error *err)
                                          .to_the_end = true,
                                          .near = hypothesis_has_law(set)};
             if (exchanged(set, set->effects[e], other, &jobs[n].model, err) == BF_OK) {
-                jobs[n].first_new = jobs[n].model.n_effects - 1; /* its place is free, too */
+                jobs[n].first_new =
+                    jobs[n].model.n_effects - 1; /* it begins anew: its place is free, and is looked for */
                 n++;
             }
         }

@@ -184,16 +184,17 @@ static int added_parameters(const struct diagnosis *d, const struct model *model
 }
 
 /*
- * What may be left at most with this effect in a model, in units of the noise: a part less than each explanation leaves in which nothing swings, for each parameter of the effect but the
- * strength. Those that the other has as well are no luck of this one: against three effects that together bend in as many ways an absorber need not lead.
+ * What a model with this effect may leave at most to be kept, rms in units of the noise. Each parameter of the effect but the strength can fit noise, so the model must leave less than
+ * every explanation in which nothing swings, by `lead` for each of them. A parameter that the other explanation has in its place fits noise there, too, and is not counted.
  */
 static double most_left(const struct diagnosis *d, const struct beam_effect *effect, int n_parameters)
 {
-    const int luck = effect->n_parameters - 1;
-    double most = pow(limits.lead, luck) * d->baseline.fitted.noise_ratio;
+    const int most_counted = effect->n_parameters - 1;
+    double most = pow(limits.lead, most_counted) * d->baseline.fitted.noise_ratio;
     for (size_t i = 0; i < d->n_hypotheses; i++) {
         const struct hypothesis *h = &d->hypotheses[i];
-        const int more = n_parameters - added_parameters(d, &h->model), counted = more < luck ? more : luck;
+        const int more = n_parameters - added_parameters(d, &h->model),
+                  counted = more < most_counted ? more : most_counted;
         if (mode_of(h) == NULL)
             most = fmin(most, pow(limits.lead, counted > 0 ? counted : 0) * h->fitted.noise_ratio);
     }

@@ -310,8 +310,8 @@ static bool push_law(const struct shortlist *s, const struct trial *trial, bool 
     if (candidate == NULL || job_of_candidate(s, candidate, trial->p, &job, &err) != BF_OK)
         return false;
     job.doubtful = doubtful;
-    job.near =
-        s->from->fitted.noise_ratio <= diagnose_at_noise; /* what could be found is a little beside the baseline */
+    /* at the noise the optimum lies beside the baseline, if anywhere */
+    job.near = s->from->fitted.noise_ratio <= diagnose_at_noise;
     push(jobs, n, &job);
     return true;
 }

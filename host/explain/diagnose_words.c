@@ -111,7 +111,14 @@ static void remainder_of(FILE *out, const struct diagnosis *d, const struct hypo
     (void)fprintf(out, " %.2g %% of the signal remains", 100.0 * h->fitted.nrmse);
     if (d->attainable.modes > 0)
         (void)fprintf(out, " (a free linear model leaves %.2g %%)", 100.0 * d->attainable.nrmse);
-    (void)fprintf(out, ". %s", d->remains.text);
+    (void)fprintf(out, ".");
+    if (diagnose_errors_are_noise(&h->fitted, false) && !diagnose_errors_are_noise(&h->check, true))
+        (void)fprintf(out,
+                      " The fitted records are left at the noise, held-out ones at %.3g times theirs: what only those "
+                      "show these records cannot tell; fit one of them, too.",
+                      h->check.noise_ratio);
+    else if (d->remains.n > 0)
+        (void)fprintf(out, " %s", d->remains.text);
 }
 
 /* What is named was found in a set that leaves less than it does alone. NULL: it was not. */

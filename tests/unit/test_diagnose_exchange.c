@@ -18,16 +18,6 @@ static const struct hypothesis *pair(const struct diagnosis *d, const char *one,
     return NULL;
 }
 
-/* single() to be changed. */
-static struct hypothesis *alone(struct diagnosis *d, const char *id)
-{
-    for (size_t i = 0; i < d->n_hypotheses; i++)
-        if (d->hypotheses[i].n_effects == 1 && strcmp(d->hypotheses[i].effects[0]->id, id) == 0)
-            return &d->hypotheses[i];
-    fail();
-    return NULL;
-}
-
 /*
  * A spring and a slow sensor; tension and the slow sensor have been found. Alone the spring scores less than tension (it is said to), as a spring would that stands for the
  * sensor, too: it is tried beside the sensor's lag where it leaves as much as tension, and is not where it leaves a tenth more.
@@ -50,7 +40,8 @@ static void what_takes_as_much_alone_is_tried_in_the_set(void **state)
         diagnose_rank(&b->d, 3);
         assert_non_null(pair(&b->d, "axial_load", "sensor_lag"));
         assert_int_equal(b->d.hypotheses[0].n_effects, 2);
-        struct hypothesis *tension = alone(&b->d, "axial_load"), *spring = alone(&b->d, "point_spring");
+        struct hypothesis *tension = &b->d.hypotheses[single(&b->d, "axial_load") - b->d.hypotheses],
+                          *spring = &b->d.hypotheses[single(&b->d, "point_spring") - b->d.hypotheses];
         tension->explained = 0.5;
         spring->score = tension->score - 10.0;
         spring->fitted.noise_ratio = (i == 0 ? 1.0 : 1.1) * tension->fitted.noise_ratio;
