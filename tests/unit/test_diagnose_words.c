@@ -51,6 +51,27 @@ static void one_of_a_pair_is_named_with_its_company(void **state)
     done(&d);
 }
 
+/* The fitted records are left at the noise: that something remains of the held-out ones is said, and where it is in the fitted ones is not. */
+static void what_only_held_out_records_show_is_told(void **state)
+{
+    static struct model_effect of_the_model; /* words name its channel */
+    for (int i = 0; i < 2; i++) {
+        struct diagnosis d;
+        struct hypothesis h[] = {refit("tip_mass", NULL, 1, i == 0 ? 1.0 : 2.0, 2.0)};
+        h[0].model.effects = &of_the_model;
+        decide(&d, *state, 30.0, 30.0, h, 1);
+        d.remains.n = 1;
+        (void)snprintf(d.remains.text, sizeof d.remains.text, "It is there.");
+        char *text = diagnose_words(&d);
+        d.remains.n = 0;
+        if ((strstr(text, "left at the noise, held-out ones at ") != NULL) != (i == 0) ||
+            (strstr(text, "It is there.") != NULL) != (i == 1))
+            fail_msg("%s", text);
+        free(text);
+        done(&d);
+    }
+}
+
 /* Both of a pair are told with what they are. */
 static void a_named_pair_is_told_in_words(void **state)
 {
@@ -191,6 +212,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(what_takes_most_is_told_whatever_its_evidence),
+        cmocka_unit_test(what_only_held_out_records_show_is_told),
         cmocka_unit_test(one_of_a_pair_is_named_with_its_company),
         cmocka_unit_test(a_named_pair_is_told_in_words),
         cmocka_unit_test(a_stand_in_is_told_with_its_reason),
