@@ -68,7 +68,10 @@ static enum bf_status stage(struct shortlist *s, const enum effect_kind kinds[],
         status = look_at(s, kinds[k], err);
     const double best = best_left(s);
     for (size_t k = 0; k < n_kinds && !status; k++)
-        shortlist_choose(s, kinds[k], most[kinds[k]], best, &jobs, &n);
+        if (kinds[k] == KIND_LAW && !everything)
+            shortlist_choose_laws(s, most[kinds[k]], best, &jobs, &n);
+        else
+            shortlist_choose(s, kinds[k], most[kinds[k]], best, &jobs, &n);
     if (!status)
         diagnose_refits(s->w, jobs, n, span);
     free(jobs);

@@ -13,9 +13,9 @@ const double diagnose_at_noise = 1.025;
  * omission is final. For scores it holds only near the noise; above, the first order means little (a
  * baseline that compensates for an effect can turn its sign), and the refinement decides.
  */
-static const double highest_p = 0.05;
-/* Best first-order scores that are refined; those that are too where they take this part of what the best takes; renewals of a trial's motion. */
-enum { REFINED = 5, ALSO_REFINED = 10, TRIAL_ROUNDS = 3 };
+const double shortlist_highest_p = 0.05;
+/* Best first-order scores that are refined; those that are too where they take this part of what the best takes. */
+enum { REFINED = 5, ALSO_REFINED = 10 };
 static const double also_refined = 0.3;
 
 bool diagnose_linear_is_out(const struct diagnosis *d)
@@ -45,7 +45,7 @@ static size_t keep_likely(const struct score scores[], size_t order[], size_t n)
 {
     size_t kept = 0;
     for (size_t k = 0; k < n; k++)
-        if (scores[order[k]].p_value <= highest_p)
+        if (scores[order[k]].p_value <= shortlist_highest_p)
             order[kept++] = order[k];
     return kept;
 }
@@ -140,7 +140,7 @@ enum bf_status shortlist_refine(struct shortlist *s, enum effect_kind kind, stru
 }
 
 /* The model has an effect of this kind or of a costlier one. */
-static bool reaches(const struct model *model, enum effect_kind kind)
+bool shortlist_reaches(const struct model *model, enum effect_kind kind)
 {
     for (size_t e = 0; e < model->n_effects; e++)
         if (effect_kind(model->effects[e].effect) >= kind)
@@ -159,7 +159,7 @@ enum bf_status shortlist_score(struct shortlist *s, enum effect_kind kind, struc
                                               .stop_at_noise = diagnose_is_far(&w->d->baseline),
                                               .predict = w->options->predict};
         enum bf_status status = BF_OK;
-        s->has_law = reaches(&s->from->model, KIND_LAW);
+        s->has_law = shortlist_reaches(&s->from->model, KIND_LAW);
         if (s->has_law)
             status = linear_part_new(w, s->from, &s->linear_part, err);
         if (!status)
@@ -183,50 +183,19 @@ bool diagnose_leaves_out(const struct diagnose_state *w, const struct beam_effec
     return false;
 }
 
-enum bf_status shortlist_try_laws(struct shortlist *s, struct bf_error *err)
-{
-    struct diagnose_state *w = s->w;
-    struct predictor *predictor;
-    struct motion motion;
-    if (s->tried || reaches(&s->from->model, KIND_NONLINEAR_CHAIN))
-        return BF_OK;
-    s->tried = true;
-    enum bf_status status =
-        predictor_new(&s->from->model, w->d->records, w->d->n_records, &w->options->predict, &predictor, err);
-    if (status)
-        return status;
-    status = motion_new(predictor, s->from->fit.value, w->sigma, MOTION_FLOOR, &motion, err);
-    if (!status) {
-        const struct trial_options options = {.rounds = TRIAL_ROUNDS};
-        status = trial_all(&motion, &options, &s->trials, &s->n_trials, err);
-        motion_free(&motion);
-    }
-    predictor_free(predictor);
-    size_t kept = 0;
-    for (size_t i = 0; i < s->n_trials; i++) {
-        w->n_tried += s->trials[i].forces;
-        if (diagnose_leaves_out(w, s->trials[i].effect) || !s->trials[i].possible)
-            trial_free(&s->trials[i]);
-        else
-            s->trials[kept++] = s->trials[i];
-    }
-    s->n_trials = kept;
-    return status;
-}
-
 /* ---- Jobs ---- */
 
 /*
  * After its few steps it is not far from the best, and takes half of what that takes: a ratio of rms values means little on a weak misfit. left, best: rms in units of the noise.
  */
-static bool worth_refit(const struct shortlist *s, double left, double best)
+bool shortlist_is_worth_refit(const struct shortlist *s, double left, double best)
 {
     const double before = s->from->fitted.noise_ratio;
     return left <= search_limits.far * best &&
            left * left <= best * best + (1.0 - search_limits.half) * fmax(before * before - best * best, 0.0);
 }
 
-static void push(struct refit_job **jobs, size_t *n, const struct refit_job *job)
+void shortlist_push(struct refit_job **jobs, size_t *n, const struct refit_job *job)
 {
     *jobs = bf_grow(*jobs, *n + 1, sizeof **jobs);
     (*jobs)[(*n)++] = *job;
@@ -240,8 +209,8 @@ enum bf_status shortlist_job(const struct shortlist *s, size_t i, struct refit_j
     return status;
 }
 
-static enum bf_status job_of_candidate(const struct shortlist *s, const struct candidate *candidate, const double p[],
-                                       struct refit_job *job, struct bf_error *err)
+enum bf_status shortlist_job_of(const struct shortlist *s, const struct candidate *candidate, const double p[],
+                                struct refit_job *job, struct bf_error *err)
 {
     *job =
         (struct refit_job){.n_effects = s->n_effects, .n_tried = s->w->n_tried, .first_new = s->from->model.n_effects};
@@ -252,7 +221,7 @@ static enum bf_status job_of_candidate(const struct shortlist *s, const struct c
 static enum bf_status job_on_law(const struct shortlist *s, size_t i, struct refit_job *job, struct bf_error *err)
 {
     struct model linear_part;
-    enum bf_status status = job_of_candidate(s, &s->list.candidates[i], s->scores[i].p, job, err);
+    enum bf_status status = shortlist_job_of(s, &s->list.candidates[i], s->scores[i].p, job, err);
     if (status)
         return status;
     status = score_model(s->base, &s->list.candidates[i], &s->scores[i], &linear_part, err);
@@ -273,89 +242,6 @@ static enum bf_status job_on_law(const struct shortlist *s, size_t i, struct ref
     return BF_OK;
 }
 
-/* The candidate with the effect's default channels. */
-static const struct candidate *candidate_of(const struct shortlist *s, const struct beam_effect *effect)
-{
-    for (size_t i = 0; i < s->list.n; i++)
-        if (s->list.candidates[i].effect == effect && s->list.candidates[i].channel[0] == '\0')
-            return &s->list.candidates[i];
-    return NULL;
-}
-
-/*
- * The refit of a law that leaves much takes a minute and names nothing, so a trial must leave at most a fifth of the excess
- * over the noise, and take at least so much of what it is given as half of that excess is of the whole: its weights have a floor, under which
- * what is given to it may lie below the noise.
- */
-static bool trial_promises(const struct trial *trial, const struct hypothesis *from)
-{
-    const double left = trial->unexplained * trial->unexplained;
-    const double before = left * trial->chi_square_baseline / trial->chi_square;
-    const double excess = hypothesis_excess(&from->fitted) / (1.0 + hypothesis_excess(&from->fitted));
-    return left - 1.0 <= search_limits.fifth * (before - 1.0) && trial->share >= search_limits.half * excess;
-}
-
-static bool law_is_likely(const struct shortlist *s, const struct trial *trial, double best)
-{
-    return worth_refit(s, trial->unexplained, best) && trial->p_value <= highest_p &&
-           !(s->linear && !effect_law_is_of_degree_one(trial->effect));
-}
-
-static bool push_law(const struct shortlist *s, const struct trial *trial, bool doubtful, struct refit_job **jobs,
-                     size_t *n)
-{
-    struct bf_error err;
-    struct refit_job job;
-    const struct candidate *candidate = candidate_of(s, trial->effect);
-    if (candidate == NULL || job_of_candidate(s, candidate, trial->p, &job, &err) != BF_OK)
-        return false;
-    job.doubtful = doubtful;
-    /* at the noise the optimum lies beside the baseline, if anywhere */
-    job.near = s->from->fitted.noise_ratio <= diagnose_at_noise;
-    push(jobs, n, &job);
-    return true;
-}
-
-/* Along the measured motion it takes nearly as much as the best of the trials, which promises enough: what is named stands against it. */
-static bool rivals_best(const struct shortlist *s, const struct trial *trial)
-{
-    return trial_promises(&s->trials[0], s->from) && trial->share >= (1.0 - search_limits.fifth) * s->trials[0].share;
-}
-
-static void choose_laws(struct shortlist *s, size_t most, double best, struct refit_job **jobs, size_t *n)
-{
-    for (; s->refitted_laws < s->n_trials && most > 0; s->refitted_laws++) {
-        const struct trial *trial = &s->trials[s->refitted_laws];
-        const bool promises = trial_promises(trial, s->from);
-        if (law_is_likely(s, trial, best) && (promises || rivals_best(s, trial)) &&
-            push_law(s, trial, !promises, jobs, n))
-            most--;
-    }
-}
-
-/* What a trial leaves is in units of its own weights; the share that it takes of what it is given can be compared. The likely one, but for `than`, that takes most; NULL: none is. */
-static const struct trial *takes_most(const struct shortlist *s, double best, const struct trial *than)
-{
-    const struct trial *most = NULL;
-    for (size_t i = 0; i < s->n_trials; i++) {
-        const struct trial *trial = &s->trials[i];
-        if (trial != than && law_is_likely(s, trial, best) && (most == NULL || trial->share > most->share))
-            most = trial;
-    }
-    return most;
-}
-
-void shortlist_choose_last(const struct shortlist *s, double best, struct refit_job **jobs, size_t *n)
-{
-    const struct trial *first = takes_most(s, best, NULL), *second = takes_most(s, best, first);
-    if (first == NULL || trial_promises(first, s->from))
-        return;
-    (void)push_law(s, first, true, jobs, n);
-    if (second != NULL && !trial_promises(second, s->from) &&
-        second->share >= (1.0 - search_limits.fifth) * first->share)
-        (void)push_law(s, second, true, jobs, n);
-}
-
 /* Every candidate of a kind from the catalogue's start, in its own time. */
 static void choose_all(struct shortlist *s, enum effect_kind kind, struct refit_job **jobs, size_t *n)
 {
@@ -363,8 +249,8 @@ static void choose_all(struct shortlist *s, enum effect_kind kind, struct refit_
     struct refit_job job;
     for (size_t i = 0; i < s->list.n; i++)
         if (effect_kind(s->list.candidates[i].effect) == kind &&
-            job_of_candidate(s, &s->list.candidates[i], s->list.candidates[i].start, &job, &err) == BF_OK)
-            push(jobs, n, &job);
+            shortlist_job_of(s, &s->list.candidates[i], s->list.candidates[i].start, &job, &err) == BF_OK)
+            shortlist_push(jobs, n, &job);
 }
 
 void shortlist_choose(struct shortlist *s, enum effect_kind kind, size_t most, double best, struct refit_job **jobs,
@@ -376,21 +262,17 @@ void shortlist_choose(struct shortlist *s, enum effect_kind kind, size_t most, d
         choose_all(s, kind, jobs, n);
         return;
     }
-    if (kind == KIND_LAW) {
-        choose_laws(s, most, best, jobs, n);
-        return;
-    }
     for (; s->looked[kind] < s->n_order[kind] && most > 0; s->looked[kind]++) {
         const size_t i = s->order[kind][s->looked[kind]];
         const bool promises = kind == KIND_LINEAR || s->scores[i].refined;
         const bool root =
             s->n_effects == 1 && s->looked[kind] == 0 && promises; /* of a pair, should no effect do alone */
-        if (!root && !worth_refit(s, shortlist_left(s, i), best))
+        if (!root && !shortlist_is_worth_refit(s, shortlist_left(s, i), best))
             continue;
         if ((s->has_law ? job_on_law(s, i, &job, &err) : shortlist_job(s, i, &job, &err)) != BF_OK)
             continue;
         job.to_the_end = root;
-        push(jobs, n, &job);
+        shortlist_push(jobs, n, &job);
         most--;
     }
 }

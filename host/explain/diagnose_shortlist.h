@@ -44,11 +44,27 @@ enum bf_status shortlist_try_laws(struct shortlist *s, struct bf_error *err);
 double shortlist_left(const struct shortlist *s, size_t candidate);
 /* Its refit from there: a refined score is a start close to the optimum, and needs no starts of its own. */
 enum bf_status shortlist_job(const struct shortlist *s, size_t candidate, struct refit_job *job, struct bf_error *err);
-/* Refits of a kind, at most so many, whose candidates leave little more than `best` (rms in units of the noise), with start values. */
+/* Refits of a kind, of laws only where every effect is asked for, at most so many, whose candidates leave little more than `best` (rms in units of the noise), with start values. */
 void shortlist_choose(struct shortlist *s, enum effect_kind kind, size_t most, double best, struct refit_job **jobs,
                       size_t *n);
+/* The same of laws, whose trials leave little more. */
+void shortlist_choose_laws(struct shortlist *s, size_t most, double best, struct refit_job **jobs, size_t *n);
 /* The law whose trial takes the largest share, and one that takes nearly as much, even when that leaves too much: for a nonlinear beam that nothing else explains. */
 void shortlist_choose_last(const struct shortlist *s, double best, struct refit_job **jobs, size_t *n);
+
+/* What diagnose_shortlist_laws.c needs of diagnose_shortlist.c. */
+
+/* After its few steps it is not far from the best, and takes half of what that takes. left, best: rms in units of the noise. */
+bool shortlist_is_worth_refit(const struct shortlist *s, double left, double best);
+/* The model has an effect of this kind or of a costlier one. */
+bool shortlist_reaches(const struct model *model, enum effect_kind kind);
+/* The refit of a candidate from these values, p[effect->n_parameters]. */
+enum bf_status shortlist_job_of(const struct shortlist *s, const struct candidate *candidate, const double p[],
+                                struct refit_job *job, struct bf_error *err);
+/* Appends to jobs[*n]. */
+void shortlist_push(struct refit_job **jobs, size_t *n, const struct refit_job *job);
+/* A p-value above which a score or a trial is not refitted. */
+extern const double shortlist_highest_p;
 
 /*
  * diagnose_roads.c: linear candidates, best score first, refitted from the model as given (diagnose_as_given()) and not from the fitted

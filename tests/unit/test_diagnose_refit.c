@@ -257,7 +257,7 @@ static size_t laws_refitted(struct diagnose_state *w, const double share[], size
     struct shortlist *s = with_trials(w, share, NULL, n);
     struct refit_job *jobs = NULL;
     size_t n_jobs = 0;
-    shortlist_choose(s, KIND_LAW, 4, s->trials[0].unexplained, &jobs, &n_jobs);
+    shortlist_choose_laws(s, 4, s->trials[0].unexplained, &jobs, &n_jobs);
     for (size_t i = 0; i < n_jobs; i++)
         model_free(&jobs[i].model);
     free(jobs);
